@@ -129,7 +129,7 @@ def test_factors_by_coefficient(records):
     first, second = (
         Source.of_model(NoiseModel(channels={"gyro_x": m})) for m in ({"random_walk": 1.0}, {"random_walk": 4.0})
     )
-    assert inflation(first, second).factors[0].text == "x 4"
+    assert inflation(first, second).factors[0].text == "x 4.0"
 
 
 def test_the_command(records, tmp_path, capsys):

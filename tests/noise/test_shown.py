@@ -88,9 +88,9 @@ def test_a_side_of_what_is_no_density():
 @pytest.mark.parametrize(
     ("units", "kinds", "words"),
     [
-        ("nT", ("gyro",), "'nT' fits none of the channels gyro_x. Units that fit: deg/h, mdps/rtHz, deg/sqrt(h)"),
-        ("uV", ("mag",), "'uV' fits none of the channels mag_x. Units that fit: mT, uT/rtHz"),
-        ("deg/h,ug", ("gyro",), "'ug' fits none"),
+        ("nT", ("gyro",), "'nT' fits nothing that is printed of gyro_x. Units that fit: mdps/rtHz, deg/sqrt(h), deg/h"),
+        ("uV", ("mag",), "'uV' fits nothing that is printed of mag_x. Units that fit: mT, uT/rtHz"),
+        ("deg/h,ug", ("gyro",), "'ug' fits nothing"),
         ("deg/h,deg/s", ("gyro",), "deg/h and deg/s are units of the same coefficient of gyro_x. Give one of them"),
         ("deg/sqrt(h),mdps/rtHz", ("gyro", "accel"), "are units of the same coefficient"),
         ("nT,uT", ("mag",), "nT and uT are units of the same coefficient"),
@@ -148,4 +148,40 @@ def test_the_command_line(tmp_path, record, monkeypatch, capsys):
     assert main(options) == 0
     assert "deg/√h" in capsys.readouterr().out  # the units end with their command
     assert main([*options, "--show", "hPa"]) == 2
-    assert "Units that fit: deg/h, mdps/rtHz" in capsys.readouterr().err
+    assert "Units that fit: mdps/rtHz" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("argv", "unit", "text", "wrong"),
+    [
+        (["psd", "log.csv", "--segment", "10s"], "mdps/rtHz:one-sided", "√(2S) one-sided [mdeg/s/√Hz], 95 %", "deg/h"),
+        (["deviation", "log.csv", "--kind", "time"], "urad", "time deviation [µrad]", "deg/h"),
+        (["deviation", "log.csv", "--kind", "hadamard"], "deg/s", "Hadamard deviation [deg/s]", "mdps/rtHz"),
+        (["bandwidth", "log.csv"], "mdps/rtHz", "random walk in it [mdeg/s/√Hz, two-sided]", "deg/h"),
+        (["watch", "log.csv", "--idle", "0.1"], "mdps/rtHz", "mdeg/s/√Hz, two-sided", "ug"),
+        (["predict", "log.json", "--after", "60s"], "arcmin", "arcmin", "deg/h"),
+        (["export", "log.json", "--inflate", "log.json"], "mdps/rtHz:one-sided", "mdeg/s/√Hz, one-sided", "ug"),
+        (["export", "log.json", "--to", "state-space", "-o", "x.json"], "ug", None, "nT"),
+        (["store", "show", "A", "--store", "s.db"], "mdps/rtHz", "mdeg/s/√Hz, two-sided", "ug"),
+        (["store", "trend", "--store", "s.db"], "mdps/rtHz", "median [mdeg/s/√Hz, two-sided]", "deg/h"),
+    ],
+)
+def test_every_command_that_prints_noise(results, monkeypatch, capsys, argv, unit, text, wrong):
+    monkeypatch.chdir(results)
+    if text is not None:
+        assert main([*argv, "--show", unit]) in (0, 1)  # 1 of a bandwidth that the log does not show
+        assert text in capsys.readouterr().out
+    assert main([*argv, "--show", wrong]) == 2
+    assert f"{wrong!r} fits nothing that is printed of" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A log, its result, and a store with it."""
+    folder = tmp_path_factory.mktemp("shown")
+    noise = np.random.default_rng(seed_of("units of every command")).standard_normal(3000)
+    st.write(st.Record.from_arrays(rate=10, gyro_x=1e-3 * noise), folder / "log.csv")
+    assert main(["analyze", str(folder / "log.csv"), "--json", str(folder / "log.json"), "-q"]) == 0
+    named = ["--unit", "A", "--date", "2026-01-02"]
+    assert main(["store", "add", str(folder / "log.json"), "--store", str(folder / "s.db"), *named]) == 0
+    return folder

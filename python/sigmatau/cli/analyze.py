@@ -119,10 +119,6 @@ def analyze_command(
         terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
-    show
-        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
-        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI. Default:
-        the usual units.
     verbose
         Print all coefficients and findings, not only the main ones.
     quiet

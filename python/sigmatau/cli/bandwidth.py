@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli import batch
-from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
     check_output,
@@ -28,7 +28,9 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.bandwidth import bandwidth
 from sigmatau.fitting.sensor_bandwidth import Bandwidths
-from sigmatau.record.record import Record, stream_name
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
+from sigmatau.record.record import Record, kinds_of, stream_name
 
 _RATE_IN_NAME = re.compile(r"(?<![0-9.])([0-9]+(?:\.[0-9]+)?) ?(k?)hz(?![a-z])", re.IGNORECASE)
 _UNKNOWN = 1  # exit code if no log shows the bandwidth of any channel
@@ -42,6 +44,7 @@ def bandwidth_command(
     plot: Annotated[Path | None, InMain] = None,
     style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
     json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    show: Show = None,
     quiet: Quiet = False,
 ) -> int:
     """Find the bandwidth and filter of a sensor, its noise without aliasing, and the rate to sample at.
@@ -64,6 +67,7 @@ def bandwidth_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     check_style(style, plot)
     places, skipped = batch.gather(matched(logs))
     file = None if str(json) == "-" else json
@@ -76,6 +80,7 @@ def bandwidth_command(
     readings = readings_of(reading, places, logs)
     records = {_name(log, places): _read(log, readings[log], quiet=quiet) for log in places}
     for name, record in records.items():
+        check_shown(kinds_of(record), ["random_walk", *(["bias_instability"] if plot is not None else [])])
         for finding in record.findings:
             say(f"{name}: {finding}", quiet=quiet)
     with working("comparing filters", quiet=quiet):

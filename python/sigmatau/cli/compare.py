@@ -80,10 +80,6 @@ def compare_command(
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
         With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
-    show
-        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
-        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI. Default:
-        the usual units.
     quiet
         Print only errors on standard error.
     """

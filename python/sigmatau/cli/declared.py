@@ -31,7 +31,16 @@ Texts: Parameter = Parameter(negative=())
 MayBeMinus: Parameter = Parameter(allow_leading_hyphen=True)
 
 Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"]), Flag, InOutput]
-Show = Annotated[str | None, InOutput]
+Show = Annotated[
+    str | None,
+    InOutput,
+    Parameter(
+        help="Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is"
+        " two-sided, or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in"
+        " SI. Default: the usual units."
+    ),
+]
+"""Every command that prints a coefficient, deviation or density has it: `set_shown`, then `check_shown` of its channels."""
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]
 
 

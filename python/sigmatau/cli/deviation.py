@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from sigmatau._version import __version__
-from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show
 from sigmatau.cli.options import (
     check_outputs,
     check_style,
@@ -20,9 +20,12 @@ from sigmatau.cli.options import (
 from sigmatau.cli.reading import Reading, read_log
 from sigmatau.cli.settings import DeviationSettings
 from sigmatau.estimators.deviation import Deviations, deviation
-from sigmatau.estimators.deviation_kinds import Kind
+from sigmatau.estimators.deviation_kinds import Kind, estimator
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
+from sigmatau.record.record import kinds_of
 
 
 def deviation_command(
@@ -37,6 +40,7 @@ def deviation_command(
     plot: Annotated[Path | None, InMain] = None,
     style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
     json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    show: Show = None,
     quiet: Quiet = False,
 ) -> int:
     """Compute another deviation than Allan's for every axis of a log of a sensor at rest.
@@ -61,10 +65,12 @@ def deviation_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     check_style(style, plot)
     check_outputs(log, plot, json)
     how = (settings or DeviationSettings()).arguments()
     record = read_log(log, reading, quiet=quiet)
+    check_shown(kinds_of(record), ["quantization" if estimator(kind).of_phase else "bias_instability"])
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:

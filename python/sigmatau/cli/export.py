@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,6 +13,7 @@ from cyclopts import Parameter
 from sigmatau.analysis.inputs import read_source
 from sigmatau.cli.choosing import Choosing, print_findings, targets_for_shell
 from sigmatau.cli.datasheet import check_model
+from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
 from sigmatau.datasheets.sheet import Datasheet, datasheet
@@ -23,6 +25,9 @@ from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.hints import worded
+from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 
 
 def export_command(
@@ -37,6 +42,7 @@ def export_command(
     sided: Literal["one", "two"] | None = None,
     inflate: Path | None = None,
     list_: Annotated[bool, Parameter(name="--list", negative=())] = False,
+    show: Show = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
     """Write the noise parameters for another program in its units, with the origin of each number as a comment.
@@ -65,6 +71,7 @@ def export_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     if list_ and source is not None:
         sys.stdout.write(_about(target(str(source))))
         return 0
@@ -78,6 +85,7 @@ def export_command(
         raise OptionError("--sided needs --from-datasheet NAME", option="sided")
     if inflate is not None and source is not None and to is None:
         found = inflation(read_source(inflate), read_source(source))
+        _check_shown(found.rest)
         sys.stdout.write(f"{found!r}\n")
         if found.doubt():
             say(f"warning: {found.doubt()}", quiet=quiet)
@@ -124,6 +132,7 @@ def _of_source(
 ) -> Prepared:
     assert source is not None
     found = read_source(source, rate=rate)
+    _check_shown(found.model.channels)
     for line in finding_lines(found.findings):
         say(line, quiet=quiet)
     if inflate is not None:
@@ -159,7 +168,13 @@ def _of_datasheet(
         *sheet.origins(sided=sided, bias="minimum"),
     )
     model = sheet.model(sided=sided, bias="minimum")
+    _check_shown(model.channels)
     return prepare_stated(model, to=wanted.name, path=path, choices=choices, origins=origins)
+
+
+def _check_shown(channels: Mapping[str, ChannelModel]) -> None:
+    """Raise `OptionError` for a unit of ``--show`` that fits no channel."""
+    check_shown({name: (model.quantity, model.unit) for name, model in channels.items()})
 
 
 def _states_sides(sheet: Datasheet) -> bool:

@@ -74,10 +74,6 @@ def plan_command(
         Sampling rate in Hz. Default: the rate of the record, if the source is a result.
     channels
         Channels to plan for. Default: all channels that have other noise terms and the unit of the value.
-    show
-        Units of printed and drawn values, with commas between them: deg/h,mdps/rtHz,ug/rtHz. A density (/rtHz) is two-sided,
-        or mdps/rtHz:one-sided; other sensors with a prefix: nT, hPa, uV/rtHz. Numbers of JSON and CSV stay in SI. Default:
-        the usual units.
     json
         Print JSON instead of text.
     quiet

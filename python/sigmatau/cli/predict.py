@@ -15,6 +15,7 @@ from sigmatau.analysis import Analysis
 from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
+from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, check_style, drawing, key_values, refuse_same, say, working, write_figure
 from sigmatau.errors import OptionError
@@ -22,6 +23,7 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.navigation.predict import predict
 from sigmatau.navigation.prediction import Prediction
+from sigmatau.noise.shown import check_units, set_shown
 from sigmatau.record.record import stream_name
 
 _RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
@@ -41,6 +43,7 @@ def predict_command(
     channels: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Path | None = None,
     style: Literal["screen", "paper"] = "screen",
+    show: Show = None,
     json: Annotated[bool, Parameter(negative=())] = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -75,6 +78,7 @@ def predict_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     check_style(style, plot)
     check_output(plot, (".png", ".svg", ".pdf"), "plot")
     refuse_same(source, plot=plot)
@@ -103,6 +107,7 @@ def predict_command(
 
     with working("predicting", quiet=quiet):
         prediction = predicted(times)
+        check_units({name: [(error.unit, error.unit, None)] for name, error in prediction.items() if error.unit != "m"})
         if plot is not None:
             last = float(prediction.after[-1])
             first = max(min(float(prediction.after[0]), last / _SPAN), 1 / steps)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from sigmatau._version import __version__
 from sigmatau.analysis.inputs import read_model
 from sigmatau.cli.datasheet import check_model
-from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
 from sigmatau.cli.options import (
     check_outputs,
     check_style,
@@ -28,8 +28,9 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.noise.terms import coefficient_unit, display_units
-from sigmatau.record.record import Record, stream_name
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import asked_density, check_shown, coefficient_unit, display_units
+from sigmatau.record.record import Record, kinds_of, stream_name
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
@@ -52,6 +53,7 @@ def psd_command(
     plot: Annotated[Path | None, InMain] = None,
     style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
     json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    show: Show = None,
     quiet: Quiet = False,
 ) -> int:
     """Compute power spectral densities of every axis of a log of a sensor at rest.
@@ -82,6 +84,7 @@ def psd_command(
     quiet
         Print only errors on standard error.
     """
+    set_shown(show)
     check_style(style, plot)
     check_outputs(log, plot, json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
@@ -90,6 +93,7 @@ def psd_command(
         check_model(model)
     expected = None if model is None else read_model(model)
     record = read_log(log, reading, quiet=quiet)
+    check_shown(kinds_of(record), ["random_walk"])
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):
@@ -160,7 +164,10 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     """Thirds of an octave: the density, its root in the unit of the random walk, and as datasheets state it."""
     bands = spectrum.binned(per_octave=3)
     low, high = bands.interval()
+    asked = asked_density(spectrum.quantity, spectrum.unit)
     unit, factor = display_units("random_walk", spectrum.quantity, spectrum.unit)[0]
+    root = "√S two-sided" if asked is None or asked.sided != "one" else "√(2S) one-sided"
+    heading = f"{root} [{unit if asked is None else asked.bare}], 95 % interval"
     sheet = _DATASHEET.get(spectrum.quantity)
     # Signals without a datasheet unit use their own.
     other = find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
@@ -168,18 +175,19 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     kind = "sine tapers" if spectrum.method == "multitaper" else "segments"
     lines = [
         f"{spectrum.channel}: two-sided density S, {spectrum.segments} {kind}, resolution {spectrum.resolution:.3g} Hz",
-        f"  {'f [Hz]':>10}  {f'S two-sided [{spectrum.density_unit}]':>30}  {f'√S two-sided [{unit}], 95 % interval':>42}"
+        f"  {'f [Hz]':>10}  {f'S two-sided [{spectrum.density_unit}]':>30}  {heading:>42}"
         f"  {f'√(2S) one-sided [{one_unit}]':>30}",
     ]
     ratios = {} if compared is None else _ratios(compared)
     if ratios:
         lines[-1] += f"  {'S over the model, 95 % interval':>32}"
     for f, s, a, b in zip(bands.frequency, bands.density, low, high, strict=True):
-        root, begin, end = (math.sqrt(x) / factor for x in (s, a, b))
-        interval = " ".join(round_to_error(root, begin, end).cells)
+        interval = " ".join(round_to_error(*(math.sqrt(x) / factor for x in (s, a, b))).cells)
         # Leakage of steep spectra biases these densities, see `Spectrum.trusted`.
         mark = " " if f >= spectrum.trusted else "~"
-        line = f" {mark}{f:10.4g}  {s:30.4g}  {interval:>42}  {math.sqrt(2 * s) / one_factor:30.4g}"
+        power = round_to_error(s, a, b).value
+        single = round_to_error(*(math.sqrt(2 * x) / one_factor for x in (s, a, b))).value
+        line = f" {mark}{f:10.4g}  {power:>30}  {interval:>42}  {single:>30}"
         lines.append(f"{line}  {ratios.get(float(f), '-'):>32}" if ratios else line)
     without = "; bands that begin below it have no ratio" if ratios else ""
     lines.append(f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² is biased{without}")

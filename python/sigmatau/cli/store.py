@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from sigmatau.cli.declared import Show
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import check_output, json_text, matched, say, working, write_result
 from sigmatau.cli.settings import LevelSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import TERMS, check_shown
 from sigmatau.results import csv_text
 
 if TYPE_CHECKING:
@@ -266,6 +269,7 @@ def show_command(
     store: Place = None,
     run: str | None = None,
     json: Json = None,
+    show: Show = None,
 ) -> int:
     """Show the latest result of a unit: all coefficients with intervals, and findings.
 
@@ -280,13 +284,17 @@ def show_command(
     json
         Write the result as JSON, as analyze wrote it; - writes it to standard output.
     """
+    set_shown(show)
     check_output(None if str(json) == "-" else json, (), "json")
     with opened(store) as opened_store:
         row, result = opened_store.latest(unit, run=run)
         findings = opened_store.findings(row["id"])
         content = opened_store.content(row["id"]) if json is not None else None
+    from sigmatau.analysis.failed import FailedAnalysis
     from sigmatau.store.text import result_text
 
+    if not isinstance(result, FailedAnalysis):
+        check_shown({name: (fitted.quantity, fitted.rate_unit) for name, fitted in result.fits.items()})
     write_result(result_text(row, result), content, json)
     for severity, message in findings:
         say(f"{severity}: {message}")
@@ -302,6 +310,7 @@ def trend_command(
     settings: LevelSettings | None = None,
     choice: Choice | None = None,
     json: Json = None,
+    show: Show = None,
 ) -> int:
     """Follow a coefficient over time: median and spread by period, drift from unit to unit and within units.
 
@@ -318,11 +327,16 @@ def trend_command(
     json
         Write the trend as JSON; - writes it to standard output.
     """
+    set_shown(show)
     check_output(None if str(json) == "-" else json, (), "json")
     chosen = (choice or Choice()).chosen()
     level = (settings or LevelSettings()).arguments()
     with opened(store) as opened_store:
         trend = opened_store.trend(term, channels=tuple(channel or ()), by=by, chosen=chosen, **level)
+    check_shown(
+        {name: (each.quantity, each.rate_unit) for name, each in trend.channels.items()},
+        [term if term in TERMS else "bias_instability"],
+    )
     write_result(repr(trend), trend.to_dict() if json is not None else None, json)
     return 0
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
-from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet
+from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet, Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import FIGURE_ENDINGS, check_output, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading, WatchSettings
@@ -28,9 +28,11 @@ from sigmatau.findings.reading import SkippedMessages
 from sigmatau.findings.stamps import BadStamps, IrregularStamps
 from sigmatau.io.live import Live, follow
 from sigmatau.io.read.options import ReadOptions
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 from sigmatau.quality.selection.live import LiveStretches
 from sigmatau.quality.selection.time_text import seconds_of
-from sigmatau.record.record import MIN_SAMPLES, Provenance, stream_name
+from sigmatau.record.record import MIN_SAMPLES, Provenance, conversion, stream_name
 from sigmatau.record.sampling import Sampling, sampling_text
 
 if TYPE_CHECKING:
@@ -50,6 +52,7 @@ def watch_command(
     settings: WatchSettings | None = None,
     plot: Annotated[Path | None, InMain] = None,
     json: Annotated[Path | None, InMain] = None,
+    show: Show = None,
     quiet: Quiet = False,
 ) -> int:
     """Follow a log while it is written: print curve and coefficients of all samples so far.
@@ -72,6 +75,7 @@ def watch_command(
     quiet
         Print only the table at the end.
     """
+    set_shown(show)
     between, longest = _positive(every, "every"), None if idle is None else _positive(idle, "idle")
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(json, (), "json")
@@ -158,6 +162,7 @@ class _Watched:
         if self.live.channels and self.stretches is None:
             stated = {c: u for c, u in self.live.unit.items() if c in self.live.channels}
             kind: Any = self.live.options.input
+            check_shown({c: conversion(c, stated, kind)[:2] for c in self.live.channels})
             self.stretches = LiveStretches(
                 self.live.channels, rate=self.live.rate, unit=stated, input=kind, assumed=self.at_rest
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from sigmatau.digits import limit_text, round_to_error, two_digits
+from sigmatau.digits import limit_text, round_to_error, significant, two_digits
 from sigmatau.errors import DataError
 from sigmatau.exporting.source import Source
 from sigmatau.frozen import frozen
@@ -33,10 +33,10 @@ class Factor:
         if self.value is None:
             return "not observed"
         if (self.low is None) != (self.high is None):
-            return f"x {two_digits(self.value)} or {'less' if self.low is None else 'more'}"
-        return (
-            f"x {two_digits(self.value) if self.low is None else round_to_error(self.value, self.low, self.high).text}"
-        )
+            return f"x {significant(self.value, 2, zeros=True)} or {'less' if self.low is None else 'more'}"
+        if self.low is None:
+            return f"x {significant(self.value, 2, zeros=True)}"
+        return f"x {round_to_error(self.value, self.low, self.high).text}"
 
 
 @frozen(eq=False)
@@ -137,4 +137,6 @@ def _factor(name: str, term: str, rest: ChannelModel, running: ChannelModel) -> 
 def _text(model: ChannelModel, term: str, factor: float) -> str:
     if term in model.limits:
         return limit_text(model.limits[term] / factor)
-    return f"{model[term] / factor:.4g}" if term in model else "unknown"
+    if term not in model:
+        return "unknown"
+    return round_to_error(model[term] / factor, *(end / factor for end in model.intervals.get(term, ()))).value

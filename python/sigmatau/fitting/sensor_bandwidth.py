@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from sigmatau.arrays import Floats, freeze
-from sigmatau.digits import round_to_error, two_digits
+from sigmatau.digits import limit_text, round_to_error, significant
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.fitted_values import Interval
@@ -284,8 +284,8 @@ def _text(interval: Interval, factor: float) -> str:
     if low is not None and high is not None:
         return round_to_error(interval.value / factor, low, high).text
     if low is not None:
-        return f"above {two_digits(low)}"
-    return f"below {two_digits(high)}" if high is not None else "not known"
+        return f"above {significant(low, 2, zeros=True)}"
+    return limit_text(high) if high is not None else "not known"
 
 
 def _excess_text(factor: Interval) -> str:

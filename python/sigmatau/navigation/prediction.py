@@ -14,6 +14,7 @@ from sigmatau.digits import round_to_error
 from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import alike_text
 from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
+from sigmatau.noise.shown import error_unit
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.results import WIDTH, Printed, duration_text, lines_text, wrapped
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_DISPLAY = {"rad": ("deg", math.pi / 180)}
 _OTHER_LABELS = {
     "gauss_markov": "Gauss-Markov process",
     "resonance": "resonance",
@@ -152,7 +152,7 @@ class PredictedError(Printed):
         -------
         list of tuple of str
         """
-        unit, factor = _DISPLAY.get(self.unit, (self.unit, 1.0))
+        unit, factor = error_unit(self.unit)
         rows: list[tuple[str, ...]] = []
         for k, after in enumerate(self.after.tolist()):
             edges = (None, None) if self.low is None or self.high is None else (self.low[k], self.high[k])

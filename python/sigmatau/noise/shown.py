@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import replace
+from typing import Literal
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
@@ -47,7 +49,19 @@ _KINDS = (  # SI units of coefficients of inertial sensors
     *("rad", "rad/sqrt(s)", "rad/s", "rad/s/sqrt(s)", "rad/s^2"),
     *("m/s", "m/s/sqrt(s)", "m/s^2", "m/s^2/sqrt(s)", "m/s^3"),
 )
-_EXAMPLES = {"angular_rate": "deg/h, mdps/rtHz, deg/sqrt(h)", "acceleration": "ug, ug/rtHz, m/s/sqrt(h)"}
+_EXAMPLES = {  # by SI unit of a coefficient; those of rates and densities are enough where all coefficients are printed
+    "rad/s": "deg/h",
+    "rad/sqrt(s)": "mdps/rtHz, deg/sqrt(h)",
+    "rad": "arcsec",
+    "rad/s/sqrt(s)": "deg/h/sqrt(h)",
+    "rad/s^2": "deg/h/h",
+    "m/s^2": "ug",
+    "m/s/sqrt(s)": "ug/rtHz, m/s/sqrt(h)",
+    "m/s": "mm/s",
+    "m/s^2/sqrt(s)": "ug/sqrt(s)",
+    "m/s^3": "ug/h",
+}
+_MANY = 2  # coefficients from which on examples of rates and densities are given
 
 
 @frozen
@@ -58,8 +72,10 @@ class ShownUnit:
     ----------
     spelled : str
         As it was given.
-    text : str
-        As it is printed; of a density with its sides.
+    bare : str
+        As it is printed, without the sides of a density.
+    sided : {"", "one", "two"}
+        Of a density.
     si : str
         SI unit of the same kind: that of a coefficient of an inertial sensor, or of another signal.
     factor : float
@@ -69,10 +85,16 @@ class ShownUnit:
     """
 
     spelled: str
-    text: str
+    bare: str
+    sided: Literal["", "one", "two"]
     si: str
     factor: float
     tail: str | None = None
+
+    @property
+    def text(self) -> str:
+        """As it is printed; of a density with its sides."""
+        return f"{self.bare}, {self.sided}-sided" if self.sided else self.bare
 
 
 SHOWN: ContextVar[tuple[ShownUnit, ...]] = ContextVar("SHOWN", default=())
@@ -152,24 +174,32 @@ def asked_unit(si: str, rate_unit: str, tail: str | None) -> tuple[str, float] |
     tail : str or None
         What follows the unit of another signal in that of the coefficient: ``"*sqrt(s)"``. None of an inertial sensor.
     """
-    found = next(iter(_fitting(si, rate_unit, tail)), None)
-    if found is None:
-        return None
-    if tail is None:
-        return found.text, found.factor
-    text = found.text if found.tail or not tail else found.text + _pretty(tail)
-    return text, found.factor / _signal_unit(rate_unit)[1]
+    asked = shown_unit(si, rate_unit, tail)
+    return None if asked is None else (asked.text, asked.factor)
 
 
-def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]], examples: Mapping[str, str]) -> None:
+def shown_unit(si: str, rate_unit: str, tail: str | None) -> ShownUnit | None:
+    """The unit in which a coefficient is to be shown, with its size in the unit of the result, see `asked_unit`."""
+    asked = next(iter(_fitting(si, rate_unit, tail)), None)
+    if asked is None or tail is None:
+        return asked
+    bare = asked.bare if asked.tail or not tail else asked.bare + _pretty(tail)
+    return replace(asked, bare=bare, factor=asked.factor / _signal_unit(rate_unit)[1])
+
+
+def error_unit(si: str) -> tuple[str, float]:
+    """The unit in which an error of attitude, velocity or position is shown, and its size in SI."""
+    usual = ("deg", math.pi / 180) if si == "rad" else (si, 1.0)
+    return asked_unit(si, si, None) or usual
+
+
+def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]]) -> None:
     """Refuse a unit that fits no channel, and two units for one coefficient.
 
     Parameters
     ----------
     channels : mapping of str to sequence
-        The arguments of `asked_unit` for each coefficient of each channel.
-    examples : mapping of str to str
-        Units that fit, by channel.
+        The arguments of `asked_unit` for each coefficient that is printed of each channel.
 
     Raises
     ------
@@ -191,18 +221,26 @@ def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]], e
             used.update(unit.spelled for unit in fitting)
     for unit in SHOWN.get():
         if unit.spelled not in used:
-            names, fitting_units = ", ".join(list(channels)[:6]), "; ".join(dict.fromkeys(examples.values()))
+            fitting_units = "; ".join(dict.fromkeys(map(_unit_examples, channels.values())))
             raise OptionError(
-                f"{unit.spelled!r} fits none of the channels {names}. Units that fit: {fitting_units}", option="show"
+                f"{unit.spelled!r} fits nothing that is printed of {', '.join(list(channels)[:6])}."
+                f" Units that fit: {fitting_units}",
+                option="show",
             )
 
 
-def unit_examples(quantity: str, unit: str) -> str:
+def _unit_examples(coefficients: Sequence[tuple[str, str, str | None]]) -> str:
     """Units in which coefficients of a channel can be shown: ``"deg/h, mdps/rtHz"``."""
-    if quantity in _EXAMPLES:
-        return _EXAMPLES[quantity]
+    if all(tail is None for *_, tail in coefficients):
+        units = dict.fromkeys(si for si, *_ in coefficients)
+        usual = [si for si in units if si.endswith(("rad/s", "m/s^2")) or si in ("rad/sqrt(s)", "m/s/sqrt(s)")]
+        return ", ".join(_EXAMPLES[si] for si in (usual if len(units) > _MANY else units))
+    unit = coefficients[0][1]
     base, factor = _signal_unit(unit)
-    return f"m{base}, u{base}/rtHz" if factor else f"none, because the unit {unit!r} has no prefixes"
+    if not factor:
+        return f"none, because the unit {unit!r} has no prefixes"
+    tails = {tail for *_, tail in coefficients}
+    return f"m{base}, u{base}/rtHz" if "*sqrt(s)" in tails else f"m{base}"
 
 
 def _fitting(si: str, rate_unit: str, tail: str | None) -> list[ShownUnit]:
@@ -245,10 +283,10 @@ def _parse(spelled: str) -> ShownUnit:
             " mdps/rtHz:one-sided",
             option="show",
         )
-    if is_density:
-        which = side[1] if side else "two"
-        text, factor = f"{text}, {which}-sided", factor / (math.sqrt(2) if which == "one" else 1.0)
-    return ShownUnit(spelled=spelled, text=text, si=si, factor=factor, tail=tail)
+    sided: Literal["", "one", "two"] = "" if not is_density else "one" if side and side[1] == "one" else "two"
+    if sided == "one":
+        factor /= math.sqrt(2)
+    return ShownUnit(spelled=spelled, bare=text, sided=sided, si=si, factor=factor, tail=tail)
 
 
 def _signal_unit(name: str) -> tuple[str, float]:

@@ -12,7 +12,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau._native.arguments import whole_sizes
 from sigmatau.frozen import frozen
-from sigmatau.noise.shown import SHOWN, asked_unit, check_units, unit_examples
+from sigmatau.noise.shown import SHOWN, ShownUnit, asked_unit, check_units, shown_unit
 from sigmatau.units import find
 
 BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
@@ -198,10 +198,16 @@ def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float
 
 
 def asked_rate_unit(quantity: str, unit: str) -> tuple[str, float] | None:
-    """The unit of `show_in` for rates and their deviations, and its size in SI; None without one, and of an angle."""
-    if quantity in _SI_UNITS and unit != _SI_UNITS[quantity]["bias_instability"]:
-        return None
-    return asked_unit(*_asked_for("bias_instability", quantity, unit))
+    """The unit of `show_in` for deviations of rates or of their integrals, and its size in `unit`; None without one."""
+    if quantity in _SI_UNITS:
+        return asked_unit(unit, unit, None)
+    rate_unit, _, of_integral = unit.partition("·")
+    return asked_unit(unit, rate_unit, "*s" if of_integral == "s" else "")
+
+
+def asked_density(quantity: str, unit: str) -> ShownUnit | None:
+    """The unit of `show_in` for the root of a density, which is that of the random walk; None without one."""
+    return shown_unit(*_asked_for("random_walk", quantity, unit)) if SHOWN.get() else None
 
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
@@ -209,22 +215,27 @@ def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | Non
     return coefficient_unit(term, quantity, unit), unit, None if quantity in _SI_UNITS else _TIMES[term]
 
 
-def check_shown(channels: Mapping[str, tuple[str, str]]) -> None:
+def check_shown(channels: Mapping[str, tuple[str, str]], terms: Iterable[str] = tuple(TERMS)) -> None:
     """Refuse a unit of `show_in` that fits no coefficient of some channels.
 
     Parameters
     ----------
     channels : mapping of str to (str, str)
         Quantity and unit by channel.
+    terms : iterable of str
+        Coefficients that are printed; the unit of deviations is that of bias instability. Default: all.
 
     Raises
     ------
     OptionError
         Names the unit, and units that fit.
     """
+    names = tuple(terms)
     check_units(
-        {name: [_asked_for(term, quantity, unit) for term in TERMS] for name, (quantity, unit) in channels.items()},
-        {name: unit_examples(quantity, unit) for name, (quantity, unit) in channels.items()},
+        {
+            channel: [_asked_for(term, quantity, unit) for term in names]
+            for channel, (quantity, unit) in channels.items()
+        }
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.noise.shown import error_unit
 from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve
 from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_TITLES = {"rad": ("angle", "deg", math.pi / 180), "m/s": ("velocity", "m/s", 1.0), "m": ("position", "m", 1.0)}
+_TITLES = {"rad": "angle", "m/s": "velocity", "m": "position"}
 
 
 class ErrorLike(Protocol):
@@ -48,7 +49,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Pane
         new_figure(4.6 * len(units), 4.2).subplots(1, len(units), squeeze=False)[0]
     )
     for ax, unit in zip(panels, units, strict=True):
-        title, text, factor = _TITLES[unit]
+        text, factor = error_unit(unit)
         limited = False
         shown = [(name, error) for name, error in errors.items() if error.unit == unit]
         for k, (name, error) in enumerate(shown):
@@ -68,7 +69,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Pane
             ax.plot([], [], "--", color="0.4", linewidth=1, label="at most, with terms that were not seen")
         _whole_decades(ax)
         ax.set_xlabel("time since the start [s]")
-        ax.set_ylabel(f"error of the {title}, rms [{text}]")
+        ax.set_ylabel(f"error of the {_TITLES[unit]}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
         legend(ax)
     return figure_of(panels[0])

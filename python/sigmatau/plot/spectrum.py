@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.noise.terms import asked_density
 from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
 from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
 from sigmatau.units import find, known
@@ -110,11 +111,7 @@ def draw_spectrum(
         What of the model has no density, for a note.
     """
     ax = new_figure(7, 4.6).subplots() if ax is None else ax
-    if unit is not None:
-        found = find(unit, si=spectrum.unit)
-        factor, text = found.factor, found.text
-    else:
-        factor, text = 1.0, find(spectrum.unit).text if spectrum.unit in known() else spectrum.unit
+    factor, label = _axis(spectrum, unit)
     binned = spectrum.binned()
     low, high = (edge / factor**2 for edge in binned.interval())
     ax.fill_between(binned.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
@@ -137,10 +134,24 @@ def draw_spectrum(
         text_of = f"{spectrum.channel}: model without {without[0]}{more}"
         ax.plot([], [], color=colour, linestyle="--", linewidth=1.1, label=text_of)
     ax.set_xlabel("frequency [Hz]")
-    squared = f"({text})²" if "/" in text else f"{text}²"
-    ax.set_ylabel(f"two-sided density [{squared}/Hz]")
+    ax.set_ylabel(label)
     ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
     return ax
+
+
+def _axis(spectrum: SpectrumLike, unit: str | None) -> tuple[float, str]:
+    """Size of the root of the unit of densities, and their name with this unit: the given one, or that of `show_in`."""
+    asked = None if unit else asked_density(spectrum.quantity, spectrum.unit)
+    if asked is not None and not asked.sided:  # per √h
+        return asked.factor, f"two-sided density [({asked.bare})²]"
+    if asked is not None:
+        text, factor = asked.bare.removesuffix("/√Hz"), asked.factor
+    elif unit:
+        text, factor = find(unit, si=spectrum.unit).text, find(unit).factor
+    else:
+        text, factor = find(spectrum.unit).text if spectrum.unit in known() else spectrum.unit, 1.0
+    squared = f"({text})²" if "/" in text else f"{text}²"
+    return factor, f"{asked.sided if asked else 'two'}-sided density [{squared}/Hz]"
 
 
 def draw_spectra(

@@ -71,7 +71,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
         for text, size in units:
             bounds = (None, None) if low is None or high is None else (low / size, high / size)
             shown, interval = round_to_error(value / size, *bounds).cells
-            if bounds[0] is None:
+            if not interval and not model.duration:  # stated, and not of a fit
                 shown = f"{value / size:.6g}"
             percent = (
                 f"{interval} ({100 * model.level:g} %)"

@@ -39,7 +39,7 @@ from sigmatau.cli.options import (
     write_json,
     write_result,
 )
-from sigmatau.cli.ranges import lines_by_hand, refused_by_hand
+from sigmatau.cli.ranges import lines_by_hand, refused_by_hand, slope_range, slopes
 from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
@@ -78,6 +78,7 @@ def analyze_command(
     joint_axes: Annotated[bool, Flag, InMethod] = False,
     common: Annotated[str | None, InMethod] = None,
     jobs: Annotated[int | None, InOutput] = None,
+    slope: Annotated[str | None, InMethod] = None,
     show: Show = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -119,6 +120,9 @@ def analyze_command(
         terms differ from run to run, and their value is the mean over runs.
     jobs
         Number of logs to analyse in parallel (default 1).
+    slope
+        Print the slope of each curve of one log between two averaging times, 1s:10s, and which noise terms have it.
+        Default: none.
     verbose
         Print all coefficients and findings, not only the main ones.
     quiet
@@ -141,6 +145,8 @@ def analyze_command(
     )
     if common is not None and not (joint or joint_axes):
         raise OptionError("--common needs --joint", option="common")
+    if slope is not None and (joint or joint_axes or str(json) == "-"):
+        raise OptionError("--slope is printed of the curves of one log, without --joint and --json -", option="slope")
     if joint or joint_axes:
         from sigmatau.cli.joint import joint_command, refuse, terms_of
 
@@ -166,7 +172,10 @@ def analyze_command(
             raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
         reading = readings_of(reading, logs, logs)[logs[0]]
         exports.check_reading(reading)
-        return _one(logs[0], reading, chosen, outputs, exports, verbose=verbose, quiet=quiet)
+        span = None if slope is None else slope_range(slope)
+        return _one(logs[0], reading, chosen, outputs, exports, span, verbose=verbose, quiet=quiet)
+    if slope is not None:
+        raise OptionError("--slope takes one log; run the command once for each", option="slope")
     if exports.files:
         raise OptionError(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
@@ -219,6 +228,7 @@ def _one(
     settings: dict[str, Any],
     outputs: Outputs,
     exports: Exports,
+    span: tuple[float, float] | None,
     *,
     verbose: bool,
     quiet: bool,
@@ -246,6 +256,8 @@ def _one(
     attempts = Attempts()
     with attempts.attempt():
         _print_result(analysis, outputs, verbose=verbose, quiet=quiet)
+        if span is not None:
+            _table("\n".join(slopes(analysis, span)))
     _write_outputs(attempts, analysis, record, outputs, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files and analysis.rest is not None:

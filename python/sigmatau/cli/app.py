@@ -49,6 +49,12 @@ sigmatau psd static.csv --segment 1s --axes gyro,accel_x
 sigmatau psd static.csv --method multitaper --tapers 20 --f-max 5Hz
 sigmatau psd static.csv --method multitaper --model result.json""",
     ),
+    "density": (
+        "Turn a measured power spectral density into Allan deviations and a noise model.",
+        """\
+sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz"
+sigmatau density density.csv --sided one --unit "(rad/s)^2/Hz" --averages 50 -o measured.toml --csv deviations.csv""",
+    ),
     "bandwidth": (
         "Find the bandwidth and filter of a sensor, its noise without aliasing, and the rate to sample at.",
         """\

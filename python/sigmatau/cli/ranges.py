@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from sigmatau.analysis import Analysis
 from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
+from sigmatau.fitting.curve_slope import fit_slope
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.results import seconds, wrapped
@@ -16,20 +17,37 @@ _EXAMPLE = "random_walk=1s:10s"
 
 def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
     """The option ``--read-off-at``: ``["gyro_x.random_walk=1s:10s"]`` as ``{"gyro_x.random_walk": (1.0, 10.0)}``, in s."""
-    found = {}
-    for key, text in key_values(values, "read-off-at", _EXAMPLE).items():
-        first, colon, last = text.partition(":")
-        if not (first.strip() and colon and last.strip()):
-            raise OptionError(
-                f"--read-off-at {key}={text}: give the shortest and the longest averaging time, e.g. {_EXAMPLE}",
-                option="read_off_at",
-            )
-        ends = [
-            time_of(part, f"{key}={text}", option="read_off_at", forms=f"e.g. {_EXAMPLE} (ms, s, min, h, d)")
-            for part in (first, last)
-        ]
-        found[key] = (ends[0], ends[1])
-    return found
+    return {
+        key: _ends(text, f"{key}={text}", option="read_off_at", example=_EXAMPLE)
+        for key, text in key_values(values, "read-off-at", _EXAMPLE).items()
+    }
+
+
+def slope_range(text: str) -> tuple[float, float]:
+    """The option ``--slope``: ``"1s:10s"`` as ``(1.0, 10.0)``, in s."""
+    return _ends(text, text, option="slope", example="1s:10s")
+
+
+def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
+    """The slope of each curve between two averaging times, and the terms that have it, a line a channel."""
+    try:
+        fitted = [fit_slope(curve, tau_min=span[0], tau_max=span[1]) for curve in analysis.curves.values()]
+    except OptionError as error:
+        raise error.named("slope") from None
+    return wrapped([*map(repr, fitted), "±: standard error of the slope for a curve of the named term."])
+
+
+def _ends(text: str, typed: str, *, option: str, example: str) -> tuple[float, float]:
+    """The averaging times of ``"1s:10s"``, in s; `typed` is what an error names."""
+    first, colon, last = text.partition(":")
+    if not (first.strip() and colon and last.strip()):
+        raise OptionError(
+            f"--{option.replace('_', '-')} {typed}: give the shortest and the longest averaging time, e.g. {example}",
+            option=option,
+        )
+    forms = f"e.g. {example} (ms, s, min, h, d)"
+    shortest, longest = (time_of(part, typed, option=option, forms=forms) for part in (first, last))
+    return shortest, longest
 
 
 _FORCE = "--force draws a refused line"

@@ -32,7 +32,7 @@ _HALVINGS = 40  # of a step, and of the bracket of an end of an interval
 _MISFIT = 0.01
 """p-value below which the terms do not describe the density, as in `sigmatau.fit`."""
 
-_QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
+QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
 
 
 @frozen
@@ -206,7 +206,7 @@ def fit_psd(
     limits = {name: math.sqrt(ends[name][1]) for name in names if name not in present}
     model = ChannelModel(
         terms={name: math.sqrt(value) for name, value in zip(present, values, strict=True)},
-        quantity=_QUANTITIES.get(unit, "signal"),
+        quantity=QUANTITIES.get(unit, "signal"),
         unit=unit,
         intervals=intervals if adequate else {},
         limits=limits if adequate else {},

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau.arrays import freeze
+from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.density_pieces import Between, Pieces
@@ -58,7 +59,7 @@ class AvarFromPsd(Printed):
     >>> st.avar_from_psd([0.01, 50.0], [1e-8, 1e-8], [1.0, 10.0], sided="two")
     Allan deviation of a density from 0.01 to 50 Hz
            τ [s]              σ   at most, with what is outside the band
-               1      9.985e-05          0.0001
+               1      9.985e-05       0.0001000
               10      3.142e-05       3.203e-05
       outside: below 0.01 Hz no steeper than f^-2, above 50 Hz no steeper than f^0
     """
@@ -115,10 +116,12 @@ class AvarFromPsd(Printed):
                 pairs = "  ".join(f"{value:+.3f}" for value in self.correlation[k][rows, columns])
                 lines.append(f"  {tau:10.4g}  {deviations};  {pairs}")
             else:
-                lines.append(f"  {tau:10.4g}  {self.adev[k]:13.4g}  {self.adev_at_most[k]:14.4g}")
-        return "\n".join([*lines, f"  outside: {self._outside()}"])
+                value, limit = (significant(float(x[k]), 4, zeros=True) for x in (self.adev, self.adev_at_most))
+                lines.append(f"  {tau:10.4g}  {value:>13}  {limit:>14}")
+        return "\n".join([*lines, f"  outside: {self.outside}"])
 
-    def _outside(self) -> str:
+    @property
+    def outside(self) -> str:
         """The assumption about the density outside the band."""
         parts = []
         if self.f_min > 0:

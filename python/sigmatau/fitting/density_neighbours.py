@@ -1,0 +1,32 @@
+"""Which densities of a spectrum are independent: a window makes neighbouring frequencies similar."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sigmatau.arrays import Floats
+
+_LARGEST_STEP = 4  # between frequencies: windows correlate up to three neighbours (flat top)
+_SIGMAS = 3.0  # by which the scatter of neighbours must be too small
+_ERROR = 2.2
+"""Standard error of the ratio of the two second differences of independent values, times √n: 2.15 to 2.27 in
+1500 sets of 100, 400 and 2000 logarithms of χ² with 2 and 100 degrees of freedom."""
+
+
+def independent_step(density: Floats) -> int:
+    """The least distance of frequencies whose densities are independent; 1 where they are.
+
+    The second difference of logarithms that are next to each other is compared with that of those two apart; neither has the
+    level nor the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, for independent values 1.
+    """
+    logarithms = np.log(density)
+    for step in range(1, _LARGEST_STEP):
+        x = logarithms[::step]
+        n = len(x) - 4
+        if n < 1:
+            return step
+        adjacent = float(np.mean((x[1:-3] - 2 * x[2:-2] + x[3:-1]) ** 2))
+        spaced = float(np.mean((x[:-4] - 2 * x[2:-2] + x[4:]) ** 2))
+        if not adjacent < (1 - _SIGMAS * _ERROR / np.sqrt(n)) * spaced:
+            return step
+    return _LARGEST_STEP

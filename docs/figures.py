@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 from studies.bandwidth import BANDWIDTH, RATES, filtered_white
+from studies.consistent import SENSORS, model_of
 from studies.selection_bias import selection_bias
 
 from sigmatau import NoiseModel, Record, allan, analyze, predict, simulate, verify
 from sigmatau._native import kernels
 from sigmatau.estimators.stability import dynamic_allan
+from sigmatau.exporting.consistent import HORIZON, assume_noise, consistent_walk
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
+from sigmatau.navigation.reference_filter import AIDING, FilterModel, judge_filter
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar
 from sigmatau.spectrum.estimate import psd
 from sigmatau.statespace.flicker import flicker_poles
@@ -226,6 +229,46 @@ def psd_figure() -> None:
     figure.savefig(HERE / "psd.svg", metadata={"Date": None})
 
 
+def inflation_figure() -> None:
+    """Gyros of four kinds: what a filter with the exported pair states, if its K or its N is multiplied; exact."""
+    factors = np.geomspace(0.1, 100, 61)
+    figure = Figure(figsize=(9.5, 6), layout="constrained")
+    axes = figure.subplots(2, 3, sharex=True, sharey="col")
+    for name, colour in zip(("N only", "flicker", "K", "Gauss-Markov"), COLOURS, strict=False):
+        model = model_of("gyro", SENSORS["gyro"][name])
+        truth = assume_noise(model, "mean")
+        noise = model.terms["random_walk"]
+        walk = consistent_walk(truth, sensor="gyro", noise=noise, horizon=HORIZON, criterion="horizon").walk
+        for row, (of_noise, of_walk) in zip(axes, ((0, 1), (1, 0)), strict=True):
+            judged = [
+                judge_filter(
+                    [truth.noise],
+                    FilterModel(noise=noise * factor**of_noise, walk=walk * factor**of_walk),
+                    aiding=AIDING["gyro"],
+                    times=(HORIZON, 10 * HORIZON),
+                )
+                for factor in factors
+            ]
+            series = [[each.nees for each in judged]]
+            series += [[each.coasting[k].ratio for each in judged] for k in range(2)]
+            for ax, values in zip(row, series, strict=True):
+                ax.loglog(factors, values, color=colour, label=name)
+    for letter, row in zip("KN", axes, strict=True):
+        for ax, title in zip(row, ("bias: NEES", "error after 60 s", "error after 10 min"), strict=True):
+            ax.axhline(1.0, color="0.4", linewidth=0.8)
+            ax.axvline(1.0, color="0.4", linewidth=0.8, linestyle=":")
+            ax.set_title(title, fontsize=10)
+            ax.set_xlabel(f"factor on {letter} of the file")
+            ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+        row[0].set_ylabel("actual over stated variance")
+        row[1].set_ylabel("actual over stated deviation")
+    axes[0, 0].legend(fontsize=8.5, title="dominant slow noise", title_fontsize=8.5)
+    axes[0, 0].set_ylim(0.1, 100)
+    axes[0, 1].set_ylim(0.03, 10)
+    axes[0, 2].set_ylim(0.03, 10)
+    figure.savefig(HERE / "inflation.svg", metadata={"Date": None})
+
+
 CHOSEN = {
     "N, B, K": {"random_walk": 0.005, "bias_instability": 0.0028, "rate_random_walk": 1e-4},
     "K alone": {"rate_random_walk": 1e-4},
@@ -242,3 +285,4 @@ if __name__ == "__main__":
     verification_figure()
     prediction_figure()
     psd_figure()
+    inflation_figure()

@@ -35,7 +35,7 @@ GroupName = Literal["Input", "Selection", "Method", "Output", "Export"]
 
 Form = Literal[
     "text", "texts", "flag", "count", "number", "seconds", "times", "ranges", "span", "spans", "names", "rates", "pairs",
-    "numbers", "bandwidths", "time",
+    "numbers", "bandwidths", "time", "factors",
 ]  # fmt: skip
 """How a value is typed on the command line; see `sigmatau.cli.declared`."""
 

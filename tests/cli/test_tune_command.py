@@ -110,7 +110,7 @@ def test_model_and_command_of_the_export(tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "0.0001" in out
     assert "√R is too small" in " ".join(out.split())
-    assert "for all sensors of the model: sigmatau export imu.toml --to TARGET --noise-factor 2." in err
+    assert "a file with these factors: sigmatau export imu.toml --to TARGET --noise-factor 2." in err
 
 
 @pytest.mark.parametrize(

@@ -97,3 +97,36 @@ def test_names_that_no_file_has(path, words, tmp_path, monkeypatch):
     with pytest.raises((DataError, OptionError), match=words):
         export(given, to="kalibr", path=path, choices=Choices(filter_rate=RATE))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("model", "ieee952", "state-space")])
+def test_factors_by_sensor(name):
+    """Those of one sensor change its lines alone; a sensor without a factor has 1."""
+    terms = FLAT | {"bias_instability": 1e-5}
+    model = NoiseModel(channels={f"{sensor}_{axis}": terms for sensor in ("gyro", "accel") for axis in "xyz"})
+    slow = {} if name == "ros" else {"horizon": 10.0}
+
+    def lines(factor):
+        factors = {"noise_factor": factor} | ({} if name == "ros" else {"walk_factor": factor})
+        text = str(export(model, to=name, choices=Choices(filter_rate=RATE, **slow, **factors)))
+        return text.splitlines()
+
+    plain, doubled, gyro = lines(1.0), lines(2.0), lines({"gyro": 2.0})
+    assert lines({"gyro": 2.0, "accel": 2.0}) == doubled
+    assert plain != gyro != doubled
+    changed = [
+        (a, b, c) for a, b, c in zip(plain, gyro, doubled, strict=False) if a != b and not a.startswith(("#", "%"))
+    ]
+    assert all(b == c for _, b, c in changed)
+
+
+def test_a_factor_of_a_sensor_that_the_model_lacks():
+    with pytest.raises(OptionError, match="the model has no accelerometers") as refused:
+        export(
+            NoiseModel(channels={"gyro_x": FLAT}),
+            to="state-space",
+            choices=Choices(step=0.01, walk_factor={"accel": 2.0}),
+        )
+    assert refused.value.option == "walk_factor"
+    with pytest.raises(OptionError, match="unknown sensor 'mag'"):
+        Choices(noise_factor={"mag": 2.0})

@@ -1,19 +1,21 @@
 """Files for stated values, and for a sensor beside running motors against the same at rest."""
 
+import json
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import vio
 from known import seed_of
-from sigmatau import Analysis, NoiseModel, analyze, datasheet, list_datasheets, simulate
+from sigmatau import Analysis, ChannelModel, NoiseModel, Sinusoid, analyze, datasheet, list_datasheets, simulate
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.inflation import inflation
-from sigmatau.exporting.source import Source
+from sigmatau.exporting.source import Sample, Source
 from sigmatau.exporting.stated import HORIZON, prepare_stated
 from sigmatau.exporting.targets import NAMES
 from sigmatau.io.write import write
@@ -132,6 +134,66 @@ def test_factors_by_coefficient(records):
     assert inflation(first, second).factors[0].text == "x 4.0"
 
 
+def test_coverage_of_a_factor():
+    """The interval of a quotient of two estimates holds the true one in 95 %, within 3 standard errors."""
+    rng = np.random.default_rng(seed_of("inflation: coverage"))
+    covered, runs = 0, 2000
+    for sizes in np.exp(rng.standard_normal((runs, 2)) * (0.02, 0.05)) * (1e-4, 3e-4):
+        first, second = (
+            Source.of_model(
+                NoiseModel(
+                    channels={
+                        "gyro_x": ChannelModel(
+                            terms={"random_walk": n},
+                            intervals={"random_walk": (n * math.exp(-1.96 * error), n * math.exp(1.96 * error))},
+                            duration=100.0,
+                        )
+                    }
+                )
+            )
+            for n, error in zip(sizes, (0.02, 0.05), strict=True)
+        )
+        factor = inflation(first, second).factors[0]
+        covered += factor.low < 3 < factor.high
+    assert abs(covered / runs - 0.95) < 3 * math.sqrt(0.95 * 0.05 / runs)
+
+
+REST = ChannelModel(terms={"random_walk": 1e-4, "bias_instability": 1e-5})
+
+
+@pytest.mark.parametrize(
+    ("running", "cause", "words"),
+    [
+        ({"random_walk": 3e-4}, "white vibration", "multiply N by 3"),
+        ({"rate_random_walk": 1e-5, "random_walk": 1e-4}, None, "not a reason to inflate"),
+        ({"random_walk": 1.05e-4}, None, "not a reason to inflate"),
+        ({"random_walk": 1e-4, "bias_instability": 4e-5}, "slow noise", "multiply K by 4"),
+        ({"random_walk": 3e-5}, "smaller", "3.3 times smaller with motors on: are the files swapped?"),
+    ],
+)
+def test_causes(running, cause, words):
+    sources = [Source.of_model(NoiseModel(channels={"gyro_x": model})) for model in (REST, ChannelModel(terms=running))]
+    factors = inflation(*sources)
+    assert [each.cause for each in factors.causes] == ([cause] if cause else [])
+    assert words in factors.statements()[0]
+    assert words in " ".join(repr(factors).split())
+
+
+def test_lines_are_not_white():
+    """A new line makes the noise of a sample; one of the record at rest is not named."""
+    hum, motor = Sinusoid(amplitude=1e-3, frequency=50.0), Sinusoid(amplitude=1e-2, frequency=13.0)
+    sources = [
+        replace(
+            Source.of_model(NoiseModel(channels={"gyro_x": replace(REST, sinusoid=lines)})),
+            samples={"gyro_x": Sample(variance=variance, time=1.0)},
+        )
+        for lines, variance in (((hum,), 1e-6), ((hum, motor), 51e-6))
+    ]
+    (cause,) = inflation(*sources).causes
+    assert (cause.cause, cause.frequency) == ("lines", 13.0)
+    assert cause.factor.value == pytest.approx(math.sqrt(51))
+
+
 def test_the_command(records, tmp_path, capsys):
     names = ("rest", "running")
     for name, record in zip(names, records, strict=True):
@@ -140,8 +202,20 @@ def test_the_command(records, tmp_path, capsys):
     files = [str(tmp_path / f"{name}.json") for name in names]
     capsys.readouterr()
     assert main(["export", "--inflate", *files]) == 0
-    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
-    assert " x 3" in row
+    printed = capsys.readouterr().out
+    assert " x 3" in next(line for line in printed.splitlines() if line.startswith("gyro_x"))
+    assert main(["tune", "--rest", *files, "--json", str(tmp_path / "t.json")]) == 0
+    out, err = capsys.readouterr()
+    assert out == printed
+    assert "--to TARGET --noise-factor gyro=3" in err
+    assert json.loads((tmp_path / "t.json").read_text())["causes"][0]["cause"] == "white vibration"
+    for wrong, words in (
+        ([files[1]], "--rest rest.json"),
+        (["--rest", *files, "--noise", "gyro=1"], "--noise is of innovations"),
+        (["--rest", files[0], str(tmp_path / "running.csv")], "running.csv --at-rest --json running.json"),
+    ):
+        assert main(["tune", *wrong]) == 2
+        assert words in capsys.readouterr().err
     assert main(["export", "--inflate", *reversed(files)]) == 0
     assert "times smaller with motors on: are the files swapped?" in capsys.readouterr().err
     assert main(["export", "--inflate", *files, "--to", "ieee952"]) == 0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, 
 
 from cyclopts import Group, Parameter
 
-from sigmatau.cli.options import averaging_times, bandwidths, key_numbers, key_values
+from sigmatau.cli.options import averaging_times, bandwidths, factors, key_numbers, key_values
 from sigmatau.cli.ranges import read_off_ranges
 from sigmatau.cli.rates import parse_rate
 from sigmatau.hints import SPELLED, as_options, worded
@@ -75,6 +75,7 @@ FORMS: Mapping[Form, Typed] = {
     "rates": Typed(list[str], lambda texts, *_: parse_rate(texts), with_minus=True),
     "pairs": Typed(list[str], key_values),
     "numbers": Typed(list[str], key_numbers),
+    "factors": Typed(str, factors),
     "bandwidths": Typed(list[str], lambda texts, *_: bandwidths(texts)),
 }
 

@@ -89,6 +89,21 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
     return result
 
 
+def factors(typed: str | float, option: str, example: str) -> float | dict[str, float]:
+    """``"3"`` as a number, ``"gyro=3,accel=10"`` as a dictionary of them."""
+    if not isinstance(typed, str):
+        return typed
+    if "=" in typed:
+        return key_numbers([typed], option, example)
+    try:
+        return float(typed)
+    except ValueError:
+        raise OptionError(
+            f"--{option} {typed!r} is not a number. Give a factor, --{option} 2, or factors by sensor, --{option} {example}",
+            option=option,
+        ) from None
+
+
 def _number_of(text: str) -> float:
     """A number, or a quotient of two, ``1/16.4``; raises `ValueError` or `ZeroDivisionError` for other texts."""
     if "/" not in text:

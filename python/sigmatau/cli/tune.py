@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from sigmatau._version import __version__
 from sigmatau.analysis.inputs import read_source
 from sigmatau.cli.datasheet import check_model
-from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Texts
+from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
 from sigmatau.cli.options import (
     check_outputs,
     check_style,
@@ -22,6 +22,7 @@ from sigmatau.cli.options import (
 )
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import KINDS, Choices
+from sigmatau.exporting.inflation import Cause, Inflation, inflation
 from sigmatau.exporting.tuning.filters import BiasFilter
 from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.result import Tunings
@@ -29,6 +30,8 @@ from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.exporting.tuning.tune import tune
 from sigmatau.exporting.values import Numbers
 from sigmatau.model.file import has_unit_of, value_in_si
+from sigmatau.noise.shown import set_shown
+from sigmatau.noise.terms import check_shown
 from sigmatau.quality.selection.time_text import seconds_of
 from sigmatau.record.record import stream_name
 
@@ -43,12 +46,14 @@ def tune_command(
     noise: Annotated[list[str] | None, Texts, InMain] = None,
     walk: Annotated[list[str] | None, Texts, InMain] = None,
     model: Annotated[Path | None, InMain] = None,
+    rest: Annotated[Path | None, InMain] = None,
     columns: Annotated[list[str] | None, Texts, InMethod] = None,
     time: Annotated[str | None, InMethod] = None,
     skip: Annotated[str | None, InMethod] = None,
     plot: Annotated[Path | None, InMain] = None,
     style: Annotated[Literal["screen", "paper"], InOutput] = "screen",
     json: Annotated[Path | None, MayBeMinus, InMain] = None,
+    show: Show = None,
     quiet: Quiet = False,
 ) -> int:
     """Find which noise of a filter is wrong, and by which factor, from its innovations.
@@ -59,7 +64,8 @@ def tune_command(
     ----------
     innovations
         Table with a header: time, innovation and its stated variance S = H·P·Hᵀ + R, in SI or with units in the header.
-        Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x.
+        Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x. With --rest the JSON of analyze
+        --at-rest, of a log with engines or motors on.
     noise
         N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". The filter estimates an attitude with
         the bias of a gyro, or a velocity with that of an accelerometer; its measurement noise follows from N, K and S.
@@ -69,6 +75,9 @@ def tune_command(
     model
         Model file (.toml), JSON of analyze, or YAML of Kalibr or imu_utils, instead of --noise and --walk: N and K as
         export writes them for a filter.
+    rest
+        Without innovations: model file or JSON of analyze of the sensor at rest. Prints the factor of each coefficient
+        beside motors, its cause, and the command that writes the file with the factors.
     columns
         Columns of innovation and variance by channel, by name or number: gyro_x=nu:S. Default: recognised by their names.
     time
@@ -81,11 +90,33 @@ def tune_command(
         Style of figures: screen, or paper, for the width of a column or a page of a paper.
     json
         Write the result as JSON, in SI; - writes it to standard output instead of the table.
+    show
+        With --rest: units of the printed coefficients, deg/h,mdps/rtHz. Default: those of the field.
     quiet
         Print only errors on standard error.
     """
     check_style(style, plot)
     check_outputs(innovations, plot, json)
+    if rest is not None:
+        set_shown(show)
+        stated = {
+            "noise": noise,
+            "walk": walk,
+            "model": model,
+            "columns": columns,
+            "time": time,
+            "skip": skip,
+            "plot": plot,
+        }
+        return _inflate(rest, innovations, json, {name for name, value in stated.items() if value}, quiet=quiet)
+    if innovations.suffix.lower() in (".json", ".toml"):
+        raise OptionError(
+            f"{innovations} is not a table of innovations. For factors beside motors give the sensor at rest,"
+            " --rest rest.json",
+            option="rest",
+        )
+    if show is not None:
+        raise OptionError("--show is for the coefficients of --rest; innovations have no unit", option="show")
     data = read_innovations(innovations, columns=key_values(columns or [], "columns", "gyro_x=nu:S") or None, time=time)
     filters = _filters(data, noise or [], walk or [], model)
     after = 0.0 if skip is None else seconds_of(skip, option="skip")
@@ -171,23 +202,55 @@ def _filters_of_model(data: Mapping[str, Innovations], model: Path) -> dict[str,
     return filters
 
 
+def _inflate(rest: Path, running: Path, json: Path | None, unused: Iterable[str], *, quiet: bool) -> int:
+    """Print the factors of a running sensor over that at rest."""
+    for option in unused:
+        raise OptionError(
+            f"--{option} is of innovations, and --rest compares two records. Give one of both", option=option
+        )
+    for place in (rest, running):
+        if place.suffix.lower() not in (".json", ".toml", ".yaml", ".yml"):
+            at_rest = " --at-rest" if place == running else ""
+            raise OptionError(
+                f"{place} is not a result. Analyse the log first:"
+                f" sigmatau analyze {place}{at_rest} --json {place.stem}.json",
+                option="rest",
+            )
+    check_model(rest)
+    factors = inflation(read_source(rest), read_source(running))
+    check_shown({name: (model.quantity, model.unit) for name, model in factors.rest.items()})
+    write_result(repr(factors), {"sigmatau": __version__, **factors.to_dict()}, json)
+    line = _export_line(rest, factors)
+    if line:
+        say(line, quiet=quiet)
+    return 0
+
+
+def _export_line(rest: Path, factors: Inflation) -> str:
+    """The command that writes the file of the sensor at rest with the factors; empty without any."""
+    causes: tuple[tuple[str, Cause], ...] = (("noise-factor", "white vibration"), ("walk-factor", "slow noise"))
+    options = [
+        f"--{option} {','.join(f'{sensor}={value:.3g}' for sensor, value in by_sensor.items())}"
+        for option, cause in causes
+        if (by_sensor := factors.of_sensors(cause))
+    ]
+    return f"a file with these factors: sigmatau export {rest} --to TARGET {' '.join(options)}" if options else ""
+
+
 def _exports(result: Tunings, model: Path) -> list[str]:
-    """The command that writes a file with the largest factors of the channels."""
-    lines = []
+    """The command that writes a file with the largest factors of the channels, by sensor."""
+    options = []
     for option, name in (("noise-factor", "white"), ("walk-factor", "slow")):
-        causes = [
-            factor.value
-            for judged in result.values()
-            if judged.verdict == "wrong"
-            for factor in judged.causes
-            if factor.noise == name
-        ]
-        if causes:
-            lines.append(f"--{option} {max(causes):.3g}")
-    return (
-        [
-            f"a file with these factors, for all sensors of the model: sigmatau export {model} --to TARGET {' '.join(lines)}"
-        ]
-        if lines
-        else []
-    )
+        largest: dict[str, float] = {}
+        for channel, judged in result.items():
+            sensor = stream_name(channel)
+            for factor in judged.causes if judged.verdict == "wrong" else ():
+                if factor.noise == name:
+                    largest[sensor] = max(largest.get(sensor, 0.0), factor.value)
+        if largest:
+            by_sensor = set(largest) <= set(KINDS)
+            texts = [f"{sensor}={value:.3g}" if by_sensor else f"{value:.3g}" for sensor, value in largest.items()]
+            options.append(f"--{option} {','.join(texts) if by_sensor else max(texts, key=float)}")
+    if not options:
+        return []
+    return [f"a file with these factors: sigmatau export {model} --to TARGET {' '.join(options)}"]

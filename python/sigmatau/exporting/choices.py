@@ -162,19 +162,28 @@ class Choices:
             choices=get_args(Unobserved),
         ),
     )
-    noise_factor: float = field(
+    noise_factor: float | Mapping[str, float] = field(
         default=1.0,
         metadata=option(
-            "Export", "Factor on the random walk; the file states estimate and factor.", form="number", kind="float"
+            "Export",
+            "Factor on the random walk; the file states estimate and factor.",
+            form="factors",
+            kind="float or mapping of str to float",
+            example="gyro=3,accel=10",
+            python='A mapping is by sensor, ``"gyro"`` and ``"accel"``.',
+            typed="By sensor: gyro=3,accel=10.",
         ),
     )
-    walk_factor: float = field(
+    walk_factor: float | Mapping[str, float] = field(
         default=1.0,
         metadata=option(
             "Export",
             "Factor on slow noise: rate random walk, bias instability and Gauss-Markov processes.",
-            form="number",
-            kind="float",
+            form="factors",
+            kind="float or mapping of str to float",
+            example="gyro=3,accel=10",
+            python="A mapping is by sensor.",
+            typed="By sensor: gyro=3.",
         ),
     )
     filter_rate: float | None = field(
@@ -236,11 +245,16 @@ class Choices:
             value = getattr(self, name)
             low, high, unit = RANGES[name]
             absent = value is None and not name.endswith("factor")
-            if not absent and not _between(value, low, high):
-                raise OptionError(
-                    f"{Hint(name)} must be a positive number, from {low:g} to {high:g}{unit}, not {value!r}",
-                    option=name,
-                )
+            by_sensor = name.endswith("factor") and isinstance(value, Mapping)
+            for sensor in value if by_sensor else ():
+                if sensor not in KINDS:
+                    raise OptionError(f"{Hint(name)}: unknown sensor {sensor!r}; sensors: gyro, accel", option=name)
+            for each in value.values() if by_sensor else [value]:
+                if not absent and not _between(each, low, high):
+                    raise OptionError(
+                        f"{Hint(name)} must be a positive number, from {low:g} to {high:g}{unit}, not {each!r}",
+                        option=name,
+                    )
         object.__setattr__(
             self, "walk", _in_si("walk", self.walk, ("upper-limit", "consistent", "horizon", "observed"))
         )

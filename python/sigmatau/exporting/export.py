@@ -290,6 +290,11 @@ def _written(
     if fastest is not None:
         choices = replace(choices, filter_rate=fastest.rate)
     numbers = Numbers(source, choices, pair=wanted.has_walk)
+    for name in ("noise_factor", "walk_factor"):
+        factor = getattr(choices, name)
+        absent = [sensor for sensor in factor if not numbers.has(sensor)] if isinstance(factor, Mapping) else []
+        if absent:
+            raise OptionError(f"{Hint(name)} of {absent[0]}: the model has no {KINDS[absent[0]]}", option=name)
     if wanted.needs_rate:
         numbers.rate()
     content = write(numbers)

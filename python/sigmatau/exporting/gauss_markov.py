@@ -118,7 +118,7 @@ def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
     slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
     most = max(slow, key=lambda name: slow[name])
     has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[most]
-    ratio = numbers.choices.walk_factor * math.sqrt(has) / written.approximated(tau)
+    ratio = numbers.factor("rate_random_walk", sensor) * math.sqrt(has) / written.approximated(tau)
     if ratio <= _MOST_SLOW_NOISE:
         return written
     channels = tuple(slow) if numbers.choices.axes == "mean" else (most,)
@@ -186,7 +186,7 @@ def bottom(model: Mapping[str, float]) -> float | None:
 
 def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
     model = numbers.model.channels[name]
-    factor = numbers.choices.walk_factor
+    factor = numbers.factor("rate_random_walk", sensor)
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:

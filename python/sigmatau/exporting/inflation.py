@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any, Literal
 
 from sigmatau.digits import limit_text, round_to_error, significant, two_digits
 from sigmatau.errors import DataError
@@ -11,10 +12,15 @@ from sigmatau.exporting.source import Source
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import Printed
+from sigmatau.record.record import stream_name
+from sigmatau.results import Printed, plain, wrapped
+
+Cause = Literal["white vibration", "lines", "slow noise", "smaller", "not shown"]
 
 _SMALLER = 0.9  # factor of a random walk that chance and temperature do not explain
+_LARGER = 1.1  # factor below which no filter is judged differently, as the agreement of two S
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
+_LINES = 1.5  # ratio of the factor of a sample to that of N, above which lines make the noise of a sample
 
 
 @frozen
@@ -28,6 +34,22 @@ class Factor:
     high: float | None = None
 
     @property
+    def is_larger(self) -> bool:
+        """Whether the coefficient is larger in the second record, beyond chance and by more than a filter notices."""
+        if self.value is None or (self.low is None and self.high is not None):
+            return False
+        return self.value > _LARGER and (self.low is None or self.low > 1)
+
+    @property
+    def is_smaller(self) -> bool:
+        """Whether the coefficient is clearly smaller in the second record."""
+        return self.value is not None and (self.high or self.value) < _SMALLER
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return plain(self, "channel term value low high")
+
+    @property
     def text(self) -> str:
         """``"x 3.1 [2.9, 3.3]"``, ``"x 4 or more"``, ``"not observed"``."""
         if self.value is None:
@@ -39,6 +61,54 @@ class Factor:
         return f"x {round_to_error(self.value, self.low, self.high).text}"
 
 
+@frozen
+class ChannelCause:
+    """Why a channel has more noise beside motors than at rest, and by which factor.
+
+    Attributes
+    ----------
+    channel : str
+    cause : {"white vibration", "lines", "slow noise", "smaller", "not shown"}
+        N is larger; a sample is larger than N explains; bias instability or K is larger; N is smaller; a record does not
+        show N.
+    factor : Factor
+        Of the coefficient that the cause is about.
+    frequency : float or None
+        Of the largest line that only the second record has. [Hz]
+    """
+
+    channel: str
+    cause: Cause
+    factor: Factor
+    frequency: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return plain(self, "channel cause factor frequency_hz=frequency")
+
+    @property
+    def text(self) -> str:
+        """The cause, and what to do."""
+        times = self.factor.text.removeprefix("x ")
+        if self.cause == "white vibration":
+            return f"{self.channel}: vibration is white noise for a filter; multiply N by {times}"
+        if self.cause == "lines":
+            place = "" if self.frequency is None else f", the largest at {self.frequency:.3g} Hz"
+            return (
+                f"{self.channel}: the noise of a sample is {times} times as large by vibration that is not white{place};"
+                " use a notch filter or dampers, no factor on N"
+            )
+        if self.cause == "slow noise":
+            term = TERMS[self.factor.term].label("signal")
+            return f"{self.channel}: the {term} is larger, as by heat; multiply K by {times}"
+        if self.cause == "smaller":
+            return (
+                f"{self.channel}: N is {two_digits(1 / (self.factor.value or 1.0))} times smaller with motors on:"
+                " are the files swapped?"
+            )
+        return f"{self.channel}: a record does not show N; record for longer, or with a finer resolution"
+
+
 @frozen(eq=False)
 class Inflation(Printed):
     """Factors by channel and term, see `inflation`."""
@@ -46,6 +116,63 @@ class Inflation(Printed):
     factors: tuple[Factor, ...]
     rest: Mapping[str, ChannelModel]
     running: Mapping[str, ChannelModel]
+
+    @property
+    def causes(self) -> tuple[ChannelCause, ...]:
+        """What is larger beside motors, and why, by channel; none for a channel whose noise is that at rest."""
+        by_term = {(factor.channel, factor.term): factor for factor in self.factors}
+        causes: list[ChannelCause] = []
+        for channel in dict.fromkeys(factor.channel for factor in self.factors):
+            noise, sample = by_term[channel, "random_walk"], by_term.get((channel, "sample"))
+            if noise.value is None:
+                causes.append(ChannelCause(channel=channel, cause="not shown", factor=noise))
+            elif noise.is_larger or noise.is_smaller:
+                cause: Cause = "white vibration" if noise.is_larger else "smaller"
+                causes.append(ChannelCause(channel=channel, cause=cause, factor=noise))
+            if sample is not None and sample.value is not None and sample.value > _LINES * max(noise.value or 1.0, 1.0):
+                frequency = self._new_line(channel)
+                causes.append(ChannelCause(channel=channel, cause="lines", factor=sample, frequency=frequency))
+            slow = [by_term[channel, term] for term in ("rate_random_walk", "bias_instability")]
+            larger = next((factor for factor in slow if factor.is_larger), None)
+            if larger is not None:
+                causes.append(ChannelCause(channel=channel, cause="slow noise", factor=larger))
+        return tuple(causes)
+
+    def _new_line(self, channel: str) -> float | None:
+        """Frequency of the largest line that is not in the record at rest."""
+        at_rest = {line.frequency: line.amplitude for line in self.rest[channel].sinusoid}
+        lines = [
+            line
+            for line in self.running[channel].sinusoid
+            if all(abs(line.frequency - f) > 0.01 * f or line.amplitude > _LARGER * a for f, a in at_rest.items())
+        ]
+        return max(lines, key=lambda line: line.amplitude).frequency if lines else None
+
+    def of_sensors(self, cause: Cause) -> dict[str, float]:
+        """The largest factor of a cause by sensor."""
+        largest: dict[str, float] = {}
+        for each in self.causes:
+            if each.cause == cause and each.factor.value is not None:
+                sensor = stream_name(each.channel)
+                largest[sensor] = max(largest.get(sensor, 0.0), each.factor.value)
+        return largest
+
+    def statements(self) -> tuple[str, ...]:
+        """What is larger beside motors, why, and what to do, in sentences; also of what is not."""
+        causes = self.causes
+        loud = {cause.channel for cause in causes}
+        quiet = [name for name in dict.fromkeys(factor.channel for factor in self.factors) if name not in loud]
+        texts = [cause.text for cause in causes]
+        if quiet:
+            texts.append(
+                f"{', '.join(quiet)}: the noise is that at rest, so that vibration is not a reason to inflate."
+                " If the filter is wrong, judge its innovations"
+            )
+        return tuple(texts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return plain(self, "factors causes")
 
     def head(self) -> tuple[str, ...]:
         """Lines for the head of a file with the numbers of the running sensor."""
@@ -58,16 +185,8 @@ class Inflation(Printed):
 
     def doubt(self) -> str:
         """A warning if the noise at short times is clearly smaller in the second record; else empty."""
-        smaller = [
-            one
-            for one in self.factors
-            if one.term == "random_walk" and one.value is not None and (one.high or one.value) < _SMALLER
-        ]
-        if not smaller:
-            return ""
-        least = min(smaller, key=lambda one: one.value or 1.0)
-        times = two_digits(1 / (least.value or 1.0))
-        return f"{least.channel}: N is {times} times smaller with motors on: are the files swapped?"
+        smaller = [cause for cause in self.causes if cause.cause == "smaller"]
+        return min(smaller, key=lambda cause: cause.factor.value or 1.0).text if smaller else ""
 
     def __repr__(self) -> str:
         rows: list[tuple[str, ...]] = [("", "", "at rest", "running", "", "factor")]
@@ -83,7 +202,10 @@ class Inflation(Printed):
             texts = (_text(model, one.term, factor) for model in (at_rest, running))
             rows.append((name, TERMS[one.term].label(at_rest.quantity), *texts, unit, one.text))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-        return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+        table = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        return "\n".join(
+            [*table, *wrapped(f"  {text}." if text[-1] != "?" else f"  {text}" for text in self.statements())]
+        )
 
 
 def inflation(rest: Source, running: Source) -> Inflation:
@@ -126,9 +248,16 @@ def _factor(name: str, term: str, rest: ChannelModel, running: ChannelModel) -> 
         return Factor(channel=name, term=term, value=value, low=value)
     if term in running.limits:
         return Factor(channel=name, term=term, value=value, high=value)
-    if not all(term in model.intervals and model.intervals[term][0] > 0 for model in (rest, running)):
+    models = (rest, running)
+    if not any(term in model.intervals for model in models) or not all(
+        term in model.intervals or not model.duration for model in models
+    ):
         return Factor(channel=name, term=term, value=value)
-    (low_1, high_1), (low_2, high_2) = (model.intervals[term] for model in (rest, running))
+    (low_1, high_1), (low_2, high_2) = (
+        model.intervals.get(term, (exact, exact)) for model, exact in ((rest, first), (running, second))
+    )
+    if min(low_1, low_2) <= 0:
+        return Factor(channel=name, term=term, value=value)
     below = math.hypot(math.log(high_1 / first), math.log(second / low_2))
     above = math.hypot(math.log(first / low_1), math.log(high_2 / second))
     return Factor(channel=name, term=term, value=value, low=value * math.exp(-below), high=value * math.exp(above))

@@ -112,6 +112,11 @@ class Numbers:
         """A name or constant: of the user, else of the source, else the default."""
         return self.choices.names.get(key, self.source.names.get(key, default))
 
+    def factor(self, term: str, sensor: str) -> float:
+        """Factor on the random walk, or on all slow noise, of a sensor; 1 for a sensor that a mapping does not name."""
+        chosen = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
+        return chosen if isinstance(chosen, int | float) else chosen.get(sensor, 1.0)
+
     def doubt(self, channel: str) -> str:
         """End of a comment for a channel whose fit is not adequate; else empty."""
         doubt = self._doubts.get(channel)
@@ -212,7 +217,7 @@ class Numbers:
         """The number of one channel."""
         sensor, model = self._sensor[channel], self.model.channels[channel]
         wanted = self._chosen(sensor, term)
-        factor = self.choices.noise_factor if term == "random_walk" else self.choices.walk_factor
+        factor = self.factor("random_walk" if term == "random_walk" else "rate_random_walk", sensor)
         if term == "rate_random_walk" and self._is_consistent(sensor):
             return self._of_consistent(channel)
         if wanted == "horizon":
@@ -278,7 +283,7 @@ class Numbers:
         horizon = self.choices.horizon or HORIZON
         noise = model.terms.get("random_walk")
         if noise is None:
-            noise = self._of_sensor(sensor, "random_walk").value / self.choices.noise_factor
+            noise = self._of_sensor(sensor, "random_walk").value / self.factor("random_walk", sensor)
         chosen = consistent_walk(
             self._truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
         )
@@ -288,7 +293,7 @@ class Numbers:
             words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {self._right_error}{self.doubt(channel)}"
         else:
             words = f"{channel}: consistent, a filter with it states {self._right_error} right{self.doubt(channel)}"
-        self._consistent[channel] = _number(chosen.walk, words, self.choices.walk_factor)
+        self._consistent[channel] = _number(chosen.walk, words, self.factor("rate_random_walk", sensor))
         return self._consistent[channel]
 
     @cached_property

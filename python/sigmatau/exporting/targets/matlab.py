@@ -106,7 +106,7 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
 def _bias_of(numbers: Numbers, sensor: str) -> Number:
     """B of the channels that have it, by `Choices.axes`; 0 if none has."""
     found = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
-    factor = numbers.choices.walk_factor
+    factor = numbers.factor("rate_random_walk", sensor)
     if not found:
         return Number(value=0.0, words=f"{', '.join(numbers.channels(sensor))}: not observed, 0")
     times = "" if factor == 1 else f", times {factor:g}"

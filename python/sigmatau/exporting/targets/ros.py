@@ -90,10 +90,11 @@ def _of_channel(numbers: Numbers, name: str) -> Number:
         return Number(
             value=_modelled(numbers, name), words=f"{name}: {_parts(numbers, name)}{_filtered(numbers, name)}"
         )
-    value = numbers.choices.noise_factor**2 * measured
+    factor = numbers.factor("random_walk", stream_name(name))
+    value = factor**2 * measured
     words = f"{name}: measured, about the mean of {seconds(numbers.source.samples[name].time)} s"
-    if numbers.choices.noise_factor != 1:
-        words += f", {measured!r} times {numbers.choices.noise_factor:g}^2"
+    if factor != 1:
+        words += f", {measured!r} times {factor:g}^2"
     if "random_walk" in model:
         independent = numbers.noise_of(name).value ** 2 * numbers.rate()
         words += f"; N^2*rate = {independent:.4g} is for a filter that {_INDEPENDENT}"
@@ -160,7 +161,7 @@ def _shared(numbers: Numbers, sensor: str) -> bool:
 
 def _quantization(numbers: Numbers, name: str) -> float:
     """Variance of the quantization in one sample, the difference of two errors of the angle over the interval."""
-    q = numbers.choices.noise_factor * numbers.model.channels[name].get("quantization", 0.0)
+    q = numbers.factor("random_walk", stream_name(name)) * numbers.model.channels[name].get("quantization", 0.0)
     return 2 * (q * numbers.rate()) ** 2
 
 
@@ -177,7 +178,7 @@ def _white(numbers: Numbers, name: str) -> float:
 
 def _modelled(numbers: Numbers, name: str) -> float:
     """Variance of a sample of the model about a constant bias."""
-    model, square = numbers.model.channels[name], numbers.choices.noise_factor**2
+    model, square = numbers.model.channels[name], numbers.factor("random_walk", stream_name(name)) ** 2
     more = sum(g.sigma**2 for g in model.gauss_markov) + sum(one.sigma**2 for one in model.resonance)
     more += sum(line.amplitude**2 / 2 for line in model.sinusoid)
     return _white(numbers, name) + _quantization(numbers, name) + square * more

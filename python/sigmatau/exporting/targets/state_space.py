@@ -130,14 +130,16 @@ def _system_of(numbers: Numbers, model: ChannelModel) -> StateSpace:
 
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     """The model of a channel with the chosen coefficients and both factors."""
-    model, choices = numbers.model.channels[name], numbers.choices
+    model = numbers.model.channels[name]
+    of_white = numbers.factor("random_walk", stream_name(name))
+    of_slow = numbers.factor("rate_random_walk", stream_name(name))
     terms: dict[str, float] = {}
     for term, value in assume_terms(model, _policy(numbers)).items():
         slow = term in ("bias_instability", "rate_random_walk", "rate_ramp")
-        terms[term] = (choices.walk_factor if slow else choices.noise_factor) * value
+        terms[term] = (of_slow if slow else of_white) * value
     terms |= _chosen_terms(numbers, name)
-    processes = tuple(replace(g, sigma=choices.walk_factor * g.sigma) for g in model.gauss_markov)
-    resonances = tuple(replace(r, sigma=choices.walk_factor * r.sigma) for r in model.resonance)
+    processes = tuple(replace(g, sigma=of_slow * g.sigma) for g in model.gauss_markov)
+    resonances = tuple(replace(r, sigma=of_slow * r.sigma) for r in model.resonance)
     return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
 
 

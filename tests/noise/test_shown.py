@@ -69,6 +69,32 @@ def test_the_unit_of_a_coefficient_comes_before_that_of_all():
     assert texts == ["nT·s", "pT/√Hz, two-sided", "nT", "nT/√s", "nT/s"]
 
 
+@pytest.mark.parametrize(
+    ("own", "term", "values", "text", "size"),
+    [
+        ("T", "random_walk", [1.4e-8, None], "nT/√Hz, two-sided", 1e-9),
+        ("T", "bias_instability", [3e-10, 2e-9], "nT", 1e-9),
+        ("µT", "bias_instability", [3e-4], "pT", 1e-6),
+        ("Pa", "rate_random_walk", [0.005], "mPa/√s", 1e-3),
+        ("V", "quantization", [2e-6], "µV·s", 1e-6),
+        ("hPa", "bias_instability", [0.009], "mPa", 1e-5),
+        ("°C", "bias_instability", [0.002], "mK", 1e-3),
+        ("V", "bias_instability", [2e-15], "pV", 1e-12),
+        ("Pa", "bias_instability", [3e6], "MPa", 1e6),
+        ("Pa", "bias_instability", [0.01, 9e4], "Pa", 1.0),
+        ("Pa", "random_walk", [0.01], "Pa·√s", 1.0),
+        ("T", "bias_instability", [0.0, math.nan, None], "T", 1.0),
+        ("furlong", "bias_instability", [1e-9], "furlong", 1.0),
+    ],
+)
+def test_the_prefix_that_the_numbers_of_a_column_need(own, term, values, text, size):
+    assert display_units(term, "signal", own, values) == ((text, pytest.approx(size)),)
+    with show_in("kT,kPa,kV,kK"):
+        assert own == "furlong" or display_units(term, "signal", own, values)[0][0].startswith("k")
+    for quantity, unit in (KINDS["gyro"], KINDS["accel"]):
+        assert display_units(term, quantity, unit, values) == display_units(term, quantity, unit)
+
+
 @pytest.mark.parametrize("unit", ["", "foo", "Hz", "deg/h/h/h", "nT/rtHz/s", "xT", "furlong", "nT,,uT", "m"])
 def test_what_is_no_unit_of_a_coefficient(unit):
     with (
@@ -129,6 +155,7 @@ def test_everything_that_prints(record):
     assert value == pytest.approx(math.sqrt(2) * 1e3 * analysis.fits["gyro_x"]["random_walk"].value / DEG, rel=1e-3)
     assert "mdeg/s/√Hz, one-sided" in shown
     assert "nT·√s" in shown
+    assert "nT/√Hz, two-sided" in usual
     assert repr(analysis) == usual
 
 

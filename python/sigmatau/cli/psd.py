@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+
 from sigmatau._version import __version__
 from sigmatau.analysis.inputs import read_model
 from sigmatau.cli.datasheet import check_model
@@ -164,14 +166,17 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     """Thirds of an octave: the density, its root in the unit of the random walk, and as datasheets state it."""
     bands = spectrum.binned(per_octave=3)
     low, high = bands.interval()
-    asked = asked_density(spectrum.quantity, spectrum.unit)
-    unit, factor = display_units("random_walk", spectrum.quantity, spectrum.unit)[0]
+    middle = math.sqrt(float(np.median(bands.density)))
+    asked = asked_density(spectrum.quantity, spectrum.unit, [middle])
+    unit, factor = display_units("random_walk", spectrum.quantity, spectrum.unit, [middle])[0]
     root = "√S two-sided" if asked is None or asked.sided != "one" else "√(2S) one-sided"
     heading = f"{root} [{unit if asked is None else asked.bare}], 95 % interval"
     sheet = _DATASHEET.get(spectrum.quantity)
-    # Signals without a datasheet unit use their own.
+    # Signals without a datasheet unit use their own, with its prefix.
     other = find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
     one_unit, one_factor = (f"{spectrum.unit}/√Hz", 1.0) if other is None else (other.text, other.factor)
+    if other is None and asked is not None and asked.sided == "two":
+        one_unit, one_factor = asked.bare, asked.factor
     kind = "sine tapers" if spectrum.method == "multitaper" else "segments"
     lines = [
         f"{spectrum.channel}: two-sided density S, {spectrum.segments} {kind}, resolution {spectrum.resolution:.3g} Hz",

@@ -347,7 +347,7 @@ def _about(step: LevelStep) -> str:
 
 
 def _walk_text(details: NotStatic) -> str:
-    text, scale = display_units(_WALK, details.quantity, details.unit)[0]
+    text, scale = display_units(_WALK, details.quantity, details.unit, [details.added_walk])[0]
     return f"adds {significant(details.added_walk / scale)} {text} of {TERMS[_WALK].label(details.quantity)}"
 
 

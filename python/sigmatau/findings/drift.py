@@ -32,7 +32,7 @@ class WarmUp(Details, code="warm_up"):
     high: float
 
     def words(self, finding: Finding) -> Words:
-        unit, factor = display_units("bias_instability", self.quantity, finding.unit)[-1]
+        unit, factor = display_units("bias_instability", self.quantity, finding.unit, [finding.size])[-1]
         size = round_to_error((finding.size or 0.0) / factor, self.low / factor, self.high / factor).with_unit(unit)
         return Words(
             f"warm-up of {size}, time constant about {duration_text(self.time_constant)}",
@@ -60,7 +60,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
     high: float
 
     def words(self, finding: Finding) -> Words:
-        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, [finding.size])[-1]
         value, low, high = ((one or 0.0) / factor for one in (finding.size, self.low, self.high))
         return Words(
             f"temperature drift of {round_to_error(value, low, high).with_unit(unit)}/K",

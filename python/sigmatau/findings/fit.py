@@ -141,7 +141,7 @@ class ChangingLevel(Details, code="changing_level"):
     p_value: float
 
     def words(self, finding: Finding) -> Words:
-        unit, factor = display_units("random_walk", self.quantity, self.rate_unit)[-1]
+        unit, factor = display_units("random_walk", self.quantity, self.rate_unit, [self.highest])[-1]
         label = TERMS["random_walk"].label(self.quantity)
         return Words(
             f"{label} from {_range(self.lowest / factor, self.highest / factor)} {unit} in eighths of the record;"
@@ -193,7 +193,7 @@ class Disturbed(Details, code="disturbed"):
             return Words(
                 f"{text}, which are least from {self.start:.4g} to {self.stop:.4g} s", "Record again without it"
             )
-        unit, factor = display_units("random_walk", self.quantity, self.rate_unit)[-1]
+        unit, factor = display_units("random_walk", self.quantity, self.rate_unit, [self.quietest])[-1]
         limit = f"{two_digits(self.quietest / factor)} {unit}"
         return Words(
             f"{text}, {limit} in the quietest part", f"Record again without it, or try {Hint('window', value=part)}"
@@ -318,11 +318,12 @@ class SecondExplanation(Details, code="second_explanation"):
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []
         for name, value in terms:
-            unit, factor = display_units(name, self.quantity, self.rate_unit)[0]
+            unit, factor = display_units(name, self.quantity, self.rate_unit, [value])[0]
             label = TERMS[name].label(self.quantity)
             article = "an" if label[0] in "aeiou" else "a"
             parts.append(f"{article} {label} of {two_digits(value / factor)} {unit}")
-        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[0]
+        sigmas = [sigma for sigma, _ in processes]
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[0]
         for sigma, time in processes:
             size = f"{two_digits(sigma / factor)} {unit}"
             parts.append(f"a Gauss-Markov process of {size} over {duration_text(time)}")
@@ -357,7 +358,8 @@ class CountedAngle(Details, code="counted_angle"):
     limit: float | None = None
 
     def words(self, finding: Finding) -> Words:
-        unit, factor = display_units("quantization", self.quantity, self.rate_unit)[0]
+        sizes = (self.step, self.by_step, self.value)
+        unit, factor = display_units("quantization", self.quantity, self.rate_unit, sizes)[0]
         makes = (
             f"counts of {self.step / factor:.3g} {unit} make a quantization noise of {self.by_step / factor:.3g} {unit}"
         )

@@ -79,7 +79,8 @@ class SpectralLines(Details, code="spectral_line"):
 
     def words(self, finding: Finding) -> Words:
         strongest = self.lines[0]
-        unit, factor = display_units("bias_instability", _QUANTITIES.get(finding.unit, "signal"), finding.unit)[-1]
+        quantity = _QUANTITIES.get(finding.unit, "signal")
+        unit, factor = display_units("bias_instability", quantity, finding.unit, [strongest.amplitude])[-1]
         what = f"{len(self.lines)} spectral lines, largest" if len(self.lines) > 1 else "spectral line"
         size = f"{significant(strongest.amplitude / factor)} {unit}"
         at = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
@@ -321,5 +322,5 @@ def _mains(line: Line) -> str:
 
 
 def _sized(finding: Finding, quantity: str) -> str:
-    unit, factor = display_units("bias_instability", quantity, finding.unit)[-1]
+    unit, factor = display_units("bias_instability", quantity, finding.unit, [finding.size])[-1]
     return f"{two_digits((finding.size or 0.0) / factor)} {unit}"

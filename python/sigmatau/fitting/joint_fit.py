@@ -196,7 +196,7 @@ class JointChannel(Tabular):
         value = run.values.get(name) or run.own.get(name)
         if value is None:
             return ""
-        unit, factor = display_units(name, self.fit.quantity, self.fit.rate_unit)[0]
+        unit, factor = display_units(name, self.fit.quantity, self.fit.rate_unit, [value.value])[0]
         low, high = (None if end is None else end / factor for end in (value.low, value.high))
         return (
             f"{TERMS[name].label(self.fit.quantity)} {round_to_error(value.value / factor, low, high).with_unit(unit)}"

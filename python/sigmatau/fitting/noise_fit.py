@@ -160,7 +160,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         """
         t = self[term]
         result = []
-        for text, factor in display_units(term, self.quantity, self.rate_unit):
+        for text, factor in display_units(term, self.quantity, self.rate_unit, (t.value, t.upper_limit)):
             if t.value is None:
                 limit = "" if t.upper_limit is None else limit_text(t.upper_limit / factor)
                 result.append((limit, "", text))
@@ -256,7 +256,12 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
 
     def notes(self) -> list[str]:
         """Gauss-Markov processes and sinusoids, and terms that the record cannot distinguish, in words."""
-        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
+        sizes = [process.sigma.value for process in self.gauss_markov]
+        sizes += [peak.sigma.value for peak in self.resonance]
+        sizes += [line.amplitude.value for line in self.sinusoid]
+        sizes += [deviation for second in self.second for deviation, _ in second.gauss_markov]
+        sizes += [] if self.warm_up is None else [self.warm_up.amplitude.value]
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, sizes)[-1]
         texts = []
         for process in self.gauss_markov:
             sigma = _in_words(process.sigma, factor, unit)

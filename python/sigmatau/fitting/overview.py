@@ -75,10 +75,15 @@ def overview_rows(
     levels = {f"{100 * fitted.level:g} %" for fitted in fits.values()}
     rows: list[tuple[str, ...]] = [(levels.pop() if len(levels) == 1 else "", *labels, "trust")]
     for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
-        units = (display_units(term, quantity, unit)[-1][0] for term in COLUMNS)
-        rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *units, ""))
-        for channel, fitted in group:
-            values = [_value(fitted, term) for term in COLUMNS]
+        members = list(group)
+        units = {
+            term: display_units(term, quantity, unit, [_printed_number(fitted, term) for _, fitted in members])[-1]
+            for term in COLUMNS
+        }
+        texts = (text for text, _ in units.values())
+        rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *texts, ""))
+        for channel, fitted in members:
+            values = [_value(fitted, term, units[term][1]) for term in COLUMNS]
             grade = trust(fitted, findings, channel)
             if form == "below":
                 rows.append((channel, *(one if isinstance(one, str) else one.value for one in values), grade))
@@ -120,10 +125,15 @@ def _kind(fitted: NoiseFit) -> tuple[str, str, int, float, int]:
     return fitted.quantity, fitted.rate_unit, fitted.n, fitted.tau0, len(fitted.runs)
 
 
-def _value(fitted: NoiseFit, name: str) -> Rounded | str:
+def _printed_number(fitted: NoiseFit, name: str) -> float | None:
+    """The value or the upper limit of a term; None without both."""
+    term = fitted.get(name)
+    return None if term is None else term.upper_limit if term.value is None else term.value
+
+
+def _value(fitted: NoiseFit, name: str, factor: float) -> Rounded | str:
     """The value with its interval, or ``"below 190"``, ``"unknown"``, ``"not fitted"``."""
     term = fitted.get(name)
-    factor = display_units(name, fitted.quantity, fitted.rate_unit)[-1][1]
     if not fitted.has_limits:
         return "unknown"
     if term is None:

@@ -92,12 +92,14 @@ class Plan(Printed):
 
     def __repr__(self) -> str:
         label = TERMS[self.term].label(self.quantity)
-        text, factor = display_units(self.term, self.quantity, self.rate_unit)[-1]
+        sizes = (self.value, self.half, self.most)
+        text, factor = display_units(self.term, self.quantity, self.rate_unit, sizes)[-1]
         beside = []
         for name, value in self.others.items():
-            unit, size = display_units(name, self.quantity, self.rate_unit)[-1]
+            unit, size = display_units(name, self.quantity, self.rate_unit, [value])[-1]
             beside.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
-        unit, size = display_units("bias_instability", self.quantity, self.rate_unit)[-1]
+        sigmas = [process.sigma for process in self.gauss_markov]
+        unit, size = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[-1]
         beside += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
         lines = [f"{self.channel}: {label} beside {', '.join(beside)}; {1 / self.tau0:.6g} Hz"]
         absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]

@@ -88,7 +88,8 @@ class PsdFit(Printed):
         if not self.is_adequate:
             lines.append("  the terms do not describe this density: no interval holds")
         for name in LINEAR:
-            unit, factor = display_units(name, self.model.quantity, self.model.unit)[0]
+            printed = self.model.get(name, self.model.limits.get(name))
+            unit, factor = display_units(name, self.model.quantity, self.model.unit, [printed])[0]
             label = TERMS[name].label(self.model.quantity)
             if name in self.model:
                 ends = (end / factor for end in self.model.intervals.get(name, ()))

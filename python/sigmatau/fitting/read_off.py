@@ -175,7 +175,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         c = self[term]
         return [
             (round_to_error(c.value / factor, error=c.error / factor).text, text)
-            for text, factor in display_units(term, self.quantity, self.rate_unit)
+            for text, factor in display_units(term, self.quantity, self.rate_unit, [c.value])
         ]
 
     def columns(self) -> dict[str, list[Any]]:

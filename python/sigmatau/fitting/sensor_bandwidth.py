@@ -250,7 +250,8 @@ class SensorBandwidth(Printed):
         return tuple(texts)
 
     def __repr__(self) -> str:
-        text, factor = display_units("random_walk", self.quantity, self.unit)[0]
+        walks = [self.random_walk.value, *(log.random_walk.value for log in self.logs)]
+        text, factor = display_units("random_walk", self.quantity, self.unit, walks)[0]
         label = TERMS["random_walk"].label(self.quantity)
         name = f"{self.channel}   filter: {self.shape}"
         if self.alternatives:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
+import numpy as np
+
 from sigmatau.digits import round_to_error
 from sigmatau.estimators.deviation import Deviation
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
-from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.noise.terms import TERMS, asked_rate_unit, display_units
 from sigmatau.results import seconds, wrapped
 
 _LEGEND = (
@@ -74,7 +76,7 @@ def fit_table(
 
 def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
     """The standard deviation of means, in the unit of a bias."""
-    text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit)[-1]
+    text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit, [one.value])[-1]
     low = None if one.low is None else one.low / factor
     high = None if one.high is None else one.high / factor
     return (f"  STD of {seconds(one.average)} s means", *round_to_error(one.value / factor, low, high).cells, text)
@@ -165,7 +167,9 @@ def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping
 
     lines: list[str] = []
     for channel, curve in deviations.items():
-        factor, unit = curve_unit(curve, None)
+        middle = float(np.median(curve.deviation)) if len(curve.deviation) else 0.0
+        prefixed = asked_rate_unit(curve.quantity, curve.unit, [middle])
+        factor, unit = curve_unit(curve, None) if prefixed is None else (prefixed[1], prefixed[0])
         lines.append(f"{channel}: {curve.label} [{unit}], {curve.n} samples at {1 / curve.tau0:.6g} Hz")
         rows = [
             (f"{tau:.6g} s", f"{value:.5g}") for tau, value in zip(curve.tau, curve.deviation / factor, strict=True)

@@ -82,11 +82,12 @@ def term_name(label: Label) -> str:
     return "mean" if label.term == MEAN else label.term.replace("_", " ")
 
 
-def unit_of(label: Label) -> tuple[str, float]:
-    """Unit in which a value is printed, and its size in SI."""
+def unit_of(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
+    """Unit in which values are printed, and its size in SI."""
     if label.term == MEAN:
-        return display_units("bias_instability", label.quantity, label.rate_unit)[-1]
-    return display_units(label.term, label.quantity, label.rate_unit)[-1 if label.term == "bias_instability" else 0]
+        return display_units("bias_instability", label.quantity, label.rate_unit, values)[-1]
+    units = display_units(label.term, label.quantity, label.rate_unit, values)
+    return units[-1 if label.term == "bias_instability" else 0]
 
 
 def _of_one(comparison: RunComparison) -> list[str]:
@@ -138,7 +139,7 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
     cells: list[tuple[str, ...]] = [("", "", "mean", "STD %", f"between {what}s %", "next ± %", "")]
     for at in rows:
         label, found = comparison.key(at)[1], comparison.row(at)
-        unit, size = unit_of(label)
+        unit, size = unit_of(label, [found.mean])
         seen, looked = int(comparison.cells.seen[at]), int(comparison.cells.looked[at])
         verdict = _SHORT[judgements[at]] if seen == looked else f"{seen} of {looked}"
         cells.append(
@@ -220,11 +221,11 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
     for at in rows:
         if at in below:
             label, runs = comparison.key(at)[1], below[at]
-            unit, size = unit_of(label)
-            limit = min(comparison.table.limit[comparison.cells.limited(at)]) / size
+            smallest = min(comparison.table.limit[comparison.cells.limited(at)])
+            unit, size = unit_of(label, [smallest])
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {runs[0].name} does not belong:"
-                f" {limit_text(limit)} {unit}, less than the others predict"
+                f" {limit_text(smallest / size)} {unit}, less than the others predict"
             )
     if len(lines) > _MOST_NAMED:
         lines = [
@@ -257,7 +258,7 @@ def _turn_on(comparison: RunComparison) -> list[str]:
         label = comparison.key(at)[1]
         if label.term == MEAN and comparison.cells.seen[at] > 1 and label.quantity in ("angular_rate", "acceleration"):
             by_sensor.setdefault(stream_name(label.channel), []).append(
-                (label.channel, comparison.row(at), *unit_of(label))
+                (label.channel, comparison.row(at), *unit_of(label, ()))
             )
     if not by_sensor:
         return []
@@ -343,7 +344,7 @@ def _paper_table(
     group, _, term = key
     rows = in_order(comparison, rows)
     labels = [comparison.key(at)[1] for at in rows]
-    unit, size = unit_of(labels[0])
+    unit, size = unit_of(labels[0], [comparison.row(at).mean for at in rows])
     what = OTHERS[comparison.by]
     values = [{id(run): value / size for run, value, _ in comparison.values(at)} for at in rows]
     runs = [run for run in comparison.runs if any(id(run) in one for one in values)]

@@ -44,8 +44,8 @@ def _place(comparison: RunComparison, at: int) -> tuple[bool, str, int]:
 
 def _panel(comparison: RunComparison, at: int) -> ForestPanel:
     _, label = comparison.key(at)
-    unit, size = unit_of(label)
     found = comparison.row(at)
+    unit, size = unit_of(label, [found.mean])
     listed = comparison.values(at)
     value = np.array([one for _, one, _ in listed])
     error = np.array([one for *_, one in listed])

@@ -133,10 +133,11 @@ def _outliers(
             if (name, stream_name(one.channel)) in known:
                 continue
             channel = units[name].channels[one.channel]
-            text, factor = what_unit(one.what, channel.quantity, channel.unit)
+            value = channel.coefficients[one.what].value
+            text, factor = what_unit(one.what, channel.quantity, channel.unit, [value])
             details = Outlier(
                 what=what_text(one.what, channel.quantity),
-                value=channel.coefficients[one.what].value,
+                value=value,
                 ratio=ratio,
                 unit=text,
                 factor=factor,

@@ -26,9 +26,9 @@ def what_text(what: str, quantity: str) -> str:
     return TERMS[what].label(quantity)
 
 
-def what_unit(what: str, quantity: str, unit: str) -> tuple[str, float]:
-    """Unit in which a coefficient is told, and its factor to SI."""
-    return display_units("bias_instability" if what.startswith("means_") else what, quantity, unit)[-1]
+def what_unit(what: str, quantity: str, unit: str, values: Iterable[float | None]) -> tuple[str, float]:
+    """Unit in which values of a coefficient are printed, and its factor to SI."""
+    return display_units("bias_instability" if what.startswith("means_") else what, quantity, unit, values)[-1]
 
 
 def count_text(counts: Mapping[State, int], *, spec: str) -> str:

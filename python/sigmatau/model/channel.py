@@ -524,9 +524,11 @@ class ChannelModel(Mapping[str, float], Printed):
     def __repr__(self) -> str:
         rows = []
         for term, value in self.terms.items():
-            text, factor = display_units(term, self.quantity, self.unit)[-1]
+            text, factor = display_units(term, self.quantity, self.unit, [value])[-1]
             rows.append(f"{TERMS[term].label(self.quantity)} {value / factor:.6g} {text}")
-        text, factor = display_units("bias_instability", self.quantity, self.unit)[-1]
+        sizes = [process.sigma for process in self.gauss_markov] + [peak.sigma for peak in self.resonance]
+        sizes += [line.amplitude for line in self.sinusoid]
+        text, factor = display_units("bias_instability", self.quantity, self.unit, sizes)[-1]
         rows += [f"Gauss-Markov {g.sigma / factor:.4g} {text} over {g.time:.4g} s" for g in self.gauss_markov]
         rows += [
             f"resonance {r.sigma / factor:.4g} {text} at {r.frequency:.4g} Hz, half width {r.width:.4g} Hz"

@@ -155,7 +155,7 @@ def _interval_comment(channel: ChannelModel, term: str) -> str:
     """The value and its interval in a usual unit, as a comment; empty for a value without interval."""
     if not channel.adequate:
         return f"  # {doubt_text(channel)}"
-    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
+    unit, factor = display_units(term, channel.quantity, channel.unit, [channel.terms.get(term)])[0]
     if term in channel.limits:
         return printable(f"  # or less: below {_limit(channel, term)}")
     if term not in channel.intervals:
@@ -180,8 +180,8 @@ def _left_out(channel: ChannelModel) -> list[str]:
 
 def _limit(channel: ChannelModel, term: str) -> str:
     """The upper limit of a term in a usual unit and in SI."""
-    unit, factor = display_units(term, channel.quantity, channel.unit)[0]
     limit = channel.limits[term]
+    unit, factor = display_units(term, channel.quantity, channel.unit, [limit])[0]
     in_si = f"{limit:.2g} {channel.unit_of(term)}"
     return f"{significant(limit / factor, 2, zeros=True)} {unit} = {in_si}, {_percent(channel.level)} limit"
 

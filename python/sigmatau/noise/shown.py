@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import replace
@@ -15,6 +15,10 @@ from sigmatau.frozen import frozen
 from sigmatau.units import if_known
 
 _PREFIXES = {"": 1.0, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "h": 1e2, "k": 1e3, "M": 1e6, "G": 1e9}
+
+_POWERS = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_READABLE = (0.01, 1e5)
+"""Numbers of a column from the one to the other have at most one zero behind the point and six digits: no prefix is put."""
 
 # Units of other sensors: the SI unit of the same kind, and one such unit in SI.
 _SIGNAL_UNITS = {
@@ -185,6 +189,40 @@ def shown_unit(si: str, rate_unit: str, tail: str | None) -> ShownUnit | None:
         return asked
     bare = asked.bare if asked.tail or not tail else asked.bare + _pretty(tail)
     return replace(asked, bare=bare, factor=asked.factor / _signal_unit(rate_unit)[1])
+
+
+def prefixed_unit(rate_unit: str, tail: str, values: Iterable[float | None]) -> ShownUnit | None:
+    """The unit of a coefficient of another signal with the prefix that its values need, and its size in the usual unit.
+
+    Parameters
+    ----------
+    rate_unit : str
+        Unit of the channel.
+    tail : str
+        What follows it in the unit of the coefficient. The density of a random walk, unit·√s, is written per √Hz.
+    values : iterable of float or None
+        What is printed in this unit, in the usual unit.
+
+    Returns
+    -------
+    ShownUnit or None
+        None if the usual unit has numbers without many zeros, or a signal's unit no prefixes.
+    """
+    base, size = _signal_unit(rate_unit)
+    largest = max((abs(value) for value in values if value and math.isfinite(value)), default=0.0)
+    if not size or not largest or _READABLE[0] <= largest < _READABLE[1]:
+        return None
+    power = 3 * math.floor(math.log10(largest * size) / 3)
+    prefix = _POWERS[min(max(power, min(_POWERS)), max(_POWERS))]
+    is_density = tail == "*sqrt(s)"
+    return ShownUnit(
+        spelled=prefix + base,
+        bare=_printed(prefix + base) + ("/√Hz" if is_density else _pretty(tail)),
+        sided="two" if is_density else "",
+        si=base,
+        factor=_PREFIXES[prefix] / size,
+        tail=tail,
+    )
 
 
 def error_unit(si: str) -> tuple[str, float]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau._native import kernels
 from sigmatau._native.arguments import whole_sizes
 from sigmatau.frozen import frozen
-from sigmatau.noise.shown import SHOWN, ShownUnit, asked_unit, check_units, shown_unit
+from sigmatau.noise.shown import SHOWN, ShownUnit, asked_unit, check_units, prefixed_unit, shown_unit
 from sigmatau.units import find
 
 BIAS_LEVEL = math.sqrt(2 * math.log(2) / math.pi)
@@ -187,27 +187,44 @@ def coefficient_units(quantity: str, unit: str) -> dict[str, str]:
     return {term: coefficient_unit(term, quantity, unit) for term in TERMS}
 
 
-def display_units(term: str, quantity: str, unit: str) -> tuple[tuple[str, float], ...]:
-    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first; or that of `show_in`."""
+def display_units(
+    term: str, quantity: str, unit: str, values: Iterable[float | None] = ()
+) -> tuple[tuple[str, float], ...]:
+    """Usual units of a coefficient: ``(text, one such unit in SI)``, the most common first; or that of `show_in`.
+
+    The unit of another signal has the prefix that the `values` need, which are printed in this unit.
+    """
     if SHOWN.get() and (asked := asked_unit(*_asked_for(term, quantity, unit))) is not None:
         return (asked,)
     if quantity in _DISPLAY_UNITS:
         units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
         return tuple((u.text, u.factor) for u in units)
+    if (prefixed := prefixed_unit(unit, _TIMES[term], values)) is not None:
+        return ((prefixed.text, prefixed.factor),)
     return ((coefficient_unit(term, quantity, unit).replace("sqrt(s)", "√s").replace("*", "·"), 1.0),)
 
 
-def asked_rate_unit(quantity: str, unit: str) -> tuple[str, float] | None:
-    """The unit of `show_in` for deviations of rates or of their integrals, and its size in `unit`; None without one."""
+def asked_rate_unit(quantity: str, unit: str, values: Iterable[float | None] = ()) -> tuple[str, float] | None:
+    """The unit of `show_in` for deviations of rates or of their integrals, and its size in `unit`; None without one.
+
+    The unit of another signal has the prefix that the `values` need, see `display_units`.
+    """
     if quantity in _SI_UNITS:
         return asked_unit(unit, unit, None)
     rate_unit, _, of_integral = unit.partition("·")
-    return asked_unit(unit, rate_unit, "*s" if of_integral == "s" else "")
+    tail = "*s" if of_integral == "s" else ""
+    shown = shown_unit(unit, rate_unit, tail) or prefixed_unit(rate_unit, tail, values)
+    return None if shown is None else (shown.text, shown.factor)
 
 
-def asked_density(quantity: str, unit: str) -> ShownUnit | None:
-    """The unit of `show_in` for the root of a density, which is that of the random walk; None without one."""
-    return shown_unit(*_asked_for("random_walk", quantity, unit)) if SHOWN.get() else None
+def asked_density(quantity: str, unit: str, values: Iterable[float | None] = ()) -> ShownUnit | None:
+    """The unit of `show_in` for the root of a density, which is that of the random walk; None without one.
+
+    The unit of another signal has the prefix that the `values` need, see `display_units`.
+    """
+    si, rate_unit, tail = _asked_for("random_walk", quantity, unit)
+    asked = shown_unit(si, rate_unit, tail)
+    return asked if asked is not None or tail is None else prefixed_unit(rate_unit, tail, values)
 
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:

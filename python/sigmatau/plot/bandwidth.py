@@ -103,8 +103,9 @@ def draw_bandwidth(result: BandwidthLike, *, ax: Panels = None, unit: str | None
 
 
 def _draw_rates(result: BandwidthLike, ax: Axes) -> None:
-    text, factor = display_units("random_walk", result.quantity, result.unit)[0]
     n = result.random_walk
+    walks = [n.value, *(log.random_walk.value for log in result.logs)]
+    text, factor = display_units("random_walk", result.quantity, result.unit, walks)[0]
     if n.low is not None and n.high is not None:
         of = result.aliasing
         ax.fill_between(

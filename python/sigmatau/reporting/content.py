@@ -200,7 +200,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     read: Mapping[str, Coefficient] = analysis.read_off.get(channel, {})
     quantity, rate_unit = analysis.curves[channel].quantity, analysis.curves[channel].unit
     for term, one in read.items():
-        text, factor = display_units(term, quantity, rate_unit)[-1]
+        text, factor = display_units(term, quantity, rate_unit, [one.value])[-1]
         number = round_to_error(one.value / factor, error=one.error / factor)
         rows.append((TERMS[term].label(quantity), number.value, f"{number.error_text} (1 σ)", text))
     verdict = "read off the curve, as in the paper" if read else "no coefficients"

@@ -36,7 +36,7 @@ def charts_of(lot: Lot) -> dict[str, Any]:
 
 
 def _curves(lot: Lot, one: Band, number: Mapping[str, int]) -> dict[str, Any]:
-    text, factor = display_units("bias_instability", one.quantity, one.unit)[-1]
+    text, factor = display_units("bias_instability", one.quantity, one.unit, one.median.tolist())[-1]
     middle = np.log10(one.median)
     rows = {}
     for name, curve in one.curves.items():
@@ -67,7 +67,7 @@ def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:
     panels = []
     for (sensor, what), those in groups.items():
         quantity, unit = lot.quantity_of(those[0].channel)
-        text, factor = what_unit(what, quantity, unit)
+        text, factor = what_unit(what, quantity, unit, [one.median for one in those])
         limits = sorted({limit / factor for one in those for limit in lot.limits(one.channel, what)})
         panels.append(
             {

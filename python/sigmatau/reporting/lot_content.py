@@ -70,7 +70,7 @@ def columns_of(lot: Lot) -> list[Column]:
     found: dict[tuple[str, str], tuple[str, float]] = {}
     for one in lot.distributions:
         if one.what in _COLUMNS:
-            text, factor = what_unit(one.what, *lot.quantity_of(one.channel))
+            text, factor = what_unit(one.what, *lot.quantity_of(one.channel), [one.median])
             sensor = stream_name(one.channel)
             found.setdefault((sensor, one.what), (f"{sensor} {_SHORT[one.what]} [{text}]", factor))
     columns = [(*key, *value) for key, value in found.items()][:_MOST_COLUMNS]
@@ -116,7 +116,7 @@ def distribution_rows(lot: Lot) -> list[list[str]]:
     rows = []
     for one in lot.distributions:
         quantity, unit = lot.quantity_of(one.channel)
-        text, factor = what_unit(one.what, quantity, unit)
+        text, factor = what_unit(one.what, quantity, unit, [one.median])
         limits = " or ".join(f"{limit / factor:.3g}" for limit in lot.limits(one.channel, one.what)) or "–"
         rows.append(
             [

@@ -35,11 +35,11 @@ def cell(value: object) -> str:
     return "" if value is None else str(value)
 
 
-def usual_unit(term: str, quantity: str, rate_unit: str) -> tuple[str, float]:
-    """Unit in which a coefficient is printed, and its size in SI."""
+def usual_unit(term: str, quantity: str, rate_unit: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """Unit in which values of a coefficient are printed, and its size in SI."""
     if term == MEAN:
-        return display_units("bias_instability", quantity, rate_unit)[-1]
-    return display_units(term, quantity, rate_unit)[-1 if term == "bias_instability" else 0]
+        return display_units("bias_instability", quantity, rate_unit, values)[-1]
+    return display_units(term, quantity, rate_unit, values)[-1 if term == "bias_instability" else 0]
 
 
 def trend_text(trend: Trend) -> str:
@@ -53,7 +53,7 @@ def trend_text(trend: Trend) -> str:
 
 
 def _channel(trend: Trend, one: ChannelTrend) -> list[str]:
-    unit, size = usual_unit(trend.term, one.quantity, one.rate_unit)
+    unit, size = usual_unit(trend.term, one.quantity, one.rate_unit, [period.middle for period in one.periods])
     signed = trend.term in SIGNED
     spread = f"spread [{unit}]" if signed else "spread"
     head = (
@@ -124,8 +124,8 @@ def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> st
 
 def _number(name: str, fitted: NoiseFit) -> tuple[str, str, str]:
     """Value, interval and unit of a term."""
-    unit, size = usual_unit(name, fitted.quantity, fitted.rate_unit)
     term = fitted.terms[name]
+    unit, size = usual_unit(name, fitted.quantity, fitted.rate_unit, (term.value, term.upper_limit))
     if term.value is None:
         return ("" if term.upper_limit is None else limit_text(term.upper_limit / size)), "", unit
     if term.low is None or term.high is None:

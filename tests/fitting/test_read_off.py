@@ -65,7 +65,7 @@ def test_paper_hg1700_gyro_x():
     [
         ("angular_rate", "rad/s", ["arcsec", "deg/√h", "deg/h", "deg/h/√h", "deg/h²"]),
         ("acceleration", "m/s^2", ["m/s", "m/s/√h", "m/s/h", "m/s/h^{3/2}", "m/s/h²"]),
-        ("signal", "V", ["V·s", "V·√s", "V", "V/√s", "V/s"]),
+        ("signal", "V", ["mV·s", "mV/√Hz, two-sided", "mV", "mV/√s", "mV/s"]),
         ("signal", "1", ["s", "√s", "1", "1/√s", "1/s"]),
     ],
 )

@@ -20,6 +20,8 @@ _POWERS = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _READABLE = (0.01, 1e5)
 """Numbers of a column from the one to the other have at most one zero behind the point and six digits: no prefix is put."""
 
+_ROUNDED = 1.005  # so that 0.999 of a unit, which is printed as 1.0, has this unit
+
 # Units of other sensors: the SI unit of the same kind, and one such unit in SI.
 _SIGNAL_UNITS = {
     "T": ("T", 1.0),
@@ -212,7 +214,7 @@ def prefixed_unit(rate_unit: str, tail: str, values: Iterable[float | None]) -> 
     largest = max((abs(value) for value in values if value and math.isfinite(value)), default=0.0)
     if not size or not largest or _READABLE[0] <= largest < _READABLE[1]:
         return None
-    power = 3 * math.floor(math.log10(largest * size) / 3)
+    power = 3 * math.floor(math.log10(largest * size * _ROUNDED) / 3)
     prefix = _POWERS[min(max(power, min(_POWERS)), max(_POWERS))]
     is_density = tail == "*sqrt(s)"
     return ShownUnit(

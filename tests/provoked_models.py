@@ -130,6 +130,18 @@ PROVOKED = {
             lambda: st.NoiseModel.from_dict({"channels": {"gyro_x": {"random_walk": "1 deg"}}}),
         )
     },
+    "NoiseModel.with_turn_on": {
+        st.DataError: (lambda: MODEL.with_turn_on({"gyro_q": st.TurnOn(sigma=1e-4)}),),
+    },
+    "TurnOn": {
+        st.DataError: (
+            lambda: st.TurnOn(sigma=0.0),
+            lambda: st.TurnOn(sigma=1.0, low=0.5, high=2.0),
+            lambda: st.TurnOn(sigma=3.0, low=0.5, high=2.0, power_ups=3),
+            lambda: st.TurnOn(sigma=1.0, low=0.5, high=2.0, power_ups=1),
+            lambda: st.TurnOn(sigma=1.0, low=0.5, high=2.0, power_ups=2, level=1.0),
+        )
+    },
     "NoiseModel.write": {st.DataError: (lambda: MODEL.write("missing/model.toml"),)},
     "Resonance": {
         st.DataError: (

@@ -103,6 +103,13 @@ PROVOKED = {
             lambda: st.compare_runs([analysis()], level=2.0),
         ),
     },
+    "measure_turn_on": {
+        st.DataError: (lambda: st.measure_turn_on(st.compare_runs([analysis()])),),
+        st.OptionError: (
+            lambda: st.measure_turn_on(st.compare_runs([analysis()], by="axis")),
+            lambda: st.measure_turn_on(st.compare_runs([analysis()]), unit="B7"),
+        ),
+    },
     "compare_with": {
         st.OptionError: (
             lambda: st.compare_with(MODEL, "no sensor"),

@@ -50,6 +50,7 @@ def test_the_file_is_read_as_it_says():
     assert x["rate_ramp"] < 0
     assert (len(x.gauss_markov), len(x.resonance), len(x.sinusoid)) == (1, 1, 1)
     assert x.alike_from.time == 3600.0
+    assert x.turn_on.sigma == pytest.approx(200 * find("deg/h").factor, rel=1e-14)
     assert x.alternatives[0].gauss_markov[0].time == 80.0
     assert (x.bandwidth.order, x.bandwidth.corner, x.bandwidth.rate) == (1, 30.0, 100.0)
     assert model.channels["pressure_a"].unit == "Pa"
@@ -66,6 +67,7 @@ def test_the_units_of_the_table_are_taken(row):
     parts = {
         "sigma": 'gauss_markov = [{{ sigma = "{}", time = "1 s" }}]',
         "time": 'gauss_markov = [{{ sigma = "{si}", time = "{}" }}]',
+        "turn_on": 'random_walk = "{si}*1"\nturn_on = {{ sigma = "{}" }}',
         "amplitude": 'sinusoid = [{{ amplitude = "{}", frequency = "1 Hz" }}]',
         "frequency": 'sinusoid = [{{ amplitude = "{si}", frequency = "{}" }}]',
         "width": 'resonance = [{{ sigma = "{si}", frequency = "100 kHz", width = "{}" }}]',

@@ -6,7 +6,7 @@ import types
 import numpy as np
 from ruamel.yaml import YAML
 
-CONTINUOUS = ("kalibr", "openvins", "euroc", "orb-slam3", "lio-sam")
+CONTINUOUS = ("kalibr", "openvins", "euroc", "orb-slam3", "lio-sam", "okvis2", "cuvslam")
 DISCRETE = ("vins", "fast-lio")
 YAMLS = (*CONTINUOUS, *DISCRETE)
 
@@ -77,6 +77,14 @@ def keys_of(target, content):
         names = ["IMU.NoiseAcc", "IMU.NoiseGyro", "IMU.AccWalk", "IMU.GyroWalk"]
     elif target == "lio-sam":
         content, names = content["lio_sam"], ["imuAccNoise", "imuGyrNoise", "imuAccBiasN", "imuGyrBiasN"]
+    elif target == "okvis2":
+        content, names = content["imu_parameters"], ["sigma_a_c", "sigma_g_c", "sigma_aw_c", "sigma_gw_c"]
+    elif target == "cuvslam":
+        content = content["/**"]["ros__parameters"]
+        names = ["accel_noise_density", "gyro_noise_density", "accel_random_walk", "gyro_random_walk"]
+    elif target == "basalt":  # x, y and z in arrays
+        content = {key: value[0] for key, value in content["value0"].items() if isinstance(value, list)}
+        names = [f"{sensor}_{kind}_std" for kind in ("noise", "bias") for sensor in ("accel", "gyro")]
     elif target == "vins":
         names = ["acc_n", "gyr_n", "acc_w", "gyr_w"]
     elif target == "fast-lio":

@@ -33,10 +33,12 @@ from .lots.comparison import RunComparison, compare_runs
 from .lots.lot import judge_lot
 from .lots.lot_result import Lot
 from .lots.repeatability import RandomEffects, random_effects
+from .lots.turn_on import measure_turn_on
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
 from .model.psd_avar import AvarFromPsd, avar_from_psd
+from .model.turn_on import TurnOn
 from .navigation.predict import predict
 from .noise.shown import show_in
 from .plot.overlay import plot_overlay
@@ -102,6 +104,7 @@ __all__ = [
     "Stream",
     "Tuning",
     "Tunings",
+    "TurnOn",
     "Verdict",
     "__version__",
     "allan",
@@ -127,6 +130,7 @@ __all__ = [
     "judge_lot",
     "list_datasheets",
     "lot_report",
+    "measure_turn_on",
     "plan",
     "plot_overlay",
     "predict",

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.as_written
 
 HOW_TO = ROOT / "docs" / "how-to"
 INDEX = (HOW_TO / "README.md").read_text(encoding="utf-8")
-OURS = (*vio.YAMLS, "gtsam")
+OURS = (*vio.YAMLS, "gtsam", "basalt")
 OTHERS = tuple(name for name in NAMES if name not in (*OURS, "model"))
 
 

@@ -46,6 +46,8 @@ EXAMPLES = [
         ),
     ),
     Finding(severity="warning", channels=("gyro_x",), details=kinds.QuantizationInSamples(ratio=412.3)),
+    Finding(severity="warning", channels=("accel_x",), details=kinds.WideTurnOn(power_ups=2, ratio=31.9)),
+    Finding(severity="warning", channels=("gyro_x", "gyro_y"), details=kinds.WideTurnOn(power_ups=3)),
     Finding(severity="warning", channels=("accel_z",), details=kinds.NotAdequate()),
     Finding(severity="warning", channels=("gyro_x",), details=kinds.OnlyLimits()),
     Finding(severity="warning", channels=("accel_x", "accel_z"), details=kinds.PoorTrust()),

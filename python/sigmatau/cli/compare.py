@@ -24,6 +24,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.settings import Comparing
+from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.lots.comparison import RunComparison, compare_runs
@@ -46,6 +47,7 @@ def compare_command(
     style: Literal["screen", "paper"] = "screen",
     json: Annotated[Path | None, Parameter(allow_leading_hyphen=True)] = None,
     csv: Path | None = None,
+    model: Path | None = None,
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -73,6 +75,9 @@ def compare_command(
         Write the comparison as JSON; - writes it to standard output instead of the table.
     csv
         Write one row for each group, channel and term as CSV in SI units.
+    model
+        Write a model file (.toml): the noise of the longest record, and the turn-on bias of each channel, which is the
+        spread of its means over the runs, with its interval. Each run has to follow a power-up.
     store
         Compare the runs of this store in place of results: a SQLite file or postgresql://USER@HOST/NAME, see sigmatau
         store. Lines and filters (the clocks) are not compared.
@@ -105,9 +110,12 @@ def compare_command(
     check_output(plot, FIGURE_ENDINGS, "plot")
     check_output(file, (), "json")
     check_output(csv, (".csv",), "csv")
+    check_output(model, (".toml",), "model")
+    if model is not None and store is not None:
+        raise OptionError("--model needs results as files, not --store", option="model")
     for result in results:
-        refuse_same(result, plot=plot, json=file, csv=csv)
-    _refuse_inside(results, file, csv)
+        refuse_same(result, plot=plot, json=file, csv=csv, model=model)
+    _refuse_inside(results, file, csv, model)
     expect(plot, file)
     with working("reading results", quiet=quiet):
         comparison = (
@@ -124,6 +132,9 @@ def compare_command(
             write_figure(comparison.plot(), plot)
     text = f"{overview(comparison)}\n\n{tables(comparison)}" if table else overview(comparison)
     write_result(text, comparison.to_dict() if json is not None else None, json)
+    if model is not None:
+        for line in write_model(comparison, model):
+            say(line, quiet=quiet)
     used = [run for run in comparison.runs if not run.problem]
     if options.by == "unit" and len(used) > 1 and not any(run.serial or run.typed for run in used):
         say(

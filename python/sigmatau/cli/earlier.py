@@ -18,6 +18,7 @@ _HEAD, _TAIL = 4096, 16384  # bytes that name the program; the end, because a PD
 _WRITTEN = re.compile(
     rb'\A\{\s*(?:"(?:schema|lot)": \d+,\s*)?"sigmatau": "'
     rb"|\A(?:[^\n]{0,200}\n){0,2}[^\n]{0,200}written by sigmatau \d"
+    rb'|\A\{\s*"value0": \{[^}]*\},\s*"about": \[\s*"[^"]*written by sigmatau \d'
     rb"|\A\x89PNG.*Software\0sigmatau \d"
     rb"|<svg.*<dc:title>sigmatau \d"
     rb"|\A%PDF.*/Creator \(sigmatau \d"

@@ -16,6 +16,7 @@ from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect
 from sigmatau.cli.options import check_output, finding_lines, refuse_same, say
+from sigmatau.cli.turn_on import with_turn_on
 from sigmatau.datasheets.sheet import Datasheet, datasheet
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, not_of_a_log
@@ -41,6 +42,7 @@ def export_command(
     from_datasheet: str | None = None,
     sided: Literal["one", "two"] | None = None,
     inflate: Path | None = None,
+    turn_on: Path | None = None,
     list_: Annotated[bool, Parameter(name="--list", negative=())] = False,
     show: Show = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
@@ -66,6 +68,8 @@ def export_command(
     inflate
         JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Prints the
         factor of each coefficient. With --to, writes the numbers of the source, with these factors as comments.
+    turn_on
+        Model file (.toml) of "sigmatau compare --model": adds its turn-on biases to the source.
     list_
         List the targets; with a name, --list kalibr, show its options.
     quiet
@@ -83,6 +87,8 @@ def export_command(
         raise OptionError("give a model file or a result, or --from-datasheet NAME, or --list", option="source")
     if sided is not None and from_datasheet is None:
         raise OptionError("--sided needs --from-datasheet NAME", option="sided")
+    if turn_on is not None and source is None:
+        raise OptionError("--turn-on needs a source, not --from-datasheet", option="turn_on")
     if inflate is not None and source is not None and to is None:
         found = inflation(read_source(inflate), read_source(source))
         _check_shown(found.rest)
@@ -108,7 +114,7 @@ def export_command(
     prepared = (
         _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
         if from_datasheet is not None
-        else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, quiet=quiet)
+        else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, turn_on=turn_on, quiet=quiet)
     )
     content = prepared.content
     print_findings(prepared.findings, quiet=quiet)
@@ -128,11 +134,14 @@ def _of_source(
     path: Path | None,
     rate: float | None,
     inflate: Path | None,
+    turn_on: Path | None,
     quiet: bool,
 ) -> Prepared:
     assert source is not None
     found = read_source(source, rate=rate)
     _check_shown(found.model.channels)
+    if turn_on is not None:
+        found = with_turn_on(found, turn_on)
     for line in finding_lines(found.findings):
         say(line, quiet=quiet)
     if inflate is not None:

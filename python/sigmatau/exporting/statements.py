@@ -16,8 +16,10 @@ _DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a
 _SHARE = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
 
 
-def pair_remarks(numbers: Numbers) -> list[str]:
-    """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states."""
+def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
+    """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states.
+    `has_turn_on`: whether it has a field for the turn-on bias.
+    """
     remarks = []
     for sensor in KINDS:
         channels = numbers.sensors.get(sensor, {})
@@ -27,6 +29,7 @@ def pair_remarks(numbers: Numbers) -> list[str]:
         fast = ["quantization"] if any("quantization" in model.terms for model in models) else []
         fast += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
         fast += ["sinusoids"] if any(model.sinusoid for model in models) else []
+        fast += ["turn-on bias"] if not has_turn_on and any(model.turn_on for model in models) else []
         if fast:
             terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
             remarks.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")

@@ -57,9 +57,10 @@ class Numbers:
         self._truths: dict[str, AssumedNoise] = {}  # by channel
         self._consistent: dict[str, Number] = {}  # K by channel
         self._sensor = {name: stream_name(name) for name in self.model.channels}
-        self.sensors: dict[str, dict[str, ChannelModel]] = {}  # channels of the model by sensor
-        for name, sensor in self._sensor.items():
-            self.sensors.setdefault(sensor, {})[name] = self.model.channels[name]
+        self.sensors: dict[str, dict[str, ChannelModel]] = {  # channels of the model by sensor
+            sensor: {name: channel for name, channel in self.model.channels.items() if self._sensor[name] == sensor}
+            for sensor in dict.fromkeys(self._sensor.values())
+        }
 
     @property
     def model(self) -> NoiseModel:

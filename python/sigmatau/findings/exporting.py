@@ -245,6 +245,38 @@ class QuantizationInSamples(Details, code="quantization_in_samples"):
 
 
 @frozen
+class WideTurnOn(Details, code="wide_turn_on"):
+    """The turn-on bias in the file is from so few power-ups that it may be much larger.
+
+    Attributes
+    ----------
+    power_ups : int
+        Number of power-ups that were compared.
+    ratio : float or None
+        Upper end of the interval over the value; None if no spread was seen, and the upper end is in the file. [1]
+    """
+
+    power_ups: int
+    ratio: float | None = None
+
+    def words(self, finding: Finding) -> Words:
+        ends = (
+            "no spread seen, its upper end is written"
+            if self.ratio is None
+            else f"up to {two_digits(self.ratio)} times"
+        )
+        return Words(
+            f"turn-on bias from {self.power_ups} power-ups, may be larger: {ends}",
+            f"Compare more power-ups, or set {Hint('names', f'{_sensor_of(finding)}_turn_on_bias', 'VALUE')}",
+        )
+
+
+def _sensor_of(finding: Finding) -> str:
+    """The sensor of the first channel of a finding."""
+    return finding.channels[0].partition("_")[0] if finding.channels else "gyro"
+
+
+@frozen
 class NotAdequate(Details, code="not_adequate"):
     """Coefficients in the file are from a fit that does not describe its curve."""
 

@@ -27,6 +27,7 @@ from sigmatau.model.processes import (
     real,
     several,
 )
+from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise import terms
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
@@ -70,6 +71,9 @@ class ChannelModel(Mapping[str, float], Printed):
         explains the record as well as the walk. Every slower process does so too.
     alternatives : tuple of ChannelModel
         Other terms and Gauss-Markov processes that explain the record as well, beside the same resonances and lines.
+    turn_on : TurnOn or None
+        Spread of the bias between power-ups, which no single record shows. It is not part of `avar` and `psd`, nor of
+        simulated records.
     level : float
         Probability of the intervals and limits.
     tau_min : float
@@ -117,6 +121,7 @@ class ChannelModel(Mapping[str, float], Printed):
     covariance: Covariance = field(default_factory=Covariance)
     alike_from: GaussMarkov | None = None
     alternatives: tuple[ChannelModel, ...] = ()
+    turn_on: TurnOn | None = None
     level: float = 0.95
     tau_min: float = 0.0
     duration: float = 0.0
@@ -148,6 +153,8 @@ class ChannelModel(Mapping[str, float], Printed):
             raise DataError(f"no term; terms: {', '.join((*TERMS, *PROCESSES))}")
         if self.bandwidth is not None and "random_walk" not in given:
             raise DataError("a bandwidth is that of white noise, and there is no random_walk")
+        if self.turn_on is not None and not isinstance(self.turn_on, TurnOn):
+            raise DataError(f"`turn_on` must be a TurnOn, not {self.turn_on!r}")
         if self.alike_from is not None and "rate_random_walk" not in given:
             raise DataError("`alike_from` stands for a rate random walk, and there is no rate_random_walk")
 
@@ -463,6 +470,7 @@ class ChannelModel(Mapping[str, float], Printed):
             if self.alike_from is None
             else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
             alternatives=tuple(other.scaled(factor) for other in self.alternatives),
+            turn_on=None if self.turn_on is None else self.turn_on.scaled(factor),
             tau_min=self.tau_min,
             rate=self.rate,
             adequate=self.adequate,
@@ -519,6 +527,8 @@ class ChannelModel(Mapping[str, float], Printed):
                 {key: other.to_dict()[key] for key in ("terms", "gauss_markov") if getattr(other, key)}
                 for other in self.alternatives
             ]
+        if self.turn_on is not None:
+            content["turn_on"] = self.turn_on.to_dict()
         return content
 
     def __repr__(self) -> str:
@@ -540,6 +550,8 @@ class ChannelModel(Mapping[str, float], Printed):
         if self.alike_from is not None:
             rows.append(alike_text(self.alike_from.time))
         rows += [f"or {other!r}" for other in self.alternatives]
+        if self.turn_on is not None:
+            rows.append(f"turn-on bias {self.turn_on.text(self.quantity, self.unit)}")
         if not self.adequate:
             rows.append("no model fits this axis: no intervals")
         return ", ".join(rows)

@@ -11,6 +11,7 @@
     alternatives = [{ random_walk = "0.3 deg/sqrt(h)", gauss_markov = [{ sigma = "9 deg/h", time = "80 s" }] }]  # or
     resonance = [{ sigma = "2 deg/h", frequency = "0.004 Hz", width = "0.001 Hz" }]
     sinusoid = [{ amplitude = "0.01 deg/s", frequency = "0.55 Hz" }]
+    turn_on = { sigma = "0.2 deg/s" }          # spread between power-ups; with low, high, level and power_ups if measured
     bandwidth = { order = 1, corner = "30 Hz" }  # with rate = "100 Hz": random_walk is that of the samples
     adequate = false                           # no model fits this axis: no value has an interval
 
@@ -32,6 +33,7 @@ from sigmatau.digits import round_to_error, significant
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import PROCESSES, ChannelModel, alike_text
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
+from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import printable
@@ -58,7 +60,17 @@ _UNITS_OF_PARTS = {
     "width": "Hz",
 }  # units of parts of a process; others: that of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
-_OTHER_KEYS = ("noise_density", "sided", *PROCESSES, "alike_from", "alternatives", "bandwidth", "unit", "adequate")
+_OTHER_KEYS = (
+    "noise_density",
+    "sided",
+    *PROCESSES,
+    "alike_from",
+    "alternatives",
+    "turn_on",
+    "bandwidth",
+    "unit",
+    "adequate",
+)
 
 
 def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
@@ -115,6 +127,8 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         if channel.alternatives:
             rows = (_alternative(other) for other in channel.alternatives)
             lines.append(f"alternatives = [{', '.join(rows)}]  # explain the record as well")
+        if channel.turn_on is not None:
+            lines.append(f"turn_on = {_turn_on_written(channel.turn_on, channel)}")
         if channel.bandwidth is not None:
             corner = _quoted(channel.bandwidth.corner, "Hz")
             rate = "" if channel.bandwidth.rate is None else f", rate = {_quoted(channel.bandwidth.rate, 'Hz')}"
@@ -140,6 +154,15 @@ def _written(process: GaussMarkov | Resonance | Sinusoid, unit: str) -> str:
     parts = ((part.name, getattr(process, part.name)) for part in fields(process))
     written = ", ".join(f"{name} = {_quoted(x, _UNITS_OF_PARTS.get(name, unit))}" for name, x in parts)
     return f"{{ {written} }}"
+
+
+def _turn_on_written(spread: TurnOn, channel: ChannelModel) -> str:
+    """A turn-on bias as a table, and in a usual unit as a comment."""
+    ends = (("sigma", spread.sigma), ("low", spread.low), ("high", spread.high))
+    parts = [f"{name} = {_quoted(value, channel.unit)}" for name, value in ends if value is not None]
+    if spread.power_ups is not None:
+        parts += [f"level = {spread.level!r}", f"power_ups = {spread.power_ups}"]
+    return printable(f"{{ {', '.join(parts)} }}  # {spread.text(channel.quantity, channel.unit)}")
 
 
 def _alternative(model: ChannelModel) -> str:
@@ -236,6 +259,7 @@ def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
         sinusoid=tuple(_processes(table, "sinusoid", unit)),
         alternatives=_alternatives(name, table),
         alike_from=next(_processes(table, "alike_from", unit), None),
+        turn_on=_turn_on(table, unit),
         bandwidth=_bandwidth(table),
         quantity=quantity,
         unit=unit,
@@ -282,6 +306,21 @@ def _processes(table: Mapping[str, Any], key: str, unit: str) -> Iterator[Any]:
 
 def _part(key: str, row: Mapping[str, Any], part: str, si: str) -> float:
     return _value(f"{part} of {key}", row[part], si, written=part)
+
+
+def _turn_on(table: Mapping[str, Any], unit: str) -> TurnOn | None:
+    row = table.get("turn_on")
+    if row is None:
+        return None
+    measured = {"low", "high", "level", "power_ups"}
+    if not isinstance(row, Mapping) or not {"sigma"} <= set(row) <= {"sigma", *measured}:
+        example = f'{{ sigma = "1 {usual(unit)}" }}'
+        raise DataError(f"turn_on is {example}, with low, high, level and power_ups if it was measured, not {row!r}")
+    spreads = {part: row[part] for part in ("sigma", "low", "high") if part in row}
+    read: dict[str, Any] = {
+        part: _value(f"{part} of turn_on", text, unit, written=part) for part, text in spreads.items()
+    }
+    return TurnOn(**read, **{part: row[part] for part in ("level", "power_ups") if part in row})
 
 
 def _bandwidth(table: Mapping[str, Any]) -> LowPass | None:

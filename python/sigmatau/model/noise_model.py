@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Protocol, Self, overload
 
@@ -18,6 +18,7 @@ from sigmatau.hints import Hint, command
 from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import channels_of, correlation_of, toml
+from sigmatau.model.turn_on import TurnOn
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed, lines_text
 
@@ -229,6 +230,43 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return NoiseModel(
             channels={n: self.channels[n] for n in names}, correlation={t: p for t, p in kept.items() if p}
         )
+
+    def with_turn_on(self, spreads: Mapping[str, TurnOn]) -> NoiseModel:
+        """The model with the turn-on bias of some channels, for exports that have a field for it.
+
+        Parameters
+        ----------
+        spreads : mapping of str to TurnOn
+            By channel, as `measure_turn_on` returns them.
+
+        Returns
+        -------
+        NoiseModel
+
+        Raises
+        ------
+        DataError
+            If the model lacks a channel.
+
+        See Also
+        --------
+        measure_turn_on : measures the spread between power-ups.
+
+        Examples
+        --------
+        >>> import sigmatau as st
+        >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+        >>> model.with_turn_on({"gyro_x": st.TurnOn(sigma=1e-3)})
+        gyro_x: angle random walk 0.343775 deg/√h, turn-on bias 206.3 deg/h, stated
+        """
+        lacking = [name for name in spreads if name not in self.channels]
+        if lacking:
+            raise DataError(f"turn-on bias of {', '.join(lacking)}: the model has no such channel")
+        channels = {
+            name: replace(channel, turn_on=spreads[name]) if name in spreads else channel
+            for name, channel in self.channels.items()
+        }
+        return NoiseModel(channels=channels, correlation=self.correlation)
 
     def avar(self, channel: str, *, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
         """Expected Allan variance of a channel.

@@ -16,6 +16,7 @@ from sigmatau.exporting.targets import templates
 _OTHERS = {
     "gtsam": "gtsam.TARGET",
     "model": "model.TARGET",
+    "basalt": "basalt.TARGET",
     "px4": "autopilots.PX4",
     "ardupilot": "autopilots.ARDUPILOT",
     "kf-gins": "kf_gins.TARGET",
@@ -33,6 +34,10 @@ _SAME = {
     "vins-mono": "vins",
     "vins-fusion": "vins",
     "asl": "euroc",
+    "okvis": "okvis2",
+    "isaac-ros": "cuvslam",
+    "isaac-ros-visual-slam": "cuvslam",
+    "robot-localization": "ros",
     "ekf2": "px4",
     "ekf3": "ardupilot",
 }  # other names of the same program

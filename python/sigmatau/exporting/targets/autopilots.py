@@ -15,6 +15,7 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.statements import pair_remarks
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, number, remark, single
+from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on
 from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
@@ -47,6 +48,8 @@ _PX4_PARAMETERS = (  # the first releases of EKF2 replace what is below the leas
     _Parameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", least=0.0, most=0.01),
     _Parameter(name="EKF2_ACC_B_NOISE", sensor="accel", kind="walk", unit="m/s^3", least=0.0, most=0.01),
 )
+# Initial uncertainty of a bias, with the largest documented value; 0.1 rad/s and 0.2 m/s^2 as delivered.
+_PX4_INITIAL = (("EKF2_GBIAS_INIT", "gyro", "rad/s", 0.2), ("EKF2_ABIAS_INIT", "accel", "m/s^2", 0.5))
 _ARDUPILOT_PARAMETERS = (
     _Parameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", least=1e-4, most=0.1),
     _Parameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", least=0.01, most=1.0, cut=5.0),
@@ -63,10 +66,10 @@ def _write_px4(numbers: Numbers) -> str:
         f"# EKF2 noise for a prediction step of {seconds(1000 * step)} ms, EKF2_PREDICT_US ="
         f" {round(1e6 * step)}; {_STEP} changes it.",
         "# Not densities: each is p = density/sqrt(dt), and the filter uses (dt*p)^2. Single precision.",
-        *map(remark, pair_remarks(numbers)),
+        *map(remark, pair_remarks(numbers, has_turn_on=True)),
         "# vehicle\tcomponent\tname\tvalue\ttype",
     ]
-    for name, value, words in _rows(numbers, _PX4_PARAMETERS, step):
+    for name, value, words in [*_rows(numbers, _PX4_PARAMETERS, step), *_initial_rows(numbers)]:
         lines += [f"# {words}", "\t".join([*ids, name, single(value, name), "9"])]
     return "\n".join(lines) + "\n"
 
@@ -101,6 +104,19 @@ def _rows(numbers: Numbers, parameters: tuple[_Parameter, ...], step: float) -> 
     return result
 
 
+def _initial_rows(numbers: Numbers) -> list[tuple[str, float, str]]:
+    """Name, value and comment of the uncertainty of the initial biases of PX4, if the model has turn-on biases."""
+    result = []
+    for name, sensor, unit, most in _PX4_INITIAL:
+        start = turn_on(numbers, sensor)
+        if start is not None:
+            words = f"{name} [{unit}], the uncertainty of the bias at start; {start.words}"
+            if start.value > most:
+                words += f"; outside the documented range, 0 to {most:g}: a ground station may reject it"
+            result.append((name, start.value, comment(words)))
+    return result
+
+
 def _step(numbers: Numbers, default: float) -> float:
     """The step of the filter; raises `OptionError` for milliseconds given as seconds. [s]"""
     step = numbers.choices.step or default
@@ -127,7 +143,7 @@ PX4 = Target(
     write=_write_px4,
     has_step=True,
     has_walk=True,
-    names={"vehicle": "1", "component": "1"},
+    names={"vehicle": "1", "component": "1", **TURN_ON_NAMES},
 )
 
 ARDUPILOT = Target(

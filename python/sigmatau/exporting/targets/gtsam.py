@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.statements import pair_remarks
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, digits, measured, remark
+from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on_axes
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.units import STANDARD_GRAVITY
 
@@ -21,12 +23,29 @@ def write(numbers: Numbers) -> str:
         ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
     ]
-    lines = [*map(remark, pair_remarks(numbers)), "# x, y, z"]
+    lines = [*map(remark, pair_remarks(numbers, has_turn_on=True)), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
         lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
+    prior, prior_function = _prior(numbers)
+    lines += prior
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
     integration = numbers.number("integration", "1.0e-8")
-    return _MODULE.format(numbers="\n".join(lines), gravity=digits(gravity), integration=digits(integration))
+    module = _MODULE.format(numbers="\n".join(lines), gravity=digits(gravity), integration=digits(integration))
+    return module + prior_function
+
+
+def _prior(numbers: Numbers) -> tuple[list[str], str]:
+    """Lines with the turn-on biases, and the function that makes a prior of them; without one of them only a remark."""
+    starts = {sensor: turn_on_axes(numbers, sensor) for sensor in ("accel", "gyro")}
+    lacking = [KINDS[sensor] for sensor, axes in starts.items() if axes is None]
+    if lacking:
+        why = f"No prior of the first bias: the turn-on bias of the {lacking[0]} is not known."
+        return [remark(why)] * (len(lacking) < len(starts)), ""
+    lines: list[str] = []
+    for name, sensor, unit in (("ACCELEROMETER_START", "accel", "m/s^2"), ("GYROSCOPE_START", "gyro", "rad/s")):
+        rows = [f"    {measured(axis.value)},  # {comment(f'{unit}; {axis.words}')}" for axis in starts[sensor] or ()]
+        lines += [f"{name} = (", *rows, ")"]
+    return lines, _PRIOR
 
 
 def _axes(
@@ -86,6 +105,16 @@ def params(gravity=GRAVITY):
 #   p->biasAccOmegaInt = gtsam::Z_6x6;  // if the version has it
 '''
 
+_PRIOR = '''
+
+def prior():
+    """Noise model of a PriorFactorConstantBias on the first bias: spread of the bias between power-ups."""
+    import gtsam
+    import numpy as np
+
+    return gtsam.noiseModel.Diagonal.Sigmas(np.array([*ACCELEROMETER_START, *GYROSCOPE_START]))
+'''
+
 TARGET = Target(
     name="gtsam",
     summary="GTSAM PreintegrationCombinedParams, a Python module: covariances N^2 and K^2, continuous, an axis each",
@@ -93,5 +122,5 @@ TARGET = Target(
     write=write,
     has_walk=True,
     per_axis=True,
-    names={"gravity": digits(STANDARD_GRAVITY), "integration": "1.0e-8"},
+    names={"gravity": digits(STANDARD_GRAVITY), "integration": "1.0e-8", **TURN_ON_NAMES},
 )

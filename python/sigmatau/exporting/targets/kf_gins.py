@@ -11,6 +11,7 @@ import math
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
+from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on_axes
 from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
@@ -42,7 +43,20 @@ def write(numbers: Numbers) -> str:
             f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {origin}"
         )
     lines.append(f"  corrtime: {measured(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers)}")
+    lines += _initial_lines(numbers)
     return "\n".join(lines) + "\n"
+
+
+def _initial_lines(numbers: Numbers) -> list[str]:
+    """Keys beside the block for the initial biases, if the model has turn-on biases; KF-GINS takes gbstd, abstd else."""
+    lines = []
+    for key, sensor, unit in (("initbgstd", "gyro", "deg/h"), ("initbastd", "accel", "mGal")):
+        axes = turn_on_axes(numbers, sensor)
+        if axes is not None:
+            size = find(unit).factor
+            words = joined(number.words for number in axes)
+            lines.append(f"{key}: {vector(number.value / size for number in axes)}  # {unit}; {words}")
+    return ["# Uncertainty of the initial biases, keys of their own beside imunoise:", *lines] if lines else []
 
 
 def _time(numbers: Numbers, processes: list[Process]) -> float:
@@ -71,5 +85,5 @@ TARGET = Target(
     unused=(OWN_PROCESSES,),
     needs_axes=True,
     per_axis=True,
-    names={"gsstd": "300", "asstd": "300", "corrtime": ""},
+    names={"gsstd": "300", "asstd": "300", "corrtime": "", **TURN_ON_NAMES},
 )

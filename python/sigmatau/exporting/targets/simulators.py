@@ -17,7 +17,8 @@ from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, digits, joined, measured, number, plain_name, remark, vector
+from sigmatau.exporting.text import comment, joined, measured, plain_name, remark, vector
+from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on, turn_on_axes, unknown_turn_on
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
@@ -32,6 +33,7 @@ _SENSORS = (
 def _write_gazebo(numbers: Numbers) -> str:
     """The text of the file."""
     found = noises_and_processes(numbers)
+    started = {sensor: turn_on_axes(numbers, sensor) or (None, None, None) for sensor, *_ in _SENSORS}
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -54,17 +56,25 @@ def _write_gazebo(numbers: Numbers) -> str:
                 "            ",
                 f"dynamic bias: {unit}/s/sqrt(Hz), sigma*sqrt(2/time), and s; {joined(b.words for b in bias)}",
             ),
-            *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, strict=True)),
+            *(_comment("            ", words) for words in _turn_on_words(unit, started[sensor])),
+            *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, started[sensor], strict=True)),
             f"          </{element}>",
         ]
     lines += ["        </imu>", "      </sensor>", "    </link>", *_plugin(numbers, found), "  </model>", "</sdf>"]
     return "\n".join(lines) + "\n"
 
 
-def _axis(rate: float, axis: str, noise: Number, bias: Process) -> str:
+def _turn_on_words(unit: str, axes: tuple[Number | None, ...]) -> list[str]:
+    """The comment of a turn-on bias that is known."""
+    words = joined(number.words for number in axes if number is not None)
+    return [f"bias_stddev: {unit}, turn-on bias, which decays with the correlation time; {words}"] if words else []
+
+
+def _axis(rate: float, axis: str, noise: Number, bias: Process, start: Number | None) -> str:
+    turn_on = "" if start is None else f"<bias_mean>0</bias_mean><bias_stddev>{measured(start.value)}</bias_stddev>"
     return (
         f'            <{axis}><noise type="gaussian"><mean>0</mean>'
-        f"<stddev>{measured(noise.value * math.sqrt(rate))}</stddev>"
+        f"<stddev>{measured(noise.value * math.sqrt(rate))}</stddev>{turn_on}"
         f"<dynamic_bias_stddev>{measured(bias.density)}</dynamic_bias_stddev>"
         f"<dynamic_bias_correlation_time>{measured(bias.time)}</dynamic_bias_correlation_time></noise></{axis}>"
     )
@@ -87,8 +97,7 @@ def _plugin(
     ]
     for sensor, _, word, unit in _SENSORS:
         (noise, *_), (bias, *_) = found[sensor]
-        key = f"{sensor}_turn_on_bias"
-        turn_on = number(numbers.name(key, "0"), key)
+        start = turn_on(numbers, sensor)
         lines += [
             _comment("      ", f"{unit}/sqrt(Hz), N, two-sided; {noise.words}"),
             f"      <{word}NoiseDensity>{measured(noise.value)}</{word}NoiseDensity>",
@@ -100,9 +109,9 @@ def _plugin(
             f"      <{word}BiasCorrelationTime>{measured(bias.time)}</{word}BiasCorrelationTime>",
             _comment(
                 "      ",
-                f"{unit}; not visible in an Allan variance: set it with {Hint('names', key, 'VALUE')}",
+                f"{unit}; {unknown_turn_on(sensor) if start is None else start.words}",
             ),
-            f"      <{word}TurnOnBiasSigma>{digits(turn_on)}</{word}TurnOnBiasSigma>",
+            f"      <{word}TurnOnBiasSigma>{'0.0' if start is None else measured(start.value)}</{word}TurnOnBiasSigma>",
         ]
     return [*lines, "    </plugin>"]
 
@@ -129,8 +138,7 @@ GAZEBO = Target(
     names={
         "link": "imu_link",
         "plugin": "libgazebo_imu_plugin.so",
-        "gyro_turn_on_bias": "0",
-        "accel_turn_on_bias": "0",
+        **TURN_ON_NAMES,
     },
 )
 

@@ -1,0 +1,91 @@
+"""The turn-on bias of a sensor for targets that have a field for the uncertainty of the initial bias.
+
+It is the spread between power-ups of the model, or the value of the user. No record at rest shows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from sigmatau.exporting.choices import KINDS
+from sigmatau.exporting.values import Number, Numbers
+from sigmatau.findings.exporting import WideTurnOn
+from sigmatau.findings.finding import Finding
+from sigmatau.hints import Hint
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.turn_on import is_wide
+
+TURN_ON_NAMES = {"gyro_turn_on_bias": "", "accel_turn_on_bias": ""}
+"""Names of a target with a field for the turn-on bias: a value of the user, in rad/s or m/s²."""
+
+
+def name_of(sensor: str) -> str:
+    """The key of the turn-on bias among the names of a target."""
+    return f"{sensor}_turn_on_bias"
+
+
+def turn_on(numbers: Numbers, sensor: str) -> Number | None:
+    """The standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]"""
+    axes = _known(numbers, sensor)
+    if axes is None or isinstance(axes, Number):
+        return axes
+    if numbers.choices.axes == "mean":
+        mean = (sum(number.value**2 for number in axes.values()) / len(axes)) ** 0.5
+        return Number(value=mean, words=f"root mean square: {'; '.join(number.words for number in axes.values())}")
+    return _worst(axes, numbers.sensors[sensor])
+
+
+def turn_on_axes(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number] | None:
+    """The same for x, y and z. For ``axes="each"`` an axis whose spread is not known has the largest of the others."""
+    axes = _known(numbers, sensor)
+    if axes is None or isinstance(axes, Number) or numbers.choices.axes != "each":
+        every = turn_on(numbers, sensor)
+        return None if every is None else (every, every, every)
+    worst = _worst(axes, numbers.sensors[sensor])
+    x, y, z = (axes.get(f"{sensor}_{axis}", worst) for axis in "xyz")
+    return x, y, z
+
+
+def unknown_turn_on(sensor: str) -> str:
+    """What a file says of a turn-on bias that is not known."""
+    return (
+        f"turn-on bias of the {KINDS[sensor]}: not visible in one record; sigmatau compare measures it from several"
+        f" power-ups, {Hint('names', name_of(sensor), 'VALUE')} sets it"
+    )
+
+
+def _known(numbers: Numbers, sensor: str) -> Number | dict[str, Number] | None:
+    """The number of the user, or those of the channels that have a spread."""
+    key = name_of(sensor)
+    if numbers.choices.names.get(key):
+        return Number(value=numbers.number(key, ""), words="turn-on bias, given")
+    found = {}
+    for name, model in numbers.sensors.get(sensor, {}).items():
+        spread = model.turn_on
+        if spread is None:
+            continue
+        words = f"{name}: turn-on bias {spread.text(model.quantity, model.unit)}, about its mean"
+        if not spread.sigma:
+            words += "; no spread seen, the upper end"
+        found[name] = Number(value=spread.prior, words=words)
+    _add_wide(numbers, {name: numbers.sensors[sensor][name] for name in found})
+    return found or None
+
+
+def _add_wide(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
+    """Add a finding if the spread of some channels is from a few power-ups."""
+    wide = {name: model.turn_on for name, model in channels.items() if model.turn_on and is_wide(model.turn_on)}
+    ratios = [spread.high / spread.sigma for spread in wide.values() if spread.high and spread.sigma]
+    counts = [spread.power_ups for spread in wide.values() if spread.power_ups is not None]
+    if counts:
+        details = WideTurnOn(power_ups=min(counts), ratio=max(ratios, default=None))
+        numbers.add_finding(Finding(severity="warning", channels=tuple(wide), details=details))
+
+
+def _worst(axes: Mapping[str, Number], channels: Mapping[str, ChannelModel]) -> Number:
+    """The largest of the axes; says which have none."""
+    worst = max(axes.values(), key=lambda number: number.value)
+    lacking = [name for name in channels if name not in axes]
+    words = f"worst of {len(axes)} axes, {worst.words}" if len(axes) > 1 else worst.words
+    return replace(worst, words=words + (f"; not measured for {', '.join(lacking)}" if lacking else ""))

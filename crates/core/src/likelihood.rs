@@ -36,6 +36,7 @@ mod parts;
 mod pass;
 mod power_law;
 mod profile;
+mod resonance_shape;
 mod running_mean;
 mod runs;
 mod select;

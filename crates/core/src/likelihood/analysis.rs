@@ -19,6 +19,7 @@ use crate::likelihood::no_quantization::without_quantization;
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
 use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
+use crate::likelihood::resonance_shape::join_without_resonances;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost, is_needed};
 use crate::likelihood::slow_lines::{prices, slow_lines};
@@ -196,6 +197,7 @@ pub(crate) fn inferred(
     let at = thresholds_at(p_value, level);
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
     let mut second = join_alike(&mut terms, plain, bins, at, allowed);
+    join_without_resonances(&mut terms, plain, bins, at);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
     if let Some(j) = plain.model.index(Part::RandomWalk) {

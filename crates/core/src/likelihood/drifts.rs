@@ -42,7 +42,8 @@ pub(crate) fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> 
     let (m, length) = (record.blocks as f64, record.block_length());
     // With missing samples the ends are those of runs, and their weights fall to 0 there.
     let length = if record.masked.is_some() { f64::INFINITY } else { length };
-    let end = |k: usize| (2.0 / m).sqrt() * (PI * k as f64 / (2.0 * m)).cos() / length.sqrt();
+    let samples = m * record.block as f64;
+    let end = |k: usize| (2.0 / m).sqrt() * (PI * k as f64 / (2.0 * samples)).cos() / length.sqrt();
     let modes = 1..=record.modes.len();
     let last = modes.clone().map(|k| if k % 2 == 0 { end(k) } else { -end(k) }).collect();
     let mut found = vec![Regressor::of_modes(last), Regressor::of_modes(modes.map(end).collect())];

@@ -93,12 +93,12 @@ impl Blocks {
         }
     }
 
-    /// Expected density of a part of unit amplitude at a mode. Quantization noise is exact once the two end values of
-    /// the angle are regressors; flicker noise is in [`flicker_modes`] and in a [`Mixture`](crate::likelihood::power_law::Mixture).
+    /// Expected density of a part of unit amplitude at a mode: quantization noise as that of the samples, which is exact once the
+    /// two end values of the angle are regressors, other noise as that of block means. Flicker noise is in [`flicker_modes`] and in a [`Mixture`](crate::likelihood::power_law::Mixture).
     pub(crate) fn density(self, part: Part, at: &ModePoint) -> f64 {
         let (n, length) = (self.samples as f64, self.length());
         match part {
-            Part::Quantization => at.chord / length,
+            Part::Quantization => 4.0 * (PI * at.frequency * self.tau0).sin().powi(2) / self.tau0,
             Part::RandomWalk => 1.0,
             Part::RateRandomWalk => {
                 // The differences of block means of a sampled random walk are a moving average of order 1.

@@ -1,6 +1,6 @@
 //! One pass over the samples: everything that the likelihood needs of a record, in bounded memory.
 //!
-//! Below, the cosine modes (DCT-II) of block means; above, Welch's periodogram with Hann's taper. The record is mirrored by
+//! Below, the cosine modes (DCT-II) of the samples, from means and first moments of blocks; above, Welch's periodogram with Hann's taper. The record is mirrored by
 //! half a segment at both ends, so that its ends count like the rest.
 
 use crate::error::{Error, room};
@@ -12,8 +12,9 @@ use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used: a block mean folds
-/// quantization noise, whose density is then that of a phase with one sample a block.
+/// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used. Means alone fold
+/// quantization noise, whose density is then that of a phase with one sample a block: of 2²⁰ samples of a navigation-grade gyro,
+/// the standard deviation of N was 1.6 times the bound. With first moments a mode is that of the samples to 3·10⁻⁴ of its amplitude.
 const BLOCKS: usize = 131_072;
 
 /// The segments are as long as 1024 blocks would be if a record had so many.
@@ -261,8 +262,12 @@ pub struct Pass {
     oldest: usize,
     pushed: usize,
     next_segment: usize,
+    /// Means of the blocks, and first moments about their centres over the square of a block.
     sums: Vec<f64>,
+    moments: Vec<f64>,
+    /// Sum of the samples of the block that is filled, and the sum of all such sums since it began.
     filling: f64,
+    filling_sum: f64,
     first: f64,
     last: f64,
     squares: f64,
@@ -306,7 +311,9 @@ impl Pass {
             pushed: 0,
             next_segment: 0,
             sums: Vec::with_capacity(samples / block),
+            moments: Vec::with_capacity(samples / block),
             filling: 0.0,
+            filling_sum: 0.0,
             first: 0.0,
             last: 0.0,
             squares: 0.0,
@@ -334,7 +341,7 @@ impl Pass {
         }
         // In pieces, so that what is kept stays short.
         for piece in samples.chunks(self.segment) {
-            self.moments(piece);
+            self.add(piece);
             self.kept.extend_from_slice(piece);
             self.pushed += piece.len();
             self.take_segments();
@@ -342,7 +349,8 @@ impl Pass {
         Ok(())
     }
 
-    fn moments(&mut self, piece: &[f64]) {
+    /// Adds samples to the blocks and to what the kurtosis needs.
+    fn add(&mut self, piece: &[f64]) {
         let Some(&first) = piece.first() else { return };
         if self.pushed == 0 {
             (self.first, self.last) = (first, first);
@@ -354,10 +362,14 @@ impl Pass {
             self.fourths += step * step;
             self.last = x;
             self.filling += x - self.first;
+            self.filling_sum += self.filling;
             inside += 1;
             if inside == self.block {
-                self.sums.push(self.filling / self.block as f64);
-                self.filling = 0.0;
+                let length = self.block as f64;
+                self.sums.push(self.filling / length);
+                self.moments
+                    .push((0.5 * (length + 1.0) * self.filling - self.filling_sum) / (length * length));
+                (self.filling, self.filling_sum) = (0.0, 0.0);
                 inside = 0;
             }
         }
@@ -474,6 +486,12 @@ impl Pass {
             self.samples / coarse_block(self.samples) / MODES
         };
         let mut modes = cosine_modes(&self.sums, count);
+        if self.block > 1 {
+            // Within a block cos(φ + δ) = cos φ − δ sin φ.
+            for ((k, x), sine) in (1..).zip(&mut modes).zip(sine_modes(&mut self.moments, count)) {
+                *x -= PI * f64::from(k) / self.blocks as f64 * sine;
+            }
+        }
         for x in &mut modes {
             *x *= root;
         }
@@ -525,13 +543,7 @@ fn coarse_block(samples: usize) -> usize {
 /// doi 10.1109/TASSP.1980.1163351).
 fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
     let m = series.len();
-    let mut folded: Vec<f64> = series.iter().step_by(2).copied().collect();
-    folded.extend(series[1..].iter().step_by(2).rev());
-    let transform = Planner::new().forward(m);
-    let mut output = transform.make_output_vec();
-    let done = transform.process(&mut folded, &mut output);
-    debug_assert!(done.is_ok());
-    let scale = (2.0 / m as f64).sqrt();
+    let (output, scale) = (folded_transform(series), (2.0 / m as f64).sqrt());
     (1..=count)
         .map(|k| {
             let (sin, cos) = (PI * k as f64 / (2.0 * m as f64)).sin_cos();
@@ -539,6 +551,31 @@ fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
             scale * (z.re * cos + sign * z.im * sin)
         })
         .collect()
+}
+
+/// The orthonormal DST-II of a series, modes 1 … `count`: mode k is the cosine mode m − k of the series with alternating
+/// signs. The series is lost.
+fn sine_modes(series: &mut [f64], count: usize) -> Vec<f64> {
+    let m = series.len();
+    series.iter_mut().skip(1).step_by(2).for_each(|x| *x = -*x);
+    let (z, scale) = (folded_transform(series), (2.0 / m as f64).sqrt());
+    (1..=count)
+        .map(|k| {
+            let (sin, cos) = (PI * k as f64 / (2.0 * m as f64)).sin_cos();
+            scale * (z[k].re * sin - z[k].im * cos)
+        })
+        .collect()
+}
+
+/// The transform of the even elements of a series, followed by the odd ones from the last to the first.
+fn folded_transform(series: &[f64]) -> Vec<Complex64> {
+    let mut folded: Vec<f64> = series.iter().step_by(2).copied().collect();
+    folded.extend(series[1..].iter().step_by(2).rev());
+    let transform = Planner::new().forward(series.len());
+    let mut output = transform.make_output_vec();
+    let done = transform.process(&mut folded, &mut output);
+    debug_assert!(done.is_ok());
+    output
 }
 
 /// The smallest length ≥ `least` without a prime factor above 5, and even.
@@ -585,6 +622,31 @@ mod tests {
         for (k, got) in (1..).zip(cosine_modes(&x, 60)) {
             let sum: f64 = (0..61).map(|t| x[t] * (PI * f64::from(k) * (t as f64 + 0.5) / 61.0).cos()).sum();
             assert!((got - sum * (2.0_f64 / 61.0).sqrt()).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn modes_of_blocks_are_those_of_the_samples() {
+        // Alternating samples fold into block means, here of 2 samples.
+        let n = 2 * BLOCKS;
+        let x: Vec<f64> = wiggle(n).iter().zip([0.0, 5.0].iter().cycle()).map(|(x, step)| x + step).collect();
+        let s = Summary::of(&x, 1.0).unwrap();
+        assert!(s.block == 2);
+        let samples = cosine_modes(&x, s.modes.len());
+        let size = |modes: &[f64]| modes.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let apart: Vec<f64> = samples.iter().zip(&s.modes).map(|(a, b)| a - b).collect();
+        assert!(size(&apart) < 2e-4 * size(&samples), "{} of {}", size(&apart), size(&samples));
+    }
+
+    #[test]
+    fn sine_modes_are_those_of_the_definition() {
+        for n in [60, 61] {
+            let x = wiggle(n);
+            for (k, got) in (1..).zip(sine_modes(&mut x.clone(), n / 2)) {
+                let sine = |t: usize| (PI * f64::from(k) * (t as f64 + 0.5) / n as f64).sin();
+                let sum: f64 = (0..n).map(|t| x[t] * sine(t)).sum();
+                assert!((got - sum * (2.0 / n as f64).sqrt()).abs() < 1e-11);
+            }
         }
     }
 

@@ -31,12 +31,13 @@ from sigmatau.exporting.gauss_markov import PEAK_TIME, SIGMA_OF_FLICKER
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import GaussMarkov
+from sigmatau.navigation.reference_filter import AIDING, FilterModel, TrueNoise, judge_filter
 
 
 class TestKfGins:
     def read(self, given, **choices):
         """As loadConfig of kf_gins.cpp converts them."""
-        raw = block_yaml(export(given, to="kf-gins", choices=Choices(**choices)))
+        raw = block_yaml(export(given, to="kf-gins", choices=Choices(**({"strict": True} | choices))))
         assert list(raw) == ["imunoise", "arw", "vrw", "gbstd", "abstd", "gsstd", "asstd", "corrtime"]
         return {
             "arw": np.array(raw["arw"]) * (D2R / 60),
@@ -89,7 +90,7 @@ class TestKfGins:
                 "accel_x": {"random_walk": 1e-3, "rate_random_walk": 1e-5},
             }
         )
-        choices = Choices(horizon=10.0, names={"corrtime": "0.01"})
+        choices = Choices(horizon=10.0, names={"corrtime": "0.01"}, strict=True)
         lines = export(given, to="kf-gins", choices=choices).splitlines()
         for key, size, of in (
             ("gbstd", D2R / 3600, lambda tau: 1e-5 * math.sqrt(2 * math.log(2) / math.pi)),
@@ -118,6 +119,53 @@ class TestKfGins:
         assert YAML(typ="safe").load(text) == {
             "imunoise": {key: value for key, value in ours.items() if key != "imunoise"}
         }
+
+    @pytest.mark.parametrize(
+        ("axes", "horizon", "hours"), [("worst", 60.0, ""), ("each", 60.0, "0.05"), ("mean", 10.0, "")]
+    )
+    def test_a_filter_states_its_error_right(self, axes, horizon, hours):
+        """After the horizon, by the joint covariance after a run; with the factor on σ alone."""
+        choices = {"strict": False, "axes": axes, "horizon": horizon, "names": {"corrtime": hours} if hours else {}}
+        found = self.read(model(), **choices)
+        assert found["corrtime"] == pytest.approx(3600 * float(hours) if hours else 60 * horizon, rel=1e-3)
+        ratios = []
+        for k, axis in enumerate("xyz"):
+            terms = model().channels[f"gyro_{axis}"].terms
+            process = GaussMarkov(sigma=found["gbstd"][k], time=found["corrtime"])
+            judged = judge_filter(
+                [TrueNoise(terms=terms)],
+                FilterModel(noise=terms["random_walk"], process=process),
+                aiding=AIDING["gyro"],
+                times=[horizon],
+                run=max(60 * horizon, found["corrtime"]),
+            )
+            ratios.append(judged.coasting[0].ratio)
+        if axes == "each":
+            assert ratios == pytest.approx([1.0] * 3, rel=2e-3)
+        else:
+            assert max(ratios) == pytest.approx(1.0, rel=2e-3) if axes == "worst" else min(ratios) < 1 < max(ratios)
+        doubled = self.read(model(), **choices, walk_factor={"gyro": 2.0})
+        assert doubled["gbstd"] == pytest.approx(2 * found["gbstd"], rel=1e-12)
+        assert list(doubled["abstd"]) == list(found["abstd"])
+
+    def test_the_file_says_what_a_filter_states(self):
+        text = export(model(), to="kf-gins")
+        assert re.search(
+            r"# gyro Gauss-Markov bias: a filter states 1\.00 of its error after 60 s, .* in a run of 1 h", text
+        )
+        flat = {"random_walk": 1e-4}
+        given = NoiseModel(
+            channels={
+                "gyro_x": ChannelModel(terms=flat, limits={"rate_random_walk": 1e-6}),
+                "accel_x": ChannelModel(terms=flat | {"rate_random_walk": 1e-6}, quantity="acceleration", unit="m/s^2"),
+            }
+        )
+        assert "count at 1/sqrt(3) of their upper limits" in export(given, to="kf-gins")
+        least = [
+            self.read(given, strict=False, unobserved=policy)["gbstd"][0]
+            for policy in ("absent", "mean", "upper-limit")
+        ]
+        assert least == sorted(least)
 
     def test_refused(self):
         with pytest.raises(OptionError, match="gyro_y, gyro_z"):
@@ -235,9 +283,10 @@ def test_a_horizon_that_enters_nothing_is_refused(target):
     gyro = ChannelModel(terms={"random_walk": 1e-4}, gauss_markov=own)
     accel = ChannelModel(terms={"random_walk": 1e-3}, gauss_markov=own, quantity="acceleration", unit="m/s^2")
     given = NoiseModel(channels={"gyro_x": gyro, "accel_x": accel})
-    export(given, to=target, choices=Choices(filter_rate=RATE))
+    strict = target == "kf-gins"  # otherwise its processes are consistent
+    export(given, to=target, choices=Choices(filter_rate=RATE, strict=strict))
     with pytest.raises(OptionError, match="Gauss-Markov processes of the model itself"):
-        export(given, to=target, choices=Choices(filter_rate=RATE, horizon=10.0))
+        export(given, to=target, choices=Choices(filter_rate=RATE, horizon=10.0, strict=strict))
     export(
-        one(gauss_markov=own), to=target, choices=Choices(filter_rate=RATE, horizon=10.0)
+        one(gauss_markov=own), to=target, choices=Choices(filter_rate=RATE, horizon=10.0, strict=strict)
     )  # for the accelerometer's flicker

@@ -12,15 +12,18 @@ from sigmatau.exporting.choices import Criterion
 from sigmatau.findings.exporting import PairConsistency, StatedError
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
+from sigmatau.model.processes import GaussMarkov
 from sigmatau.model.unobserved import Unobserved, assume_terms
 from sigmatau.navigation.reference_filter import (
     AIDING,
     ConsistentWalk,
     FilterModel,
     TrueNoise,
+    find_consistent_process,
     find_consistent_walk,
     find_third_state,
     judge_filter,
+    run_of_process,
 )
 
 HORIZON = 60.0
@@ -74,6 +77,19 @@ def judge_pair(
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean)
 
 
+def consistent_process(truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, time: float) -> GaussMarkov:
+    """The Gauss-Markov bias of one channel beside N = `noise`."""
+    return find_consistent_process(truth.noise, noise=noise, aiding=AIDING[sensor], horizon=horizon, time=time)
+
+
+def judge_process(
+    truths: Sequence[AssumedNoise], process: GaussMarkov, *, sensor: str, noise: float, horizon: float, mean: bool
+) -> PairConsistency:
+    """What a filter with a Gauss-Markov bias states of its errors, for the worst of the axes or their mean square."""
+    assumed, run = FilterModel(noise=noise, process=process), run_of_process(horizon, process.time)
+    return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean, run=run)
+
+
 def third_state(model: ChannelModel, *, sensor: str, horizon: float) -> FilterModel:
     """A walk and a Gauss-Markov process for a filter that has room for a third state."""
     noise = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
@@ -87,10 +103,16 @@ def judge_third_state(model: ChannelModel, assumed: FilterModel, *, sensor: str,
 
 
 def _stated(
-    truths: Sequence[TrueNoise], assumed: FilterModel, *, sensor: str, horizon: float, mean: bool
+    truths: Sequence[TrueNoise],
+    assumed: FilterModel,
+    *,
+    sensor: str,
+    horizon: float,
+    mean: bool,
+    run: float | None = None,
 ) -> PairConsistency:
     """What a filter states of its errors, up to ten times the horizon."""
     times = [share * horizon for share in _TIMES]
-    judged = judge_filter(truths, assumed, aiding=AIDING[sensor], times=times, mean=mean)
+    judged = judge_filter(truths, assumed, aiding=AIDING[sensor], times=times, mean=mean, run=run)
     stated = tuple(StatedError(time=error.time, share=error.stated / error.real) for error in judged.coasting)
     return PairConsistency(sensor=sensor, walk=assumed.walk, horizon=horizon, nees=judged.nees, stated=stated)

@@ -13,7 +13,8 @@ from sigmatau.findings.finding import Finding, Severity
 from sigmatau.model.channel import ChannelModel
 
 _DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
-_SHARE = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
+SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
+"""How terms that were not observed count, by the policy."""
 
 
 def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
@@ -58,7 +59,7 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
         numbers.add_finding(Finding(severity=severity, details=worst))
     every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
     assumed = any(truth.assumed for truth in truths)
-    share = _SHARE.get(numbers.choices.unobserved, "")
+    share = SHARE_OF_UNOBSERVED.get(numbers.choices.unobserved, "")
     text = worst.text()
     return [
         f"{text[0].upper()}{text[1:]}{every}." + f" Terms that were not observed count {share}." * assumed,

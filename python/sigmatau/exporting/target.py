@@ -36,6 +36,7 @@ class Target:
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
     has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
+    has_consistent: bool = False  # Whether this process is that of a consistent filter, if the user chooses no walk
     has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
     unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen

@@ -189,10 +189,9 @@ class PairConsistency(Details, code="pair_consistency"):
     nees: float
     stated: tuple[StatedError, ...]
 
-    def text(self, states: int = 2) -> str:
+    def text(self, assumed: str = "N and K") -> str:
         """``gyro N and K: a filter states … of its error after 60 s, … after 10 min; bias covariance …``."""
         *_, at_horizon, later = self.stated
-        assumed = "N and K" if states == 2 else "with a third state"
         return (
             f"{self.sensor} {assumed}: a filter states {at_horizon.share:.2f} of its error after"
             f" {duration_text(at_horizon.time)}, {later.share:.2f} after {duration_text(later.time)}; bias covariance"

@@ -39,6 +39,9 @@ _FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at th
 _WIDEST = 1e20  # Largest K, in the same unit
 _FIRST_TIME = 10.0  # s; from which a filter with a third state is fitted
 _TOLERANCE = 1e-4  # Relative error of K
+RUN = 60.0
+"""Horizons that a filter with a Gauss-Markov bias runs before its error is judged, and the correlation time of its process:
+an hour for 60 s. With a rate random walk alone the error after 60 s is then 7 % larger than stated after 8 h."""
 _WIDEST_RATIO = 1e5  # Of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
 
 
@@ -153,13 +156,22 @@ class ConsistentWalk:
 
 
 def judge_filter(
-    truths: Sequence[TrueNoise], assumed: FilterModel, *, aiding: Aiding, times: Sequence[float], mean: bool = False
+    truths: Sequence[TrueNoise],
+    assumed: FilterModel,
+    *,
+    aiding: Aiding,
+    times: Sequence[float],
+    mean: bool = False,
+    run: float | None = None,
 ) -> Consistency:
-    """Consistency of a filter for axes with different noise: that of the largest error, or of the mean square."""
+    """Consistency of a filter for axes with different noise: that of the largest error, or of the mean square; after a run
+    of some time [s], or when its error has become stationary.
+    """
     units = _Units.of(aiding, assumed.noise)
     filter_ = _Filter.of(assumed, units)
     combine = np.mean if mean else np.max
-    joints = [_Joint.of(_Truth.of(truth, units), filter_) for truth in truths]
+    steps = None if run is None else units.steps(run)
+    joints = [_Joint.of(_Truth.of(truth, units), filter_, steps) for truth in truths]
     stated = filter_.stated_bias()
     nees = float(combine([joint.bias() for joint in joints])) / stated
     coasting = []
@@ -194,11 +206,42 @@ def find_consistent_walk(
         steps = units.steps(horizon)
         return math.log(joint.coasting(steps) / filter_.stated_coasting(steps))
 
-    least = math.log(_FLOOR * noise / horizon)
-    below = excess(least)
+    return _consistent_walk(excess, _FLOOR * noise / horizon)
+
+
+def find_consistent_process(
+    truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, time: float
+) -> GaussMarkov:
+    """A Gauss-Markov bias of a correlation time with which a filter states its error after the horizon right.
+
+    It is right after a run of `run_of_process`. A bias that drifts without bound leaves any stationary process at last.
+    """
+    units = _Units.of(aiding, noise)
+    whole, steps = _Truth.of(truth, units), units.steps(horizon)
+    run = units.steps(run_of_process(horizon, time))
+
+    def process_of(walk: float) -> GaussMarkov:
+        return GaussMarkov(sigma=walk * math.sqrt(time / 2), time=time)
+
+    def excess(log_walk: float) -> float:
+        filter_ = _Filter.of(FilterModel(noise=noise, process=process_of(math.exp(log_walk))), units)
+        return math.log(_Joint.of(whole, filter_, run).coasting(steps) / filter_.stated_coasting(steps))
+
+    return process_of(_consistent_walk(excess, _FLOOR * noise / horizon).walk)
+
+
+def run_of_process(horizon: float, time: float) -> float:
+    """Time that a filter with a Gauss-Markov bias runs before its error is judged. [s]"""
+    return max(RUN * horizon, time)
+
+
+def _consistent_walk(excess: Callable[[float], float], least: float) -> ConsistentWalk:
+    """The walk at which the logarithm of real over stated variance is 0, from the smallest that is used."""
+    below = excess(math.log(least))
     if below <= 0:
-        return ConsistentWalk(walk=math.exp(least), least=True)
-    return ConsistentWalk(walk=math.exp(_falling_root(excess, least, below, least + math.log(_WIDEST))))
+        return ConsistentWalk(walk=least, least=True)
+    low = math.log(least)
+    return ConsistentWalk(walk=math.exp(_falling_root(excess, low, below, low + math.log(_WIDEST))))
 
 
 def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float) -> FilterModel:
@@ -443,7 +486,7 @@ class _Joint:
     error: Floats  # Which states make the error of the bias; shape (n_states,)
 
     @classmethod
-    def of(cls, truth: _Truth, filter_: _Filter) -> _Joint:
+    def of(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:
         n, k = len(truth.transition), len(filter_.transition) - 1
         free, noise, before = (np.zeros((n + k, n + k)) for _ in range(3))
         free[:n, :n], noise[:n, :n], before[:n, :n] = truth.transition, truth.noise, truth.before
@@ -454,7 +497,7 @@ class _Joint:
         whole, added = _repeat(
             update @ free,
             update @ noise @ update.T + np.outer(entry, entry),
-            2 ** math.ceil(math.log2(filter_.settling)),
+            2 ** math.ceil(math.log2(filter_.settling)) if steps is None else steps,
         )
         error = np.concatenate((truth.measured, -np.ones(k)))
         return cls(free, noise, whole @ before @ whole.T + added, error)

@@ -189,7 +189,7 @@ def _with_third_state(numbers: Numbers, name: str) -> dict[str, Any]:
     )
     system = _system_of(numbers, reduced)
     note = _noted(numbers, [name]).get("note", "")
-    return _plain(system) | {"note": "; ".join(filter(None, [f"{name}: {judged.text(3)}", note]))}
+    return _plain(system) | {"note": "; ".join(filter(None, [f"{name}: {judged.text('with a third state')}", note]))}
 
 
 def _unit_of_y(system: StateSpace) -> str:

@@ -83,7 +83,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Noise models",
         "What a sensor's noise is expected to be at any averaging time and frequency.",
-        ("NoiseModel", "ChannelModel", "GaussMarkov", "Resonance", "Sinusoid", "LowPass"),
+        ("NoiseModel", "ChannelModel", "GaussMarkov", "Resonance", "Sinusoid", "LowPass", "TurnOn"),
     ),
     ("Simulate", "Records with known noise.", ("simulate", "simulate_to", "Imperfections")),
     (
@@ -111,7 +111,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Runs and lots",
         "Several runs of a unit, and many units.",
-        ("compare_runs", "RunComparison", "random_effects", "RandomEffects", "judge_lot", "Lot"),
+        ("compare_runs", "RunComparison", "random_effects", "RandomEffects", "measure_turn_on", "judge_lot", "Lot"),
     ),
     ("Reports", "One page with everything, to read offline, print and hand on.", ("report", "lot_report")),
     ("Store", "Results in a database.", ("Store",)),

@@ -7,7 +7,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, Imperfections, NoiseModel, OptionError, read, simulate, simulate_to
-from sigmatau.io.write import RECORD_ENDINGS
+from sigmatau.io.write import TABLE_ENDINGS
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
 from sigmatau.simulation.imperfections import Outage, Temperature, WarmUp
@@ -50,7 +50,7 @@ def same(got, expected, *, rtol=0.0, rate=1e-12):
             np.testing.assert_allclose(a.column(channel), b.column(channel), rtol=rtol, atol=0)
 
 
-@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize("ending", TABLE_ENDINGS)
 @pytest.mark.parametrize("output", ["rate", "increments", "accumulated"])
 def test_a_real_log_is_read_back_to_the_same_record(tmp_path, ending, output):
     if ending in needs:
@@ -69,7 +69,7 @@ def test_a_real_log_is_read_back_to_the_same_record(tmp_path, ending, output):
     assert made.channels == back.channels
 
 
-@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize("ending", TABLE_ENDINGS)
 def test_a_clean_log_is_bit_for_bit_what_is_in_memory(tmp_path, ending):
     if ending in needs:
         pytest.importorskip(needs[ending])
@@ -89,7 +89,7 @@ def test_any_chunks_give_the_same_file(tmp_path, output):
     assert len(set(files)) == 1
 
 
-@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize("ending", TABLE_ENDINGS)
 def test_the_same_seed_gives_the_same_bytes(tmp_path, ending):
     if ending in needs:
         pytest.importorskip(needs[ending])
@@ -121,7 +121,7 @@ def test_rows_of_an_array_are_columns_with_units(tmp_path):
     assert array.shape == (10_000,)
 
 
-@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize("ending", TABLE_ENDINGS)
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_nothing_is_left_of_a_run_that_ends_early(tmp_path, ending, error):
     if ending in needs:
@@ -179,7 +179,7 @@ NAMES = {
 }
 
 
-@pytest.mark.parametrize("ending", RECORD_ENDINGS)
+@pytest.mark.parametrize("ending", TABLE_ENDINGS)
 @pytest.mark.parametrize(
     "name", NAMES, ids=[name[:6].strip().encode("unicode_escape").decode() or "none" for name in NAMES]
 )

@@ -58,7 +58,8 @@ def simulate_command(
     rate
         Sampling rate in Hz.
     output
-        The log to write: .csv, .csv.gz, .npy, .npz or .parquet; time and channels in SI.
+        The log to write: .csv, .csv.gz, .npy, .npz or .parquet; time and channels in SI. Or a log of ROS, an IMU of
+        three axes on the topic /imu: .bag (ROS 1), .mcap or .db3 (ROS 2).
     seed
         The same seed gives the same log.
     input

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io import write_bags
 from sigmatau.io.atomic import PARTS, atomic
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
@@ -150,15 +151,19 @@ def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         yield put
 
 
-WRITERS: dict[str, Callable[[Path, Sequence[tuple[str, str]]], contextlib.AbstractContextManager[Put]]] = {
+_Writer = Callable[[Path, Sequence[tuple[str, str]]], contextlib.AbstractContextManager[Put]]
+_TABLES: dict[str, _Writer] = {
     ".csv": _csv,
     ".csv.gz": _csv_gz,
     ".npy": _npy,
     ".npz": _npz,
     ".parquet": _parquet,
 }
+_BAGS: dict[str, _Writer] = {".bag": write_bags.bag, ".mcap": write_bags.mcap, ".db3": write_bags.db3}
+WRITERS = {**_TABLES, **_BAGS}
 """By the ending of the file's name. Columns are named with their units, as ``"gyro_x [rad/s]"``."""
 
+TABLE_ENDINGS = tuple(_TABLES)  # Endings of files with any columns
 RECORD_ENDINGS = tuple(WRITERS)  # Endings of a record's file name, each with its format
 
 
@@ -220,7 +225,8 @@ def write(record: Record, path: str | Path) -> None:
         All streams on one grid.
     path : str or Path
         ``.csv``, ``.csv.gz`` (shortest digits that read back to the same bits), ``.npy`` (a structured array, a field a
-        channel), ``.npz`` (one array a channel), ``.parquet``.
+        channel), ``.npz`` (one array a channel), ``.parquet``. Of a gyro and an accelerometer of three axes, or one of them:
+        ``.bag`` (ROS 1), ``.mcap`` and ``.db3`` (ROS 2), ``sensor_msgs/Imu`` on ``/imu``.
 
     Raises
     ------

@@ -90,7 +90,9 @@ def simulate_to(
     ----------
     path : str or path
         ``.csv``, ``.csv.gz``, ``.npy`` (a structured array of 64-bit floats, one field per column), ``.npz`` (one array
-        per column), ``.parquet``: time, channels and temperature, in SI, with their units.
+        per column), ``.parquet``: time, channels and temperature, in SI, with their units. ``.bag`` (ROS 1), ``.mcap`` and
+        ``.db3`` (ROS 2): rates of a gyro and an accelerometer of three axes, or of one of them, as ``sensor_msgs/Imu`` on
+        ``/imu``, the temperature on ``/imu/temperature``; the first stamp is 1 700 000 000 s.
     model, duration, rate, rng, imperfections
         As for `simulate`. Read a log of increments or accumulated output with the same `input`.
     flicker : {"poles", "exact"}
@@ -112,8 +114,8 @@ def simulate_to(
     OptionError
         As `simulate`, and for a file name of another ending.
     DataError
-        If the file cannot be written, or a library for its format is not installed. An unfinished file is removed, after an
-        error as well as after an interruption.
+        If the file cannot be written, has no place for a channel, or needs a library that is not installed. An unfinished
+        file is removed, after an error as well as after an interruption.
 
     See Also
     --------

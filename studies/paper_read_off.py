@@ -27,7 +27,9 @@ from studies.runner import run
 
 SEEDS = 12
 ENOUGH = 10  # of the seeds, in which a coefficient is within the printed ±
-MORE = 60  # further records of the MotionPak's accelerometers, whose ± is below a standard deviation: is there a bias?
+FURTHER = (
+    60  # further records of the MotionPak's accelerometers, whose ± is below a standard deviation: is there a bias?
+)
 ERRORS = 3.0  # standard errors, beyond which a mean is biased
 SECONDS = 7200
 RATES = {"cimu": 200, "hg1700": 100, "motionpak2": 100}
@@ -113,13 +115,13 @@ def model(unit: str) -> NoiseModel:
         return NoiseModel.read(path)
 
 
-def read(curve: DeviationCurve, unit: str, beside: ReadOff) -> dict[str, dict[str, list[float]]]:
-    """Value, error and range of each coefficient of a curve, by way and term; `beside`: as analyze reads it off."""
+def read(curve: DeviationCurve, unit: str, with_fit: ReadOff) -> dict[str, dict[str, list[float]]]:
+    """Value, error and range of each coefficient of a curve, by way and term; `with_fit`: as analyze reads it off."""
     by_hand: Any = ranges(unit, curve.channel)
     found = {
         "by hand": read_off(curve, rules={}, **by_hand),
         "by the rules": read_off(curve),
-        "beside the fit": beside,
+        "beside the fit": with_fit,
     }
     lines = {way: dict(one) for way, one in found.items()}
     lines["alone"] = {
@@ -131,8 +133,8 @@ def read(curve: DeviationCurve, unit: str, beside: ReadOff) -> dict[str, dict[st
 def cell(seed: int, unit: str) -> dict[str, Any]:
     """Readings of one simulated record of a unit, by channel, way and term."""
     record = simulate(model(unit), duration=SECONDS, rate=RATES[unit], rng=seed)
-    beside = analyze(record, threads=1).read_off
-    return {channel: read(curve, unit, beside[channel]) for channel, curve in allan(record, threads=1).items()}
+    with_fit = analyze(record, threads=1).read_off
+    return {channel: read(curve, unit, with_fit[channel]) for channel, curve in allan(record, threads=1).items()}
 
 
 def further(seed: int) -> dict[str, Any]:
@@ -143,8 +145,10 @@ def further(seed: int) -> dict[str, Any]:
         rate=RATES["motionpak2"],
         rng=seed,
     )
-    beside = analyze(record, threads=1).read_off
-    return {channel: read(curve, "motionpak2", beside[channel]) for channel, curve in allan(record, threads=1).items()}
+    with_fit = analyze(record, threads=1).read_off
+    return {
+        channel: read(curve, "motionpak2", with_fit[channel]) for channel, curve in allan(record, threads=1).items()
+    }
 
 
 def within(results: dict[str, Any], key: tuple[str, str, str], way: str) -> list[list[float]]:
@@ -164,8 +168,8 @@ def readings(results: dict[str, Any], key: tuple[str, str, str], way: str) -> li
 def main() -> None:
     """Run the study and write docs/study/paper-read-off.md."""
     cells: dict[str, Any] = {f"{unit} {k}": (cell, (unit,)) for unit in RATES for k in range(SEEDS)}
-    cells |= {f"motionpak2 accel {k}": (further, ()) for k in range(MORE)}
-    results = run("paper_read_off", cells, settings=repr((SEEDS, MORE, PRINTED, RATES, WAYS)))
+    cells |= {f"motionpak2 accel {k}": (further, ()) for k in range(FURTHER)}
+    results = run("paper_read_off", cells, settings=repr((SEEDS, FURTHER, PRINTED, RATES, WAYS)))
     counted = [key for key in PRINTED if key not in UNEXPLAINED]
     passed = {way: sum(len(within(results, key, way)) >= ENOUGH for key in counted) for way in WAYS}
     lines = [
@@ -178,7 +182,7 @@ def main() -> None:
         )
     ]
     lines += [_row(results, key) for key in PRINTED]
-    lines.append(_BIAS.format(errors=f"{ERRORS:g}", more=MORE, enough=ENOUGH, seeds=SEEDS))
+    lines.append(_BIAS.format(errors=f"{ERRORS:g}", more=FURTHER, enough=ENOUGH, seeds=SEEDS))
     lines += [text for key in counted for way in WAYS if way != "alone" and (text := _bias_row(results, key, way))]
     lines.append(_TAIL)
     Path("docs/study/paper-read-off.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -223,7 +227,7 @@ def _bias_row(results: dict[str, Any], key: tuple[str, str, str], way: str) -> s
     unit, channel, term = key
     values = [reading[0] for reading in readings(results, key, way)]
     if unit == "motionpak2" and channel.startswith("accel"):
-        extra = [results[f"motionpak2 accel {k}"][channel][way] for k in range(MORE)]
+        extra = [results[f"motionpak2 accel {k}"][channel][way] for k in range(FURTHER)]
         values += [lines[term][0] for lines in extra if term in lines]
     name = f"{UNITS[unit]} {channel.replace('_', ' ')} {term.replace('_', ' ')}"
     if len(values) < ENOUGH:

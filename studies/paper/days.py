@@ -78,8 +78,8 @@ def _log_height(cell: Cell) -> float:
 def _laid(unit: str, curve: DeviationCurve) -> Mapping[str, Coefficient]:
     longest = float(curve.tau[-1])
     ranges = {c.term: hand_range(c) for c in PRINTED if (c.unit, c.channel) == (unit, curve.channel)}
-    kept: Any = {term: (low, min(high, longest)) for term, (low, high) in ranges.items() if low < longest / 2}
-    return st.read_off(curve, rules={}, **kept)
+    usable: Any = {term: (low, min(high, longest)) for term, (low, high) in ranges.items() if low < longest / 2}
+    return st.read_off(curve, rules={}, **usable)
 
 
 def _numbers(read: Coefficient | None) -> list[float | None] | None:

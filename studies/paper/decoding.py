@@ -111,12 +111,14 @@ def significant_digits(cell: Cell) -> int:
 
 def reproducing_sizes(cell: Cell, *, per_octave: int = 1) -> list[Decoded]:
     """Cluster sizes 2^(k/per_octave) up to half the record that give the printed error, with δ rounded or not."""
-    found = []
+    reproducing = []
     for k in range(per_octave * int(math.log2(cell.samples / 2)) + 1):
         size = round(2 ** (k / per_octave))
         delta = float(percentage_error(cell.samples, size)[0])
-        found += [Decoded(size, rounded) for rounded in (False, True) if _reproduces(cell, delta, rounded=rounded)]
-    return found
+        reproducing += [
+            Decoded(size, rounded) for rounded in (False, True) if _reproduces(cell, delta, rounded=rounded)
+        ]
+    return reproducing
 
 
 def _reproduces(cell: Cell, delta: float, *, rounded: bool) -> bool:
@@ -154,7 +156,7 @@ class Expected:
 def expected_hits(cells: Sequence[Cell], *, rounding: bool) -> Expected:
     """Cells that a power of 2 reproduces, and the number that octaves from a random start reproduce."""
     share = [reproducing_share(cell, rounding=rounding) for cell in cells]
-    hits = sum(any(rounding or not one.rounded for one in reproducing_sizes(cell)) for cell in cells)
+    hits = sum(any(rounding or not decoded.rounded for decoded in reproducing_sizes(cell)) for cell in cells)
     counts = np.ones(1)  # probability of each number of hits
     for p in share:
         counts = np.convolve(counts, [1 - p, p])

@@ -82,5 +82,5 @@ def _png(figure: Any) -> str:  # noqa: ANN401  a figure of matplotlib
 
 def write() -> None:
     """Run the notebook and store it."""
-    found = executed(json.loads(NOTEBOOK.read_text(encoding="utf-8")))
-    NOTEBOOK.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    notebook = executed(json.loads(NOTEBOOK.read_text(encoding="utf-8")))
+    NOTEBOOK.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -191,8 +191,8 @@ def chance_table() -> str:
         found = expected_hits(cells, rounding=rounding)
         chance = f"{found.mean:.1f} ± {found.std:.1f}"
         rows.append((name, f"{found.hits} of {found.cells}", chance, f"{found.p_value:.1g}"))
-    rest = [cell for cell in PRINTED if not any(not one.rounded for one in reproducing_sizes(cell))]
-    further = [cell for cell in rest if any(not one.rounded for one in reproducing_sizes(cell, per_octave=2))]
+    rest = [cell for cell in PRINTED if not any(not decoded.rounded for decoded in reproducing_sizes(cell))]
+    further = [cell for cell in rest if any(not decoded.rounded for decoded in reproducing_sizes(cell, per_octave=2))]
     between = sum(reproducing_share(cell, rounding=False) for cell in rest)
     text = (
         f"The sizes halfway between the powers of 2 give {len(further)} further cell without rounding "

@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
 from sigmatau.fitting.fitted_values import FittedTerm
-from sigmatau.fitting.read_off import read_off, read_off_beside
+from sigmatau.fitting.read_off import read_off, read_off_with_fit
 from sigmatau.fitting.tables import fit_table, read_off_legend
 from sigmatau.units import to_si
 
@@ -67,7 +67,7 @@ def test_the_method_reads_beside_the_fit_and_says_so(analysis):
     }
     assert "where the fitted model says that its term is most of the\n  variance" in repr(alone)
     poor = replace(analysis["gyro_x"], p_value=1e-9)
-    by_rules = read_off_beside(analysis.curves["gyro_x"], poor, {})
+    by_rules = read_off_with_fit(analysis.curves["gyro_x"], poor, {})
     assert {line.range_from for line in by_rules.values()} == {"rules"}
     assert "By rules on the curve alone, without a model: gyro_x." in read_off_legend({"gyro_x": by_rules})
 
@@ -83,7 +83,7 @@ def test_term_that_is_hidden_everywhere(analysis):
     fit = hidden_in(analysis["gyro_x"])
     assert fit.line_ranges["bias_instability"] is None
     assert fit.to_dict()["terms"]["bias_instability"]["tau_s"] is None
-    read = read_off_beside(analysis.curves["gyro_x"], fit, {})
+    read = read_off_with_fit(analysis.curves["gyro_x"], fit, {})
     assert list(read) == ["quantization", "random_walk"]
     assert [(one.term, one.reason) for one in read.refused] == [
         ("bias_instability", "other noise hides it at all averaging times")
@@ -92,9 +92,9 @@ def test_term_that_is_hidden_everywhere(analysis):
     assert "not read off, hidden by other noise: bias instability" in text
     # A given range has the same answer with the slope, unless it is forced.
     spans = {"bias_instability": (100, 400)}
-    by_hand = read_off_beside(analysis.curves["gyro_x"], fit, spans)
+    by_hand = read_off_with_fit(analysis.curves["gyro_x"], fit, spans)
     assert "which has the slope -0." in by_hand.refused[-1].reason
-    forced = read_off_beside(analysis.curves["gyro_x"], fit, spans, force=True)["bias_instability"]
+    forced = read_off_with_fit(analysis.curves["gyro_x"], fit, spans, force=True)["bias_instability"]
     assert (forced.range_from, forced.forced) == ("given", True)
 
 
@@ -108,7 +108,7 @@ def test_lines_begin_where_the_model_describes_the_curve(analysis):
 def test_a_fit_without_intervals_says_no_ranges(analysis):
     fit = replace(analysis["gyro_x"], verdict="descriptive")
     assert fit.line_ranges == {}
-    read = read_off_beside(analysis.curves["gyro_x"], fit, {})
+    read = read_off_with_fit(analysis.curves["gyro_x"], fit, {})
     assert {one.range_from for one in read.values()} == {"rules"}
 
 

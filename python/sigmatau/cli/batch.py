@@ -18,7 +18,7 @@ from sigmatau.io.read.formats.split import files_of
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, marks_of
-from sigmatau.results import duration_text
+from sigmatau.results import aligned, duration_text
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -251,12 +251,8 @@ def summary(outcomes: Sequence[Outcome]) -> str:
         for name, outcome in zip(short, outcomes, strict=True)
         for first, row in ((i == 0, row) for i, row in enumerate(outcome.rows or [("", "", "", "", "", "", "failed")]))
     ]
-    widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head))]
-    lines = [
-        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in [head, *rows]
-    ]
     good = sum(not outcome.error for outcome in outcomes)
-    return "\n".join([*lines, "", f"{good} of {len(outcomes)} logs analysed"])
+    return "\n".join([*aligned([head, *rows]), "", f"{good} of {len(outcomes)} logs analysed"])
 
 
 def names(logs: Sequence[Path]) -> list[str]:

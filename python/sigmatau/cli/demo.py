@@ -18,6 +18,7 @@ from sigmatau.io.write import write
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.reporting.report import report
+from sigmatau.results import aligned
 from sigmatau.simulation.in_memory import simulate
 
 _HOURS = 2.0
@@ -93,5 +94,4 @@ def _beside_truth(analysis: Analysis, model: NoiseModel) -> str:
             _, interval, unit = fitted.texts(name)[0]
             read_off = f"{100 * (read[name].value / value - 1):+.1f} %" if name in read else "no region"
             rows.append((f"  {TERMS[name].label('signal')}", f"{value / factor:.5g}", interval, unit, read_off))
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return "\n".join(aligned(rows))

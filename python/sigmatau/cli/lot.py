@@ -178,7 +178,7 @@ def lot_command(
         **options,
     )
     if lot.bands:
-        check_shown({one.channel: (one.quantity, one.unit) for one in lot.bands})
+        check_shown({band.channel: (band.quantity, band.unit) for band in lot.bands})
     for path in outputs:
         with working(f"writing {path}", quiet=quiet):
             lot_report(lot, path, command=command_line())

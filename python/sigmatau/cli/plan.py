@@ -84,7 +84,7 @@ def plan_command(
     check_model(source)
     set_shown(show)
     found = _channels(source)
-    check_shown({name: (one.quantity, one.rate_unit) for name, one in found.items()})
+    check_shown({name: (noise.quantity, noise.rate_unit) for name, noise in found.items()})
     unknown = sorted(set(channels or ()) - set(found))
     if unknown:
         raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(found)}", option="channels")

@@ -131,7 +131,9 @@ def _of_channel(channel: str, named: Mapping[str, Record], *, tolerance: float, 
                 f"{source.name}: {channel} is in {source.stream.unit}, in {sources[0].name} in {stream.unit}. Give logs of"
                 " one sensor"
             )
-    logs = Logs.of([log_spectrum(source.name, source.stream.grid.rate, source.y, channel) for source in sources])
+    logs = Logs.from_spectra(
+        [log_spectrum(source.name, source.stream.grid.rate, source.y, channel) for source in sources]
+    )
     fits = best_fits(logs)
     judgement = _judge(logs, fits[0], channel)
     quantile = _SPREAD * float(chi2_quantile_above(1, 1 - level))
@@ -153,12 +155,12 @@ def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[Source], t
             every.append(Source(name=name, stream=stream, y=stream.column(channel)))
     every.sort(key=lambda source: source.stream.grid.rate)
     repeated = [
-        source.name for k, source in enumerate(every) if any(_has_samples_of(fast, source) for fast in every[k + 1 :])
+        source.name for k, source in enumerate(every) if any(_contains_samples(fast, source) for fast in every[k + 1 :])
     ]
     return [source for source in every if source.name not in repeated], tuple(repeated)
 
 
-def _has_samples_of(fast: Source, slow: Source) -> bool:
+def _contains_samples(fast: Source, slow: Source) -> bool:
     """Whether every k-th sample of a log is the beginning of a slower one."""
     step = round(fast.stream.grid.rate / slow.stream.grid.rate)
     count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)
@@ -174,7 +176,7 @@ def _judge(logs: Logs, best: FilterFit, channel: str) -> Judgement:
     p = float(normal_below((mean - best.fit.deviance) / math.sqrt(variance)))
     contradicts = contradiction(logs, best, _SIGNIFICANT)
     if contradicts is not None:
-        if contradicts.differs_by_more(_TOLERATED_N, _TOLERATED_BANDWIDTH):
+        if contradicts.exceeds(_TOLERATED_N, _TOLERATED_BANDWIDTH):
             raise DataError(_contradiction_text(contradicts, len(logs.spectra), channel))
         excess = max(1.0, contradicts.chi2 / contradicts.freedom)
         return Judgement(verdict="logs differ", p_value=p, excess=excess, differing=contradicts.name)

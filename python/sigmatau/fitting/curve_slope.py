@@ -102,7 +102,7 @@ class CurveSlope(Printed):
 
     def __repr__(self) -> str:
         names = " or ".join(TERMS[term].label(self.quantity) for term in self.terms)
-        slope = Slope(value=self.value, error=self.error, of="curve")
+        slope = Slope(value=self.value, error=self.error, source="curve")
         return (
             f"{self.channel}, τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s: slope {slope.text()}:"
             f" {names or 'that of no term'}"
@@ -161,36 +161,36 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
             f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__}"
         )
     try:
-        at = points_in(curve, span_of((tau_min, tau_max)))
+        used = points_in(curve, span_of((tau_min, tau_max)))
     except OptionError as error:
         raise error.named("tau_min") from None
-    if len(at) < 2:
+    if len(used) < 2:
         raise OptionError(
             f"{{option}}: the curve of {curve.channel} has one averaging time from {tau_min:g} s to {tau_max:g} s,"
-            f" {curve.tau[at[0]]:g} s; a slope needs two",
+            f" {curve.tau[used[0]]:g} s; a slope needs two",
             option="tau_min",
         )
-    slope = slope_of_curve(curve, at)
-    errors = _exact_errors(curve, at) if curve.overlap == "full" else {}
+    slope = slope_of_curve(curve, used)
+    errors = _exact_errors(curve, used) if curve.overlap == "full" else {}
     by_term = {term: replace(slope, error=errors.get(term, slope.error)) for term in TERMS}
     terms = tuple(term for term, tested in by_term.items() if not tested.differs(term))
     nearest = min(TERMS, key=lambda term: abs(TERMS[term].slope - slope.value))
     return CurveSlope(
         channel=curve.channel,
         quantity=curve.quantity,
-        tau_min=float(curve.tau[at[0]]),
-        tau_max=float(curve.tau[at[-1]]),
-        points=len(at),
+        tau_min=float(curve.tau[used[0]]),
+        tau_max=float(curve.tau[used[-1]]),
+        points=len(used),
         value=slope.value,
         error=max(by_term[term].error for term in terms or (nearest,)),
         terms=terms,
     )
 
 
-def _exact_errors(curve: DeviationCurve, at: NDArray[np.intp]) -> dict[str, float]:
+def _exact_errors(curve: DeviationCurve, used: NDArray[np.intp]) -> dict[str, float]:
     """Standard error of the slope for a curve of each noise term."""
-    m = curve.m[at]
-    gain = slope_gain(curve.tau[at], curve.error[at], np.ones(len(at)))
+    m = curve.m[used]
+    gain = slope_gain(curve.tau[used], curve.error[used], np.ones(len(used)))
     errors = {}
     for term in LINEAR:
         expected = avar(term, 1.0, m=m, tau0=curve.tau0)

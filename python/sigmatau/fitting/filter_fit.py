@@ -135,7 +135,7 @@ class Logs:
     rounds: int = _ROUNDS
 
     @classmethod
-    def of(cls, spectra: Sequence[LogSpectrum]) -> Logs:
+    def from_spectra(cls, spectra: Sequence[LogSpectrum]) -> Logs:
         """Joins the bins of logs."""
         ends = np.cumsum([0, *(len(s.density) for s in spectra)]).tolist()
         return cls(

@@ -144,7 +144,7 @@ class Contradiction:
     ratio: float
     bandwidth_ratio: float | None
 
-    def differs_by_more(self, of_n: float, of_bandwidth: float) -> bool:
+    def exceeds(self, of_n: float, of_bandwidth: float) -> bool:
         """Whether N or the bandwidth differs by more than a factor."""
         ratios = ((self.ratio, of_n), (self.bandwidth_ratio or 1.0, of_bandwidth))
         return any(not 1 / limit <= ratio <= limit for ratio, limit in ratios)
@@ -175,7 +175,7 @@ def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradict
 
 def _separated(logs: Logs, k: int) -> tuple[Logs, Logs]:
     """One log, and the others."""
-    return Logs.of([logs.spectra[k]]), Logs.of([*logs.spectra[:k], *logs.spectra[k + 1 :]])
+    return Logs.from_spectra([logs.spectra[k]]), Logs.from_spectra([*logs.spectra[:k], *logs.spectra[k + 1 :]])
 
 
 def _ratio_of_bandwidths(*fits: tuple[Logs, FilterFit]) -> float | None:

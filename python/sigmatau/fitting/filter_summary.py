@@ -167,7 +167,7 @@ def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> I
     log = logs.spectra[k]
     # In a single log noise of the converter may look as that of the sensor: it has the level of the joint fit.
     converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
-    alone = Logs.of([replace(log, quantization=log.quantization + converter)])
+    alone = Logs.from_spectra([replace(log, quantization=log.quantization + converter)])
     form = replace(best.form, converter=False)
     fit = alone.fit_levels(form, best.numbers)
     level = float(fit.levels[0])

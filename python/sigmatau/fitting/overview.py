@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from itertools import groupby
 from typing import Literal
 
@@ -11,7 +11,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fitted_noise import Trust
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import duration_text
+from sigmatau.results import aligned, duration_text
 
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 """The terms that have a column: those that filters take."""
@@ -54,16 +54,11 @@ def overview(
     text = ""
     for form in _FORMS:
         rows = overview_rows(fits, findings, form=form)
-        text = _aligned(rows)
+        text = "\n".join(aligned(rows))
         if max(map(len, text.splitlines())) <= width:
             break
     meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if legend and any(row[-1] == word for row in rows)]
     return "\n".join([text, *(["; ".join(meant)] if meant else [])])
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(row[k]) for row in rows) for k in range(len(COLUMNS) + 2)]
-    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
 def overview_rows(
@@ -86,10 +81,10 @@ def overview_rows(
             values = [_value(fitted, term, units[term][1]) for term in COLUMNS]
             grade = trust(fitted, findings, channel)
             if form == "below":
-                rows.append((channel, *(one if isinstance(one, str) else one.value for one in values), grade))
-                rows.append(("", *("" if isinstance(one, str) else one.error_text for one in values), ""))
+                rows.append((channel, *(value if isinstance(value, str) else value.value for value in values), grade))
+                rows.append(("", *("" if isinstance(value, str) else value.error_text for value in values), ""))
             else:
-                rows.append((channel, *(one if isinstance(one, str) else one.text for one in values), grade))
+                rows.append((channel, *(value if isinstance(value, str) else value.text for value in values), grade))
     return rows
 
 

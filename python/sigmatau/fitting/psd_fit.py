@@ -25,7 +25,7 @@ from sigmatau.units import find
 
 Floats = NDArray[np.float64]
 
-_LEAST = 10  # frequencies
+_MIN_FREQUENCIES = 10  # frequencies
 _STEPS = 100  # of the reweighted least squares
 _CONVERGED = 1e-9  # of −2 ln L
 _HALVINGS = 40  # of a step, and of the bracket of an end of an interval
@@ -186,17 +186,18 @@ def fit_psd(
             f"`density` must be {len(f)} numbers, as `frequency`, not {measured.dtype} of shape {measured.shape}"
         )
     check_density(measured, f)
-    if len(f) < _LEAST or not (measured > 0).all():
-        raise DataError(f"`density` must have {_LEAST} or more values above 0; it has {np.count_nonzero(measured > 0)}")
+    if len(f) < _MIN_FREQUENCIES or not (measured > 0).all():
+        positive = np.count_nonzero(measured > 0)
+        raise DataError(f"`density` must have {_MIN_FREQUENCIES} or more values above 0; it has {positive}")
     weights = _freedom(dof, f)
     check_nyquist(float(f[-1]), tau0)
     names = [name for name in LINEAR if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
     shapes = np.array([psd(name, 1.0, f, tau0=tau0) for name in names])
     fitted = _Likelihood(measured * (0.5 if sided == "one" else 1.0), weights, shapes)
     best = fitted.maximum()
-    rise, least = (float(chi2_quantile_above([1.0], [q])[0]) for q in (1 - level, 2 - 2 * level))
+    rise, threshold = (float(chi2_quantile_above([1.0], [q])[0]) for q in (1 - level, 2 - 2 * level))
     ends = {name: fitted.profile(k, best, rise) for k, name in enumerate(names)}
-    observed = [k for k in range(len(names)) if fitted.without(k) - best.value > least]
+    observed = [k for k in range(len(names)) if fitted.without(k) - best.value > threshold]
     if not observed:
         raise DataError("no noise term is observed in the density; it may have too few degrees of freedom")
     values = _Likelihood(fitted.measured, weights, shapes[observed]).maximum().theta
@@ -220,12 +221,12 @@ def fit_psd(
 def _check_unit(unit: str) -> None:
     """Raise `OptionError` for a unit of a rate that is not SI."""
     try:
-        given = find(unit)
+        rate_unit = find(unit)
     except ValueError:  # the unit of another signal
         return
-    if given.factor != 1.0:
+    if rate_unit.factor != 1.0:
         raise OptionError(
-            f"{{option}} must be SI, {given.si}, not {unit}: multiply the density by {given.factor**2:.6g}",
+            f"{{option}} must be SI, {rate_unit.si}, not {unit}: multiply the density by {rate_unit.factor**2:.6g}",
             option="unit",
         )
 
@@ -297,7 +298,7 @@ class _Likelihood:
         ratio = self.measured / density
         return float(self.dof @ (ratio - 1 - np.log(ratio)))
 
-    def at(self, k: int, theta: float) -> float:
+    def value_with(self, k: int, theta: float) -> float:
         """The least −2 ln L with one squared coefficient held."""
         rest = np.delete(self.shapes, k, axis=0)
         held = theta * self.shapes[k]
@@ -307,7 +308,7 @@ class _Likelihood:
 
     def without(self, k: int) -> float:
         """The least −2 ln L without a term; infinite for the only one."""
-        return math.inf if len(self.shapes) == 1 else self.at(k, 0.0)
+        return math.inf if len(self.shapes) == 1 else self.value_with(k, 0.0)
 
     def profile(self, k: int, best: _Maximum, rise: float) -> tuple[float, float]:
         """Ends of the interval of a squared coefficient, where −2 ln L is higher by `rise`."""
@@ -315,7 +316,7 @@ class _Likelihood:
         error = math.sqrt(2 / float(self.dof @ (self.shapes[k] / total) ** 2))
         middle = float(best.theta[k])
         high = middle + error
-        while self.at(k, high) - best.value < rise:
+        while self.value_with(k, high) - best.value < rise:
             high = middle + 2 * (high - middle)
         upper = self._crossing(k, middle, high, best.value + rise)
         if middle == 0 or self.without(k) - best.value <= rise:
@@ -325,7 +326,7 @@ class _Likelihood:
     def _crossing(self, k: int, inside: float, outside: float, value: float) -> float:
         for _ in range(_HALVINGS):
             middle = (inside + outside) / 2
-            if self.at(k, middle) < value:
+            if self.value_with(k, middle) < value:
                 inside = middle
             else:
                 outside = middle

@@ -293,7 +293,7 @@ def read_off(
             f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__};"
             " sigmatau.analyze(record, method='read-off') reads off every channel of a record"
         )
-    given = _given(
+    stated = _given(
         curve,
         quantization=quantization,
         random_walk=random_walk,
@@ -304,26 +304,26 @@ def read_off(
     wanted = {} if _refuses(curve) else rules
     refused = [_whole(curve, name, _refuses(curve)) for name in rules if name not in wanted]
     by_rules, without_region = regions(curve, wanted)
-    return _laid(curve, by_rules, "rules", given, [*refused, *without_region], force=force)
+    return _laid(curve, by_rules, "rules", stated, [*refused, *without_region], force=force)
 
 
-def read_off_beside(
-    curve: DeviationCurve, fitted: NoiseFit, given: Mapping[str, Span], *, force: bool = False
+def read_off_with_fit(
+    curve: DeviationCurve, fitted: NoiseFit, stated: Mapping[str, Span], *, force: bool = False
 ) -> ReadOff:
     """Read off the terms of a fitted model where they are most of the variance, and other terms in given ranges.
 
     A term of the model has its line also if a process explains the record as well: the paper has the five terms only. A fit
     without intervals, or one that does not fit, says nothing of the ranges; they are then found by the rules.
     """
-    spans: Any = given
+    spans: Any = stated
     if not fitted.quantified or fitted.is_misfit:
         return read_off(curve, **spans, force=force)
     lines, refused = {}, []
     for name, span in fitted.model_ranges.items():
         why = _refuses(curve)
-        at = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
-        if len(at):
-            lines[name] = at
+        points = np.empty(0, dtype=np.intp) if why or span is None else points_between(curve, span)
+        if len(points):
+            lines[name] = points
         else:
             refused.append(_whole(curve, name, why))
     return _laid(curve, lines, "fit", _given(curve, **spans), refused, force=force)
@@ -349,7 +349,7 @@ def _laid(
     curve: DeviationCurve,
     ranges: Mapping[str, NDArray[np.intp]],
     source: Source,
-    given: Mapping[str, NDArray[np.intp]],
+    stated: Mapping[str, NDArray[np.intp]],
     refused: list[Refusal],
     *,
     force: bool,
@@ -358,21 +358,23 @@ def _laid(
     beside the others, which they do not change.
     """
     values, hidden = lay(curve, ranges)
-    held = {name: value for name, value in values.items() if name not in given}
-    by_hand, reasons = lay_by_hand(curve, given, held, force=force) if given else ({}, {})
+    held = {name: value for name, value in values.items() if name not in stated}
+    by_hand, reasons = lay_by_hand(curve, stated, held, force=force) if stated else ({}, {})
     lines = {name: _coefficient(curve, name, value, ranges[name], source) for name, value in held.items()}
     for name, line in by_hand.items():
-        lines[name] = _coefficient(curve, name, line.value, given[name], "given", forced=line.forced)
-    refused = [refusal for refusal in refused if refusal.term not in given]
-    refused += [_refusal(curve, name, ranges[name], why) for name, why in hidden.items() if name not in given]
-    refused += [_refusal(curve, name, given[name], why, by_hand=True) for name, why in reasons.items()]
+        lines[name] = _coefficient(curve, name, line.value, stated[name], "given", forced=line.forced)
+    refused = [refusal for refusal in refused if refusal.term not in stated]
+    refused += [_refusal(curve, name, ranges[name], why) for name, why in hidden.items() if name not in stated]
+    refused += [_refusal(curve, name, stated[name], why, by_hand=True) for name, why in reasons.items()]
     ordered = {name: lines[name] for name in TERMS if name in lines}
     return ReadOff(curve.channel, curve.quantity, curve.unit, ordered, tuple(refused))
 
 
-def _refusal(curve: DeviationCurve, name: str, at: NDArray[np.intp], reason: str, *, by_hand: bool = False) -> Refusal:
-    tau = curve.tau[at]
-    slope = slope_of_curve(curve, at) if by_hand and len(at) > 1 else None
+def _refusal(
+    curve: DeviationCurve, name: str, points: NDArray[np.intp], reason: str, *, by_hand: bool = False
+) -> Refusal:
+    tau = curve.tau[points]
+    slope = slope_of_curve(curve, points) if by_hand and len(points) > 1 else None
     return Refusal(
         term=name,
         tau_min=float(tau[0]),
@@ -385,18 +387,18 @@ def _refusal(curve: DeviationCurve, name: str, at: NDArray[np.intp], reason: str
 
 
 def _coefficient(
-    curve: DeviationCurve, name: str, value: float, at: NDArray[np.intp], source: Source, *, forced: bool = False
+    curve: DeviationCurve, name: str, value: float, points: NDArray[np.intp], source: Source, *, forced: bool = False
 ) -> Coefficient:
     """The coefficient of a line, with the error of eq. (26) at its longest averaging time."""
-    delta = float(curve.error[at[-1]])
-    slope = slope_of_curve(curve, at) if len(at) > 1 else None
+    delta = float(curve.error[points[-1]])
+    slope = slope_of_curve(curve, points) if len(points) > 1 else None
     return Coefficient(
         term=name,
         value=value,
         error=value * delta,
         unit=coefficient_unit(name, curve.quantity, curve.unit),
-        tau_min=float(curve.tau[at[0]]),
-        tau_max=float(curve.tau[at[-1]]),
+        tau_min=float(curve.tau[points[0]]),
+        tau_max=float(curve.tau[points[-1]]),
         slope=None if slope is None else slope.value,
         slope_error=None if slope is None else slope.error,
         percentage=delta,

@@ -8,7 +8,7 @@ from typing import Any
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.read_off import ReadOff, read_off, read_off_beside
+from sigmatau.fitting.read_off import ReadOff, read_off, read_off_with_fit
 from sigmatau.fitting.read_off_lines import Span, span_of
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
@@ -23,16 +23,16 @@ class ReadOffAt:
     A range of a channel goes before one of its sensor, and this before one of all channels.
     """
 
-    def __init__(self, given: Mapping[str, object] | None, *, force: bool = False) -> None:
+    def __init__(self, stated: Mapping[str, object] | None, *, force: bool = False) -> None:
         self._spans: dict[tuple[str, str], Span] = {}
         self._force = force
-        if given is not None and not isinstance(given, Mapping):
+        if stated is not None and not isinstance(stated, Mapping):
             raise OptionError(
                 f"{{option}} must be ranges of averaging times by term, in s, e.g. {{'random_walk': (1, 10)}},"
-                f" not {given!r}",
+                f" not {stated!r}",
                 option="read_off_at",
             )
-        for key, span in (given or {}).items():
+        for key, span in (stated or {}).items():
             place, _, term = str(key).rpartition(".")
             if term not in TERMS:
                 raise _error(str(key), f": {unknown_term(term)}; {_FORMS}")
@@ -56,7 +56,7 @@ class ReadOffAt:
         try:
             if fitted is None:
                 return read_off(curve, **spans, force=self._force)
-            return read_off_beside(curve, fitted, spans, force=self._force)
+            return read_off_with_fit(curve, fitted, spans, force=self._force)
         except OptionError as error:
             place = found[error.option or ""][0]
             raise error.named("read_off_at", f"{place}.{error.option}" if place else str(error.option)) from None

@@ -34,12 +34,12 @@ class Slope:
     ----------
     value, error : float
         Of log σ over log τ. [1]
-    of : {"curve", "rest"}
+    source : {"curve", "rest"}
     """
 
     value: float
     error: float
-    of: Literal["curve", "rest"]
+    source: Literal["curve", "rest"]
 
     def differs(self, term: str) -> bool:
         """Whether it is not that of a term, by the tolerance of its rule and the error of the curve."""
@@ -86,20 +86,20 @@ def lay_by_hand(
     while True:
         values, hidden = lay(curve, remaining, held=held)
         worst, reason, excess = "", "", 0.0
-        for name, at in remaining.items():
+        for name, points in remaining.items():
             if name in hidden:
-                worst, reason = name, _hidden(curve, at, name)
+                worst, reason = name, _hidden(curve, points, name)
                 break
             lines = {**held, **values}
             others = {term: value for term, value in lines.items() if term != name}
-            if not _exceeds_error(curve, at, name, values[name], others):
-                worst, reason = name, _hidden(curve, at, name)
+            if not _exceeds_error(curve, points, name, values[name], others):
+                worst, reason = name, _hidden(curve, points, name)
                 break
-            slope = slope_of_rest(curve, at, name, values[name], others)
+            slope = slope_of_rest(curve, points, name, values[name], others)
             if slope is not None and slope.differs(name):
                 size = abs(slope.value - TERMS[name].slope) / (RULES[name].tolerance + _SLOPE_ERRORS * slope.error)
                 if size > excess:
-                    what = "the curve" if slope.of == "curve" else "what the other lines leave"
+                    what = "the curve" if slope.source == "curve" else "what the other lines leave"
                     worst, reason, excess = name, f"{what} has {slope.against(name)}", size
         if not worst:
             break
@@ -114,44 +114,44 @@ def lay_by_hand(
     return laid, {}
 
 
-def _hidden(curve: DeviationCurve, at: NDArray[np.intp], term: str) -> str:
+def _hidden(curve: DeviationCurve, points: NDArray[np.intp], term: str) -> str:
     """The reason against a line for which the others leave less than the error of the curve."""
-    return f"{HIDDEN}, which has {slope_of_curve(curve, at).against(term)}"
+    return f"{HIDDEN}, which has {slope_of_curve(curve, points).against(term)}"
 
 
-def slope_of_curve(curve: DeviationCurve, at: NDArray[np.intp]) -> Slope:
+def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
     """Slope of a straight line through points of a curve, with the weights 1/δ²; NaN of one point."""
-    ones = np.ones(len(at))
-    value, error = _free_slope(curve, at, np.log(curve.avar[at]), ones)
-    return Slope(value=value, error=error, of="curve")
+    ones = np.ones(len(points))
+    value, error = _free_slope(curve, points, np.log(curve.avar[points]), ones)
+    return Slope(value=value, error=error, source="curve")
 
 
 def slope_of_rest(
-    curve: DeviationCurve, at: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
 ) -> Slope | None:
     """Slope of what other lines leave of a curve in the range of a line, by a step of Gauss and Newton from this line; None
     for one point.
     """
-    if len(at) < 2:
+    if len(points) < 2:
         return None
-    line = avar(term, value, m=curve.m[at], tau0=curve.tau0)
-    total = line + sum_of_lines(curve, others, at)
+    line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
+    total = line + sum_of_lines(curve, others, points)
     share = line / total
-    change, error = _free_slope(curve, at, np.log(curve.avar[at] / total), share)
-    weight = curve.error[at] ** -2.0
+    change, error = _free_slope(curve, points, np.log(curve.avar[points] / total), share)
+    weight = curve.error[points] ** -2.0
     of_curve = float(np.average(share, weights=weight)) > _WHOLE
-    return Slope(value=TERMS[term].slope + change, error=error, of="curve" if of_curve else "rest")
+    return Slope(value=TERMS[term].slope + change, error=error, source="curve" if of_curve else "rest")
 
 
 def _free_slope(
-    curve: DeviationCurve, at: NDArray[np.intp], log_variance: NDArray[np.float64], share: NDArray[np.float64]
+    curve: DeviationCurve, points: NDArray[np.intp], log_variance: NDArray[np.float64], share: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Slope of half a log variance over log τ for a line with a share of the variance, and its standard error."""
-    if len(at) < 2:
+    if len(points) < 2:
         return math.nan, math.inf
-    error = curve.error[at]
-    gain = slope_gain(curve.tau[at], error, share)
-    variance = float(gain @ _covariance(curve.tau[at], error) @ gain)
+    error = curve.error[points]
+    gain = slope_gain(curve.tau[points], error, share)
+    variance = float(gain @ _covariance(curve.tau[points], error) @ gain)
     return float(gain @ log_variance) / 2, math.sqrt(max(variance, 0.0)) / 2
 
 
@@ -164,15 +164,15 @@ def slope_gain(tau: NDArray[np.float64], error: NDArray[np.float64], share: NDAr
 
 
 def _exceeds_error(
-    curve: DeviationCurve, at: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
 ) -> bool:
     """Whether the mean share of a line in its range is larger than the error of the mean log variance there."""
-    line = avar(term, value, m=curve.m[at], tau0=curve.tau0)
-    error = curve.error[at]
+    line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
+    error = curve.error[points]
     weight = error**-2.0
     weight /= weight.sum()
-    share = float(weight @ (line / (line + sum_of_lines(curve, others, at))))
-    of_mean = math.sqrt(float(weight @ _covariance(curve.tau[at], error) @ weight))
+    share = float(weight @ (line / (line + sum_of_lines(curve, others, points))))
+    of_mean = math.sqrt(float(weight @ _covariance(curve.tau[points], error) @ weight))
     return share > min(of_mean, _WHOLE)
 
 

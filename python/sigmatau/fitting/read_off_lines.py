@@ -55,9 +55,9 @@ def _shown(given: object) -> str:
 
 def thinned(curve: DeviationCurve, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Indices of the usable averaging times of a curve, at most `PER_OCTAVE` in an octave."""
-    at = np.flatnonzero(usable & (curve.avar > 0))
-    bins = np.floor(np.log2(curve.tau[at]) * PER_OCTAVE)
-    return at[np.concatenate(([True], np.diff(bins) > 0))[: len(at)]]
+    points = np.flatnonzero(usable & (curve.avar > 0))
+    bins = np.floor(np.log2(curve.tau[points]) * PER_OCTAVE)
+    return points[np.concatenate(([True], np.diff(bins) > 0))[: len(points)]]
 
 
 def points_between(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
@@ -127,7 +127,7 @@ def _solved(
     """Logarithms of the squared coefficients, and the mean share of each line (columns) in the range of each (rows)."""
     used = distinct(np.concatenate(list(ranges.values())))
     shape = np.log([avar(name, 1.0, m=curve.m[used], tau0=curve.tau0) for name in ranges])
-    weight = np.array([np.isin(used, at) / curve.error[used] ** 2 for at in ranges.values()])
+    weight = np.array([np.isin(used, points) / curve.error[used] ** 2 for points in ranges.values()])
     weight /= weight.sum(axis=1, keepdims=True)
     with np.errstate(divide="ignore"):  # no line is held
         log_held = np.log(sum_of_lines(curve, held, used))
@@ -147,7 +147,7 @@ def _solved(
     return height, weight @ share.T
 
 
-def sum_of_lines(curve: DeviationCurve, lines: Mapping[str, float], at: NDArray[np.intp]) -> NDArray[np.float64]:
+def sum_of_lines(curve: DeviationCurve, lines: Mapping[str, float], points: NDArray[np.intp]) -> NDArray[np.float64]:
     """Variance of lines at some points of a curve."""
-    parts = (avar(name, value, m=curve.m[at], tau0=curve.tau0) for name, value in lines.items())
-    return sum(parts, np.zeros(len(at)))
+    parts = (avar(name, value, m=curve.m[points], tau0=curve.tau0) for name, value in lines.items())
+    return sum(parts, np.zeros(len(points)))

@@ -13,7 +13,7 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import ByChannel, Printed, lines_text, plain, wrapped
+from sigmatau.results import ByChannel, Printed, aligned, lines_text, plain, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -264,19 +264,20 @@ class SensorBandwidth(Printed):
             (f"{label} without aliasing", self.random_walk, factor, text),
             (f"rate for aliasing < {100 * self.tolerance:.3g} %", self.rate_needed, 1.0, "Hz"),
         ]
-        lines = [*wrapped([name], indent=4), *(_row(*row) for row in rows)]
+        cells = [(label, f"{_text(interval, size)} {unit}") for label, interval, size, unit in rows]
         if self.verdict != "rate too low":
             low, high = (f"{rate:.3g}" for rate in self.paper_rates)
-            lines.append(f"  {'the paper: 3 to 5 times the bandwidth':38} {low} to {high} Hz")
-        lines.append(f"  {'log':20} {'rate [Hz]':>9} {f'random walk in it [{text}]':>28} {'added by aliasing':>18}")
-        for log in self.logs:
-            in_log = _text(log.random_walk, factor)
-            lines.append(f"  {log.name[-20:]:20} {log.rate:>9.4g} {in_log:>28} {_excess_text(log.aliasing):>18}")
+            cells.append(("the paper: 3 to 5 times the bandwidth", f"{low} to {high} Hz"))
+        table = [("log", "rate [Hz]", f"random walk in it [{text}]", "added by aliasing")]
+        table += [
+            (log.name[-20:], f"{log.rate:.4g}", _text(log.random_walk, factor), _excess_text(log.aliasing))
+            for log in self.logs
+        ]
+        lines = [
+            *wrapped([name], indent=4),
+            *(f"  {line}" for line in (*aligned(cells), *aligned(table, right=(1, 2, 3)))),
+        ]
         return lines_text([*lines, *wrapped(f"  {text}" for text in self.statements())])
-
-
-def _row(name: str, interval: Interval, factor: float, unit: str) -> str:
-    return f"  {name:38} {_text(interval, factor)} {unit}"
 
 
 def _text(interval: Interval, factor: float) -> str:

@@ -116,7 +116,7 @@ def _digital(order: int, clock: float) -> SensorFilter:
         return np.asarray(np.where(f < clock / 2, np.maximum(1 / (1 + ratio ** (2 * order)), _LOWEST), 0.0))
 
     def folded(f: Floats, rate: float, numbers: Floats) -> Floats:
-        return _images(f, rate, lambda at: power(at, numbers), math.ceil(0.5 * clock / rate))
+        return _images(f, rate, lambda shifted: power(shifted, numbers), math.ceil(0.5 * clock / rate))
 
     def equivalent(numbers: Floats) -> float:
         f = (np.arange(_TAPS * 16) + 0.5) / (_TAPS * 32) * clock
@@ -173,7 +173,7 @@ def _geometric(f: Floats, rate: float, poles: NDArray[np.complex128], residues: 
 
 
 def _of_means(stages: int) -> SensorFilter:
-    half = _root_of(lambda x: np.sinc(x) ** (2 * stages) - 0.5, 0.0, 1.0)
+    half = _find_root(lambda x: np.sinc(x) ** (2 * stages) - 0.5, 0.0, 1.0)
 
     def duration(numbers: Floats) -> float:
         return half / math.exp(numbers[0])
@@ -186,7 +186,7 @@ def _of_means(stages: int) -> SensorFilter:
         if stages == 1:
             return _fejer(f / rate, length)
         if length * stages > _LONGEST_SUM:
-            return _images(f, rate, lambda at: power(at, numbers), _IMAGES)
+            return _images(f, rate, lambda shifted: power(shifted, numbers), _IMAGES)
         lags = np.arange(1, math.ceil(length * stages) + 1)
         r = _spline(lags / length, stages) / length
         cosines = np.cos(2 * np.pi / rate * np.outer(f, lags))
@@ -247,8 +247,8 @@ def _of_taper(taper: str) -> SensorFilter:
 
     def power(f: Floats, numbers: Floats) -> Floats:
         table, half, _ = _table(taper, math.exp(numbers[1]))
-        at = f * (half / math.exp(numbers[0]) / step)
-        return np.interp(at, np.arange(len(table)), table, right=_LOWEST)
+        position = f * (half / math.exp(numbers[0]) / step)
+        return np.interp(position, np.arange(len(table)), table, right=_LOWEST)
 
     def folded(f: Floats, rate: float, numbers: Floats) -> Floats:
         table, half, _ = _table(taper, math.exp(numbers[1]))
@@ -256,7 +256,7 @@ def _of_taper(taper: str) -> SensorFilter:
         if duration * rate < 1:  # no sample overlaps another: R(τ₀) = 0
             return np.full(len(f), 2 * equivalent(numbers) / rate)
         count = math.ceil(len(table) * step / (duration * rate)) + 1
-        return _images(f, rate, lambda at: power(at, numbers), count)
+        return _images(f, rate, lambda shifted: power(shifted, numbers), count)
 
     def equivalent(numbers: Floats) -> float:
         _, half, area = _table(taper, math.exp(numbers[1]))
@@ -269,7 +269,7 @@ def _of_taper(taper: str) -> SensorFilter:
     )  # fmt: skip
 
 
-def _root_of(function: Callable[[float], float], low: float, high: float) -> float:
+def _find_root(function: Callable[[float], float], low: float, high: float) -> float:
     """Where a falling function is 0."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)

@@ -14,7 +14,7 @@ from sigmatau.lots.repeatability import Judgement, RandomEffects
 from sigmatau.lots.runs import MEAN, SIGNED, Label
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
-from sigmatau.results import WIDTH, lines_text, wrapped
+from sigmatau.results import WIDTH, aligned, lines_text, wrapped
 
 if TYPE_CHECKING:
     from sigmatau.lots.comparison import RunComparison
@@ -318,9 +318,7 @@ def _of_many(comparison: RunComparison) -> list[str]:
                 str(counts["outlier"]),
             )
         )
-    widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
-    lines = [f"{used} results of {len(comparison.groups)} {group}s"]
-    lines += ["  ".join(text.ljust(w) for text, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+    lines = [f"{used} results of {len(comparison.groups)} {group}s", *aligned(cells)]
     if len(listed) > _MOST_ROWS:
         lines.append(f"{len(listed) - _MOST_ROWS} more rows: {_CSV}")
     lines.append(f"STD and between {what}s: medians over the {group}s")
@@ -370,8 +368,7 @@ def _paper_table(
             if np.isfinite(errors[rows]).any():
                 texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size) for at in rows)
                 cells.append((title, *texts))
-    widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
-    return [name, *("  ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)).rstrip() for row in cells)]
+    return [name, *aligned(cells)]
 
 
 def _rule_text(std: float, error: float, symbol: str, size: float) -> str:

@@ -12,7 +12,7 @@ from sigmatau.lots.lot_findings import difference
 from sigmatau.lots.lot_remark import STATES
 from sigmatau.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
 from sigmatau.lots.lot_words import STATE_WORDS, count_text, listed, percent, what_text
-from sigmatau.results import WIDTH, printable, wrapped
+from sigmatau.results import WIDTH, aligned, printable, wrapped
 
 _MOST_UNITS = 10  # that are told, each with its reason
 _MOST_LINES = 3  # of a unit
@@ -148,16 +148,11 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
     ]
     if not any(row[_OUTLIERS] for row in cells[1:]):
         cells = [row[:_OUTLIERS] for row in cells]
-    lines = _aligned(cells)
+    lines = aligned(cells)
     if max(map(len, lines)) > width:
-        lines = _aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
+        lines = aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
     note = [_NOTE] if any(row.units > 1 for row in rows) else []
     return [_cut(line, width) for line in [*lines, *note]]
-
-
-def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
 
 
 _SHORT_NAMES = {

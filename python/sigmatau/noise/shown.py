@@ -305,8 +305,8 @@ def _parse(spelled: str) -> ShownUnit:
         plain = (
             _ROOT.sub(lambda match: f"sqrt({match[1].replace('hz', 'Hz')})", bare).replace("·", "*").replace(" ", "")
         )
-        at = min((k for k in (plain.find("*"), plain.find("/")) if k >= 0), default=len(plain))
-        name, ending = plain[:at], plain[at:]
+        end = min((k for k in (plain.find("*"), plain.find("/")) if k >= 0), default=len(plain))
+        name, ending = plain[:end], plain[end:]
         si, factor = _signal_unit(name)
         if not factor or ending not in _TAILS:
             raise OptionError(

@@ -107,13 +107,18 @@ def _draw_rates(result: BandwidthLike, ax: Axes) -> None:
     walks = [n.value, *(log.random_walk.value for log in result.logs)]
     text, factor = display_units("random_walk", result.quantity, result.unit, walks)[0]
     if n.low is not None and n.high is not None:
-        of = result.aliasing
+        aliasing = result.aliasing
         ax.fill_between(
-            of.rate, n.value * of.low / factor, n.value * of.high / factor, color=COLOURS[0], alpha=0.25, linewidth=0
+            aliasing.rate,
+            n.value * aliasing.low / factor,
+            n.value * aliasing.high / factor,
+            color=COLOURS[0],
+            alpha=0.25,
+            linewidth=0,
         )
         ax.plot(
-            of.rate,
-            n.value * of.factor / factor,
+            aliasing.rate,
+            n.value * aliasing.factor / factor,
             color=COLOURS[0],
             linewidth=1.3,
             label=f"N with aliasing, {result.shape}",

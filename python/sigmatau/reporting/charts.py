@@ -67,9 +67,9 @@ def charts_of(analysis: Analysis, record: Record | None, used: Record | None) ->
     for channel, kind in kinds.items():
         name = stream_name(channel)
         if name not in sensors:
-            units = [(one.text, one.factor) for one in map(find, UNITS.get(kind.quantity, ()))] or [(kind.unit, 1.0)]
+            units = [(unit.text, unit.factor) for unit in map(find, UNITS.get(kind.quantity, ()))] or [(kind.unit, 1.0)]
             asked = asked_rate_unit(kind.quantity, kind.unit)
-            units = units if asked is None else [asked, *(one for one in units if one[0] != asked[0])]
+            units = units if asked is None else [asked, *(unit for unit in units if unit[0] != asked[0])]
             sensors[name] = {
                 "name": name,
                 "title": TITLES.get(kind.quantity, name),

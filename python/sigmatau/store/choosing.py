@@ -7,9 +7,9 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.frozen import frozen
-from sigmatau.results import Tabular, lines_text
+from sigmatau.results import Tabular, aligned, lines_text
 from sigmatau.store.rows import in_utc
-from sigmatau.store.text import aligned, cell
+from sigmatau.store.text import cell
 
 if TYPE_CHECKING:
     from sqlalchemy import ColumnElement

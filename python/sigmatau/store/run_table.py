@@ -62,20 +62,20 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     rising = sorted(found, key=lambda row: (row[5] == "fitted", row[0]))
     latest = {(serial, sha or key): key for key, serial, _, sha, _, _ in rising}
     usable = [row for row in found if latest[row[1], row[3] or row[0]] == row[0]]
-    kept = [row for row in usable if row[5] == "fitted"]
-    numbers = np.frombuffer(b"".join(row[4] for row in kept), dtype=NUMBERS)
-    counts = np.array([len(row[4]) // NUMBERS.itemsize for row in kept], dtype=np.int64)
+    fitted = [row for row in usable if row[5] == "fitted"]
+    numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
+    counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
     table = _table(
-        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in kept),
+        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in fitted),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
             for key, c, q, t, u, r in sorted(labels, key=_order)
         },
-        run=np.repeat(np.arange(len(kept)), counts),
+        run=np.repeat(np.arange(len(fitted)), counts),
         numbers=numbers,
     )
-    if len(kept) <= _MOST_CONTENTS:
-        table = _with_deltas(connection, table, [row[0] for row in kept])
+    if len(fitted) <= _MOST_CONTENTS:
+        table = _with_deltas(connection, table, [row[0] for row in fitted])
     lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
     whole = joined([table, lines]) if len(lines.run) else table
     return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes and the same values

@@ -10,18 +10,12 @@ from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.lots.runs import MEAN, SIGNED
 from sigmatau.noise.terms import display_units
-from sigmatau.results import lines_text
+from sigmatau.results import aligned, lines_text
 
 if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
     from sigmatau.fitting.noise_fit import NoiseFit
     from sigmatau.store.trend import ChannelTrend, Drift, InPeriod, Trend
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows of text in columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def cell(value: object) -> str:

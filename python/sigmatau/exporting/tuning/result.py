@@ -11,7 +11,7 @@ from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE
 from sigmatau.frozen import frozen
-from sigmatau.results import ByChannel, Printed, duration_text, lines_text, plain, seconds, wrapped
+from sigmatau.results import ByChannel, Printed, aligned, duration_text, lines_text, plain, seconds, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -244,20 +244,19 @@ class Tuning(Printed):
             f"{self.channel}   {self.n} innovations, one every {seconds(self.interval)} s, {span}",
             f"  NIS {nis}, in a consistent filter 1",
         ]
-        if self.factors:
-            lines.append(
-                f"  {'noise of the filter':24} {'assumed, SI':>12}   factor on it, {100 * self.level:g} % interval"
-            )
+        table = [("noise of the filter", "assumed, SI", f"factor on it, {100 * self.level:g} % interval")]
         for factor in self.factors:
             assumed = "" if factor.assumed is None else f"{factor.assumed:.3g}"
             mark = "  wrong" if factor in self.causes and self.verdict == "wrong" else ""
             name = factor.name if factor.noise in _NAMES else factor.noise
-            lines.append(f"  {name:24} {assumed:>12}   {factor.text}{mark}")
-        lines.append("  averaging time   deviation of the innovations over the stated one")
+            table.append((name, assumed, f"{factor.text}{mark}"))
         curve = self.whiteness
+        ratios = [("averaging time", "deviation of the innovations over the stated one")]
         for k in range(len(curve.tau)):
             ratio = round_to_error(float(curve.ratio[k]), float(curve.low[k]), float(curve.high[k])).text
-            lines.append(f"  {seconds(float(curve.tau[k])):>12} s   {ratio}{'  not 1' if curve.is_outside[k] else ''}")
+            ratios.append((f"{seconds(float(curve.tau[k]))} s", f"{ratio}{'  not 1' if curve.is_outside[k] else ''}"))
+        tables = [*(aligned(table, right=(1,)) if self.factors else []), *aligned(ratios, right=(0,))]
+        lines += [f"  {line}" for line in tables]
         return lines_text([*lines, *wrapped(f"  {text}." for text in self.statements())])
 
 

@@ -98,14 +98,14 @@ def read_density(
         if len(tables) != 1:
             raise DataError(f"has {len(tables)} tables; write frequency and density as the columns of one")
         (table,) = tables
-        at = _chosen(table, columns or {})
-        names = {key: table.columns[k].name for key, k in at.items()}
-        loaded = table.load(sorted(set(at.values())), None)
+        places = _chosen(table, columns or {})
+        names = {key: table.columns[k].name for key, k in places.items()}
+        loaded = table.load(sorted(set(places.values())), None)
         for finding in loaded.findings:
             raise DataError(f"is damaged: {finding}")
-        values = {key: np.asarray(loaded.columns[k], dtype=np.float64) for key, k in at.items()}
-        hertz = _hertz(names["frequency"], table.columns[at["frequency"]].unit)
-        stated = _unit_of(names["density"], table.columns[at["density"]].unit, unit)
+        values = {key: np.asarray(loaded.columns[k], dtype=np.float64) for key, k in places.items()}
+        hertz = _hertz(names["frequency"], table.columns[places["frequency"]].unit)
+        stated = _find_unit(names["density"], table.columns[places["density"]].unit, unit)
         sides = _sides(names["density"], sided, walk=stated.is_walk)
         _check(table, values["frequency"], values["density"], _bare(names["density"]) or "the density")
     f = values["frequency"] * hertz
@@ -127,22 +127,22 @@ def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
     for key in columns:
         if key not in ("frequency", "density"):
             raise OptionError(f"{Hint('columns')}: {key!r} is not frequency or density", option="columns")
-    at = {key: _place(names, text, listed) for key, text in columns.items()}
-    if "frequency" not in at:
+    places = {key: _place(names, text, listed) for key, text in columns.items()}
+    if "frequency" not in places:
         matching = [
             k for k, name in enumerate(names) if _words(_bare(name))[:1] and _words(_bare(name))[0] in _FREQUENCIES
         ]
         if len(matching) != 1:
             raise _ask_for_columns("frequency", names, listed)
-        at["frequency"] = matching[0]
-    if "density" not in at:
-        rest = [k for k in range(len(names)) if k != at["frequency"]]
+        places["frequency"] = matching[0]
+    if "density" not in places:
+        rest = [k for k in range(len(names)) if k != places["frequency"]]
         if len(rest) != 1:
             raise _ask_for_columns("density", names, listed)
-        at["density"] = rest[0]
-    if at["frequency"] == at["density"]:
+        places["density"] = rest[0]
+    if places["frequency"] == places["density"]:
         raise OptionError(f"{Hint('columns')}: frequency and density are one column", option="columns")
-    return at
+    return places
 
 
 def _ask_for_columns(what: str, names: list[str], listed: str) -> OptionError:
@@ -203,7 +203,7 @@ class _DensityUnit:
         return (values * self.factor) ** 2 if self.is_root else values * self.factor**2
 
 
-def _unit_of(name: str, of_column: str | None, stated: str | None) -> _DensityUnit:
+def _find_unit(name: str, of_column: str | None, stated: str | None) -> _DensityUnit:
     """The unit by the option or the header; asks for it without both."""
     header = _unit_in(name, of_column)
     if not (header or stated):

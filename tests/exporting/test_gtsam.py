@@ -5,7 +5,7 @@ import runpy
 import numpy as np
 import pytest
 
-from sigmatau import NoiseModel
+from sigmatau import NoiseModel, TurnOn
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 
@@ -50,3 +50,21 @@ def test_its_preintegration_has_the_models_covariance(params):
     np.testing.assert_allclose(variances[12:], np.square(K["gyro"]) * t, rtol=1e-9)
     level = accel[:2] * t + 9.80665**2 * gyro[[1, 0]] * t**3 / 3
     np.testing.assert_allclose(variances[6:8], level, rtol=4.5 * STEP / t)
+
+
+def test_its_prior_has_the_turn_on_bias(tmp_path):
+    """In the order of a ConstantBias, which a prior on the first bias takes."""
+    sigmas = {"gyro": (1e-3, 2e-3, 3e-3), "accel": (0.1, 0.2, 0.3)}
+    model = NoiseModel(
+        channels={
+            f"{s}_{a}": {"random_walk": N[s][i], "rate_random_walk": K[s][i]} for s in N for i, a in enumerate("xyz")
+        }
+    ).with_turn_on({f"{s}_{a}": TurnOn(sigma=sigmas[s][i]) for s in N for i, a in enumerate("xyz")})
+    export(model, to="gtsam", path=tmp_path / "imu.py", choices=Choices(axes="each"))
+    prior = runpy.run_path(str(tmp_path / "imu.py"))["prior"]()
+    np.testing.assert_allclose(prior.sigmas(), [*sigmas["accel"], *sigmas["gyro"]], rtol=1e-12)
+    bias = gtsam.imuBias.ConstantBias(np.array(sigmas["accel"]), np.array(sigmas["gyro"]))
+    factor = gtsam.PriorFactorConstantBias(0, gtsam.imuBias.ConstantBias(), prior)
+    values = gtsam.Values()
+    values.insert(0, bias)
+    assert factor.error(values) == pytest.approx(6 / 2)  # one sigma of each

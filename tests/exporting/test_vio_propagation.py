@@ -87,6 +87,27 @@ def gtsam(n, w):
     return propagate(transition(coupled=True, square=True), gtsam_parts(n) + np.diag([0.0, 0.0, w * DT]))
 
 
+def okvis2(n, w):
+    """ImuError.cpp, append: dt·σ² of the velocity and of the bias, dt³/2·σ² of the position."""
+    return propagate(transition(coupled=False, square=True), np.diag([0.5 * DT**3 * n**2, DT * n**2, DT * w**2]))
+
+
+def basalt(n, w):
+    """preintegration.h adds A·cov·Aᵀ with cov = n²·imu_update_rate; the bias has the weight 1/(w·√Δt)."""
+    b = np.array([DT**2 / 2, DT, 0.0])
+    p = propagate(transition(coupled=False, square=True), n**2 * RATE * np.outer(b, b))
+    p[2, 2] = w**2 * TIME
+    return p
+
+
+def cuvslam(n, w):
+    """imu_preintegration.cpp, update_state: B·n²·f·Bᵀ, and w²/f with each sample."""
+    b = np.array([DT**2 / 2, DT, 0.0])
+    return propagate(
+        transition(coupled=False, square=True), n**2 * RATE * np.outer(b, b) + np.diag([0.0, 0.0, w**2 / RATE])
+    )
+
+
 # the propagation, whether the bias is in it, and whether samples are averaged two by two
 TARGETS = {
     "vins": (vins, True, True),
@@ -94,6 +115,9 @@ TARGETS = {
     "orb-slam3": (orb_slam3, False, False),
     "lio-sam": (lio_sam, False, False),
     "gtsam": (gtsam, True, False),
+    "okvis2": (okvis2, False, True),
+    "basalt": (basalt, False, False),
+    "cuvslam": (cuvslam, False, False),
 }
 
 
@@ -148,3 +172,18 @@ def test_the_common_number_for_vins_gives_half_the_covariance(monkeypatch):
     assert n == pytest.approx(np.sqrt(2) * common, rel=1e-12)
     np.testing.assert_allclose(2 * vins(common, 0.0), vins(n, 0.0), rtol=1e-12)
     assert vins(common, 0.0)[1, 1] == pytest.approx(N["gyro"] ** 2 * TIME / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("per_scan", [3, 20])
+def test_fast_lio_splits_a_sample_at_the_end_of_a_scan(per_scan):
+    """IMU_Processing.hpp, UndistortPcl: from the last sample to the end of the scan, and from there to the next sample."""
+    scan = per_scan * DT * 1.000731  # so that the ends fall anywhere between samples
+    scans = 4000
+    samples = DT * np.arange(int(scans * scan / DT) + 2)
+    ends = scan * np.arange(1, scans + 1)
+    variance = 0.0
+    for begin, end in zip(np.concatenate([[0.0], ends[:-1]]), ends, strict=True):
+        inside = samples[np.searchsorted(samples, begin, "right") : np.searchsorted(samples, end, "right")]
+        variance += RATE * np.square(np.diff([begin, *inside, end])).sum()  # N = 1: variances N²·f·dt²
+    # Ends move by 0.07 % of a scan and cover all places between two samples evenly.
+    assert variance / ends[-1] == pytest.approx((per_scan - 1 / 3) / per_scan, rel=2e-3)

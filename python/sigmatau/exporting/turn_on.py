@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from sigmatau.exporting.choices import KINDS
+from sigmatau.exporting.text import number
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import WideTurnOn
 from sigmatau.findings.finding import Finding
@@ -16,6 +17,7 @@ from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.turn_on import is_wide
 
+_SMALLEST = 1e-9  # Smallest turn-on bias that the user can give [rad/s or m/s²]
 TURN_ON_NAMES = {"gyro_turn_on_bias": "", "accel_turn_on_bias": ""}
 """Names of a target with a field for the turn-on bias: a value of the user, in rad/s or m/s²."""
 
@@ -25,22 +27,24 @@ def name_of(sensor: str) -> str:
     return f"{sensor}_turn_on_bias"
 
 
-def turn_on(numbers: Numbers, sensor: str) -> Number | None:
-    """The standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]"""
-    axes = _known(numbers, sensor)
+def turn_on(numbers: Numbers, sensor: str, *, least: float = _SMALLEST) -> Number | None:
+    """The standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]
+    `least`: smallest value that the user can give; a filter with 0 would take its first bias for exact.
+    """
+    axes = _known(numbers, sensor, least)
     if axes is None or isinstance(axes, Number):
         return axes
     if numbers.choices.axes == "mean":
-        mean = (sum(number.value**2 for number in axes.values()) / len(axes)) ** 0.5
-        return Number(value=mean, words=f"root mean square: {'; '.join(number.words for number in axes.values())}")
+        mean = (sum(axis.value**2 for axis in axes.values()) / len(axes)) ** 0.5
+        return Number(value=mean, words=f"root mean square: {'; '.join(axis.words for axis in axes.values())}")
     return _worst(axes, numbers.sensors[sensor])
 
 
-def turn_on_axes(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number] | None:
+def turn_on_axes(numbers: Numbers, sensor: str, *, least: float = _SMALLEST) -> tuple[Number, Number, Number] | None:
     """The same for x, y and z. For ``axes="each"`` an axis whose spread is not known has the largest of the others."""
-    axes = _known(numbers, sensor)
+    axes = _known(numbers, sensor, least)
     if axes is None or isinstance(axes, Number) or numbers.choices.axes != "each":
-        every = turn_on(numbers, sensor)
+        every = turn_on(numbers, sensor, least=least)
         return None if every is None else (every, every, every)
     worst = _worst(axes, numbers.sensors[sensor])
     x, y, z = (axes.get(f"{sensor}_{axis}", worst) for axis in "xyz")
@@ -55,11 +59,11 @@ def unknown_turn_on(sensor: str) -> str:
     )
 
 
-def _known(numbers: Numbers, sensor: str) -> Number | dict[str, Number] | None:
+def _known(numbers: Numbers, sensor: str, least: float) -> Number | dict[str, Number] | None:
     """The number of the user, or those of the channels that have a spread."""
     key = name_of(sensor)
-    if numbers.choices.names.get(key):
-        return Number(value=numbers.number(key, ""), words="turn-on bias, given")
+    if key in numbers.choices.names:
+        return Number(value=number(numbers.choices.names[key], key, least=least), words="turn-on bias, given")
     found = {}
     for name, model in numbers.sensors.get(sensor, {}).items():
         spread = model.turn_on
@@ -85,7 +89,7 @@ def _add_wide(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
 
 def _worst(axes: Mapping[str, Number], channels: Mapping[str, ChannelModel]) -> Number:
     """The largest of the axes; says which have none."""
-    worst = max(axes.values(), key=lambda number: number.value)
+    worst = max(axes.values(), key=lambda axis: axis.value)
     lacking = [name for name in channels if name not in axes]
     words = f"worst of {len(axes)} axes, {worst.words}" if len(axes) > 1 else worst.words
     return replace(worst, words=words + (f"; not measured for {', '.join(lacking)}" if lacking else ""))

@@ -30,6 +30,7 @@ mod lines;
 mod masked;
 mod model;
 mod model_freedom;
+mod modes;
 mod no_quantization;
 mod outcome;
 mod parts;

@@ -23,7 +23,7 @@ run() {
     rustfmt) cargo fmt --all --check ;;
     # Optimised like the others, so that macros and build scripts are compiled once.
     clippy) cargo clippy --release --workspace --all-targets --locked --quiet -- -D warnings ;;
-    types) python -m mypy ;;
+    types) python -m mypy && python scripts/user_code.py ;;
     stubs) python -m mypy.stubtest --mypy-config-file pyproject.toml sigmatau._core ;;
     imports) lint-imports --no-logo ;;
     # Optimised, and of the whole workspace, so that what the extension was built from is not compiled again; `make fuzz`

@@ -43,6 +43,7 @@ PROVOKED = {
         st.DataError: (lambda: analysis().export(to="kalibr"),),
     },
     "Tabular.to_dataframe": {ImportError: (lambda: without("pandas", curve().to_dataframe),)},
+    "Tabular.to_xarray": {ImportError: (lambda: without("xarray", curve().to_xarray),)},
     "Datasheet.read": {st.DataError: (lambda: st.Datasheet.read("missing.toml"),)},
     "Datasheet.from_dict": {
         st.DataError: (

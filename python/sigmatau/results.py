@@ -9,7 +9,7 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 
 class Printed:
@@ -25,6 +25,8 @@ class Tabular(Printed):
     """A result that is a table: for a data frame, for CSV, and for a notebook."""
 
     __slots__ = ()
+
+    _dimensions: ClassVar[tuple[str, ...]] = ()  # columns that tell the rows apart
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column, for any data-frame library: ``polars.DataFrame(result.columns())``. Numbers are in SI."""
@@ -46,6 +48,28 @@ class Tabular(Printed):
                 " e.g. polars.DataFrame(result.columns())"
             ) from None
         return pd.DataFrame(self.columns())
+
+    def to_xarray(self) -> Any:  # noqa: ANN401  xarray is optional
+        """The table as a Dataset of xarray, in SI: curves by channel and averaging time, coefficients by channel and term.
+
+        Cells that a table does not have are missing values. Other tables have the dimension ``row``.
+
+        Raises
+        ------
+        ImportError
+            Without xarray.
+        """
+        try:
+            import xarray as xr
+        except ImportError:
+            raise ImportError("a dataset needs xarray: pip install xarray") from None
+        frame = self.to_dataframe()
+        dimensions = list(self._dimensions)
+        if dimensions and {*dimensions} <= {*frame.columns} and not frame.duplicated(dimensions).any():
+            dataset = xr.Dataset.from_dataframe(frame.set_index(dimensions))  # sorted by channel and term
+            texts = [name for name in dimensions if frame[name].dtype.kind not in "iuf"]
+            return dataset.reindex({name: frame[name].unique() for name in texts})
+        return xr.Dataset.from_dataframe(frame.rename_axis("row"))
 
     def _repr_html_(self) -> str:
         columns = self.columns()

@@ -139,3 +139,50 @@ def test_what_is_masked_is_missing(kind):
     values[17] = np.ma.masked
     record = sigmatau.from_frame({"wx": values, "wy": GYRO[:, 1]}, rate=1, unit={"gyro": "rad/s"})
     assert np.flatnonzero(np.isnan(record.streams[0].column("gyro_x"))).tolist() == [17]
+
+
+def labelled(**variables):
+    xr = pytest.importorskip("xarray")
+    times = np.datetime64("2026-01-01") + np.arange(N) * np.timedelta64(5, "ms")
+    return xr.Dataset(variables, coords={"time": times, "axis": list("xyz")})
+
+
+def test_a_dataset_of_xarray():
+    """Axes along a dimension with labels, in any order of the dimensions; units from attributes; dates as stamps."""
+    data = labelled(
+        gyro=(("axis", "time"), GYRO.T, {"units": "rad s-1"}),
+        accel=(("time", "axis"), GYRO, {"units": "g"}),
+        temperature=("time", GYRO[:, 0], {"units": "degC"}),
+        serial=((), 7),
+    )
+    record = sigmatau.from_frame(data)
+    np.testing.assert_array_equal(gyro(record), GYRO)
+    assert [stream.name for stream in record.streams] == ["gyro", "accel", "temperature"]
+    assert record.streams[1].column("accel_z") == pytest.approx(9.80665 * GYRO[:, 2])
+    assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-12)
+    np.testing.assert_array_equal(gyro(sigmatau.from_frame(data["gyro"])), GYRO)
+    whole = data["gyro"].rename(None).assign_coords(axis=[f"gyro_{axis}" for axis in "xyz"])
+    np.testing.assert_array_equal(gyro(sigmatau.from_frame(whole)), GYRO)
+    with pytest.raises(
+        DataError, match=r"without the dimension time of the samples: mean. Select .*data\[\['gyro'\]\]"
+    ):
+        sigmatau.from_frame(labelled(gyro=(("time", "axis"), GYRO), mean=("axis", GYRO[0])))
+
+
+def test_results_are_datasets_of_xarray():
+    pytest.importorskip("xarray")
+    record = sigmatau.Record.from_arrays(rate=200, gyro=np.tile(GYRO, (8, 1)) + RNG.normal(size=(8 * N, 3)))
+    curves = sigmatau.allan(record)
+    data = curves.to_xarray()
+    assert dict(data.sizes) == {"channel": 3, "tau_s": len(curves["gyro_x"].tau)}
+    np.testing.assert_array_equal(data.adev.sel(channel="gyro_y"), curves["gyro_y"].adev)
+    fits = sigmatau.analyze(record).fits
+    terms = fits.to_xarray()
+    assert list(terms.channel.values) == ["gyro_x", "gyro_y", "gyro_z"]
+    assert list(terms.term.values)[:2] == ["quantization", "random_walk"]
+    assert float(terms.value.sel(channel="gyro_z", term="random_walk")) == fits["gyro_z"]["random_walk"].value
+
+
+def test_a_frame_without_place_names_its_columns():
+    with pytest.raises(OptionError, match=r"columns: 1 'a', 2 'b'.*arguments of sigmatau.from_frame"):
+        sigmatau.analyze(Plain({"a": GYRO[:, 0], "b": GYRO[:, 1]}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Self, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,8 @@ class Analysis(Tabular):
     >>> analysis["gyro_x"].verdict, [finding.code for finding in analysis.findings]
     ('adequate', [])
     """
+
+    _dimensions = ("channel", "term")
 
     source: Provenance
     findings: Findings
@@ -325,6 +327,12 @@ class Analysis(Tabular):
         from sigmatau.plot.stability import draw_all
 
         return draw_all(self.stability, ax=ax)
+
+    @overload
+    def export(self, *, to: str, path: None = None, choices: Choices | None = None) -> str: ...
+
+    @overload
+    def export(self, *, to: str, path: str | Path, choices: Choices | None = None) -> str | bytes: ...
 
     def export(self, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> str | bytes:
         """Write the fitted model for another program; see `sigmatau.export`.

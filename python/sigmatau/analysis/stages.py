@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from sigmatau.analysis.options import AnalysisOptions, options_of
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
 from sigmatau.findings.curves import NoMap
 from sigmatau.findings.finding import Finding, ranked
@@ -55,7 +55,8 @@ def read(source: object) -> Record:
         from sigmatau.io.read import read as read_file
 
         return read_file(source)
-    if isinstance(source, Curves) or not (hasattr(source, "columns") or isinstance(source, Mapping)):
+    is_table = hasattr(source, "columns") or hasattr(source, "coords") or isinstance(source, Mapping)
+    if isinstance(source, Curves) or not is_table:
         hint = "; curves that are there already go to sigmatau.analysis.of_curves" if isinstance(source, Curves) else ""
         if hasattr(source, "ndim"):
             hint = "; an array has channels: sigmatau.Record.from_arrays(rate=100, gyro=x)"
@@ -64,7 +65,10 @@ def read(source: object) -> Record:
         )
     from sigmatau.io.read.frame import from_frame
 
-    return from_frame(source)
+    try:
+        return from_frame(source)
+    except OptionError as error:
+        raise OptionError(f"{error.text}; arguments of sigmatau.from_frame", option=error.option) from None
 
 
 def choose(state: State) -> State:

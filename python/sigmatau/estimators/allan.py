@@ -99,6 +99,8 @@ class DeviationCurve(Tabular):
     array([0.5, 0. ])
     """
 
+    _dimensions = ("channel", "tau_s")
+
     channel: str
     quantity: str
     unit: str
@@ -271,6 +273,7 @@ class Curves(TablesByChannel[DeviationCurve]):
     """
 
     __slots__ = ()
+    _dimensions = ("channel", "tau_s")
 
     def to_dict(self) -> dict[str, Any]:
         """Each curve as plain columns, by channel."""

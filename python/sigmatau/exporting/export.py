@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, overload
 
 from sigmatau._version import __version__
 from sigmatau.errors import OptionError
@@ -35,6 +35,18 @@ class HasSource(Protocol):
     def to_source(self) -> Source: ...
 
 
+@overload
+def export(
+    model: NoiseModel | Source | HasSource, *, to: str, path: None = None, choices: Choices | None = None
+) -> str: ...
+
+
+@overload
+def export(
+    model: NoiseModel | Source | HasSource, *, to: str, path: str | Path, choices: Choices | None = None
+) -> str | bytes: ...
+
+
 def export(
     model: NoiseModel | Source | HasSource, *, to: str, path: str | Path | None = None, choices: Choices | None = None
 ) -> str | bytes:
@@ -54,8 +66,8 @@ def export(
     Returns
     -------
     str or bytes
-        The content of the file, with unit and origin of each number in comments. `prepare` also returns findings about
-        it.
+        The content of the file, with unit and origin of each number in comments; bytes only for a `path` with the
+        extension of a binary form. `prepare` also returns findings about it.
 
     Raises
     ------

@@ -113,6 +113,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     (False, True)
     """
 
+    _dimensions = ("channel", "term")
+
     def __getitem__(self, term: str) -> FittedTerm:
         try:
             return self.terms[term]
@@ -381,6 +383,7 @@ class Fits(TablesByChannel[NoiseFit]):
     """Fits by channel: an immutable mapping in the record's order."""
 
     __slots__ = ()
+    _dimensions = ("channel", "term")
 
     def columns(self) -> dict[str, list[Any]]:
         """The rows of all channels, see `Tabular.columns`; without channels, the same columns without rows."""

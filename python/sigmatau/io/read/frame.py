@@ -30,14 +30,16 @@ def from_frame(frame: object, options: TableOptions) -> Record:
     """A static record from a data frame.
 
     Columns are recognised by common names, as in `read`: ``gyro_x``, ``wx``, ``acc_x [g]``, ``t_ns`` … What the frame does
-    not state must be given by an argument.
+    not state must be given by an argument. A variable of xarray has the samples along one dimension, and may have the axes
+    along another, whose labels are in the names: ``gyro`` with ``axis`` x, y, z.
 
     Parameters
     ----------
     frame : data frame
-        Of pandas, polars or pyarrow, a structured array, or a mapping of names to arrays of shape (n,) or (n, 3). Dates and
-        durations are time stamps, also in the index of pandas; so is an index with a name. Units are taken from the names,
-        from the metadata of fields (pyarrow), and from ``frame.attrs["units"]`` (pandas).
+        Of pandas, polars or pyarrow, a Dataset or DataArray of xarray, a structured array, or a mapping of names to arrays
+        of shape (n,) or (n, 3). Dates and durations are time stamps, also in the index of pandas; so is an index with a
+        name. Units are taken from the names, from the metadata of fields (pyarrow), from ``frame.attrs["units"]`` (pandas), and
+        from the attribute ``units`` of a variable (xarray).
 
     Returns
     -------
@@ -102,6 +104,8 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         yield from _of_arrow(frame)
     elif library == "pandas" and hasattr(frame, "iloc") and hasattr(frame, "columns"):
         yield from _of_pandas(frame)
+    elif library == "xarray" and hasattr(frame, "coords") and hasattr(frame, "dims"):
+        yield from _of_xarray(frame)
     elif isinstance(frame, Mapping):
         for name, values in frame.items():
             yield from _of_array(str(name), _unmasked(values))
@@ -141,6 +145,49 @@ def _of_pandas(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         unit = units.get(label)
         series = frame.iloc[:, k]
         yield from _of_array(name, _naive(series), unit if isinstance(unit, str) else None)
+
+
+def _of_xarray(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    """The coordinate of the samples, and the variables along it: of a Dataset, or a DataArray as a Dataset of one."""
+    if not hasattr(data, "data_vars"):
+        data = data.to_dataset(name=data.name if data.name is not None else "signal")
+    lengths = {dimension: size for variable in data.data_vars.values() for dimension, size in variable.sizes.items()}
+    if not lengths:
+        return
+    samples = max(lengths, key=lambda dimension: lengths[dimension])
+    apart = [str(name) for name, variable in data.data_vars.items() if samples not in variable.dims and variable.ndim]
+    if apart:
+        raise DataError(
+            f"has variables without the dimension {samples} of the samples: {', '.join(apart)}."
+            f" Select those along it, data[{[str(n) for n, v in data.data_vars.items() if samples in v.dims]}]"
+        )
+    if samples in data.coords:
+        stamps = data.coords[samples]
+        yield from _of_array(str(samples), stamps.to_numpy(), _stated_unit(stamps))
+    for name, variable in data.data_vars.items():
+        if not variable.ndim:
+            continue
+        array = variable.transpose(samples, ...).to_numpy()
+        for label, part in _labelled(str(name), variable, samples, array):
+            yield from _of_array(label, part, _stated_unit(variable))
+
+
+def _labelled(name: str, variable: Any, samples: Any, array: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:  # noqa: ANN401
+    """The columns of a variable by the labels of its other dimension, if it has texts there."""
+    across = [dimension for dimension in variable.dims if dimension != samples]
+    labels = variable.coords[across[0]].to_numpy() if len(across) == 1 and across[0] in variable.coords else None
+    if labels is None or labels.dtype.kind not in "OUT":
+        yield name, array
+        return
+    for k, label in enumerate(labels):
+        whole = len(str(label)) > 1 and name == "signal"  # of an array without a name: gyro_x
+        yield str(label) if whole else f"{name}_{label}", array[:, k]
+
+
+def _stated_unit(variable: Any) -> str | None:  # noqa: ANN401
+    """The attribute of a variable that the conventions of netCDF call units."""
+    unit = variable.attrs.get("units")
+    return unit if isinstance(unit, str) else None
 
 
 def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401

@@ -38,8 +38,8 @@ def from_frame(frame: object, options: TableOptions) -> Record:
     frame : data frame
         Of pandas, polars or pyarrow, a Dataset or DataArray of xarray, a structured array, or a mapping of names to arrays
         of shape (n,) or (n, 3). Dates and durations are time stamps, also in the index of pandas; so is an index with a
-        name. Units are taken from the names, from the metadata of fields (pyarrow), from ``frame.attrs["units"]`` (pandas), and
-        from the attribute ``units`` of a variable (xarray).
+        name. Units are taken from the names, from the metadata of fields (pyarrow), from ``frame.attrs["units"]``
+        (pandas), and from the attribute ``units`` of a variable (xarray).
 
     Returns
     -------

@@ -5,7 +5,7 @@ import pytest
 
 from known import seed_of
 from sigmatau import DataError, Imperfections, NoiseModel, OptionError, read, simulate, simulate_to, write
-from sigmatau.io.ros_messages import FIRST_STAMP
+from sigmatau.io.ros_messages import FIRST_STAMP, make_stamps
 from sigmatau.io.write import RECORD_ENDINGS, TABLE_ENDINGS
 from sigmatau.model.channel import ChannelModel
 from sigmatau.simulation.imperfections import Outage, Temperature
@@ -70,6 +70,11 @@ def test_a_log_is_read_back(tmp_path, ending):
     write(expected, tmp_path / f"again{ending}")  # Missing samples are NaN
     again = read(tmp_path / f"again{ending}")
     np.testing.assert_array_equal(again.stream_of("gyro_x").column("gyro_x"), back.stream_of("gyro_x").column("gyro_x"))
+
+
+def test_stamps_that_are_dates_stay():
+    assert make_stamps(np.array([1.6e9, 1.6e9 + 0.01])).tolist() == [1_600_000_000 * 10**9, 1_600_000_000_010_000_128]
+    assert make_stamps(np.array([-1e-5, 0.01])).tolist() == [FIRST_STAMP * 10**9 - 10**4, FIRST_STAMP * 10**9 + 10**7]
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

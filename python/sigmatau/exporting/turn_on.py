@@ -22,16 +22,16 @@ TURN_ON_NAMES = {"gyro_turn_on_bias": "", "accel_turn_on_bias": ""}
 """Names of a target with a field for the turn-on bias: a value of the user, in rad/s or m/s²."""
 
 
-def name_of(sensor: str) -> str:
+def turn_on_key(sensor: str) -> str:
     """The key of the turn-on bias among the names of a target."""
     return f"{sensor}_turn_on_bias"
 
 
-def turn_on(numbers: Numbers, sensor: str, *, least: float = _SMALLEST) -> Number | None:
+def turn_on(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> Number | None:
     """The standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]
-    `least`: smallest value that the user can give; a filter with 0 would take its first bias for exact.
+    `minimum`: smallest value that the user can give; a filter with 0 would take its first bias for exact.
     """
-    axes = _known(numbers, sensor, least)
+    axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number):
         return axes
     if numbers.choices.axes == "mean":
@@ -40,11 +40,11 @@ def turn_on(numbers: Numbers, sensor: str, *, least: float = _SMALLEST) -> Numbe
     return _worst(axes, numbers.sensors[sensor])
 
 
-def turn_on_axes(numbers: Numbers, sensor: str, *, least: float = _SMALLEST) -> tuple[Number, Number, Number] | None:
+def turn_on_axes(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> tuple[Number, Number, Number] | None:
     """The same for x, y and z. For ``axes="each"`` an axis whose spread is not known has the largest of the others."""
-    axes = _known(numbers, sensor, least)
+    axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number) or numbers.choices.axes != "each":
-        every = turn_on(numbers, sensor, least=least)
+        every = turn_on(numbers, sensor, minimum=minimum)
         return None if every is None else (every, every, every)
     worst = _worst(axes, numbers.sensors[sensor])
     x, y, z = (axes.get(f"{sensor}_{axis}", worst) for axis in "xyz")
@@ -55,16 +55,16 @@ def unknown_turn_on(sensor: str) -> str:
     """What a file says of a turn-on bias that is not known."""
     return (
         f"turn-on bias of the {KINDS[sensor]}: not visible in one record; sigmatau compare measures it from several"
-        f" power-ups, {Hint('names', name_of(sensor), 'VALUE')} sets it"
+        f" power-ups, {Hint('names', turn_on_key(sensor), 'VALUE')} sets it"
     )
 
 
-def _known(numbers: Numbers, sensor: str, least: float) -> Number | dict[str, Number] | None:
+def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | dict[str, Number] | None:
     """The number of the user, or those of the channels that have a spread."""
-    key = name_of(sensor)
+    key = turn_on_key(sensor)
     if key in numbers.choices.names:
-        return Number(value=number(numbers.choices.names[key], key, least=least), words="turn-on bias, given")
-    found = {}
+        return Number(value=number(numbers.choices.names[key], key, least=minimum), words="turn-on bias, given")
+    numbers_by_channel = {}
     for name, model in numbers.sensors.get(sensor, {}).items():
         spread = model.turn_on
         if spread is None:
@@ -72,9 +72,9 @@ def _known(numbers: Numbers, sensor: str, least: float) -> Number | dict[str, Nu
         words = f"{name}: turn-on bias {spread.text(model.quantity, model.unit)}, about its mean"
         if not spread.sigma:
             words += "; no spread seen, the upper end"
-        found[name] = Number(value=spread.prior, words=words)
-    _add_wide(numbers, {name: numbers.sensors[sensor][name] for name in found})
-    return found or None
+        numbers_by_channel[name] = Number(value=spread.prior, words=words)
+    _add_wide(numbers, {name: numbers.sensors[sensor][name] for name in numbers_by_channel})
+    return numbers_by_channel or None
 
 
 def _add_wide(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:

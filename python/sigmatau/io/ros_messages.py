@@ -19,6 +19,8 @@ from sigmatau.record.thermometers import CELSIUS
 FIRST_STAMP = 1_700_000_000
 """Time stamp of the first sample, 2023-11-14 22:13:20 UTC: a stamp of 0 means "not set" in ROS. [s]"""
 
+_LONGEST_RECORD = 1e8  # Times above are dates, not times since the start: three years [s]
+
 _GYRO = [f"gyro_{axis}" for axis in "xyz"]
 _ACCEL = [f"accel_{axis}" for axis in "xyz"]
 _UNITS = {**dict.fromkeys(_GYRO, "rad/s"), **dict.fromkeys(_ACCEL, "m/s^2"), "temperature": CELSIUS}
@@ -43,7 +45,7 @@ _TEMPERATURE = "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n"
 
 # 37 numbers of an Imu: orientation, its covariance, angular velocity, its covariance, linear acceleration, its covariance
 _NUMBERS = 37
-_AT = {"gyro": 13, "accel": 25}  # Position of the vector of a sensor
+_VECTORS = {"gyro": 13, "accel": 25}  # Position of the vector of a sensor
 _COVARIANCE = {
     "orientation": 4,
     "gyro": 16,
@@ -87,7 +89,7 @@ class Topic:
         return self.type.replace("/", "/msg/")
 
 
-def topics_of(columns: Sequence[tuple[str, str]]) -> list[Topic]:
+def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
     """The topics for the columns of a table, of which the first is the time; raises `DataError` for one without a place."""
     units = dict(columns[1:])
     for name, unit in units.items():
@@ -108,7 +110,7 @@ def topics_of(columns: Sequence[tuple[str, str]]) -> list[Topic]:
         elif lacking:
             raise DataError(f"a message has three axes, and there is no {', '.join(lacking)}; write another format")
         else:
-            fields |= {position[name]: _AT[sensor] + k for k, name in enumerate(axes)}
+            fields |= {position[name]: _VECTORS[sensor] + k for k, name in enumerate(axes)}
     if not fields:
         raise DataError("a bag needs a gyro or an accelerometer of three axes")
     topics = [
@@ -143,12 +145,13 @@ def _text(message: str, *parts: str) -> str:
     return f"{_RULE}\n".join([message, *parts])
 
 
-def stamps_of(time: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Time stamps of a bag. [ns]"""
-    return np.round(time * _NANO).astype(np.int64) + FIRST_STAMP * _NANO
+def make_stamps(time: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Time stamps of a bag; times that are dates, in seconds since 1970, stay. [ns]"""
+    start = 0 if time[0] > _LONGEST_RECORD else FIRST_STAMP
+    return np.round(time * _NANO).astype(np.int64) + start * _NANO
 
 
-def messages_of(
+def make_messages(
     topic: Topic, piece: Sequence[NDArray[np.float64]], stamps: NDArray[np.int64], *, ros1: bool = False, first: int = 0
 ) -> NDArray[Any]:
     """Messages of a topic, one an element of a structured array. `first`: number of messages before, for ROS 1."""

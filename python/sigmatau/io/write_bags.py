@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.frozen import frozen
-from sigmatau.io.ros_messages import Topic, messages_of, stamps_of, topics_of
+from sigmatau.io.ros_messages import Topic, make_messages, make_stamps, make_topics
 
 Piece = Sequence[NDArray[np.float64]]
 Put = Callable[[Piece], None]
@@ -73,7 +73,7 @@ _MAGIC = b"\x89MCAP0\r\n"
 @contextlib.contextmanager
 def mcap(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """Chunks without compression, each with an index and a checksum, and a summary."""
-    topics = topics_of(columns)
+    topics = make_topics(columns)
     schemas = b"".join(
         _record(3, struct.pack("<H", k) + _string(t.type_2) + _string("ros2msg") + _string(t.definition))
         for k, t in enumerate(topics, 1)
@@ -101,11 +101,11 @@ def mcap(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
 
 def _put_mcap_chunk(stream: IO[bytes], topics: Sequence[Topic], part: Piece, rows: int) -> _Chunk:
-    stamps = stamps_of(part[0])
+    stamps = make_stamps(part[0])
     head = [("kind", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("sent", "<u8")]
     blocks, indices, size = [], {}, 0
     for number, topic in enumerate(topics, 1):
-        messages = messages_of(topic, part, stamps)
+        messages = make_messages(topic, part, stamps)
         values = {
             "kind": 5,
             "length": 22 + messages.dtype.itemsize,
@@ -194,7 +194,7 @@ def _bag_header(*, index: int, topics: int, chunks: int) -> bytes:
 @contextlib.contextmanager
 def bag(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A bag of ROS 1, version 2.0, chunks without compression."""
-    topics = topics_of(columns)
+    topics = make_topics(columns)
     connections = b"".join(_connection(number, topic) for number, topic in enumerate(topics))
     chunks: list[_Chunk] = []
     rows = 0
@@ -228,10 +228,10 @@ def _connection(number: int, topic: Topic) -> bytes:
 
 
 def _put_bag_chunk(stream: IO[bytes], topics: Sequence[Topic], part: Piece, rows: int, connections: bytes) -> _Chunk:
-    stamps = stamps_of(part[0])
+    stamps = make_stamps(part[0])
     blocks, indices, size = [connections], [], len(connections)
     for number, topic in enumerate(topics):
-        messages = messages_of(topic, part, stamps, ros1=True, first=rows)
+        messages = make_messages(topic, part, stamps, ros1=True, first=rows)
         head = _fields({"op": b"\x02", "conn": struct.pack("<I", number), "time": bytes(8)})
         before, after = head[:-8], 8  # The time is the last field
         fields = [
@@ -305,7 +305,7 @@ INSERT INTO schema VALUES (4, 'jazzy');
 @contextlib.contextmanager
 def db3(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A bag of ROS 2 in one file, without metadata.yaml: ``ros2 bag`` takes the file itself."""
-    topics = topics_of(columns)
+    topics = make_topics(columns)
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as base:
         base.execute("PRAGMA journal_mode = OFF")
         base.execute("PRAGMA synchronous = OFF")
@@ -317,9 +317,9 @@ def db3(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
         def put(piece: Piece) -> None:
             for part in _parts(piece):
-                stamps = stamps_of(part[0])
+                stamps = make_stamps(part[0])
                 for number, topic in enumerate(topics, 1):
-                    messages = messages_of(topic, part, stamps)
+                    messages = make_messages(topic, part, stamps)
                     data, size = messages.tobytes(), messages.dtype.itemsize
                     rows = ((number, stamp, data[k * size : (k + 1) * size]) for k, stamp in enumerate(stamps.tolist()))
                     base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)

@@ -107,12 +107,12 @@ def _rows(numbers: Numbers, parameters: tuple[_Parameter, ...], step: float) -> 
 def _initial_rows(numbers: Numbers) -> list[tuple[str, float, str]]:
     """Name, value and comment of the uncertainty of the initial biases of PX4, if the model has turn-on biases."""
     result = []
-    for name, sensor, unit, most in _PX4_INITIAL:
+    for name, sensor, unit, largest in _PX4_INITIAL:
         start = turn_on(numbers, sensor)
         if start is not None:
             words = f"{name} [{unit}], the uncertainty of the bias at start; {start.words}"
-            if start.value > most:
-                words += f"; outside the documented range, 0 to {most:g}: a ground station may reject it"
+            if start.value > largest:
+                words += f"; outside the documented range, 0 to {largest:g}: a ground station may reject it"
             result.append((name, start.value, comment(words)))
     return result
 

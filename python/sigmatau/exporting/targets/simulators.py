@@ -33,7 +33,7 @@ _SENSORS = (
 def _write_gazebo(numbers: Numbers) -> str:
     """The text of the file."""
     found = noises_and_processes(numbers)
-    started = {sensor: turn_on_axes(numbers, sensor, least=0.0) or (None, None, None) for sensor, *_ in _SENSORS}
+    started = {sensor: turn_on_axes(numbers, sensor, minimum=0.0) or (None, None, None) for sensor, *_ in _SENSORS}
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -97,7 +97,7 @@ def _plugin(
     ]
     for sensor, _, word, unit in _SENSORS:
         (noise, *_), (bias, *_) = found[sensor]
-        start = turn_on(numbers, sensor, least=0.0)
+        start = turn_on(numbers, sensor, minimum=0.0)
         lines += [
             _comment("      ", f"{unit}/sqrt(Hz), N, two-sided; {noise.words}"),
             f"      <{word}NoiseDensity>{measured(noise.value)}</{word}NoiseDensity>",

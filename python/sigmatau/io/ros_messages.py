@@ -148,7 +148,8 @@ def _text(message: str, *parts: str) -> str:
 def make_stamps(time: NDArray[np.float64]) -> NDArray[np.int64]:
     """Time stamps of a bag; times that are dates, in seconds since 1970, stay. [ns]"""
     start = 0 if time[0] > _LONGEST_RECORD else FIRST_STAMP
-    return np.round(time * _NANO).astype(np.int64) + start * _NANO
+    seconds = np.floor(time)
+    return (seconds.astype(np.int64) + start) * _NANO + np.round((time - seconds) * _NANO).astype(np.int64)
 
 
 def make_messages(

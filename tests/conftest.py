@@ -1,6 +1,7 @@
 """What several tests need: the field data, where there are any."""
 
 import contextlib
+import gc
 import os
 import shutil
 import uuid
@@ -13,6 +14,13 @@ from sigmatau.hints import as_options, speaking
 
 os.environ["LC_ALL"] = "C.UTF-8"  # in the locale C symbols are written in ASCII
 ROOT = Path(__file__).resolve().parent.parent
+gc.disable()  # while the tests are collected: ten thousand of them, none of which can be freed
+
+
+def pytest_collection_finish() -> None:
+    """Let the collector of garbage pass over the tests themselves."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(autouse=True)

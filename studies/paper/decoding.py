@@ -135,10 +135,13 @@ def reproducing_share(cell: Cell, *, rounding: bool, per_octave: int = 1) -> flo
     `rounding`: δ may be rounded to 0.1 % first.
     """
     steps = np.arange(per_octave * math.log2(cell.samples / 2))
+    # Errors beyond are not compared digit by digit.
+    reach = 10.0**-cell.decimals + cell.value * 0.1**_TENTH_OF_A_PERCENT
     hits = 0
     for start in (np.arange(_STARTS) + 0.5) / _STARTS:
         delta = 1 / np.sqrt(2 * (cell.samples / 2 ** ((steps + start) / per_octave) - 1))  # (26)
-        hits += any(_reproduces(cell, float(x), rounded=way) for x in delta for way in {False, rounding})
+        within = delta[np.abs(cell.value * delta - cell.error) <= reach].tolist()
+        hits += any(_reproduces(cell, x, rounded=way) for x in within for way in {False, rounding})
     return hits / _STARTS
 
 

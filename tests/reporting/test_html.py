@@ -84,14 +84,6 @@ def test_a_long_path_and_control_characters(tmp_path, record):
     assert "<b>" not in text
 
 
-def test_sixty_channels(tmp_path):
-    record = st.Record.from_arrays(
-        rate=50.0, **{f"gyro_{k}": np.random.default_rng(k).standard_normal(2000) * 1e-3 for k in range(60)}
-    )
-    st.report(st.analyze(record), tmp_path / "x.html", record=record)
-    assert (tmp_path / "x.html").stat().st_size < 2_000_000
-
-
 def test_what_is_not_drawn_has_a_reason(record):
     rng = np.random.default_rng(22)
     x = rng.standard_normal(12_000)

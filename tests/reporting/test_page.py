@@ -316,6 +316,7 @@ def test_a_moving_record(opened, tmp_path):
 def test_one_and_sixty_channels(opened, tmp_path, names):
     record = signals(names, 2000)
     st.report(st.analyze(record), tmp_path / "x.html", record=record)
+    assert (tmp_path / "x.html").stat().st_size < 2_000_000
     tab = opened(tmp_path / "x.html")
     sensor = "gyro" if names[0].startswith("gyro") else "s0"
     assert ink(figure(tab, "deviation", sensor).locator(".plot")) > 300

@@ -28,7 +28,8 @@ Floats = NDArray[np.float64]
 _MIN_FREQUENCIES = 10  # frequencies
 _STEPS = 100  # of the reweighted least squares
 _CONVERGED = 1e-9  # of −2 ln L
-_HALVINGS = 40  # of a step, and of the bracket of an end of an interval
+_HALVINGS = 40  # of a step; most steps to an end of an interval
+_AT_THE_END = 1e-6  # of the root of the rise of −2 ln L, and relative width of the bracket
 _MISFIT = 0.01
 """p-value below which the terms do not describe the density, as in `sigmatau.fit`."""
 
@@ -318,18 +319,32 @@ class _Likelihood:
         high = middle + error
         while self.value_with(k, high) - best.value < rise:
             high = middle + 2 * (high - middle)
-        upper = self._crossing(k, middle, high, best.value + rise)
+        upper = self._crossing(k, middle, high, best.value, rise)
         if middle == 0 or self.without(k) - best.value <= rise:
             return 0.0, upper
-        return self._crossing(k, middle, 0.0, best.value + rise), upper
+        return self._crossing(k, middle, 0.0, best.value, rise), upper
 
-    def _crossing(self, k: int, inside: float, outside: float, value: float) -> float:
+    def _crossing(self, k: int, inside: float, outside: float, least: float, rise: float) -> float:
+        """The squared coefficient between two where −2 ln L is `least` + `rise`: regula falsi (Illinois) of the root of the
+        rise, which is nearly linear.
+        """
+
+        def excess(theta: float) -> float:
+            return math.sqrt(max(self.value_with(k, theta) - least, 0.0)) - math.sqrt(rise)
+
+        below, above, side = -math.sqrt(rise), excess(outside), 0
         for _ in range(_HALVINGS):
-            middle = (inside + outside) / 2
-            if self.value_with(k, middle) < value:
-                inside = middle
+            share = 0.5 if math.isinf(above) else below / (below - above)  # infinite without the only term
+            middle = inside + share * (outside - inside)
+            value = excess(middle)
+            if abs(value) < _AT_THE_END or abs(outside - inside) < _AT_THE_END * abs(outside + inside):
+                return middle
+            if value < 0:
+                inside, below, above = middle, value, above / 2 if side < 0 else above
+                side = -1
             else:
-                outside = middle
+                outside, above, below = middle, value, below / 2 if side > 0 else below
+                side = 1
         return (inside + outside) / 2
 
     def p_value(self, density: Floats, terms: int) -> float:

@@ -14,6 +14,7 @@ A. Gelb (ed.), "Applied Optimal Estimation," 1974, section 7.2: covariance of a 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -186,7 +187,24 @@ def find_consistent_walk(
     truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, criterion: Criterion = "horizon"
 ) -> ConsistentWalk:
     """K for which a filter with N = `noise` states its error after the horizon right, or that of its bias."""
-    terms = truth.terms
+    return _solve_walk(
+        tuple(truth.terms.items()), truth.gauss_markov, truth.resonance, noise, aiding, horizon, criterion
+    )
+
+
+@functools.lru_cache(maxsize=1024)  # each target of a report asks the same of all channels
+def _solve_walk(
+    coefficients: tuple[tuple[str, float], ...],
+    gauss_markov: tuple[GaussMarkov, ...],
+    resonance: tuple[Resonance, ...],
+    noise: float,
+    aiding: Aiding,
+    horizon: float,
+    criterion: Criterion,
+) -> ConsistentWalk:
+    """Solve for the K of `find_consistent_walk`."""
+    terms = dict(coefficients)
+    truth = TrueNoise(terms=terms, gauss_markov=gauss_markov, resonance=resonance)
     slow = [term for term in ("bias_instability", "rate_random_walk", "rate_ramp") if term in terms]
     if (
         slow == ["rate_random_walk"]

@@ -79,8 +79,9 @@ def _names_last(rows: list[Line], delimiter: str | None, columns: int) -> bool:
 
 def exchange_decimal_commas(rows: list[Line]) -> bool:
     """Whether numbers have decimal commas; then commas and points of those rows are exchanged, as in the reader."""
+    candidates = [row for row in rows if "," in row.text and not row.numbers_only()]
     for delimiter in (";", "\t", None):
-        first = next((row for row in rows if _has_decimal_commas(row, delimiter)), None)
+        first = next((row for row in candidates if _has_decimal_commas(row, delimiter)), None)
         if first is None:
             continue
         for row in rows:

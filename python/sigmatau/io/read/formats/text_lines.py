@@ -23,7 +23,11 @@ _LONG_LINE = 64  # numbers on one line from which on it is said to be no row of 
 
 # Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
-_NUMERIC = str.maketrans("", "", "0123456789+-.eE,")  # fast path: what of most rows leaves nothing
+# Fast path: what of most rows leaves nothing
+_NUMERIC = {
+    delimiter: str.maketrans("", "", f"0123456789+-.eE{marks}")
+    for delimiter, marks in ((",", ","), (";", ";"), ("\t", "\t"), (None, " \t"))
+}
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 EXCHANGED = str.maketrans(",.", ".,")
 ARROW = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,:]\d{1,9})?)\s*->")  # of the serial monitor of the Arduino IDE
@@ -38,47 +42,49 @@ class Line:
     comment: bool
     clock: str = ""  # the time before an arrow, which is not part of the text
     fields: dict[str | None, list[str]] = field(default_factory=dict)
-    plain: list[float] | Literal[False] | None = None  # of a row of numbers with commas between; None if not known yet
+    plain: dict[str | None, list[float] | Literal[False]] = field(default_factory=dict)  # of a row of numbers alone
 
     def split(self, delimiter: str | None) -> list[str]:
         if delimiter not in self.fields:
             self.fields[delimiter] = bare_fields(self.text, delimiter)
         return self.fields[delimiter]
 
-    def numbers_only(self) -> list[float] | Literal[False]:
-        """The numbers of a row of numbers with commas between, as most are; False for any other line."""
-        if self.plain is None:
-            self.plain = False
-            if not self.text.translate(_NUMERIC):
+    def numbers_only(self, delimiter: str | None = ",") -> list[float] | Literal[False]:
+        """The numbers of a row of nothing but numbers with a delimiter between, as most are; False for any other line."""
+        if delimiter not in self.plain:
+            self.plain[delimiter] = False
+            if not self.text.translate(_NUMERIC[delimiter]):
                 with suppress(ValueError):
-                    self.plain = list(map(float, self.text.split(",")))
-        return self.plain
+                    self.plain[delimiter] = list(map(float, self.text.split(delimiter)))
+        return self.plain[delimiter]
 
     def exchange(self) -> None:
         """Take commas for points, and points for commas."""
         self.text = self.text.translate(EXCHANGED)
         self.fields.clear()
-        self.plain = None
+        self.plain.clear()
 
     def is_data(self, delimiter: str | None, columns: int) -> bool:
         """Whether the line is a row of so many columns, see `is_row`."""
-        if delimiter == "," and (numbers := self.numbers_only()):
+        if numbers := self.numbers_only(delimiter):
             return len(numbers) == columns
         return is_row(self.split(delimiter), columns)
 
     def values(self, delimiter: str | None) -> list[float]:
         """The fields as numbers; NaN for others."""
-        if delimiter == "," and (numbers := self.numbers_only()):
+        if numbers := self.numbers_only(delimiter):
             return numbers
         return [float(f) if is_number(f) else math.nan for f in self.split(delimiter)]
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
         """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
-        if numbers := self.numbers_only():
-            n = len(numbers)
-            return (n, n, False) if n == 1 or delimiter == "," else (0, 0, False)
-        if "," in self.text and '"' not in self.text and len(self.text.split(delimiter, 1)) < 2:
-            return 0, 0, False  # one field that is not a number
+        if numbers := self.numbers_only(delimiter):
+            return len(numbers), len(numbers), False
+        if self.numbers_only():
+            return 0, 0, False
+        single = '"' not in self.text and len(self.text.split(delimiter, 1)) < 2
+        if single and ("," in self.text or ";" in self.text or len(self.text.split(None, 1)) > 1):
+            return 0, 0, False  # one field, which is not a number because another delimiter is in it
         parts = self.split(delimiter)
         if not is_row(parts):
             return 0, 0, False

@@ -460,7 +460,8 @@ Made by `make study` (studies/consistent.py). A filter that has fields for N and
 time, and [the file says](../how-to/README.md#what-you-have-to-choose) what it states at others. Here such filters run. The
 truth is simulated apart from the program: flicker noise by its spectrum, walks and processes in time. Each filter is aided
 every 0.2 s with an angle of 10⁻⁴ rad, or a velocity of 0.01 m/s. Its covariance follows from the numbers of its written
-file by the recursion of the target: densities (kalibr; GTSAM, OpenVINS, EuRoC, LIO-SAM and ORB-SLAM3 have the same), halves
+file by the recursion of the target: densities (kalibr; GTSAM, OpenVINS, EuRoC, LIO-SAM, ORB-SLAM3, OKVIS2, Basalt and
+cuVSLAM have the same), halves
 of a step (vins), variances of a sample (fast-lio), and parameters for a step of 10 or 12.5 ms (px4, ardupilot). "Third
 state" is a filter with a walk and a Gauss–Markov process, by `find_third_state`.
 

@@ -110,3 +110,10 @@ def test_a_model_without_it_is_written_as_before(name):
 @pytest.mark.parametrize("name", [n for n in NAMES if target(n).has_walk and n not in WITH_ROOM])
 def test_a_target_without_room_says_so(name):
     assert "no field for turn-on bias of the gyros" in text_of(MODEL, name)
+
+
+def test_the_sheet_of_ieee_952_has_it_by_axis():
+    rows = [line.split("  ") for line in text_of(MODEL, "ieee952").splitlines() if "turn-on bias" in line]
+    assert len(rows) == 6
+    assert "8 power-ups" in " ".join(rows[0])
+    assert rows[1][-1] == "0.003 rad/s"

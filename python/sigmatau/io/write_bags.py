@@ -6,7 +6,6 @@ Sources: https://wiki.ros.org/Bags/Format/2.0, https://mcap.dev/spec, and the ta
 from __future__ import annotations
 
 import contextlib
-import sqlite3
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -305,6 +304,8 @@ INSERT INTO schema VALUES (4, 'jazzy');
 @contextlib.contextmanager
 def db3(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A bag of ROS 2 in one file, without metadata.yaml: ``ros2 bag`` takes the file itself."""
+    import sqlite3
+
     topics = make_topics(columns)
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as base:
         base.execute("PRAGMA journal_mode = OFF")

@@ -8,6 +8,7 @@ from sigmatau.exporting.text import comment, measured
 from sigmatau.exporting.values import Numbers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import doubt_text
+from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise.terms import TERMS
 from sigmatau.units import STANDARD_GRAVITY, find
 
@@ -128,12 +129,22 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
             ),
             (f"f{k}", "its frequency", f"{line.frequency:.6g} Hz", "", f"{measured(line.frequency)} Hz"),
         ]
+    if model.turn_on is not None:
+        rows.append(_turn_on_row(model.turn_on, text, size, model.unit))
     if model.bandwidth is not None:
         corner = model.bandwidth.corner
         rows.append(
             ("fc", f"bandwidth, order {model.bandwidth.order}", f"{corner:.6g} Hz", "", f"{measured(corner)} Hz")
         )
     return rows
+
+
+def _turn_on_row(spread: TurnOn, text: str, size: float, si: str) -> tuple[str, str, str, str, str]:
+    """The turn-on repeatability of the bias, 1 σ."""
+    low, high = (None if end is None else end / size for end in (spread.low, spread.high))
+    shown, interval = round_to_error(spread.sigma / size, low, high).cells
+    how = f"{interval} ({100 * spread.level:g} %), {spread.power_ups} power-ups" if interval else "stated"
+    return ("σt", "turn-on bias", f"{shown} {text}", how, f"{measured(spread.sigma)} {si}")
 
 
 TARGET = Target(

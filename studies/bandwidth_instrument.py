@@ -33,6 +33,8 @@ SAMPLES = (3000, 9000)
 OVER_BANDWIDTH, OVER_RATE = 64.0, 16.0
 MEMORY = 4.0
 """Of poles, over the inverse of the bandwidth: what is before has an amplitude of 1e-5."""
+HALF_POWER_OF_MEAN = 0.44294647
+"""Frequency of half the power of a running mean, times its length: sin²x = x²/2 at x = 1.391557."""
 STEPS = (1e-3, 1.0)
 """Of the values, over the standard deviation of their differences."""
 
@@ -64,7 +66,7 @@ class Sensor:
             num, den, _ = cont2discrete(system, 1 / rate, method="zoh")
             return np.asarray(num).ravel(), np.asarray(den).ravel()
         if self.kind == "running mean":
-            length = 0.4429 * rate / self.corner  # the ends have a part of the weight
+            length = HALF_POWER_OF_MEAN * rate / self.corner  # the ends have a part of the weight
             whole = math.floor(length / 2 - 0.5)
             end = 0.5 * (length - 2 * whole - 1)
             taps = np.concatenate(([end], np.ones(2 * whole + 1), [end]))
@@ -81,6 +83,9 @@ class Sensor:
 
         over = math.ceil(max(OVER_RATE, OVER_BANDWIDTH * self.corner / rate))
         fast = rate * over
+        if self.kind == "running mean":
+            y = self._running_mean(rate, over, n, rng)
+            return _rounded(y + self._slow(rate, n, rng), rng)
         num, den = self.taps(fast)
         # Of the noise before a sample only the part matters that the filter remembers.
         memory = len(num) if len(den) == 1 else round(MEMORY * fast / self.corner)
@@ -95,6 +100,21 @@ class Sensor:
         y = white @ num if len(den) == 1 else lfilter(num, den, white)
         y = y if y.ndim == 1 else y[:, -1] if len(y) == n else y[0, memory::over]
         return _rounded(y + self._slow(rate, n, rng), rng)
+
+    def _running_mean(self, rate: float, over: int, n: int, rng: np.random.Generator) -> Floats:
+        """Means of continuous white noise over a time that is no whole number of fast samples, from its integral."""
+        length = HALF_POWER_OF_MEAN / self.corner
+        if length * rate <= 1:
+            return np.asarray(DENSITY / math.sqrt(length) * rng.standard_normal(n))
+        step = 1 / (rate * over)
+        whole = math.floor(length / step)
+        rest = length / step - whole
+        cells = n * over + whole + 1
+        # Of each cell the part that a mean that begins in it contains, and the part before.
+        within = DENSITY * math.sqrt(rest * step) * rng.standard_normal(cells)
+        integral = np.cumsum(within + DENSITY * math.sqrt((1 - rest) * step) * rng.standard_normal(cells))
+        ends = whole + 1 + over * np.arange(n)
+        return np.asarray((integral[ends] - integral[ends - whole] + within[ends - whole]) / length)
 
     def _slow(self, rate: float, n: int, rng: np.random.Generator) -> Floats:
         """Flicker and a random walk that cross the white noise far below the bandwidth and half the rate."""
@@ -116,7 +136,7 @@ class Sensor:
         from scipy.optimize import brentq
         from scipy.signal import freqz
 
-        if self.kind in ("one pole", "Butterworth"):
+        if self.kind in ("one pole", "Butterworth", "running mean"):
             return self.corner
         fast = 1024 * self.corner
         num, den = self.taps(fast)

@@ -193,15 +193,15 @@ def real_logs(folder: Path) -> Iterator[tuple[str, st.Record]]:
         yield name, st.Record.from_arrays(rate=10, unit=unit, gyro=values[:, 3:], accel=values[:, :3])
 
 
-def of_real(folder: Path) -> dict[str, dict[int, Counter[str]]]:
-    """Verdicts on windows above `SWING` of each real log, one after the other from its beginning, by length."""
+def of_real(folder: Path, *, stride: int = 1) -> dict[str, dict[int, Counter[str]]]:
+    """Verdicts on each `stride`-th window above `SWING` of each real log, one after the other, by length."""
     found: dict[str, dict[int, Counter[str]]] = {}
     for name, record in real_logs(folder):
         record = from_the_start(record)
         end = record.streams[0].grid.duration
         for length in LENGTHS:
             count = found.setdefault(name, {}).setdefault(length, Counter())
-            for _, window in windows(record, length, np.arange(0.0, end - length + 1e-6, length)):
+            for _, window in windows(record, length, np.arange(0.0, end - length + 1e-6, stride * length)):
                 if swing(window) > SWING:
                     count[verdict(window).verdict] += 1
     return found

@@ -60,7 +60,7 @@ def test_parked(kind):
 
 def test_quiet_records_are_not_disturbed():
     for grade in ("ring laser", "fibre-optic", "tactical", "MEMS"):
-        for k in range(10):
+        for k in range(6):
             record = parked.bench(seed_of(f"quiet {grade} {k}"), grade, duration=LONG)
             fitted = st.analyze(record, threads=1)["gyro_x"]
             assert not any(isinstance(reason, VibrationPower) for reason in fitted.reasons), (grade, k)

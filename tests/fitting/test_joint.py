@@ -60,9 +60,9 @@ def test_levels_are_those_of_single_runs():
 
 @pytest.fixture(scope="module")
 def weak():
-    """Forty sets of seven runs with a rate random walk that one run hardly shows; the random walk differs by 2.5 %."""
+    """Sets of seven runs with a rate random walk that one run hardly shows; the random walk differs by 2.5 %."""
     found = []
-    for k in range(40):
+    for k in range(24):
         rng = np.random.default_rng(seed_of(f"joint weak {k}"))
         sizes = np.exp(0.025 * rng.standard_normal(7))
         days = [record(f"joint weak {k} {day}", walk=size, slow=0.01) for day, size in enumerate(sizes)]

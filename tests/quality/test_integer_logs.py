@@ -35,12 +35,12 @@ def test_no_false_findings(kind):
 # Logs of 100 of all kinds with the finding, less 3 standard errors: measured 55, 55 and 24. Where the step is so coarse that
 # the log rests on a value for as long by itself, there is nothing to detect.
 @pytest.mark.parametrize(
-    ("fault", "code", "least"), [("stuck", "stuck_samples", 0.40), ("filled", "interpolated", 0.40)]
+    ("fault", "code", "least"), [("stuck", "stuck_samples", 0.36), ("filled", "interpolated", 0.36)]
 )
 def test_true_faults_are_detected(fault, code, least):
     detected = []
     for kind in KINDS:
-        for k in range(12):
+        for k in range(8):
             seed = seed_of(f"faulty {kind} {k}")
             counts, rate = integer_log(seed, kind)
             detected.append(code in codes(as_record(faulty(seed, counts, fault), rate, kind)))
@@ -49,11 +49,11 @@ def test_true_faults_are_detected(fault, code, least):
 
 def test_saturation_of_vibrated_pulses_is_detected():
     kind, detected = "split vibrated pulses", []
-    for k in range(40):
+    for k in range(24):
         seed = seed_of(f"clipped {k}")
         counts, rate = integer_log(seed, kind)
         detected.append("saturation" in codes(as_record(faulty(seed, counts, "saturation"), rate, kind)))
-    assert np.mean(detected) > 0.40  # measured 0.63; 3 standard errors of 40 are 0.23
+    assert np.mean(detected) > 0.33  # measured 0.63; 3 standard errors of 24 are 0.30
 
 
 def test_a_real_ring_laser_gyro(field_data):

@@ -39,11 +39,12 @@ def test_windows_of_moving_records(kind):
 
 
 def test_windows_of_real_records(field_data):
-    counts = {name: sum(by_length.values(), Counter()) for name, by_length in of_real(field_data).items()}
+    """Each third window of the study."""
+    counts = {name: sum(by_length.values(), Counter()) for name, by_length in of_real(field_data, stride=3).items()}
     if not counts:
         pytest.skip("no moving records")
     assert {name: count for name, count in counts.items() if count["at_rest"] or count["partly_at_rest"]} == {}
-    assert sum(count["not_at_rest"] for count in counts.values()) > 200
+    assert sum(count["not_at_rest"] for count in counts.values()) > 70
 
 
 @pytest.mark.parametrize("grade", CLASSES)

@@ -70,6 +70,37 @@ def test_recognised_columns(tmp_path, capsys, header, separator, channels):
     assert {each["verdict"] for each in result.values()} == {"consistent"}
 
 
+@pytest.mark.parametrize(
+    ("names", "channels"), [(("gyro_x", "gyro_y"), ["gyro_x", "gyro_y"]), ((0, 1), ["id_0", "id_1"])]
+)
+def test_rows_of_two_sensors(tmp_path, capsys, names, channels):
+    """A column names the sensor of each row; decimal commas where semicolons separate."""
+    t, x, s, y, _ = columns(channels=2)
+    rows = ["time;id;nu;S"]
+    for moment, *pair, variance in zip(t, x, y, s, strict=True):
+        rows += [
+            f"{moment:.3f};{name};{value:.9g};{variance:.9g}".replace(".", ",")
+            for name, value in zip(names, pair, strict=True)
+        ]
+    (tmp_path / "rows.csv").write_text("\n".join(rows) + "\n")
+    table(tmp_path / "columns.csv", "t,nu_a,S_a,nu_b,S_b", [t, x, s, y, s])
+    ours, theirs = content(capsys, "rows.csv"), content(capsys, "columns.csv")
+    assert list(ours) == channels
+    assert [each["nis"] for each in ours.values()] == pytest.approx([each["nis"] for each in theirs.values()], rel=1e-6)
+
+
+def test_rows_that_take_turns(tmp_path, capsys):
+    t, x, s, y, _ = columns(channels=2)
+    mixed = [
+        np.repeat(t, 2) + np.tile([0, 0.01], len(t)),
+        np.column_stack([x, y]).ravel(),
+        np.column_stack([s, 9 * s]).ravel(),
+    ]
+    place = table(tmp_path / "turns.csv", "t,nu,S", mixed)
+    assert main(["tune", place, *FILTER]) == 1
+    assert "S takes turns between" in capsys.readouterr().err
+
+
 def test_units_and_deviations(tmp_path, capsys):
     t, nu, s = columns()
     degrees = [t * 1e3, np.degrees(nu), np.degrees(np.sqrt(s))]
@@ -109,8 +140,8 @@ def test_model_and_command_of_the_export(tmp_path, capsys):
     assert main(["tune", place, "--model", "imu.toml"]) == 0
     out, err = capsys.readouterr()
     assert "0.0001" in out
-    assert "√R is too small" in " ".join(out.split())
-    assert "a file with these factors: sigmatau export imu.toml --to TARGET --noise-factor 2." in err
+    assert "All noises are too small by one factor, 3: innovation and S are in different units" in " ".join(out.split())
+    assert "a file with these factors" not in err  # its noises are not wrong
 
 
 @pytest.mark.parametrize(

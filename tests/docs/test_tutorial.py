@@ -59,7 +59,7 @@ def test_page(tmp_path):
     assert len(innovations) > 8_900
     # 99.99 % of a mean of squares of standard normal numbers
     assert np.mean(innovations**2) == pytest.approx(1.0, abs=3.9 * np.sqrt(2 / len(innovations)))
-    wrong, _, _ = scope["track"](st.ChannelModel(terms=scope["wrong"]), scope["y"][:500])
+    wrong, *_ = scope["track"](st.ChannelModel(terms=scope["wrong"]), scope["y"][:500])
     assert np.nanmean(wrong**2) > 10
     written = {path.name for path in tmp_path.iterdir()}
     assert {"imu.json", "imu.yaml", "matrices.npz", "allan.png", "report.html"} <= written

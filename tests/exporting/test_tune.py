@@ -132,6 +132,34 @@ def test_matrices_are_the_same_filter():
         assert b.value == pytest.approx(a.value, rel=0.01)  # R differs by the error of a stationary S
 
 
+def test_one_factor_on_all_noises_is_a_unit():
+    (series,), filter_ = data("units")
+    degrees = st.Innovations(time=series.time, innovation=np.degrees(series.innovation), variance=series.variance)
+    result = st.tune(degrees, filters=filter_)["innovation"]
+    assert result.common_factor == pytest.approx(math.degrees(1), rel=0.05)
+    assert "57.3 is degrees beside radians" in result.statements()[0]
+    assert judged("two units", factors=(1 / 3, 1 / 3, 1.0), duration=2400.0).common_factor is None
+
+
+def test_outliers_are_no_noise():
+    (series,), filter_ = data("outliers")
+    spoiled = series.innovation.copy()
+    spoiled[[100, 900]] *= 1e3
+    result = st.tune(st.Innovations(time=series.time, innovation=spoiled, variance=series.variance), filters=filter_)
+    assert (result["innovation"].verdict, result["innovation"].outliers) == ("outliers", 2)
+    assert result["innovation"].first_outlier == pytest.approx(series.time[100])
+
+
+def test_what_is_sure_and_changes_nothing_is_not_wrong():
+    rng = np.random.default_rng(seed_of("tune: immaterial"))
+    n, stated = 100_000, 1.5e-8
+    nu = 1.02 * math.sqrt(stated) * rng.standard_normal(n)
+    series = st.Innovations(time=np.arange(n) / 5, innovation=nu, variance=np.full(n, stated))
+    result = st.tune(series, filters=st.BiasFilter(noise=1e-4, walk=1e-5))["innovation"]
+    assert result.p_value < 1e-6
+    assert result.verdict == "consistent"
+
+
 def test_two_noises_are_wrong():
     result = judged("two", factors=(1 / 3, 1 / 3, 1.0), duration=2400.0)
     assert [(cause.noise, cause.direction) for cause in result.causes] == [
@@ -264,7 +292,10 @@ def test_bad_innovations(changed, error, words):
     ("changed", "words"),
     [
         ({"variance": np.geomspace(10, 1, 200)}, "S varies from 1.12 to 8.91"),
-        ({"time": np.cumsum(np.tile([0.1, 0.2], 100))}, "the time between two innovations varies from 0.1 to 0.2"),
+        (
+            {"time": np.cumsum(np.tile([0.1, 0.2], 100))},
+            "the time between two innovations takes turns between 0.1 and 0.2",
+        ),
     ],
 )
 def test_a_filter_that_is_not_stationary(changed, words):

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import sqlite3
+import struct
 
 import numpy as np
 import pytest
@@ -76,6 +77,54 @@ def test_several_imus_are_asked_about(tmp_path):
     with pytest.raises(OptionError, match=r"several sensors: /a/imu \(gyro and accel, 20 rows\), /b/imu .*--topic"):
         read(tmp_path / "a.mcap")
     np.testing.assert_array_equal(six(read(tmp_path / "a.mcap", topic="/b/imu")), -values)
+
+
+TEMPERATURE = (
+    "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n"
+    "====================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+)
+
+
+def warm_mcap(place, topics, *, value=25.0, every=20):
+    """An IMU, and thermometers that send every so many of its messages, 5 °C further each topic."""
+    stamps, values = imu(400)
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.schema(2, "sensor_msgs/msg/Temperature", TEMPERATURE)]
+    head += [roslogs.channel(3, "/imu/data")] + [roslogs.channel(4 + k, t, 2) for k, t in enumerate(topics)]
+    body = []
+    for n, (s, v) in enumerate(zip(stamps, values, strict=True)):
+        body.append(roslogs.message(3, s, imu_cdr(s, v)))
+        for k in range(len(topics)) if n % every == every // 2 else ():
+            warm = imu_cdr(s, v, frame=b"\0")[:20] + struct.pack("<2d", value + 5 * k + 1e-3 * n, 0.0)
+            body.append(roslogs.message(4 + k, s, warm))
+    place.write_bytes(roslogs.mcap([*head, *body]))
+    return values
+
+
+@pytest.mark.parametrize("topics", [["/thermometer"], ["/imu/temperature"], ["/imu/temperature", "/motor/temperature"]])
+def test_a_topic_of_a_temperature_is_a_channel(tmp_path, topics):
+    """At its own rate and start; that of the device if there are several."""
+    values = warm_mcap(tmp_path / "a.mcap", topics)
+    for record in (read(tmp_path / "a.mcap"), inspect(tmp_path / "a.mcap", ReadOptions()).record):
+        np.testing.assert_array_equal(six(record), values)
+        stream = record.stream_of("temperature")
+        assert (stream.quantity, stream.unit) == ("temperature", "degC")
+        assert stream.grid.rate == pytest.approx(10.0)
+        assert stream.column("temperature") == pytest.approx(25 + 1e-3 * np.arange(10, 400, 20), rel=1e-12)
+        assert stream.grid.start - record.streams[0].grid.start == pytest.approx(0.05, abs=1e-6)
+        assert record.provenance.topics == ("/imu/data", topics[0])
+
+
+@pytest.mark.parametrize(
+    ("topics", "more"), [(["/a/temperature", "/b/temperature"], {}), (["/imu/temperature"], {"value": 900.0})]
+)
+def test_a_thermometer_of_another_device_is_not_read(tmp_path, topics, more):
+    values = warm_mcap(tmp_path / "a.mcap", topics, **more)
+    record = read(tmp_path / "a.mcap")
+    np.testing.assert_array_equal(six(record), values)
+    assert record.provenance.topics == ("/imu/data",)
+    if len(topics) == 2:
+        chosen = read(tmp_path / "a.mcap", topic=["/imu/data", "/b/temperature"], rate=200.0)
+        assert chosen.stream_of("temperature").column("temperature")[0] == pytest.approx(30.01)
 
 
 def test_an_empty_topic_beside_the_imu_is_no_fault(tmp_path):

@@ -244,7 +244,7 @@ def _exports(result: Tunings, model: Path) -> list[str]:
         largest: dict[str, float] = {}
         for channel, judged in result.items():
             sensor = stream_name(channel)
-            for factor in judged.causes if judged.verdict == "wrong" else ():
+            for factor in judged.causes if judged.verdict == "wrong" and judged.common_factor is None else ():
                 if factor.noise == name:
                     largest[sensor] = max(largest.get(sensor, 0.0), factor.value)
         if largest:

@@ -231,7 +231,7 @@ class BiasFilter:
         if white + slow / 3 >= 1 or made(_LEAST_SHARE).innovation_variance >= 1:
             raise OptionError(
                 f"N = {self.noise:.3g} and K = {self.walk:.3g} in SI make a larger S than the stated {stated:.3g}."
-                " Check their units, and those of the innovations",
+                " Check their units, and those of the innovations and the time",
                 option="noise",
             )
         low, high = math.log(_LEAST_SHARE), 0.0

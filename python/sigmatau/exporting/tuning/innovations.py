@@ -123,4 +123,6 @@ def _check(data: Innovations) -> None:
             f"`innovation` has values beyond {_LARGEST:.0e} stated deviations. Check the units of it and of `variance`"
         )
     if np.ptp(data.innovation) == 0:
-        raise DataError(f"`innovation` is constant, {data.innovation[0]:g}. Give the innovations of a filter that runs")
+        raise DataError(
+            f"`innovation` is constant, {data.innovation[0] + 0.0:g}. Give the innovations of a filter that runs"
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "offset", "inconsistent"]
+Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "offset", "outliers", "inconsistent"]
 
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
@@ -136,9 +137,13 @@ class Tuning(Printed):
         Factors on each noise of the filter; empty without a filter.
     causes : tuple of NoiseFactor
         Those that are wrong; with the verdict ``"ambiguous"`` those of which one is wrong.
-    verdict : {"consistent", "wrong", "ambiguous", "not explained", "offset", "inconsistent"}
+    verdict : {"consistent", "wrong", "ambiguous", "not explained", "offset", "outliers", "inconsistent"}
         Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; their mean is not zero;
-        not as stated, and no filter is known.
+        some are far beyond all others; not as stated, and no filter is known.
+    outliers : int
+        Innovations beyond 7 standard deviations of the others.
+    first_outlier : float or None
+        Time of the first of them. [s]
     p_value : float
         Of the innovations if the filter is right. [1]
     p_misfit : float or None
@@ -175,11 +180,21 @@ class Tuning(Printed):
     p_value: float
     p_misfit: float | None
     level: float
+    outliers: int = 0
+    first_outlier: float | None = None
+
+    @property
+    def common_factor(self) -> float | None:
+        """One factor on all noises that explains all of them; None if they have different ones, or none is wrong. [1]"""
+        low = max((factor.low for factor in self.causes), default=0.0)
+        high = min((factor.high or 0.0 for factor in self.causes), default=0.0)
+        is_common = self.verdict == "wrong" and len(self.causes) == len(self.factors) > 1 and low <= high
+        return math.sqrt(self.nis) if is_common else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, for JSON."""
         names = "channel n interval_s=interval mean nis nis_low nis_high verdict p_value p_misfit level"
-        return plain(self, names, "causes factors whiteness")
+        return plain(self, names, "outliers common_factor causes factors whiteness")
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Draw the Allan deviation of the normalised innovations, with that of white noise.
@@ -203,6 +218,18 @@ class Tuning(Printed):
         remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
         if self.verdict == "consistent":
             return ("Nothing is wrong: the innovations are as the filter states", *remarks)
+        if (common := self.common_factor) is not None:
+            unit = " 57.3 is degrees beside radians." if 55 < max(common, 1 / common) < 60 else ""
+            return (
+                f"All noises are {self.causes[0].direction} by one factor, {two_digits(common)}: innovation and S are in"
+                f" different units, or all of S is scaled.{unit} Check both before you change a noise",
+            )
+        if self.verdict == "outliers":
+            number = f"{self.outliers} innovations are" if self.outliers > 1 else "One innovation is"
+            return (
+                f"{number} beyond 7 deviations of the others, the first at {seconds(self.first_outlier or 0.0)} s."
+                " No factor describes them: reject such measurements in the filter, or remove these rows",
+            )
         if self.verdict == "wrong":
             return (*(_cause(factor) for factor in self.causes), *remarks)
         if self.verdict == "ambiguous":
@@ -261,8 +288,9 @@ class Tuning(Printed):
 
 
 def _cause(factor: NoiseFactor) -> str:
-    text = f"The {factor.name} is {factor.direction}: multiply it by {factor.text}"
-    if factor.assumed is None:
+    less = f"less than {two_digits(factor.high)}" if factor.high is not None and not factor.low else factor.text
+    text = f"The {factor.name} is {factor.direction}: multiply it by {less}"
+    if factor.assumed is None or not factor.low:
         return text
     return f"{text}, to {factor.assumed * factor.value:.3g} in SI"
 

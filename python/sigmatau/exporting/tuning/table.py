@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,11 @@ _INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
 _VARIANCE = {"s", "variance", "var", "variances"}
 _DEVIATION = {"std", "sigma", "stddev", "deviation"}
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+_SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
+_MOST_SENSORS = 16  # values of a column of numbers that are sensors, not counts
 _SECONDS = ("s", "ms", "us", "µs", "ns")
 _LONGEST_INTERVAL = 1e4  # s; the times of a longer one are in another unit
+_UNNAMED = "innovation"  # a channel whose columns have no name of their own
 _LISTED = 12  # columns in a message
 
 
@@ -43,6 +47,7 @@ class _Table:
     units: tuple[str, ...]
     values: Floats
     lines: tuple[int, ...]
+    sensors: tuple[str, ...] = ()  # of each row, if a column names them; this column is not in the table
 
     @property
     def listed(self) -> str:
@@ -83,7 +88,30 @@ def read_innovations(
     OptionError
         For columns that are not recognised, or do not exist.
     """
-    table = _read(place)
+    result = {}
+    for sensor, table in _by_sensor(_read(place)).items():
+        for channel, data in _innovations_of(table, columns, time).items():
+            result[sensor if channel == _UNNAMED and sensor else "_".join(filter(None, [sensor, channel]))] = data
+    return result
+
+
+def _by_sensor(table: _Table) -> dict[str, _Table]:
+    """The rows of each sensor, if a column names it; else all of them, without a name."""
+    if not table.sensors:
+        return {"": table}
+    named = np.array(table.sensors)
+    lines = np.array(table.lines)
+    return {
+        sensor: replace(
+            table, values=table.values[named == sensor], lines=tuple(lines[named == sensor].tolist()), sensors=()
+        )
+        for sensor in dict.fromkeys(table.sensors)
+    }
+
+
+def _innovations_of(table: _Table, columns: Mapping[str, str] | None, time: str | None) -> dict[str, Innovations]:
+    """The innovations of all channels of a table of one sensor, or with a pair of columns for each."""
+    place = table.place
     times = _times(table, time)
     chosen = _stated(table, columns) if columns else _recognised(table)
     result = {}
@@ -136,16 +164,24 @@ def _read(place: Path) -> _Table:
         raise DataError(
             "has no header. Name the columns in the first line: t,innovation,S", place=f"line {numbered[0][0]}"
         ).about(str(place))
-    values, lines = [], []
+    values, lines, sensors = list[list[float | None]](), list[int](), list[str]()
+    naming = next(
+        (k for k, cell in enumerate(cells) if {*_words(cell)} & _SENSORS and {*_words(cell)} <= _SENSORS), None
+    )
     for line, row in numbered[1:]:
         if row.startswith(("#", "%")):
             continue
-        numbers = [_number(cell.strip()) for cell in row.split(delimiter)]
-        if len(numbers) != len(cells):
+        parts = [cell.strip() for cell in row.split(delimiter)]
+        if len(parts) != len(cells):
             raise DataError(
-                f"{len(numbers)} columns, but the header has {len(cells)}. Mend or remove this row",
+                f"{len(parts)} columns, but the header has {len(cells)}. Mend or remove this row",
                 place=f"line {line}",
             ).about(str(place))
+        if naming is not None:
+            sensors.append(parts[naming].strip('"'))
+            parts[naming] = ""
+        # A comma is a decimal comma where semicolons separate.
+        numbers = [_number(part.replace(",", ".") if delimiter == ";" else part) for part in parts]
         wrong = [k for k, number in enumerate(numbers) if number is None]
         if wrong:
             text = row.split(delimiter)[wrong[0]].strip()
@@ -154,6 +190,10 @@ def _read(place: Path) -> _Table:
             ).about(str(place))
         values.append(numbers)
         lines.append(line)
+    if len({*sensors}) > _MOST_SENSORS:
+        raise DataError(
+            f"{cells[naming or 0]} has {len({*sensors})} values, more than sensors. Remove this column"
+        ).about(str(place))
     units = tuple(match[1].strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
     return _Table(
         place=place,
@@ -161,7 +201,15 @@ def _read(place: Path) -> _Table:
         units=units,
         values=np.array(values, dtype=np.float64).reshape(len(values), len(cells)),
         lines=tuple(lines),
+        sensors=tuple(sensors if naming is None else _sensor_names(cells[naming], sensors)),
     )
+
+
+def _sensor_names(column: str, sensors: Sequence[str]) -> list[str]:
+    """Names of channels of the sensors: their words, or the name of the column with their number."""
+    return [
+        "_".join(_words(sensor)) if _number(sensor) is None else f"{_words(column)[0]}_{sensor}" for sensor in sensors
+    ]
 
 
 def _number(cell: str) -> float | None:
@@ -218,7 +266,7 @@ def _recognised(table: _Table) -> dict[str, _Columns]:
         if words and words[0] in _TIMES:
             continue
         kinds = set(words)
-        channel = "_".join(word for word in words if word not in _INNOVATION | _VARIANCE | _DEVIATION) or "innovation"
+        channel = "_".join(word for word in words if word not in _INNOVATION | _VARIANCE | _DEVIATION) or _UNNAMED
         if kinds & (_VARIANCE | _DEVIATION):
             if channel in variances:
                 raise _not_recognised(table, f"two columns of the variance of {channel}")

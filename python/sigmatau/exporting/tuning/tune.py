@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau._native.distributions import chi2_above, chi2_quantile_above
-from sigmatau.arrays import Floats
+from sigmatau.arrays import SIGMA_OF_MAD, Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
 from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE, BiasFilter, Filter, FilterMatrices
 from sigmatau.exporting.tuning.innovations import Innovations
-from sigmatau.exporting.tuning.likelihood import Periodogram, Shares, coarse
+from sigmatau.exporting.tuning.likelihood import FactorInterval, Periodogram, Shares, coarse
 from sigmatau.exporting.tuning.result import NoiseFactor, Tuning, Tunings, Verdict, Whiteness
 from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
@@ -28,6 +28,8 @@ _OFFSET = 0.001  # probability that the mean of innovations without an offset is
 _MISFIT = 0.003  # probability that a filter whose factors alone are wrong is called not explained
 _TAILS = (0.05, 0.95)  # quantiles of S and of the intervals of time, without rare gaps
 _VARIATION = 1.5  # ratio of these quantiles, above which the gain of the filter is not constant
+_OUTLYING = 7.0  # deviations of the others; 1e6 Gaussian innovations have such a one with the probability 3e-6
+_IMMATERIAL = 1.05  # factor of a standard deviation that changes no filter, however sure it is
 _EVIDENCE = 6.0  # rise of the deviance, a likelihood ratio of 20, by which the second best single cause is worse
 
 
@@ -152,6 +154,8 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
         verdict = "consistent" if p_value >= _CHANCE else "wrong"
         if p_misfit < _MISFIT:
             verdict = "not explained"
+        elif verdict == "wrong" and all(_is_immaterial(part) for part in intervals):
+            verdict = "consistent"
         elif verdict == "wrong":
             chosen = _single_causes(alone, best.deviance)
             causes = tuple(factors[k] for k in chosen) or tuple(factor for factor in factors if factor.has_error)
@@ -160,6 +164,9 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
     p_mean = float(chi2_above(1, series.mean() ** 2 * len(series) / slowest))
     if p_mean < _OFFSET:
         verdict, causes = "offset", ()
+    outlying = np.flatnonzero(np.abs(series) > _OUTLYING * SIGMA_OF_MAD * float(np.median(np.abs(series))))
+    if outlying.size and verdict != "consistent":
+        verdict, causes = "outliers", ()
     return Tuning(
         channel=channel,
         n=len(series),
@@ -175,6 +182,8 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
         p_value=p_value,
         p_misfit=p_misfit,
         level=level,
+        outliers=len(outlying),
+        first_outlier=float(data.time[outlying[0]]) if outlying.size else None,
     )
 
 
@@ -182,11 +191,35 @@ def _require_stationary(data: Innovations) -> None:
     """Refuse innovations of a filter that is not stationary, whose density is not a sum of constant shares."""
     for values, what in ((data.variance, "S"), (np.diff(data.time), "the time between two innovations")):
         low, high = (float(value) for value in np.quantile(values, _TAILS))
-        if high > _VARIATION * low:
+        if high <= _VARIATION * low:
+            continue
+        if _takes_turns(values):
             raise DataError(
-                f"{what} varies from {low:.3g} to {high:.3g}, so that the filter is not stationary."
+                f"{what} takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
+                " Write each sensor in columns of its own, or its name in a column sensor"
+            )
+        if what == "S":
+            raise DataError(
+                f"S varies from {low:.3g} to {high:.3g}, so that the filter is not stationary."
                 f" Leave out its convergence, {Hint('skip', value=60)}, or use a stretch in which it is constant"
             )
+        raise DataError(
+            f"{what} varies from {low:.3g} to {high:.3g} s, so that the filter is not stationary."
+            " Use a stretch in which measurements come at a constant interval"
+        )
+
+
+def _takes_turns(values: Floats) -> bool:
+    """Whether the values of even and odd rows are constant and differ."""
+    (low, high), (low_2, high_2) = (np.quantile(values[k::2], _TAILS) for k in (0, 1))
+    constant = high <= _VARIATION * low and high_2 <= _VARIATION * low_2
+    return bool(constant and not 1 / _VARIATION < float(np.median(values[::2]) / np.median(values[1::2])) < _VARIATION)
+
+
+def _is_immaterial(part: FactorInterval) -> bool:
+    """Whether a factor is so near to 1 that no filter is changed by it; or is not shown."""
+    shown = part.high is not None and part.low > 0 and (part.low > 1 or part.high < 1)
+    return not shown or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
 
 
 def _significance(unchanged: float, alone: Floats, best: float) -> float:

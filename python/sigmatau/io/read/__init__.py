@@ -25,6 +25,7 @@ from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.registry import may_need_translation, reader_of, require_text
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import HEAD, Head, Table
+from sigmatau.io.read.thermometers import split_thermometers
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.options import keywords_of, stated
 from sigmatau.record.record import Record
@@ -89,7 +90,8 @@ def read(path: str | os.PathLike[str], options: ReadOptions) -> Record:
     checked = options.checked()
     with opened(path, options) as (file, tables):
         tables = separate_turns(tables, checked)
-        record = assemble.assemble(choose_tables(tables, checked.topic, checked.channels), file, checked)
+        chosen, thermometer = split_thermometers(tables, choose_tables(tables, checked.topic, checked.channels))
+        record = assemble.assemble(chosen, file, checked, thermometer)
     source = record.provenance if file is not None else replace(record.provenance, path=os.fsdecode(path))
     return replace(record, provenance=replace(source, options=stated(options)))
 

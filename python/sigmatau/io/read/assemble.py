@@ -20,21 +20,28 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
+from sigmatau.io.read.thermometers import thermometer_part
 from sigmatau.io.read.time.stamps import later
 from sigmatau.io.read.time.stated_rate import is_one_nominal_rate
 from sigmatau.record.record import Checksum, Provenance, Record, stream_name
 from sigmatau.record.streams import Stream
 
 
-def assemble(tables: Sequence[Table], file: Path | None, options: Options) -> Record:
-    """A record from the chosen tables of a file. `file`: for its name and checksum; None for a data frame."""
+def assemble(tables: Sequence[Table], file: Path | None, options: Options, thermometer: Table | None = None) -> Record:
+    """A record from the chosen tables of a file, and the table of its temperature. `file`: for its name and checksum; None
+    for a data frame.
+    """
     if len(tables) > 1 and options.channels and not _of_own_sensors(tables):
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
             f"{{option}} applies to one topic, but {topics} are read; choose one by {Hint('topic')}", option="channels"
         )
     parts = [part(table, of_table(table, tables, options)) for table in tables]
-    record = joined(of_one_clock(parts), tables, file)
+    warm = None if thermometer is None else thermometer_part(thermometer, options, parts)
+    if warm is None or thermometer is None:
+        record = joined(of_one_clock(parts), tables, file)
+    else:
+        record = joined(of_one_clock([*parts, warm]), [*tables, thermometer], file)
     if options.rate is not None:
         check_common_rate(options.rate, _measured_rates(parts))
     refuse_contradictions(parts, options)

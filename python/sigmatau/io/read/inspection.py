@@ -21,6 +21,7 @@ from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
+from sigmatau.io.read.thermometers import split_thermometers, thermometer_part
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
 from sigmatau.record.sampling import RateSource
@@ -225,6 +226,7 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
             if options.topic:
                 raise
             chosen, question = [], error
+        chosen, thermometer = split_thermometers(tables, chosen)
         infos, parts, places, read = list[TableInfo](), list[Part](), list[int](), list[int]()
         for table in tables:
             wanted = any(table is one for one in chosen)
@@ -238,6 +240,20 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
                 infos.append(info)
             else:
                 infos.append(_named(table))
+        warm = None if thermometer is None or not parts else thermometer_part(thermometer, options, parts)
+        sources = [*chosen]
+        if warm is not None and thermometer is not None:
+            place = next(k for k, table in enumerate(tables) if table is thermometer)
+            grid = warm.streams[0].grid
+            infos[place] = replace(
+                infos[place],
+                chosen=True,
+                rows=warm.rows,
+                rate=grid.rate,
+                rate_source=grid.source,
+                notes=warm.conversions,
+            )
+            sources, places, parts = [*sources, thermometer], [*places, place], [*parts, warm]
         if parts:
             parts = assemble.of_one_clock(parts)
             for k, made in zip(places, parts, strict=True):
@@ -246,9 +262,9 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
         for k, findings in zip(read, merged, strict=True):
             infos[k] = replace(infos[k], findings=findings)
         record = None
-        if chosen and len(parts) == len(chosen):
+        if chosen and len(parts) == len(sources):
             with contextlib.suppress(OptionError):  # raised again when the record is read
-                record = assemble.joined(parts, chosen, file)
+                record = assemble.joined(parts, sources, file)
     return Inspection(
         path=os.fsdecode(path), format=tables[0].format, tables=tuple(infos), question=question, record=record
     )

@@ -1,0 +1,68 @@
+"""Topics of a thermometer: messages of a temperature alone, ``sensor_msgs/Temperature``, beside those of a sensor."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.names import degrees_of
+from sigmatau.io.read.options import Options
+from sigmatau.io.read.table import Table
+from sigmatau.io.read.table_streams import Part, part
+from sigmatau.record.thermometers import PLAUSIBLE
+
+_TEMPERATURE = "temperature"
+_WITHOUT_VALUE = {"seq", "stamp", "log_time", "variance"}  # fields of such a message beside its value
+
+
+def split_thermometers(tables: Sequence[Table], chosen: Sequence[Table]) -> tuple[list[Table], Table | None]:
+    """The chosen topics of sensors, and the topic of a thermometer: a chosen one, or that of the same device.
+
+    Without a chosen one it is the only thermometer of the file, or the only one whose name begins with that of the device:
+    ``/imu/temperature`` of ``/imu/data``.
+    """
+    sensed = [table for table in chosen if not is_thermometer(table)]
+    if not sensed or len(tables) == 1:
+        return list(chosen), None
+    candidates = [table for table in chosen if is_thermometer(table)]
+    candidates = candidates or [table for table in tables if table.rows != 0 and is_thermometer(table)]
+    if len(candidates) > 1:
+        devices = {table.topic.rpartition("/")[0] or table.topic for table in sensed} | {t.topic for t in sensed}
+        candidates = [table for table in candidates if any(table.topic.startswith(f"{device}/") for device in devices)]
+    return sensed, candidates[0] if len(candidates) == 1 else None
+
+
+def is_thermometer(table: Table) -> bool:
+    """Whether the rows have a temperature, and nothing else but stamps and its variance."""
+    values = {re.sub(r"\s*\[.*", "", column.name).rpartition(".")[2] for column in table.columns} - _WITHOUT_VALUE
+    return values == {_TEMPERATURE}
+
+
+def thermometer_part(table: Table, options: Options, sensed: Sequence[Part]) -> Part | None:
+    """The stream of a thermometer; None if the sensors have one, or if it cannot be read or is not a temperature."""
+    if any(stream.quantity == _TEMPERATURE for each in sensed for stream in each.streams):
+        return None
+    (column,) = (c for c in table.columns if re.sub(r"\s*\[.*", "", c.name).rpartition(".")[2] == _TEMPERATURE)
+    chosen = replace(
+        options,
+        channels={_TEMPERATURE: column.name},
+        unit={_TEMPERATURE: degrees_of(column) or "degC"},  # of sensor_msgs/Temperature
+        scale={},
+        offset={},
+        rate=None,
+        rates={},
+        sensors=(),
+        input="rate",
+        interleaved=1,
+    )
+    try:
+        made = part(table, chosen)
+    except (DataError, OptionError):
+        return None
+    if not PLAUSIBLE[0] <= float(np.nanmedian(made.streams[0].column(_TEMPERATURE))) <= PLAUSIBLE[1]:
+        return None
+    return replace(made, conversions=(*made.conversions, f"temperature from column {column.name}"), units_stated=())

@@ -42,6 +42,11 @@ def make(folder: Path) -> None:
         analysed(log, folder / f"unit{unit}.json")
     analysed(folder / "static.csv", folder / "result.json")
     copied(folder / "result.json", folder / "static.json", folder / "running.json")
+    frequency = np.linspace(0.01, 50.0, 5000)
+    density = 1e-8 + 1e-11 / frequency
+    np.savetxt(
+        folder / "density.csv", np.c_[frequency, density], delimiter=",", header="frequency,density", comments=""
+    )
     (folder / "table1.csv").write_text(typed("arcsec", (0.973, 0.960, 0.919)))
     for day in range(1, 4):
         log = folder / f"day{day}.csv"

@@ -252,7 +252,9 @@ PROVOKED = {
         st.OptionError: (
             lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=0, sided="two"),
             lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=2, sided="both"),
+            lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=2, sided="two", tau0=-1.0),
         ),
+        TypeError: (lambda: st.fit_psd(np.arange(1.0, 20.0), np.ones(19), dof=2, sided="two", unit=None),),
     },
     "fit_slope": {
         TypeError: (lambda: st.fit_slope("curve", tau_min=1, tau_max=2),),

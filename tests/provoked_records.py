@@ -175,6 +175,7 @@ PROVOKED = {
         ),
         st.DataError: (lambda: st.bandwidth(arrays(gyro_x=np.zeros(2000))),),
         st.RecordTooShortError: (lambda: st.bandwidth(record(n=100)),),
+        TypeError: (lambda: st.bandwidth([np.zeros(10)]),),
     },
     "Bandwidths.plot": {st.OptionError: (lambda: st.bandwidth(record()).plot("gyro_q"),)},
     "psd": {

@@ -197,3 +197,19 @@ def test_json_and_figure():
     assert labels == ["50 Hz", "500 Hz"]
     with pytest.raises(st.OptionError, match="must be one of gyro_x"):
         found.plot("gyro_y")
+
+
+@pytest.mark.parametrize(
+    ("records", "options", "error", "words"),
+    [
+        ({}, {}, st.OptionError, "`records` is empty"),
+        ([], {}, st.OptionError, "`records` is empty"),
+        ({"a": np.zeros(10)}, {}, TypeError, "must be records"),
+        ([np.zeros(10)], {}, TypeError, "must be records"),
+        ([], {"tolerance": "x"}, st.OptionError, "`tolerance` must be between 0 and 1, not 'x'"),
+        ([], {"level": 2}, st.OptionError, "`level` must be between 0 and 1, not 2"),
+    ],
+)
+def test_what_is_no_record_and_no_share(records, options, error, words):
+    with pytest.raises(error, match=words):
+        st.bandwidth(records, **options)

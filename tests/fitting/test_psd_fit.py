@@ -102,3 +102,14 @@ def test_from_an_analyser_to_a_filter(tmp_path):
 def test_what_cannot_be_used(error, message, arguments):
     with pytest.raises(error, match=message):
         st.fit_psd(**({"frequency": F, "density": DENSITY, "dof": DOF, "sided": "two"} | arguments))
+
+
+def test_densities_of_any_size():
+    """The squares of densities near the ends of doubles do not overflow."""
+    f = np.geomspace(0.01, 50, 100)
+    density = 1e-8 * np.random.default_rng(known.seed_of("sizes")).chisquare(80, 100) / 80
+    sizes = [
+        st.fit_psd(f, density * size, dof=80, sided="two").model["random_walk"] / size**0.5
+        for size in (1, 1e-170, 1e170)
+    ]
+    assert sizes == pytest.approx([sizes[0]] * 3, rel=1e-9)

@@ -242,6 +242,9 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
         yield channel, length, rate, *texts, worth + (", DAMAGED" if damaged(analysis.findings) else "")
 
 
+_LIMITS = "below: 95 % upper limit; the intervals are in the results, --json FOLDER"
+
+
 def summary(outcomes: Sequence[Outcome]) -> str:
     """The table of all logs, in the order in which they were given."""
     head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "trust")
@@ -252,7 +255,8 @@ def summary(outcomes: Sequence[Outcome]) -> str:
         for first, row in ((i == 0, row) for i, row in enumerate(outcome.rows or [("", "", "", "", "", "", "failed")]))
     ]
     good = sum(not outcome.error for outcome in outcomes)
-    return "\n".join([*aligned([head, *rows]), "", f"{good} of {len(outcomes)} logs analysed"])
+    limits = [_LIMITS] if any(cell.startswith("below ") for row in rows for cell in row) else []
+    return "\n".join([*aligned([head, *rows]), *limits, "", f"{good} of {len(outcomes)} logs analysed"])
 
 
 def names(logs: Sequence[Path]) -> list[str]:

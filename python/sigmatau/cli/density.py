@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from sigmatau._version import __version__
@@ -151,7 +152,8 @@ def _fitted(measured: MeasuredDensity, averages: float, tau0: float | None, *, q
 
 
 def _table(name: str, curve: AvarFromPsd, measured: MeasuredDensity, quantity: str) -> str:
-    text, factor = display_units("bias_instability", quantity, measured.unit)[-1]
+    middle = float(np.median(curve.adev)) if len(curve.tau) else 0.0
+    text, factor = display_units("bias_instability", quantity, measured.unit, [middle])[-1]
     band = f"from {curve.f_min:.4g} to {curve.f_max:.4g} Hz"
     head = f"{name}: Allan deviation [{text}] of a {measured.sided}-sided density {band}"
     lines = [head, f"  {'τ [s]':>10}  {'σ':>11}  at most, with what is outside the band"]

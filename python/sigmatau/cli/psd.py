@@ -205,7 +205,7 @@ def _ratios(compared: Comparison) -> dict[float, str]:
     """Ratios by frequency, in the bands of the densities."""
     low, high = compared.interval()
     rows = zip(compared.frequency, compared.ratio, low, high, strict=True)
-    return {float(f): f"{r:.4f} [{a:.4f}, {b:.4f}]" for f, r, a, b in rows}
+    return {float(f): " ".join(round_to_error(*ends).cells) for f, *ends in rows}
 
 
 def _content(found: Spectra, compared: Mapping[str, Comparison]) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def lines_by_hand(analysis: Analysis) -> list[str]:
     lines = []
     for channel, read in analysis.read_off.items() if analysis.fits else ():
         texts = [
-            f"{TERMS[name].label(read.quantity)} {' '.join(read.texts(name)[0])} ({one.region})"
+            f"{TERMS[name].label(read.quantity)} {' '.join(read.texts(name)[-1])} ({one.region})"
             for name, one in read.items()
             if one.range_from == "given"
         ]

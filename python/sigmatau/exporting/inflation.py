@@ -189,7 +189,8 @@ class Inflation(Printed):
         return min(smaller, key=lambda cause: cause.factor.value or 1.0).text if smaller else ""
 
     def __repr__(self) -> str:
-        rows: list[tuple[str, ...]] = [("", "", "at rest", "running", "", "factor")]
+        level = next(iter(self.rest.values())).level
+        rows: list[tuple[str, ...]] = [("", "", "at rest", "running", "", f"factor, {100 * level:g} %")]
         shown = ""
         for one in self.factors:
             at_rest, running = self.rest[one.channel], self.running[one.channel]

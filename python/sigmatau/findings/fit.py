@@ -318,12 +318,12 @@ class SecondExplanation(Details, code="second_explanation"):
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []
         for name, value in terms:
-            unit, factor = display_units(name, self.quantity, self.rate_unit, [value])[0]
+            unit, factor = display_units(name, self.quantity, self.rate_unit, [value])[-1]
             label = TERMS[name].label(self.quantity)
             article = "an" if label[0] in "aeiou" else "a"
             parts.append(f"{article} {label} of {two_digits(value / factor)} {unit}")
         sigmas = [sigma for sigma, _ in processes]
-        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[0]
+        unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[-1]
         for sigma, time in processes:
             size = f"{two_digits(sigma / factor)} {unit}"
             parts.append(f"a Gauss-Markov process of {size} over {duration_text(time)}")

@@ -61,6 +61,8 @@ def bandwidth(
     ------
     OptionError
         For a channel that no record has, or a tolerance or level out of range.
+    TypeError
+        If something else than records is given.
     DataError
         If a log contradicts the others, as another sensor or another configuration does; if there are no channels.
     RecordTooShortError
@@ -91,10 +93,9 @@ def bandwidth(
     >>> result.shape, result.bandwidth.low < 30 < result.bandwidth.high
     ('one pole', True)
     """
-    if not 0 < tolerance < 1:
-        raise OptionError(f"{{option}} must be between 0 and 1, not {tolerance!r}", option="tolerance")
-    if not 0 < level < 1:
-        raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
+    for option, share in (("tolerance", tolerance), ("level", level)):
+        if not (isinstance(share, int | float) and 0 < share < 1):
+            raise OptionError(f"{{option}} must be between 0 and 1, not {share!r}", option=option)
     named = _named(records)
     available = dict.fromkeys(
         c for r in named.values() for s in r.streams if s.quantity != "temperature" for c in s.channels
@@ -111,10 +112,12 @@ def bandwidth(
 
 def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
     """The records by name: their own, that of their file, or their rate."""
-    if isinstance(records, Mapping):
-        return dict(records)
-    named: dict[str, Record] = {}
-    for k, record in enumerate([records] if isinstance(records, Record) else records, 1):
+    named: dict[str, Record] = dict(records) if isinstance(records, Mapping) else {}
+    unnamed = [] if named or isinstance(records, Mapping) else [records] if isinstance(records, Record) else records
+    for record in (*named.values(), *unnamed):
+        if not isinstance(record, Record):
+            raise TypeError(f"`records` must be records, e.g. of sigmatau.read, not a {type(record).__name__}")
+    for k, record in enumerate(unnamed, 1):
         name = record.provenance.path or f"{record.streams[0].grid.rate:.6g} Hz"
         named[f"{name} ({k})" if name in named else name] = record
     if not named:

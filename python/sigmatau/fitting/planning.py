@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.gls import Components, Gls
-from sigmatau.digits import significant, two_digits
+from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, coefficient, half_octaves, power_of_interval
 from sigmatau.model.channel import ChannelModel
@@ -122,7 +122,7 @@ class Plan(Printed):
                 lines.append(f"{head} of {half} (50 % probability) or {most} (90 %)")
             if self.error is not None and self.duration is not None:
                 what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
-                how = f"determines {what} to ± {two_digits(100 * self.error)} %, one standard error"
+                how = f"determines {what} to ± {significant(100 * self.error, 2, zeros=True)} %, one standard error"
                 how = how if self.error < _MOST_ERROR else f"does not determine {what}: its standard error exceeds 50 %"
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
         return lines_text(wrapped(lines, indent=4))

@@ -18,7 +18,7 @@ from sigmatau.fitting.components import LINEAR
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.density_sources import check_density, rising_frequencies
-from sigmatau.model.psd_avar import Sided, check_nyquist
+from sigmatau.model.psd_avar import Sided, check_interval, check_nyquist
 from sigmatau.noise.terms import TERMS, display_units, psd
 from sigmatau.results import Printed, lines_text, plain
 from sigmatau.units import find
@@ -85,7 +85,8 @@ class PsdFit(Printed):
         return plain(self, "p f_min_hz=f_min f_max_hz=f_max level", unit=self.model.unit, **values)
 
     def __repr__(self) -> str:
-        lines = [f"density from {self.f_min:.4g} to {self.f_max:.4g} Hz, p = {self.p:.2g}"]
+        band = f"density from {self.f_min:.4g} to {self.f_max:.4g} Hz"
+        lines = [f"{band}, p = {self.p:.2g}; {100 * self.level:g} % intervals"]
         if not self.is_adequate:
             lines.append("  the terms do not describe this density: no interval holds")
         for name in LINEAR:
@@ -144,8 +145,10 @@ def fit_psd(
         For a density that is not positive or not finite, for frequencies that do not rise, fewer than ten of them, or if no
         term is observed.
     OptionError
-        For degrees of freedom that are not positive, another `sided`, a unit that is not SI, frequencies above 1/(2·tau0),
-        an unknown term, a level outside 0.5 … 0.999.
+        For degrees of freedom that are not positive, another `sided`, a unit that is not SI, a `tau0` that is not positive,
+        frequencies above 1/(2·tau0), an unknown term, a level outside 0.5 … 0.999.
+    TypeError
+        If `unit` is not a text.
 
     See Also
     --------
@@ -156,7 +159,8 @@ def fit_psd(
     -----
     Each density P is S·χ²/dof, so that −2 ln L = Σ dof·(ln S + P/S), S = Σ c²·s(f) over the terms with c² ≥ 0 [1]_. A
     term is observed if the likelihood without it is smaller than half the χ² of one degree of freedom at 2·level − 1. Its
-    interval is that of the profile likelihood; the limit of a term that is not observed is the upper end of its interval.
+    interval is that of the profile likelihood, with all terms and with the observed ones; the limit of a term that is not
+    observed is the upper end of its interval.
 
     References
     ----------
@@ -170,7 +174,7 @@ def fit_psd(
     >>> use = spectrum.frequency > spectrum.trusted
     >>> f, s, dof = spectrum.frequency[use], spectrum.density[use], spectrum.dof[use]
     >>> st.fit_psd(f, s, dof=dof, sided="two", tau0=0.1)
-    density from 0.01221 to 4.794 Hz, p = 0.2
+    density from 0.01221 to 4.794 Hz, p = 0.2; 95 % intervals
       quantization             below 0.98 arcsec: not observed
       angle random walk        0.3408 [0.3273, 0.3473] deg/√h
       bias instability         42.2 [40.3, 43.7] deg/h
@@ -179,6 +183,7 @@ def fit_psd(
     if sided not in ("one", "two"):
         raise OptionError(f"{{option}} must be 'one' or 'two', not {sided!r}", option="sided")
     check_level(level)
+    check_interval(tau0)
     _check_unit(unit)
     f = rising_frequencies(frequency)
     measured = np.asarray(density)
@@ -194,21 +199,29 @@ def fit_psd(
     check_nyquist(float(f[-1]), tau0)
     names = [name for name in LINEAR if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
     shapes = np.array([psd(name, 1.0, f, tau0=tau0) for name in names])
-    fitted = _Likelihood(measured * (0.5 if sided == "one" else 1.0), weights, shapes)
+    scale = float(np.exp(np.log(measured).mean()))  # so that squares of very small and very large densities are numbers
+    fitted = _Likelihood(measured / scale * (0.5 if sided == "one" else 1.0), weights, shapes)
     best = fitted.maximum()
     rise, threshold = (float(chi2_quantile_above([1.0], [q])[0]) for q in (1 - level, 2 - 2 * level))
     ends = {name: fitted.profile(k, best, rise) for k, name in enumerate(names)}
     observed = [k for k in range(len(names)) if fitted.without(k) - best.value > threshold]
     if not observed:
         raise DataError("no noise term is observed in the density; it may have too few degrees of freedom")
-    values = _Likelihood(fitted.measured, weights, shapes[observed]).maximum().theta
+    chosen = _Likelihood(fitted.measured, weights, shapes[observed])
+    maximum = chosen.maximum()
+    values = maximum.theta
     present = [names[k] for k in observed]
+    if len(present) < len(names):  # with few degrees of freedom the other terms take a part of these
+        for k, name in enumerate(present):
+            low, high = chosen.profile(k, maximum, rise)
+            ends[name] = min(ends[name][0], low), max(ends[name][1], high)
     p = fitted.p_value(values @ shapes[observed], len(observed))
     adequate = p >= _MISFIT
-    intervals = {name: (math.sqrt(ends[name][0]), math.sqrt(ends[name][1])) for name in present}
-    limits = {name: math.sqrt(ends[name][1]) for name in names if name not in present}
+    root = math.sqrt(scale)
+    intervals = {name: (root * math.sqrt(ends[name][0]), root * math.sqrt(ends[name][1])) for name in present}
+    limits = {name: root * math.sqrt(ends[name][1]) for name in names if name not in present}
     model = ChannelModel(
-        terms={name: math.sqrt(value) for name, value in zip(present, values, strict=True)},
+        terms={name: root * math.sqrt(value) for name, value in zip(present, values, strict=True)},
         quantity=QUANTITIES.get(unit, "signal"),
         unit=unit,
         intervals=intervals if adequate else {},
@@ -221,6 +234,8 @@ def fit_psd(
 
 def _check_unit(unit: str) -> None:
     """Raise `OptionError` for a unit of a rate that is not SI."""
+    if not isinstance(unit, str):
+        raise TypeError(f"`unit` must be a text such as 'rad/s', not {unit!r}")
     try:
         rate_unit = find(unit)
     except ValueError:  # the unit of another signal

@@ -264,7 +264,8 @@ class SensorBandwidth(Printed):
             (f"{label} without aliasing", self.random_walk, factor, text),
             (f"rate for aliasing < {100 * self.tolerance:.3g} %", self.rate_needed, 1.0, "Hz"),
         ]
-        cells = [(label, f"{_text(interval, size)} {unit}") for label, interval, size, unit in rows]
+        cells = [("", f"{100 * self.level:g} % interval")]
+        cells += [(label, f"{_text(interval, size)} {unit}") for label, interval, size, unit in rows]
         if self.verdict != "rate too low":
             low, high = (f"{rate:.3g}" for rate in self.paper_rates)
             cells.append(("the paper: 3 to 5 times the bandwidth", f"{low} to {high} Hz"))

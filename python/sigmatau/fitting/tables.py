@@ -63,7 +63,7 @@ def fit_table(
                     label = term.label(fitted.quantity) if k == 0 else "  ="
                     rows.append((f"  {label}", value, interval, unit))
             elif fitted.has_limits:
-                value, _, unit = texts[0]
+                value, _, unit = texts[-1]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 rows.append((f"  {term.label(fitted.quantity)}", text))
         rows += [_mean_row(fitted, one) for one in means.get(channel, ())]
@@ -85,7 +85,7 @@ def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
     """The coefficients that were read off and where, and observed terms that other noise hides, in words."""
     found = [
-        f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[0])} ({read[name].region})"
+        f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[-1])} ({read[name].region})"
         for name in fitted
         if name in read
     ]

@@ -270,7 +270,7 @@ def _turn_on(comparison: RunComparison) -> list[str]:
     factors = ""
     if one.tau and one.tau_low is not None and one.tau_high is not None:
         low, high = one.tau_low / one.tau, one.tau_high / one.tau
-        factors = f" ({100 * comparison.level:g} % interval: × {low:.2f} to × {high:.2f})"
+        factors = f" ({100 * comparison.level:g} % interval: × {two_digits(low)} to × {two_digits(high)})"
     start = "turn-on bias" if comparison.by == "unit" else "bias"
     return wrapped([f"{start}, STD: {'; '.join(parts)}{factors}"])
 
@@ -353,7 +353,8 @@ def _paper_table(
         title = run.serial if comparison.by == "run" and run.serial else run.name
         cells.append((title, *(f"{one[id(run)]:.{digits}f}" if id(run) in one else "-" for one in values)))
     found = [comparison.row(at) for at in rows]
-    cells.append(("STD", *("" if one.std is None else f"{one.std / size:.{digits}f}" for one in found)))
+    stds = (None if row.std is None else row.std / size for row in found)
+    cells.append(("STD", *("" if std is None else _std_text(std, digits) for std in stds)))
     if term != MEAN:
         spreads = [_spread(label, one) for label, one in zip(labels, found, strict=True)]
         cells.append(("STD %", *(one[0] for one in spreads)))
@@ -369,6 +370,11 @@ def _paper_table(
                 texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size) for at in rows)
                 cells.append((title, *texts))
     return [name, *aligned(cells)]
+
+
+def _std_text(std: float, digits: int) -> str:
+    """A standard deviation with the decimals of its values, and with two digits where these show fewer."""
+    return f"{std:.{digits}f}" if std >= 10.0 ** (1 - digits) else significant(std, 2, zeros=True)
 
 
 def _rule_text(std: float, error: float, symbol: str, size: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from sigmatau.digits import two_digits
+from sigmatau.digits import significant
 from sigmatau.lots.lot_remark import State
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import printable
@@ -41,7 +41,7 @@ def count_text(counts: Mapping[State, int], *, spec: str) -> str:
 
 def percent(ratio: float) -> str:
     """A small relative number in per cent: ``"3.4"``."""
-    return two_digits(100 * ratio) if ratio > 0 and math.isfinite(ratio) else "0"
+    return significant(100 * ratio, 2, zeros=True) if ratio > 0 and math.isfinite(ratio) else "0"
 
 
 def listed(names: Iterable[str], most: int = 3) -> str:

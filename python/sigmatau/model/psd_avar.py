@@ -221,8 +221,7 @@ def avar_from_psd(
         raise OptionError(f"{{option}} must be 'one' or 'two', not {sided!r}", option="sided")
     if between not in (None, "power law", "linear"):
         raise OptionError(f"{{option}} must be 'power law' or 'linear', not {between!r}", option="between")
-    if tau0 is not None and not (isinstance(tau0, int | float) and math.isfinite(tau0) and tau0 > 0):
-        raise OptionError(f"{{option}} must be a positive number of seconds, not {tau0!r}", option="tau0")
+    check_interval(tau0)
     factor = 0.5 if sided == "one" else 1.0
     if callable(density):
         if between is not None:
@@ -272,6 +271,12 @@ def _check_slopes(slope_below: float, slope_above: float, tau0: float | None) ->
             f"{{option}} must be below 1, not {slope_above!r}: eq. (11) is infinite; of samples give `tau0`",
             option="slope_above",
         )
+
+
+def check_interval(tau0: float | None) -> None:
+    """Raise `OptionError` for a sample interval that is not a positive number of seconds."""
+    if tau0 is not None and not (isinstance(tau0, int | float) and math.isfinite(tau0) and tau0 > 0):
+        raise OptionError(f"{{option}} must be a positive number of seconds, not {tau0!r}", option="tau0")
 
 
 def check_nyquist(f_max: float, tau0: float | None) -> None:

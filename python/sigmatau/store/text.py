@@ -110,7 +110,8 @@ def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> st
     lines = [", ".join(part for part in head if part)]
     if isinstance(result, FailedAnalysis):
         return lines_text([*lines, f"failed: {result.message}"])
-    rows = [("channel", "term", "value", "interval", "unit", "verdict", "trust")]
+    levels = {f"{100 * fitted.level:g} % interval" for fitted in result.fits.values()}
+    rows = [("channel", "term", "value", *(levels if len(levels) == 1 else ["interval"]), "unit", "verdict", "trust")]
     for name, fitted in result.fits.items():
         rows += [(name, term, *_number(term, fitted), fitted.verdict, fitted.trust or "") for term in fitted.terms]
     return lines_text([*lines, *(aligned(rows) if len(rows) > 1 else [_WITHOUT_FIT.get(row["state"], "no fit")])])

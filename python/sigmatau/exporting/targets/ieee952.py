@@ -74,13 +74,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
             shown, interval = round_to_error(value / size, *bounds).cells
             if not interval and not model.duration:  # stated, and not of a fit
                 shown = f"{value / size:.6g}"
-            percent = (
-                f"{interval} ({100 * model.level:g} %)"
-                if interval
-                else _NO_INTERVAL
-                if model.adequate
-                else doubt_text(model)
-            )
+            percent = _interval_text(model, term, interval, size)
             rows.append((letter, label, f"{shown} {text}", percent, f"{measured(value)} {si}"))
         return rows
     if term in model.limits:
@@ -92,6 +86,14 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
     if model.duration or not model.adequate:  # of a fit
         return [(letter, label, _UNKNOWN, "" if model.adequate else "no model fits", "")]
     return [(letter, label, _NOT_IN_MODEL, "", "")]
+
+
+def _interval_text(model: ChannelModel, term: str, interval: str, size: float) -> str:
+    """The interval of a value with its level, the limit of one that the record does not show alone, or why it has none."""
+    if interval or (term in model.limits and model.adequate):
+        text = interval or f"or less: {limit_text(model.limits[term] / size)}"
+        return f"{text} ({100 * model.level:g} %)"
+    return _NO_INTERVAL if model.adequate else doubt_text(model)
 
 
 def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:

@@ -269,7 +269,7 @@ class Tuning(Printed):
         span = duration_text(self.n * self.interval)
         lines = [
             f"{self.channel}   {self.n} innovations, one every {seconds(self.interval)} s, {span}",
-            f"  NIS {nis}, in a consistent filter 1",
+            f"  NIS {nis} ({100 * self.level:g} % interval), in a consistent filter 1",
         ]
         table = [("noise of the filter", "assumed, SI", f"factor on it, {100 * self.level:g} % interval")]
         for factor in self.factors:

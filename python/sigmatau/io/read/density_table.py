@@ -21,6 +21,7 @@ from sigmatau.io.read.table import Table
 Sided = Literal["one", "two"]
 
 _FREQUENCIES = {"f", "freq", "freqs", "frequency", "frequencies", "fourier", "hz"}
+_TIMES = {"t", "time", "timestamp", "stamp", "seconds"}
 _HERTZ = {"Hz": 1.0, "kHz": 1e3, "mHz": 1e-3, "MHz": 1e6}
 _IN_BRACKETS = re.compile(r"[\[(]((?:[^\[\]()]|\([^()]*\))+)[\])]")
 _SIDED = re.compile(r"\b(one|single|1|two|double|2)[- _]?sided\b", re.IGNORECASE)
@@ -129,6 +130,8 @@ def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
             raise OptionError(f"{Hint('columns')}: {key!r} is not frequency or density", option="columns")
     places = {key: _place(names, text, listed) for key, text in columns.items()}
     if "frequency" not in places:
+        if any(_words(name)[:1] and _words(name)[0] in _TIMES for name in names):
+            raise DataError("has times, not frequencies. sigmatau psd FILE computes the density of a log")
         matching = [
             k for k, name in enumerate(names) if _words(_bare(name))[:1] and _words(_bare(name))[0] in _FREQUENCIES
         ]

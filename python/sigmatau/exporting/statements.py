@@ -62,8 +62,16 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
     share = SHARE_OF_UNOBSERVED.get(numbers.choices.unobserved, "")
     text = worst.text()
     return [
-        f"{text[0].upper()}{text[1:]}{every}." + f" Terms that were not observed count {share}." * assumed,
+        f"{text[0].upper()}{text[1:]}{every}."
+        + f" Terms that were not observed count {share}." * assumed
+        + factors_remark(numbers, sensor),
     ]
+
+
+def factors_remark(numbers: Numbers, sensor: str) -> str:
+    """A sentence on the noise that the filter meets, if the file has factors on the numbers of a sensor."""
+    has_factors = any(numbers.factor(term, sensor) != 1 for term in ("random_walk", "rate_random_walk"))
+    return " This is for the noise of the sensor without the factors of the file." * has_factors
 
 
 def _judged(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sigmatau._native.distributions import chi2_above, chi2_quantile_above
+from sigmatau._native.distributions import chi2_above, chi2_quantile_above, student_below
 from sigmatau.arrays import SIGMA_OF_MAD, Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
@@ -24,6 +24,7 @@ _CHANCE = 0.04
 _REJECTION = 0.01  # probability that the true single cause is rejected
 
 _CLUSTERS = 8  # fewest independent averages; the interval of fewer is wider than a factor of 3
+_LOWEST = 5  # frequencies whose mean power is the density of a mean that no filter explains
 _OFFSET = 0.001  # probability that the mean of innovations without an offset is called one
 _MISFIT = 0.003  # probability that a filter whose factors alone are wrong is called not explained
 _TAILS = (0.05, 0.95)  # quantiles of S and of the intervals of time, without rare gaps
@@ -129,10 +130,11 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
     factors: tuple[NoiseFactor, ...] = ()
     causes: tuple[NoiseFactor, ...] = ()
     p_misfit: float | None = None
+    slowest: float | None  # density at the lowest frequency, if it is explained
     verdict: Verdict
     if filter_ is None:
         p_value = wide.misfit(np.ones(len(wide.power)), 0)
-        slowest = 1.0
+        slowest = None
         verdict = "inconsistent" if p_value < _CHANCE else "consistent"
     else:
         _require_stationary(data)
@@ -142,7 +144,7 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
         best = shares.fit(range(len(names)))
         density = np.exp(best.logs) @ np.array(list(matrices.shares(wide.frequency).values()))
         p_misfit = wide.misfit(density, len(names))
-        slowest = float(shares.density(best.logs)[0])
+        slowest = float(shares.density(best.logs)[0]) if p_misfit >= _MISFIT else None
         alone = np.array([shares.fit((k,)).deviance for k in range(len(names))])
         p_value = _significance(shares.fit(()).deviance, alone, best.deviance)
         assumed = _assumed(filter_, matrices, data.stated)
@@ -161,8 +163,7 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
             causes = tuple(factors[k] for k in chosen) or tuple(factor for factor in factors if factor.has_error)
             if len(chosen) > 1 or not causes:
                 verdict, causes = "ambiguous", causes or factors
-    p_mean = float(chi2_above(1, series.mean() ** 2 * len(series) / slowest))
-    if p_mean < _OFFSET:
+    if _chance_of_mean(series, whole, slowest) < _OFFSET:
         verdict, causes = "offset", ()
     outlying = np.flatnonzero(np.abs(series) > _OUTLYING * SIGMA_OF_MAD * float(np.median(np.abs(series))))
     if outlying.size and verdict != "consistent":
@@ -185,6 +186,14 @@ def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float)
         outliers=len(outlying),
         first_outlier=float(data.time[outlying[0]]) if outlying.size else None,
     )
+
+
+def _chance_of_mean(series: Floats, periodogram: Periodogram, density: float | None) -> float:
+    """p-value of the mean: n·mean² is χ² about the density at frequency 0, or Student's t² about that of the lowest ones."""
+    if density is not None:
+        return float(chi2_above(1, series.mean() ** 2 * len(series) / density))
+    measured = float(np.mean(periodogram.power[:_LOWEST]))
+    return 2 * float(student_below(2 * _LOWEST, -abs(series.mean()) * math.sqrt(len(series) / measured)))
 
 
 def _require_stationary(data: Innovations) -> None:

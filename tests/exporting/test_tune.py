@@ -207,6 +207,15 @@ def test_an_offset_is_not_consistent():
         assert "has an offset that the filter does not estimate" in " ".join(repr(result).split())
 
 
+def test_slow_noise_and_a_wrong_unit_are_no_offset():
+    """Without a filter that explains them, the error of the mean is that of the slowest innovations, whatever their unit."""
+    runs, filter_ = data("slow", factors=(1.0, 1.0, 0.1), runs=20)
+    assert sum(st.tune(series)["innovation"].verdict == "offset" for series in runs) <= 1
+    scaled = st.Innovations(time=runs[0].time, innovation=1e6 * runs[0].innovation, variance=runs[0].variance)
+    assert st.tune(scaled)["innovation"].verdict == "inconsistent"
+    assert st.tune(scaled, filters=filter_)["innovation"].verdict == "not explained"
+
+
 def test_without_a_filter():
     (series,), _ = data("unknown")
     assert st.tune(series)["innovation"].verdict == "consistent"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from sigmatau.digits import two_digits
+from sigmatau.digits import round_to_error, two_digits
 from sigmatau.findings.finding import Details, Finding, Words
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
@@ -50,6 +50,8 @@ class ComparedValue(OfLot):
         Unit in which value and limit are told.
     factor : float
         Factor from this unit to that of value and limit.
+    low, high : float or None
+        Interval of the value. [`factor` of `unit`]
     """
 
     what: str
@@ -58,6 +60,17 @@ class ComparedValue(OfLot):
     ratio: float | None = None
     unit: str = ""
     factor: float = 1.0
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def measured(self) -> str:
+        """The value with its interval."""
+        if self.value is None or self.low is None or self.high is None:
+            return self._amount(self.value)
+        return round_to_error(*(number / self.factor for number in (self.value, self.low, self.high))).with_unit(
+            self.unit
+        )
 
     def _amount(self, value: float | None) -> str:
         return "unknown" if value is None else f"{value / self.factor:.3g} {self.unit}".rstrip()
@@ -71,7 +84,7 @@ class AboveMaximum(ComparedValue, code="above_maximum"):
         maximum = f"the maximum {self._amount(self.limit)}"
         if self.value is None or self.ratio is None:
             return Words(f"{self.what} is above {maximum}")
-        return Words(f"{self.what} {self._amount(self.value)} is {difference(self.ratio)} {maximum}")
+        return Words(f"{self.what} {self.measured} is {difference(self.ratio)} {maximum}")
 
 
 @frozen
@@ -91,7 +104,7 @@ class Undecided(ComparedValue, code="undecided"):
             first, second = ("one", "two") if self.convention == "sided" else ("minimum", "coefficient")
             choice = f"{Hint(self.convention, value=first)} or {second}"
             return Words(f"{self.what}: the datasheet does not state the convention; give {choice}")
-        at = "is not observed" if self.value is None else self._amount(self.value)
+        at = "is not observed" if self.value is None else self.measured
         return Words(f"{self.what} {at}: the interval contains the maximum {self._amount(self.limit)}; record longer")
 
 

@@ -82,6 +82,8 @@ def _above(judged: Judged) -> Remark:
         ratio=None if value is None else value / reading.maximum.limit,
         unit=text,
         factor=factor * reading.meaning.factor,
+        low=reading.measured.low,
+        high=reading.measured.high,
     )
     return remark(details, "limit", (judged.channel,))
 
@@ -97,6 +99,8 @@ def _undecided(judged: Judged) -> Remark:
         limit=reading.maximum.limit,
         unit=text,
         factor=factor * reading.meaning.factor,
+        low=reading.measured.low,
+        high=reading.measured.high,
         convention=None if not several else "sided" if judged.claim.key == "noise_density" else "bias",
     )
     return remark(details, "judging", (judged.channel,))

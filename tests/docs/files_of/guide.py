@@ -60,8 +60,6 @@ def make(folder: Path) -> None:
     for name, rate in (("slow.txt", 50.0), ("fast.txt", 500.0)):
         record = filtered(name, rate, AXES[:3])
         np.savetxt(folder / name, np.column_stack([record.streams[0].column(axis) for axis in AXES[:3]]))
-    density = 1e-8 * np.random.default_rng(1).chisquare(100, 200) / 100
-    table(folder / "density.csv", np.column_stack([np.geomspace(0.01, 50, 200), density]), "frequency,density")
     write_innovations(folder / "innovations.csv", {"x": ("nu_gyro_x", "S_gyro_x")}, walk=1e-5, duration=120.0)
     write_innovations(folder / "run.csv", {"x": ("r0", "s0"), "y": ("r1", "s1")}, walk=1e-5, duration=120.0)
     # A program that prints samples, in place of the one of the reader

@@ -153,7 +153,8 @@ def main() -> None:
     verdict = "holds" if share / 100 >= _least(POOLED, len(pooled)) else "does NOT hold"
     tail = [f"\nThe limit of {100 * POOLED:g} % for all kinds together {verdict}.\n"]
     tail += ["Kinds that do not hold a limit:\n", *failing, ""] if failing else ["Every kind holds its limits.\n"]
-    Path("docs/study/other-noise.md").write_text("\n".join([head, *lines, *tail]), encoding="utf-8")
+    page = "\n".join([head, *lines, *tail, _LIMITS])
+    Path("docs/study/other-noise.md").write_text(page, encoding="utf-8")
 
 
 _HEAD = """# Noise that is not one of five slopes
@@ -175,6 +176,19 @@ curve of a `good` record is off by more than three times its band in 1 %.
 
 | kind | trust | N | B | K | Q | observed | false | named | parts | curve |
 |---|---|---|---|---|---|---|---|---|---|---|"""
+
+
+_LIMITS = """
+## What a single record does not show
+
+- **Flicker noise f^-0.9**: its curve is off by 1 to 5 % at 5 to 15 s, where it crosses the white noise. The fit has f^-1;
+  the interval of the curve contains other exponents only if they explain the record as well and are named.
+- **Flicker noise f^-1.5**: B has no single value, because the curve rises with τ. Its interval contains the value at
+  0.01 Hz in 73 % of 60 records of an independent simulator.
+- **A record interpolated from 99.7 to 50 Hz without an anti-alias filter**: the folded noise is white, and N is 15 %
+  larger than that of the sensor. The record cannot show this; logs at two rates do:
+  [`sigmatau bandwidth`](../how-to/bandwidth.md).
+"""
 
 
 if __name__ == "__main__":

@@ -53,10 +53,7 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
     if numbers.missing or not any(truth.slow for truth in truths):
         return []
     judged = [_judged(numbers, sensor, *pair) for pair in pairs]
-    worst = max(judged, key=lambda pair: -pair.stated[1].share)
-    if not worst.is_honest():
-        severity: Severity = "warning" if worst.is_overconfident() else "info"
-        numbers.add_finding(Finding(severity=severity, details=worst))
+    worst = worst_of_axes(numbers, judged)
     every = f" (the worst of {len(judged)} axes)" if len(judged) > 1 else ""
     assumed = any(truth.assumed for truth in truths)
     share = SHARE_OF_UNOBSERVED.get(numbers.choices.unobserved, "")
@@ -66,6 +63,15 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
         + f" Terms that were not observed count {share}." * assumed
         + factors_remark(numbers, sensor),
     ]
+
+
+def worst_of_axes(numbers: Numbers, judged: Sequence[PairConsistency]) -> PairConsistency:
+    """The axis whose filter states least of its error at the horizon; adds it as a finding if it is not right."""
+    worst = min(judged, key=lambda pair: pair.stated[1].share)
+    if not worst.is_honest():
+        severity: Severity = "warning" if worst.is_overconfident() else "info"
+        numbers.add_finding(Finding(severity=severity, details=worst))
+    return worst
 
 
 def factors_remark(numbers: Numbers, sensor: str) -> str:

@@ -174,7 +174,7 @@ class PairConsistency(Details, code="pair_consistency"):
     sensor : str
         "gyro" or "accel".
     walk : float
-        The written rate random walk. [SI]
+        The written rate random walk; 0 with a Gauss-Markov bias in its place. [SI]
     horizon : float
         Time of use without measurements. [s]
     nees : float
@@ -189,11 +189,12 @@ class PairConsistency(Details, code="pair_consistency"):
     nees: float
     stated: tuple[StatedError, ...]
 
-    def text(self, assumed: str = "N and K") -> str:
+    def text(self, assumed: str = "") -> str:
         """``gyro N and K: a filter states … of its error after 60 s, … after 10 min; bias covariance …``."""
         *_, at_horizon, later = self.stated
+        numbers = assumed or ("N and K" if self.walk else "Gauss-Markov bias")
         return (
-            f"{self.sensor} {assumed}: a filter states {at_horizon.share:.2f} of its error after"
+            f"{self.sensor} {numbers}: a filter states {at_horizon.share:.2f} of its error after"
             f" {duration_text(at_horizon.time)}, {later.share:.2f} after {duration_text(later.time)}; bias covariance"
             f" {self._bias_text()}"
         )
@@ -216,11 +217,9 @@ class PairConsistency(Details, code="pair_consistency"):
     def words(self, finding: Finding) -> Words:
         if 1 / _HONEST <= self.nees <= _HONEST:
             return Words(self.text())
-        return Words(
-            self.text(),
-            f"{Hint('horizon')} sets another time of use; {Hint('consistent', value='bias')} makes the bias covariance"
-            " right instead",
-        )
+        horizon = f"{Hint('horizon')} sets another time of use"
+        bias = f"; {Hint('consistent', value='bias')} makes the bias covariance right instead"
+        return Words(self.text(), f"{horizon}{bias if self.walk else ''}")
 
 
 @frozen

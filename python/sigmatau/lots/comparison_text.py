@@ -164,9 +164,11 @@ def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[
         lines.append((" " * gap).join(text.ljust(width) for text, width in zip(shown, widths, strict=True)).rstrip())
     if all(comparison.cells.seen[at] < 2 for at in rows):
         return [*lines, _nothing(what)]
+    is_tested = any(judgements[at] != "without_errors" for at in rows)
+    spread = "the true values, errors removed" if is_tested else "the values, with their unknown errors"
     return [
         *lines,
-        f"between {what}s: spread of the true values, errors removed [{level} % interval]",
+        f"between {what}s: spread of {spread} [{level} % interval]",
         f"next ±: {level} % prediction interval of one more {what}, around the mean",
     ]
 

@@ -205,8 +205,8 @@ def _limit(channel: ChannelModel, term: str) -> str:
     """The upper limit of a term in a usual unit and in SI."""
     limit = channel.limits[term]
     unit, factor = display_units(term, channel.quantity, channel.unit, [limit])[0]
-    in_si = f"{limit:.2g} {channel.unit_of(term)}"
-    return f"{significant(limit / factor, 2, zeros=True)} {unit} = {in_si}, {_percent(channel.level)} limit"
+    in_si = "" if factor == 1 else f" = {limit:.2g} {channel.unit_of(term)}"
+    return f"{significant(limit / factor, 2, zeros=True)} {unit}{in_si}, {_percent(channel.level)} limit"
 
 
 def _percent(level: float) -> str:

@@ -15,7 +15,7 @@ from sigmatau.exporting.axes import by_axis, noises
 from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.consistent import HORIZON, consistent_process, judge_process
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, process, replaced_noise
-from sigmatau.exporting.statements import SHARE_OF_UNOBSERVED, factors_remark
+from sigmatau.exporting.statements import SHARE_OF_UNOBSERVED, factors_remark, worst_of_axes
 from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
 from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on_axes
@@ -124,13 +124,13 @@ def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
         for name, bias in zip(names, biases, strict=False)
         if each or name == names[0]
     ]
-    worst = min(judged, key=lambda pair: pair.stated[1].share)
+    worst = worst_of_axes(numbers, judged)
     run = duration_text(run_of_process(horizon, next(iter(biases)).time))
     share = SHARE_OF_UNOBSERVED.get(numbers.choices.unobserved, "")
     is_assumed = any(truth.assumed for truth in numbers.truths(names))
     assumed = f" Terms that were not observed count {share}." if is_assumed else ""
     every = f", the worst of {len(judged)} axes" if len(judged) > 1 else ""
-    return f"{worst.text('Gauss-Markov bias')}; in a run of {run}{every}.{assumed}{factors_remark(numbers, sensor)}"
+    return f"{worst.text()}; in a run of {run}{every}.{assumed}{factors_remark(numbers, sensor)}"
 
 
 def _initial_lines(numbers: Numbers) -> list[str]:

@@ -97,3 +97,12 @@ def test_wrong_stretches(message, span):
         st.fit_slope(curve, tau_min=span[0], tau_max=span[1])
     with pytest.raises(TypeError, match="DeviationCurve"):
         st.fit_slope({"gyro_x": curve}, tau_min=1, tau_max=10)
+
+
+@pytest.mark.parametrize(("value", "text"), [(-0.4446, "mostly angle random walk"), (-0.493, "angle random walk")])
+def test_a_slope_between_those_of_terms(value, text):
+    slope = st.CurveSlope(
+        channel="gyro_x", quantity="angular_rate", tau_min=0.1, tau_max=8, points=9, value=value, error=0.0053,
+        terms=("random_walk",),
+    )  # fmt: skip
+    assert repr(slope).endswith(f"± 0.0053: {text}")

@@ -34,7 +34,10 @@ def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
         fitted = [fit_slope(curve, tau_min=span[0], tau_max=span[1]) for curve in analysis.curves.values()]
     except OptionError as error:
         raise error.named("slope") from None
-    return wrapped([*map(repr, fitted), "±: standard error of the slope for a curve of the named term."])
+    legend = (
+        "±: standard error of the slope for a curve of the named term; mostly: the slope is not that of the term alone."
+    )
+    return wrapped([*map(repr, fitted), legend])
 
 
 def _ends(text: str, typed: str, *, option: str, example: str) -> tuple[float, float]:

@@ -21,6 +21,8 @@ from sigmatau.noise.terms import TERMS, avar
 from sigmatau.noise.uncertainty import avar_covariance
 from sigmatau.results import Printed, plain, seconds
 
+_MIXED = 3.0  # errors between the slope of a curve and that of a term, from which on other noise is there too
+
 
 @frozen
 class CurveSlope(Printed):
@@ -41,7 +43,8 @@ class CurveSlope(Printed):
         and if clusters do not overlap. [1]
     terms : tuple of str
         Terms whose line may be laid there: their slope differs from `value` by at most the tolerance of the rule of
-        `sigmatau.read_off` and two errors of a curve of this term.
+        `sigmatau.read_off` and two errors of a curve of this term. Printed with "mostly" if it differs by more than three
+        errors: other noise is in the stretch too.
 
     See Also
     --------
@@ -102,6 +105,8 @@ class CurveSlope(Printed):
 
     def __repr__(self) -> str:
         names = " or ".join(TERMS[term].label(self.quantity) for term in self.terms)
+        if self.terms and all(abs(self.value - TERMS[term].slope) > _MIXED * self.error for term in self.terms):
+            names = f"mostly {names}"
         slope = Slope(value=self.value, error=self.error, source="curve")
         return (
             f"{self.channel}, τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s: slope {slope.text()}:"

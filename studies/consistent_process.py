@@ -68,19 +68,19 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
         kind, SENSORS[kind][name], rng, round((WARM_UP + WINDOWS * SPACING + TIMES[-1]) / STEP) + 2, RUNS
     )
     whole = {sensor: model if sensor == kind else model_of(sensor, SENSORS[sensor]["flicker"]) for sensor in SENSORS}
-    known = NoiseModel(channels={f"{sensor}_x": of for sensor, of in whole.items()})
-    files = {"consistent": export(known, to="kf-gins")}
+    model_of_both = NoiseModel(channels={f"{sensor}_x": of for sensor, of in whole.items()})
+    files = {"consistent": export(model_of_both, to="kf-gins")}
     if model.gauss_markov or "rate_random_walk" in model or "bias_instability" in model:
-        files["Allan"] = export(known, to="kf-gins", choices=Choices(strict=True, horizon=HORIZON))
+        files["Allan"] = export(model_of_both, to="kf-gins", choices=Choices(strict=True, horizon=HORIZON))
     filters = {rule: filter_of(kind, str(text)) for rule, text in files.items()}
     result = {
         rule: [[each.value, each.error] for each in of]
         for rule, of in zip(filters, ratios(list(filters.values()), kind, increments, bias, rng), strict=True)
     }
     noise, process = process_of(kind, str(files["consistent"]))
-    truths = Numbers(known, Choices()).truths([f"{kind}_x"])
-    said = judge_process(truths, process, sensor=kind, noise=noise, horizon=HORIZON, mean=False)
-    result["file"] = [[said.nees, 0.0], *([1 / each.share, 0.0] for each in said.stated)]
+    truths = Numbers(model_of_both, Choices()).truths([f"{kind}_x"])
+    stated = judge_process(truths, process, sensor=kind, noise=noise, horizon=HORIZON, mean=False)
+    result["file"] = [[stated.nees, 0.0], *([1 / each.share, 0.0] for each in stated.stated)]
     result["sigma"] = [[process.sigma / UNITS[kind][1], 0.0]]
     return result
 

@@ -1,5 +1,6 @@
 """The pages of docs/how-to: no target is without a page, and the index is right; tests/docs runs their commands."""
 
+import math
 import re
 import shlex
 from itertools import pairwise
@@ -16,6 +17,7 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.exporting.targets import NAMES, target
 from sigmatau.io.write import write
+from sigmatau.navigation.reference_filter import AIDING, FilterModel, TrueNoise, find_consistent_walk, judge_filter
 
 pytestmark = pytest.mark.as_written
 
@@ -133,3 +135,26 @@ def test_the_readme_names_every_target():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for name in (*OURS, *OTHERS):
         assert f"](docs/how-to/{name}.md)" in readme, name
+
+
+def test_the_table_of_factors():
+    """docs/how-to/inflate.md: what a filter states with multiples of the exported pair, with flicker noise and vibration."""
+    page = (ROOT / "docs" / "how-to" / "inflate.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([^|]*(?:pair|K|N)) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", page, flags=re.MULTILINE)
+    assert len(rows) == 8
+    noise, flicker = 0.3 * math.radians(1) / 60, math.radians(10) / 3600
+    aiding = AIDING["gyro"]
+    truth = TrueNoise(terms={"random_walk": noise, "bias_instability": flicker})
+    walk = find_consistent_walk(truth, noise=noise, aiding=aiding, horizon=60.0).walk
+    exported = None
+    for words, *numbers in rows:
+        on_n, on_k = (float((re.search(rf"(\d+) {letter}\b", words) or ["", "1"])[1]) for letter in "NK")
+        terms = truth.terms | {"random_walk": 3 * noise if "vibration" in words else noise}
+        judged = judge_filter(
+            [TrueNoise(terms=terms)], FilterModel(noise=on_n * noise, walk=on_k * walk), aiding=aiding, times=[60.0]
+        )
+        (error,) = judged.coasting
+        exported = exported or error.real
+        assert [float(n) for n in numbers] == pytest.approx(
+            [judged.nees, error.ratio, error.real / exported], abs=5.1e-3
+        ), words

@@ -110,6 +110,12 @@ def test_units_and_deviations(tmp_path, capsys):
     assert ours["nis"] == pytest.approx(theirs["nis"], rel=1e-9)
     for a, b in zip(ours["factors"], theirs["factors"], strict=True):
         assert a["assumed"] == pytest.approx(b["assumed"], rel=1e-6)
+    for square in ("[m^2/s^2]", "[(m/s)^2]", "((m/s)²)", "[(m/s) ^ 2]"):
+        place = table(tmp_path / "v.csv", f"t,nu_accel_x [m/s],S_accel_x {square}", [t, nu, s])
+        assert content(capsys, place)["accel_x"]["nis"] == pytest.approx(theirs["nis"], rel=1e-9)
+    mixed = table(tmp_path / "v.csv", "t,nu_accel_x [m/s],S_accel_x [m^2]", [t, nu, s])
+    assert main(["tune", mixed]) == 2
+    assert "nu_accel_x has the unit 'm/s', S_accel_x 'm^2'. Write m/s and (m/s)^2" in capsys.readouterr().err
     mixed = table(tmp_path / "m.csv", "t,nu [deg],S", [t, nu, s])
     assert main(["tune", mixed]) == 2
     assert "nu has the unit 'deg', S 'none'" in capsys.readouterr().err

@@ -20,7 +20,7 @@ _TIMES = {"t", "time", "timestamp", "stamp", "seconds", "sec"}
 _INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
 _VARIANCE = {"s", "variance", "var", "variances"}
 _DEVIATION = {"std", "sigma", "stddev", "deviation"}
-_UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+_UNIT = re.compile(r"\s*(?:\[([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")  # in brackets: [(m/s)^2], ((m/s)^2)
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
 _MOST_SENSORS = 16  # values of a column of numbers that are sensors, not counts
 _SECONDS = ("s", "ms", "us", "µs", "ns")
@@ -194,7 +194,7 @@ def _read(place: Path) -> _Table:
         raise DataError(
             f"{cells[naming or 0]} has {len({*sensors})} values, more than sensors. Remove this column"
         ).about(str(place))
-    units = tuple(match[1].strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
+    units = tuple((match[1] or match[2] or "").strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
     return _Table(
         place=place,
         names=tuple(_UNIT.sub("", cell) for cell in cells),
@@ -315,15 +315,20 @@ def _words(name: str) -> Sequence[str]:
     return [word for word in re.split(r"[^a-z0-9µ]+", name.lower()) if word]
 
 
+def _squares(unit: str) -> set[str]:
+    """The spellings of the square of a unit: (m/s)^2, m^2/s^2, rad^2."""
+    plain = unit.replace(" ", "")
+    parts = "/".join(f"{part}^2" for part in plain.split("/"))
+    return {f"({plain})^2", f"{plain}^2", parts}
+
+
 def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
     """Factors to SI of the innovation and of its variance; raises `OptionError` if one of both has a unit."""
     unit, stated = table.units[chosen.innovation], table.units[chosen.variance]
     names = table.names[chosen.innovation], table.names[chosen.variance]
     if not unit and not stated:
         return 1.0, 1.0
-    square = stated if chosen.is_deviation else re.sub(r"\s*(\^2|²)$", "", stated)
-    has_square = chosen.is_deviation or square != stated
-    if square.strip("()") != unit or not has_square:
+    if stated.replace("²", "^2").replace(" ", "") not in ({unit} if chosen.is_deviation else _squares(unit)):
         raise OptionError(
             f"{table.place}: {names[0]} has the unit {unit or 'none'!r}, {names[1]} {stated or 'none'!r}."
             f" Write {unit or 'rad'} and ({unit or 'rad'})^2 in the header, or none for SI",

@@ -16,6 +16,7 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.model.unobserved import Unobserved, assume_terms
 from sigmatau.navigation.reference_filter import (
     AIDING,
+    ConsistentProcess,
     ConsistentWalk,
     FilterModel,
     TrueNoise,
@@ -77,7 +78,9 @@ def judge_pair(
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean)
 
 
-def consistent_process(truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, time: float) -> GaussMarkov:
+def consistent_process(
+    truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, time: float
+) -> ConsistentProcess:
     """The Gauss-Markov bias of one channel beside N = `noise`."""
     return find_consistent_process(truth.noise, noise=noise, aiding=AIDING[sensor], horizon=horizon, time=time)
 

@@ -156,6 +156,21 @@ class ConsistentWalk:
     least: bool = False
 
 
+@frozen
+class ConsistentProcess:
+    """A Gauss-Markov bias for which a filter is consistent.
+
+    Attributes
+    ----------
+    process : GaussMarkov
+    least : bool
+        Whether it is the smallest that is used: with it the filter already states more than its error.
+    """
+
+    process: GaussMarkov
+    least: bool = False
+
+
 def judge_filter(
     truths: Sequence[TrueNoise],
     assumed: FilterModel,
@@ -229,7 +244,7 @@ def _solve_walk(
 
 def find_consistent_process(
     truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, time: float
-) -> GaussMarkov:
+) -> ConsistentProcess:
     """A Gauss-Markov bias of a correlation time with which a filter states its error after the horizon right.
 
     It is right after a run of `run_of_process`. A bias that drifts without bound leaves any stationary process at last.
@@ -245,7 +260,8 @@ def find_consistent_process(
         filter_ = _Filter.of(FilterModel(noise=noise, process=process_of(math.exp(log_walk))), units)
         return math.log(_Joint.of(whole, filter_, run).coasting(steps) / filter_.stated_coasting(steps))
 
-    return process_of(_consistent_walk(excess, _FLOOR * noise / horizon).walk)
+    chosen = _consistent_walk(excess, _FLOOR * noise / horizon)
+    return ConsistentProcess(process=process_of(chosen.walk), least=chosen.least)
 
 
 def run_of_process(horizon: float, time: float) -> float:

@@ -81,13 +81,13 @@ def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
     names = list(numbers.channels(sensor))
     slow = [name for name, truth in zip(names, numbers.truths(names), strict=True) if truth.slow]
     factor, horizon = numbers.factor("rate_random_walk", sensor), numbers.choices.horizon or HORIZON
-    sigmas = {
-        name: factor
-        * consistent_process(
+    chosen = {
+        name: consistent_process(
             truth, sensor=sensor, noise=_noise(numbers, sensor, [name]), horizon=horizon, time=time
-        ).sigma
+        )
         for name, truth in zip(slow, numbers.truths(slow), strict=True)
     }
+    sigmas = {name: factor * each.process.sigma for name, each in chosen.items()}
     worst = max(sigmas, key=lambda name: sigmas[name])
     sigma, axis = sigmas[worst], worst if len(sigmas) == 1 else f"worst of {len(sigmas)} axes, {worst}"
     if numbers.choices.axes == "mean" and len(sigmas) > 1:
@@ -97,9 +97,11 @@ def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
         )
     times = "" if factor == 1 else f", times {factor:g}"
     doubts = next(filter(None, map(numbers.doubt, slow)), "")
-    origin = (
-        f"{axis}: consistent, a filter with it states its error after {duration_text(horizon)} right{times}{doubts}"
-    )
+    states = f"its error after {duration_text(horizon)}"
+    words = f"consistent, a filter with it states {states} right"
+    if chosen[worst].least:
+        words = f"the least in use, N alone states {states}"
+    origin = f"{axis}: {words}{times}{doubts}"
     return Process(sigma=sigma, time=time, origin=origin, fit="", place="the horizon")
 
 

@@ -4,6 +4,8 @@ import contextlib
 import gc
 import os
 import shutil
+import tempfile
+import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,13 +16,32 @@ from sigmatau.hints import as_options, speaking
 
 os.environ["LC_ALL"] = "C.UTF-8"  # in the locale C symbols are written in ASCII
 ROOT = Path(__file__).resolve().parent.parent
+WORKER = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
+COLLECTED = Path(tempfile.gettempdir(), f"sigmatau-tests-{os.environ.get('PYTEST_XDIST_TESTRUNUID', os.getpid())}")
+IS_COMPILED = (ROOT / "tests" / "io" / "__pycache__").exists()
+LONGEST_COLLECTION = 120.0  # s; then the other workers begin too
 gc.disable()  # while the tests are collected: ten thousand of them, none of which can be freed
 
 
+def pytest_sessionstart() -> None:
+    """In a new clone the first worker compiles the tests and what they import; the others wait for it."""
+    until = time.monotonic() + LONGEST_COLLECTION
+    while WORKER != "gw0" and not (IS_COMPILED or COLLECTED.exists()) and time.monotonic() < until:
+        time.sleep(0.1)
+
+
 def pytest_collection_finish() -> None:
-    """Let the collector of garbage pass over the tests themselves."""
+    """Let the other workers begin, and the collector of garbage pass over the tests themselves."""
+    if WORKER == "gw0":
+        COLLECTED.touch()
     gc.freeze()
     gc.enable()
+
+
+def pytest_sessionfinish() -> None:
+    """Remove the mark of this run."""
+    if WORKER == "gw0":
+        COLLECTED.unlink(missing_ok=True)
 
 
 @pytest.fixture(autouse=True)

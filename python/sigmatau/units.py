@@ -295,7 +295,7 @@ def _compact(spelling: str) -> str:
 
 
 def _normalise(spelling: str) -> str:
-    text = spelling.strip().lower()
+    text = " ".join(spelling.lower().split())  # of long blanks the patterns would take seconds
     for pattern, replacement in _WORDS:
         text = re.sub(pattern, replacement, text)
     return text.replace(" ", "")

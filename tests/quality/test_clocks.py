@@ -9,7 +9,7 @@ from sigmatau import Record
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.quality.clocks import Mark, clocks, marks_of
 
-RATE, N, POOL, SETS = 100.0, 40_000, 16, 250
+RATE, N, POOL, SETS = 100.0, 40_000, 10, 250
 LINES = (7.31, 18.77)  # not multiples of each other [Hz]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -36,9 +35,14 @@ def split_thermometers(tables: Sequence[Table], chosen: Sequence[Table]) -> tupl
     return sensed, candidates[0] if len(candidates) == 1 else None
 
 
+def _field_of(name: str) -> str:
+    """The field of a message that a column is, without its unit."""
+    return name.partition("[")[0].rstrip().rpartition(".")[2]
+
+
 def is_thermometer(table: Table) -> bool:
     """Whether the rows have a temperature, and nothing else but stamps and its variance."""
-    values = {re.sub(r"\s*\[.*", "", column.name).rpartition(".")[2] for column in table.columns} - _WITHOUT_VALUE
+    values = {_field_of(column.name) for column in table.columns} - _WITHOUT_VALUE
     return values == {_TEMPERATURE}
 
 
@@ -46,7 +50,7 @@ def thermometer_part(table: Table, options: Options, sensed: Sequence[Part]) -> 
     """The stream of a thermometer; None if the sensors have one, or if it cannot be read or is not a temperature."""
     if any(stream.quantity == _TEMPERATURE for each in sensed for stream in each.streams):
         return None
-    (column,) = (c for c in table.columns if re.sub(r"\s*\[.*", "", c.name).rpartition(".")[2] == _TEMPERATURE)
+    (column,) = (c for c in table.columns if _field_of(c.name) == _TEMPERATURE)
     chosen = replace(
         options,
         channels={_TEMPERATURE: column.name},

@@ -78,10 +78,11 @@ class Line:
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
         """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
+        if numbers := self.numbers_only():
+            n = len(numbers)
+            return (n, n, False) if n == 1 or delimiter == "," else (0, 0, False)
         if numbers := self.numbers_only(delimiter):
             return len(numbers), len(numbers), False
-        if self.numbers_only():
-            return 0, 0, False
         single = '"' not in self.text and len(self.text.split(delimiter, 1)) < 2
         if single and ("," in self.text or ";" in self.text or len(self.text.split(None, 1)) > 1):
             return 0, 0, False  # one field, which is not a number because another delimiter is in it

@@ -77,7 +77,12 @@ def test_one_density_in_any_unit(table, head, options, factor, power, capsys):
         ("x,psd", ["--sided", "one", "--unit", "ug/rtHz"], 2, "no single column of the frequency: x, psd."),
         ("f [rad/s],psd", ["--sided", "one", "--unit", "ug/rtHz"], 1, "the frequency is in 'rad/s'"),
         ("f,psd", ["--sided", "one", "--unit", "ug/rtHz", "-o", "m.toml"], 2, "--output needs --averages"),
-        ("f,psd", ["--sided", "one", "--unit", "ug/rtHz", "--rate", "20"], 2, "--rate of 0.05 s"),
+        (
+            "f,psd",
+            ["--sided", "one", "--unit", "ug/rtHz", "--rate", "20"],
+            2,
+            "--rate: at 20 Hz samples have densities up to 10 Hz",
+        ),
         ("f,psd", ["--sided", "one", "--unit", "ug/rtHz", "--taus", "1h"], 2, "--taus of 3600 s is outside the band"),
         (
             "f,psd",

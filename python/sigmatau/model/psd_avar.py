@@ -283,7 +283,7 @@ def check_nyquist(f_max: float, tau0: float | None) -> None:
     """Raise `OptionError` for frequencies that samples at this interval do not have."""
     if tau0 is not None and f_max > 0.5 / tau0 * (1 + 1e-6):
         raise OptionError(
-            f"{{option}} of {tau0:g} s: samples have densities up to {0.5 / tau0:g} Hz, but `frequency` goes to"
+            f"{{option}}: at {1 / tau0:g} Hz samples have densities up to {0.5 / tau0:g} Hz, but `frequency` goes to"
             f" {f_max:g} Hz",
             option="tau0",
         )

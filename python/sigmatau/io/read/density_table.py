@@ -149,7 +149,9 @@ def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
 
 
 def _ask_for_columns(what: str, names: list[str], listed: str) -> OptionError:
-    hint = Hint("columns", value={"frequency": names[0] or "1", "density": names[1] or "2"} if len(names) > 1 else None)
+    if len(names) == 1:
+        return OptionError(f"has one column, {listed}. Give frequency and density, in two columns", option="columns")
+    hint = Hint("columns", value={"frequency": names[0] or "1", "density": names[1] or "2"})
     return OptionError(f"has no single column of the {what}: {listed}. Name the columns, e.g. {hint}", option="columns")
 
 

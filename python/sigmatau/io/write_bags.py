@@ -302,12 +302,23 @@ INSERT INTO schema VALUES (4, 'jazzy');
 
 
 @contextlib.contextmanager
+def _sqlite_errors_of_a_file() -> Iterator[None]:
+    """Raise `OSError` for what SQLite says of a full disk, as other formats do."""
+    import sqlite3
+
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        raise OSError(str(error)) from None
+
+
+@contextlib.contextmanager
 def db3(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A bag of ROS 2 in one file, without metadata.yaml: ``ros2 bag`` takes the file itself."""
     import sqlite3
 
     topics = make_topics(columns)
-    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as base:
+    with _sqlite_errors_of_a_file(), contextlib.closing(sqlite3.connect(path, isolation_level=None)) as base:
         base.execute("PRAGMA journal_mode = OFF")
         base.execute("PRAGMA synchronous = OFF")
         base.executescript(_TABLES)

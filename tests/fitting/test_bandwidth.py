@@ -159,9 +159,13 @@ def test_coverage():
 
 
 def test_too_short_and_constant():
-    with pytest.raises(st.RecordTooShortError, match="has 0 samples in runs of 256 without gaps") as error:
+    with pytest.raises(st.RecordTooShortError, match="has 100 samples; at least 1000 are needed") as error:
         st.bandwidth({"short.csv": st.Record.from_arrays(rate=100, gyro_x=noise("short", 100))})
-    assert (error.value.need, error.value.got) == (1000, 0)
+    assert (error.value.need, error.value.got) == (1000, 100)
+    samples = noise("losses", 3000)
+    samples[::97] = np.nan
+    with pytest.raises(st.RecordTooShortError, match="has 0 samples in runs of 256 without gaps"):
+        st.bandwidth({"losses.csv": st.Record.from_arrays(rate=100, gyro_x=samples)})
     with pytest.raises(st.DataError, match=r"flat\.csv: gyro_x never changes"):
         st.bandwidth({"flat.csv": st.Record.from_arrays(rate=100, gyro_x=np.ones(1000))})
 

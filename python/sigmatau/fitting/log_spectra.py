@@ -94,11 +94,13 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
     runs = sorted(runs, key=len, reverse=True)[:_MOST_RUNS]
     usable = sum(map(len, runs))
     if usable < MIN_SAMPLES:
+        has_gaps = not np.isfinite(y).all()
+        count = f"{usable} samples in runs of {MIN_RUN} without gaps" if has_gaps else f"{len(y)} samples"
         raise RecordTooShortError(
-            f"{name}: {channel} has {usable} samples in runs of {MIN_RUN} without gaps."
-            f" Record at least {MIN_SAMPLES}, better 30 000",
+            f"{name}: {channel} has {count}; at least {MIN_SAMPLES} are needed, better 30 000."
+            f" Record {'again without losses' if has_gaps else 'longer'}",
             need=MIN_SAMPLES,
-            got=usable,
+            got=usable if has_gaps else len(y),
         )
     lowest = max(_LOWEST_MODE * rate / (2 * len(runs[0])), rate / 2 ** (1 + _OCTAVES_OF_PEAK + _OCTAVES_BELOW))
     octaves = math.log2(0.5 * rate / lowest)

@@ -272,7 +272,8 @@ class Tuning(Printed):
             f"  NIS {nis} ({100 * self.level:g} % interval), in a consistent filter 1",
         ]
         table = [("noise of the filter", "assumed, SI", f"factor on it, {100 * self.level:g} % interval")]
-        for factor in self.factors:
+        factors = self.factors if self.verdict != "not explained" else ()
+        for factor in factors:
             assumed = "" if factor.assumed is None else f"{factor.assumed:.3g}"
             mark = "  wrong" if factor in self.causes and self.verdict == "wrong" else ""
             name = factor.name if factor.noise in _NAMES else factor.noise
@@ -282,7 +283,7 @@ class Tuning(Printed):
         for k in range(len(curve.tau)):
             ratio = round_to_error(float(curve.ratio[k]), float(curve.low[k]), float(curve.high[k])).text
             ratios.append((f"{seconds(float(curve.tau[k]))} s", f"{ratio}{'  not 1' if curve.is_outside[k] else ''}"))
-        tables = [*(aligned(table, right=(1,)) if self.factors else []), *aligned(ratios, right=(0,))]
+        tables = [*(aligned(table, right=(1,)) if factors else []), *aligned(ratios, right=(0,))]
         lines += [f"  {line}" for line in tables]
         return lines_text([*lines, *wrapped(f"  {text}." for text in self.statements())])
 

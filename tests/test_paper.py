@@ -258,7 +258,8 @@ def test_the_notebook():
     figures, unit, table, counted, std, effects = displays
     assert len([ax for ax in figures.axes if ax.get_visible()]) == 5
     assert len(unit.axes) == 2
-    assert counted == "of 12: 12 intervals contain the value; 12 lines are within the paper's ±"
+    containing = re.fullmatch(r"of 12: (\d+) intervals contain the value; 12 lines are within the paper's ±", counted)
+    assert int(containing[1]) >= 10  # of 95 % each, less three standard errors
     assert effects.judgement == "varies"
     assert isinstance(effects, st.RandomEffects)
     assert table["95 % interval"].iloc[0].startswith("[5.0")

@@ -95,9 +95,9 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
     usable = sum(map(len, runs))
     if usable < MIN_SAMPLES:
         has_gaps = not np.isfinite(y).all()
-        count = f"{usable} samples in runs of {MIN_RUN} without gaps" if has_gaps else f"{len(y)} samples"
+        amount = f"{usable} samples in runs of {MIN_RUN} without gaps" if has_gaps else f"{len(y)} samples"
         raise RecordTooShortError(
-            f"{name}: {channel} has {count}; at least {MIN_SAMPLES} are needed, better 30 000."
+            f"{name}: {channel} has {amount}; at least {MIN_SAMPLES} are needed, better 30 000."
             f" Record {'again without losses' if has_gaps else 'longer'}",
             need=MIN_SAMPLES,
             got=usable if has_gaps else len(y),

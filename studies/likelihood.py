@@ -507,17 +507,17 @@ out.
 _REASONS = """
 Reasons, as far as they were looked into:
 
-- Standard deviations over the bound of all four terms: in 1 to 3 of 200 records a Gauss-Markov process takes the place of
+- Standard deviations over the bound of all four terms: in 1 or 2 of 100 records a Gauss-Markov process takes the place of
   a true rate random walk or bias instability. The value of the term is then near 0. Without these records the standard
   deviations are at most 1.25 times the bound of the true terms. A price of 10 in deviance for this exchange, in place of 7,
   lowers its share from 1.5 to 0.7 % of 2400 records with K, but then 40 of 50 processes of 300 s beside N and B are found in
   place of 49. The same price decides both.
 - Bias of K in the shortest records of the HG1700: K is not observed in 5 to 12 % of them, since a bias instability fits as
   well.
-- Quantization noise that is far larger than all else, in records of 2^20 samples (navigation, HG1700, CIMU): the mirror at
-  both ends adds a share of it to low frequencies. Its mean is in the model, its scatter is not: the standard deviations of
-  N and K are 1.3 to 1.6 times the bound. This page was made before the mean was corrected, which had made N 2 % too low in
-  records of this length ([300 axes since then](../paper/repeatability.md)).
+- Quantization noise that is far larger than all else, in records of 2^20 samples: the standard deviation of N is that of the
+  bound (navigation, CIMU) since the modes are those of the samples and not of block means; with block means it was 1.6 times
+  as large. K of the HG1700's accelerometers is still 1.2 to 1.3 times the bound. In one of 100 records of the CIMU's
+  accelerometer quantization noise is not observed.
 - White noise behind slow filters (1 Hz, 0.3 s): six coefficients follow the band, and the level at the frequency 0 is
   extrapolated.
 - Telegraph noise of 50 s beside weak humps: a larger rate random walk or bias instability describes it about as well. The

@@ -21,7 +21,7 @@ from studies.runner import run
 
 Floats = NDArray[np.float64]
 
-RUNS = 300
+RUNS = 1000
 FACTOR = 3.0  # by which a filter is wrong
 NOISES = ("measurement", "white", "slow")
 

@@ -34,8 +34,8 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
     """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
-        one = of(numbers)
-        return one, one, one
+        value = of(numbers)
+        return value, value, value
     names = three_axes(sensor, channels)
     x, y, z = (of(of_channel(numbers, name)) for name in names)
     return x, y, z
@@ -43,4 +43,4 @@ def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[
 
 def noises(numbers: Numbers, sensor: str) -> tuple[Number, Number, Number]:
     """N of x, y and z."""
-    return by_axis(numbers, sensor, lambda one: one.noise(sensor))
+    return by_axis(numbers, sensor, lambda axis: axis.noise(sensor))

@@ -65,8 +65,8 @@ def prepare_stated(
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
     # A consistent walk has a default of its own.
-    has_own = wanted.has_walk or (wanted.has_consistent and not matched)
-    chosen = replace(choices, walk=walks, horizon=choices.horizon if has_own else horizon)
+    keeps_horizon = wanted.has_walk or (wanted.has_consistent and not matched)
+    chosen = replace(choices, walk=walks, horizon=choices.horizon if keeps_horizon else horizon)
     unplaced = {each.choice for each in find_unplaced(wanted, chosen, source)}
     if "horizon" in unplaced and (choices.horizon is None or matched):
         chosen = chosen.without("horizon")

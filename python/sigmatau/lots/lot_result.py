@@ -450,7 +450,7 @@ def pooled(lot: Lot) -> list[Pooled]:
     rows = []
     for (sensor, what), those in groups.items():
         quantity, unit = lot.quantity_of(those[0].channel)
-        text, factor = what_unit(what, quantity, unit, [one.median for one in those])
+        text, factor = what_unit(what, quantity, unit, [group.median for group in those])
         values = np.concatenate([one.values for one in those]) / factor
         limits = {limit / factor for one in those for limit in lot.limits(one.channel, what)}
         rows.append(

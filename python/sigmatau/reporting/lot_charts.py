@@ -67,7 +67,7 @@ def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:
     panels = []
     for (sensor, what), those in groups.items():
         quantity, unit = lot.quantity_of(those[0].channel)
-        text, factor = what_unit(what, quantity, unit, [one.median for one in those])
+        text, factor = what_unit(what, quantity, unit, [group.median for group in those])
         limits = sorted({limit / factor for one in those for limit in lot.limits(one.channel, what)})
         panels.append(
             {

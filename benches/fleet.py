@@ -62,11 +62,11 @@ def make_damaged(folder: Path) -> None:
 
 def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None:
     """What a fleet does, in a loop over all logs, or over every `of`-th one."""
-    from sigmatau.fleet.logs import find
-    from sigmatau.fleet.stored import Stored
-    from sigmatau.fleet.tasks import Job, analyse
-    from sigmatau.store.connect import engine_of
-    from sigmatau.store.naming import Naming
+    from sigmatau.lab.fleet.logs import find
+    from sigmatau.lab.fleet.stored import Stored
+    from sigmatau.lab.fleet.tasks import Job, analyse
+    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.naming import Naming
 
     job = Job(reading=READING, settings={}, naming=Naming(folders=True))
     stored = Stored(engine_of(store), job.options)
@@ -151,7 +151,7 @@ def overhead(folder: Path, count: int) -> dict[str, Any]:
 
 
 def results(store: Path) -> dict[str, Any]:
-    from sigmatau.store.store import Store
+    from sigmatau.lab.store.store import Store
 
     found: dict[str, Any] = {}
     with Store(store, create=False) as opened:
@@ -291,12 +291,12 @@ def long(folder: Path, samples: int) -> dict[str, Any]:
 
 def cost(folder: Path) -> dict[str, Any]:
     """Of a log: bytes of its rows, CPU of the worker and of the client; of a stretch: CPU and bytes of a sample."""
-    from sigmatau.fleet import stretches
-    from sigmatau.fleet.logs import find
-    from sigmatau.fleet.stored import Stored
-    from sigmatau.fleet.tasks import Job, analyse
-    from sigmatau.store.connect import engine_of
-    from sigmatau.store.naming import Naming
+    from sigmatau.lab.fleet import stretches
+    from sigmatau.lab.fleet.logs import find
+    from sigmatau.lab.fleet.stored import Stored
+    from sigmatau.lab.fleet.tasks import Job, analyse
+    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.naming import Naming
 
     logs = make_logs(folder / "logs30", 30)
     job = Job(reading=READING, settings={}, naming=Naming(folders=True))

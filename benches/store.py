@@ -64,7 +64,7 @@ def _command(*words: str) -> str:
 
 def _repeatability(place: str) -> str:
     """Query and statistics, without the start of the program: seconds, and seconds of CPU."""
-    from sigmatau.store.store import Store
+    from sigmatau.lab.store.store import Store
 
     with Store(place) as store:
         start, cpu = time.perf_counter(), time.process_time()
@@ -78,8 +78,8 @@ def _memory(place: str, units: int) -> str:
 
     from sigmatau.analysis.forms import BriefResultForm
     from sigmatau.analysis.reading import result_of_dict
-    from sigmatau.store.rows import Entry
-    from sigmatau.store.store import Store
+    from sigmatau.lab.store.rows import Entry
+    from sigmatau.lab.store.store import Store
 
     made = results()
     spent, count = 0.0, 0
@@ -103,7 +103,7 @@ def _memory(place: str, units: int) -> str:
 def _postgresql() -> Iterator[str]:
     """The server of the tests; nothing if PostgreSQL is not installed."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from store.postgresql import programs, server  # type: ignore[import-not-found]
+    from lab.store.postgresql import programs, server  # type: ignore[import-not-found]
 
     if programs() is None:
         yield ""

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from sigmatau import NoiseModel, allan, compare_with, fit, simulate
-from sigmatau.datasheets.sheet import Datasheet
+from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.noise.terms import BIAS_LEVEL
 from studies.runner import run
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from sigmatau.datasheets.compare import compare_with
-from sigmatau.datasheets.sheet import datasheet
-from sigmatau.datasheets.verdict import Verdict
+from sigmatau.lab.datasheets.compare import compare_with
+from sigmatau.lab.datasheets.sheet import datasheet
+from sigmatau.lab.datasheets.verdict import Verdict
 from sigmatau.model.noise_model import NoiseModel
 from studies.paper.tables import TABLES
 
@@ -72,7 +72,7 @@ _TEXT = """# "Close to the manufacturers' claim"
 The paper concludes that "most of the results from the Allan-variance analysis are close to the manufacturers' claim,
 which prove that the method performed in this paper is valid". Section III of the paper states the claims; Tables II, IV
 and V state the results. This page compares them with `compare_with`, with the paper's ± as one standard deviation.
-`python -m studies.paper_claims` writes this page, and `tests/datasheets/test_paper_claims.py` tests it.
+`python -m studies.paper_claims` writes this page, and `tests/lab/datasheets/test_paper_claims.py` tests it.
 
 {blocks}
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sigmatau import NoiseModel, analyze, compare_runs, simulate
-from sigmatau.lots.group_effects import GroupEffects, group_effects
+from sigmatau.lab.lots.group_effects import GroupEffects, group_effects
 from studies.runner import run
 
 SETS = 2000

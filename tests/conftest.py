@@ -85,7 +85,7 @@ def browser():
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
     """The URL of an empty PostgreSQL of the tests' own; `make test` installs it."""
-    from store.postgresql import programs, server
+    from lab.store.postgresql import programs, server
 
     if programs() is None:
         assert not os.environ.get("CI"), (

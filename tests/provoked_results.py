@@ -24,7 +24,8 @@ from provoking import (
     text,
     without,
 )
-from sigmatau.store.naming import Naming
+from sigmatau.lab.store.naming import Naming
+from sigmatau.lab.store.rows import Entry
 
 PROVOKED = {
     "Analysis.plot_stability": {st.OptionError: (lambda: analysis().plot_stability(),)},
@@ -64,7 +65,7 @@ PROVOKED = {
     },
     "Store.add": {
         st.DataError: (
-            lambda: store().add(st.store.rows.Entry(result=analysis(), unit=" ")),
+            lambda: store().add(Entry(result=analysis(), unit=" ")),
             lambda: store().add(analysis()),
         ),
         st.OptionError: (lambda: store().add(analysis(), batch=0),),
@@ -212,7 +213,7 @@ PROVOKED = {
         st.DataError: (lambda: st.report(analysis(), "missing/report.html"),),
         ImportError: (lambda: without("typst", lambda: st.report(analysis(), "report.pdf")),),
     },
-    "sigmatau.store.naming.Naming.check": {
+    "sigmatau.lab.store.naming.Naming.check": {
         st.OptionError: (
             lambda: Naming(unit="A1", unit_from="folder").check(),
             lambda: Naming(unit=" ").check(),
@@ -220,7 +221,7 @@ PROVOKED = {
             lambda: Naming(unit_from="SN").check(),
         )
     },
-    "sigmatau.store.naming.Naming.entry": {
+    "sigmatau.lab.store.naming.Naming.entry": {
         st.DataError: (
             lambda: Naming().entry(analysis(), Path("result.json")),
             lambda: Naming(unit="A1").entry(replace(analysis(), notes={"date": "yesterday"}), Path("result.json")),

@@ -40,7 +40,7 @@ def without_json(monkeypatch):
         raise AssertionError("JSON on the way")
 
     for module in pkgutil.walk_packages(sigmatau.__path__, "sigmatau."):
-        if module.name.split(".")[1] in ("cli", "store", "__main__") or ".migrations" in module.name:
+        if module.name.startswith(("sigmatau.cli", "sigmatau.lab.store", "sigmatau.__main__")):
             continue
         for value in list(vars(importlib.import_module(module.name)).values()):
             if isinstance(value, type) and value.__module__ == module.name:

@@ -63,7 +63,7 @@ NOT_OF_AN_ANALYSIS = (
     *("zipfile", "tomllib", "logging", "difflib"),
     *(f"sigmatau.io.read.{name}" for name in ("column_values", "devices", "instance_tables", "suggestions")),
     *(f"sigmatau.exporting.{name}" for name in ("export", "source", "targets", "values")),  # not its options
-    *("sigmatau.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
+    *("sigmatau.lab.datasheets", "sigmatau.simulation", "sigmatau.statespace", "sigmatau.navigation"),
     *("sigmatau.plot", "sigmatau.fitting.planning", "sigmatau.io.write", "sigmatau.estimators.stability"),
     "sigmatau.findings.exporting",
 )

@@ -21,7 +21,7 @@ FOREIGN = {
     "io/read/formats/damage.py": "errors of other libraries, shortened",
     "io/read/formats/matlab.py": "errors of mat-io, shortened",
     "io/read/formats/npy.py": "errors of NumPy",
-    "store/ingest.py": "errors of databases",
+    "lab/store/ingest.py": "errors of databases",
 }
 """Modules that read messages of other programs, which have no fields, or that make messages."""
 

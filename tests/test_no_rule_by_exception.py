@@ -23,7 +23,7 @@ UNDECIDED = "a question of a table is asked again when it is read, or is a line 
 TOO_SHORT = "a part is too short for an estimator"
 JUSTIFIED = {
     "estimators/gapped.py _rows": TOO_SHORT,
-    "fleet/stretches.py too_large": UNLOADABLE,
+    "lab/fleet/stretches.py too_large": UNLOADABLE,
     "io/live.py _find_out": UNDECIDED,
     "io/read/column_values.py load_columns": UNLOADABLE,
     "io/read/gravity.py unit_of_gravity": UNLOADABLE,
@@ -41,17 +41,17 @@ JUSTIFIED = {
     "io/read/turn_tables.py _check_turns": UNDECIDED,
     "io/read/turn_tables.py refuse_shared_times": UNLOADABLE,
     "io/read/unit_question.py _noise_of_gyro": UNLOADABLE,
-    "lots/lot.py examine": UNREADABLE,
-    "lots/preparing.py table_of": UNREADABLE,
-    "lots/reading.py _read": UNREADABLE,
-    "store/store.py read": "a result that cannot be read is a failed run",
-    "store/store.py units_latest": "a result that cannot be read is a failed unit",
-    "lots/runs.py add_result": UNREADABLE,
+    "lab/lots/lot.py examine": UNREADABLE,
+    "lab/lots/preparing.py table_of": UNREADABLE,
+    "lab/lots/reading.py _read": UNREADABLE,
+    "lab/store/store.py read": "a result that cannot be read is a failed run",
+    "lab/store/store.py units_latest": "a result that cannot be read is a failed unit",
+    "lab/lots/runs.py add_result": UNREADABLE,
     "quality/inspection.py _against_fits": TOO_SHORT,
     "reporting/charts.py _density": TOO_SHORT,
     "reporting/charts.py _map": TOO_SHORT,
     "reporting/content.py _files": "the writer of a target refuses what it cannot hold: the report names the first",
-    "store/from_files.py _read": UNREADABLE,
+    "lab/store/from_files.py _read": UNREADABLE,
 }
 
 

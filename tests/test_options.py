@@ -16,7 +16,7 @@ from conftest import ROOT
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import OptionError
 from sigmatau.io.read.options import ReadOptions, TableOptions
-from sigmatau.lots.options import CompareOptions
+from sigmatau.lab.lots.options import CompareOptions
 from sigmatau.options import declared, options_that_differ, stated
 from sigmatau.quality.inspect_options import InspectOptions
 
@@ -37,7 +37,7 @@ SCRIPT = """
 import inspect, json, sys
 import sigmatau
 from sigmatau.cli import main
-from sigmatau.store.rows import options_key
+from sigmatau.lab.store.rows import options_key
 assert "smoothing" in inspect.signature(sigmatau.analyze).parameters
 assert "smoothing : float\\n        Length of the smoothing. Default: none. [s]" in sigmatau.analyze.__doc__
 model = sigmatau.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})

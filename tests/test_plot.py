@@ -7,7 +7,7 @@ import sigmatau as st
 from known import seed_of
 from sigmatau import Record, allan, analyze
 from sigmatau.errors import OptionError
-from sigmatau.plot.forest import ForestPanel, draw_forests
+from sigmatau.lab.lots.forest import ForestPanel, draw_forests
 from sigmatau.units import to_si
 
 

@@ -1,8 +1,5 @@
 from ._version import __version__
 from .analysis import Analysis, analyze
-from .datasheets.compare import compare_with
-from .datasheets.sheet import Datasheet, datasheet, list_datasheets
-from .datasheets.verdict import Verdict
 from .errors import DataError, NonFiniteError, OptionError, RecordTooShortError
 from .estimators.accumulator import Accumulator
 from .estimators.allan import Curves, DeviationCurve, allan
@@ -29,11 +26,16 @@ from .fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from .io.read import read
 from .io.read.frame import from_frame
 from .io.write import write
-from .lots.comparison import RunComparison, compare_runs
-from .lots.lot import judge_lot
-from .lots.lot_result import Lot
-from .lots.repeatability import RandomEffects, random_effects
-from .lots.turn_on import measure_turn_on
+from .lab.datasheets.compare import compare_with
+from .lab.datasheets.sheet import Datasheet, datasheet, list_datasheets
+from .lab.datasheets.verdict import Verdict
+from .lab.lots.comparison import RunComparison, compare_runs
+from .lab.lots.lot import judge_lot
+from .lab.lots.lot_result import Lot
+from .lab.lots.repeatability import RandomEffects, random_effects
+from .lab.lots.turn_on import measure_turn_on
+from .lab.pages.lot_report import lot_report
+from .lab.store.store import Store
 from .model.channel import ChannelModel
 from .model.noise_model import NoiseModel
 from .model.processes import GaussMarkov, LowPass, Resonance, Sinusoid
@@ -46,7 +48,6 @@ from .quality.check import check
 from .quality.inspection import inspect
 from .record.record import Record
 from .record.streams import Stream
-from .reporting.lot_report import lot_report
 from .reporting.report import report
 from .simulation.imperfections import Imperfections
 from .simulation.in_memory import simulate
@@ -58,7 +59,6 @@ from .spectrum.transfer import transfer
 from .statespace.arma import arma
 from .statespace.state_space import state_space
 from .statespace.verify import verify
-from .store.store import Store
 
 __all__ = [
     "Accumulator",

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.lots.repeatability import JUDGEMENTS, RandomEffects, random_effects
+from sigmatau.lab.lots.repeatability import JUDGEMENTS, RandomEffects, random_effects
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.units import to_si
 from studies.paper.days import FIG_12, NAVIGATION, Found, cell_name

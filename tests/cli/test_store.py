@@ -9,9 +9,9 @@ import pytest
 
 from conftest import ROOT
 from sigmatau.cli import main
-from sigmatau.store.store import Store
+from sigmatau.lab.store.store import Store
 
-sys.path.insert(0, str(ROOT / "tests" / "store"))
+sys.path.insert(0, str(ROOT / "tests" / "lab" / "store"))
 from store_results import entry_of, result
 
 

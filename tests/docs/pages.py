@@ -470,7 +470,7 @@ def _in_this_process(folder: Path) -> Iterator[None]:
     before = Path.cwd()
     with (
         patch.object(batch, "run", run),
-        patch("sigmatau.fleet.run.cluster", cluster),
+        patch("sigmatau.lab.fleet.run.cluster", cluster),
         patch.dict(os.environ, variables),
     ):
         os.environ.pop("SIGMATAU_STORE", None)

@@ -44,7 +44,7 @@ def test_examples_of_help(command, tmp_path, monkeypatch):
 # Pages with text blocks that are no output, or whose output is checked elsewhere.
 OTHER_TEXT = {
     "CONTRIBUTING.md": "a diagram",
-    "docs/study/paper-claims.md": "tests/datasheets/test_paper_claims.py",
+    "docs/study/paper-claims.md": "tests/lab/datasheets/test_paper_claims.py",
     "docs/coming-from/": "what is typed in other programs",
 }
 

@@ -7,18 +7,18 @@ import pytest
 from conftest import ROOT
 
 PACKAGE = ROOT / "python" / "sigmatau"
-FACES = {"findings", "cli", "reporting"}  # they make the words, and print them
+FACES = {"findings", "cli", "reporting", "pages"}  # they make the words, and print them
 ERRORS = {"self", "error", "solved"}  # an error has a message too
 FORMER = {"effect", "remedy"}
 TEXTS = {
     *("analysis/stages.py", "analysis/result.py", "exporting/export.py", "exporting/of_analysis.py"),
-    "lots/lot_remark.py",
-    *("store/rows.py", "store/text.py"),
+    "lab/lots/lot_remark.py",
+    *("lab/store/rows.py", "lab/store/text.py"),
 }  # errors, and remarks in files, that a person reads
 MODULES = [
     path
     for path in sorted(PACKAGE.rglob("*.py"))
-    if path.relative_to(PACKAGE).parts[0] not in FACES and path.name != "errors.py"
+    if FACES.isdisjoint(path.relative_to(PACKAGE).parts) and path.name != "errors.py"
 ]
 
 

@@ -13,7 +13,7 @@ import sigmatau as st
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
 from sigmatau.fitting.disturbance import THRESHOLDS, burst_share, upper_limits, vibration_share
 from sigmatau.fitting.fitted_noise import QUANTIFIED
-from sigmatau.lots.joint import analysed_run, fit_analysed
+from sigmatau.lab.lots.joint import analysed_run, fit_analysed
 from sigmatau.units import to_si
 
 RATE, LONG = 100.0, (120.0, 300.0)

@@ -10,7 +10,7 @@ import sigmatau
 from conftest import ROOT
 from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.hints import SPELLED, Hint, as_options
-from sigmatau.store.naming import Naming
+from sigmatau.lab.store.naming import Naming
 
 PACKAGE = ROOT / "python" / "sigmatau"
 MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}

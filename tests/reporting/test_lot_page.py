@@ -10,8 +10,8 @@ import pytest
 import sigmatau as st
 from known import seed_of
 from lot_logs import SPEC, rates
-from sigmatau.lots.lot_screen import screen
-from sigmatau.reporting.lot_content import claim_rows
+from sigmatau.lab.lots.lot_screen import screen
+from sigmatau.lab.pages.lot_content import claim_rows
 
 _MOST = 3e6  # bytes of the page of 400 units, to be sent by mail
 

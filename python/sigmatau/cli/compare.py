@@ -27,9 +27,9 @@ from sigmatau.cli.settings import Comparing
 from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.atomic import atomic
-from sigmatau.lots.comparison import RunComparison, compare_runs
-from sigmatau.lots.comparison_text import overview, tables, unused_lines
-from sigmatau.lots.options import CompareOptions
+from sigmatau.lab.lots.comparison import RunComparison, compare_runs
+from sigmatau.lab.lots.comparison_text import overview, tables, unused_lines
+from sigmatau.lab.lots.options import CompareOptions
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.results import csv_text
@@ -146,7 +146,7 @@ def compare_command(
 
 def _of_store(place: str, units: Sequence[str], temperature: str | None, options: CompareOptions) -> RunComparison:
     from sigmatau.cli.store import opened, temperatures
-    from sigmatau.store.choosing import Chosen
+    from sigmatau.lab.store.choosing import Chosen
 
     chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
     with opened(place) as store:

@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.options import json_text
-from sigmatau.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.datasheets.sheet import list_datasheets
 from sigmatau.errors import DataError, OptionError
+from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.lab.datasheets.sheet import list_datasheets
 
 
 def datasheet_command(

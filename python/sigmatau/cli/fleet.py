@@ -23,10 +23,10 @@ from sigmatau.results import duration_text
 if TYPE_CHECKING:
     from distributed import Client
 
-    from sigmatau.fleet.logs import Log
-    from sigmatau.fleet.stored import Stored
-    from sigmatau.fleet.tasks import Job, Outcome
-    from sigmatau.store.naming import Naming
+    from sigmatau.lab.fleet.logs import Log
+    from sigmatau.lab.fleet.stored import Stored
+    from sigmatau.lab.fleet.tasks import Job, Outcome
+    from sigmatau.lab.store.naming import Naming
 
 NOT_AT_REST = 5
 _BATCH = 200  # results of a transaction
@@ -98,12 +98,12 @@ def fleet_command(
     if memory is not None and not 0.1 <= memory <= 1e5:
         raise OptionError(f"--memory {memory:g}: must be a number of GB, at least 0.1", option="memory")
 
-    from sigmatau.fleet.logs import find
-    from sigmatau.fleet.run import cluster
-    from sigmatau.fleet.stored import Stored
-    from sigmatau.fleet.tasks import Job
-    from sigmatau.store.connect import engine_of
-    from sigmatau.store.naming import Naming, stated_temperature
+    from sigmatau.lab.fleet.logs import find
+    from sigmatau.lab.fleet.run import cluster
+    from sigmatau.lab.fleet.stored import Stored
+    from sigmatau.lab.fleet.tasks import Job
+    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or Reading()).arguments(), (settings or FleetSettings()).arguments()
     degrees = stated_temperature(temperature)
@@ -134,7 +134,7 @@ def fleet_command(
 
 def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quiet: bool) -> None:
     """Analyse logs, with progress; what is finished is in the store whatever ends the run."""
-    from sigmatau.fleet.run import run_fleet
+    from sigmatau.lab.fleet.run import run_fleet
 
     try:
         with _progress(len(wanted), quiet=quiet) as show:
@@ -191,7 +191,7 @@ def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str
 def _stated(naming: Naming, place: str) -> dict[str, Any]:
     """What the options state of the run of a log."""
     from sigmatau.analysis.failed import FailedAnalysis
-    from sigmatau.store.rows import in_utc
+    from sigmatau.lab.store.rows import in_utc
 
     without_result = FailedAnalysis(path=place, message="", exit_code=1)
     entry = naming.entry(without_result, Path(place))

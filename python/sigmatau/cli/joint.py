@@ -29,7 +29,7 @@ from sigmatau.cli.reading import Reading, read_log, readings_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
-from sigmatau.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
+from sigmatau.lab.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, kinds_of
 from sigmatau.record.streams import Stream

@@ -30,18 +30,18 @@ from sigmatau.cli.options import (
     write_json,
 )
 from sigmatau.cli.reading import Reading, read_log, readings_of
-from sigmatau.datasheets.compare import check_options
-from sigmatau.datasheets.sheet import Datasheet
-from sigmatau.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.registry import NOT_LOGS
-from sigmatau.lots.lot import Examined, check_choices, examine, judge_lot
-from sigmatau.lots.lot_result import Lot
-from sigmatau.lots.lot_screen import screen
-from sigmatau.lots.lot_unit import without_result
+from sigmatau.lab.datasheets.compare import check_options
+from sigmatau.lab.datasheets.sheet import Datasheet
+from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.lab.lots.lot import Examined, check_choices, examine, judge_lot
+from sigmatau.lab.lots.lot_result import Lot
+from sigmatau.lab.lots.lot_screen import screen
+from sigmatau.lab.lots.lot_unit import without_result
+from sigmatau.lab.pages.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.reporting.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.results import printable
 
 _MOST_JOBS = 4  # by default: each holds a record in memory
@@ -191,7 +191,7 @@ def _stored(
 ) -> dict[str, Examined]:
     """The units of a store, in the order of production."""
     from sigmatau.cli.store import opened, temperatures
-    from sigmatau.store.choosing import Chosen
+    from sigmatau.lab.store.choosing import Chosen
 
     chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
     with opened(place) as store:

@@ -22,8 +22,8 @@ from sigmatau.noise.terms import TERMS, check_shown
 from sigmatau.results import csv_text
 
 if TYPE_CHECKING:
-    from sigmatau.store.choosing import Chosen, Table
-    from sigmatau.store.store import Store
+    from sigmatau.lab.store.choosing import Chosen, Table
+    from sigmatau.lab.store.store import Store
 
 VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
@@ -94,7 +94,7 @@ class Choice:
 
     def chosen(self, *, history: bool = False) -> Chosen:
         """The same for a `Store`."""
-        from sigmatau.store.choosing import Chosen
+        from sigmatau.lab.store.choosing import Chosen
 
         return Chosen(
             units=tuple(self.unit or ()),
@@ -119,14 +119,14 @@ def place_of(store: str | None) -> str:
 def opened(store: str | None, *, create: bool = False) -> Store:
     """The store of ``--store``, or of the environment."""
     place = place_of(store)
-    from sigmatau.store.store import Store
+    from sigmatau.lab.store.store import Store
 
     return Store(place, create=create)
 
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
     """The range of ``--temperature``: of one temperature, what is rounded to it. [degC]"""
-    from sigmatau.store.naming import stated_temperature
+    from sigmatau.lab.store.naming import stated_temperature
 
     if text is None:
         return None
@@ -196,8 +196,8 @@ def add_command(
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
-    from sigmatau.store.from_files import gather, processes
-    from sigmatau.store.naming import Naming, stated_temperature
+    from sigmatau.lab.store.from_files import gather, processes
+    from sigmatau.lab.store.naming import Naming, stated_temperature
 
     degrees = stated_temperature(temperature)
     naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
@@ -291,7 +291,7 @@ def show_command(
         findings = opened_store.findings(row["id"])
         content = opened_store.content(row["id"]) if json is not None else None
     from sigmatau.analysis.failed import FailedAnalysis
-    from sigmatau.store.text import result_text
+    from sigmatau.lab.store.text import result_text
 
     if not isinstance(result, FailedAnalysis):
         check_shown({name: (fitted.quantity, fitted.rate_unit) for name, fitted in result.fits.items()})

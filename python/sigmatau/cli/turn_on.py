@@ -10,9 +10,9 @@ from sigmatau.analysis.reading import read_analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.source import Source
 from sigmatau.io.atomic import atomic
-from sigmatau.lots.comparison import RunComparison
-from sigmatau.lots.runs import Run
-from sigmatau.lots.turn_on import measure_turn_on
+from sigmatau.lab.lots.comparison import RunComparison
+from sigmatau.lab.lots.runs import Run
+from sigmatau.lab.lots.turn_on import measure_turn_on
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.turn_on import is_wide
 from sigmatau.results import printable

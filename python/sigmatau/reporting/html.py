@@ -47,21 +47,21 @@ def page(content: Content) -> str:
         ),
         element("footer", f"Made by {content.made_by} on {content.date}. This file needs no network."),
         data(content.charts, id_="charts"),
-        script(_scripts()),
+        script(bundled(*(asset(f"{module}.js") for module in _SCRIPTS))),
     )
     return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
 
 
 @cache
-def asset(path: str) -> str:
-    """A text of the package: script, style, licence."""
-    return resources.files(__package__).joinpath("assets", *path.split("/")).read_text(encoding="utf-8")
+def asset(path: str, package: str = __package__) -> str:
+    """A text of a package: script, style, licence."""
+    return resources.files(package).joinpath("assets", *path.split("/")).read_text(encoding="utf-8")
 
 
-@cache
-def _scripts() -> str:
+def bundled(*scripts: str) -> str:
+    """UPlot with its licence, and the scripts of a page in one scope."""
     """uPlot, then our modules, which share one scope."""
-    own = "\n".join(asset(f"{module}.js") for module in _SCRIPTS)
+    own = "\n".join(scripts)
     notice = asset("uplot/LICENSE").strip()
     return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
 

@@ -1,0 +1,358 @@
+"""`run_fleet`: tasks to workers, outcomes back, whatever fails in between."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import logging
+import math
+import pkgutil
+import queue
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from sigmatau._version import __version__
+from sigmatau.errors import DataError
+from sigmatau.lab.fleet.logs import Log
+from sigmatau.lab.fleet.stretches import Plan, merged, sums
+from sigmatau.lab.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
+from sigmatau.process import uninterrupted
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+_TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 5 ms
+_BATCH_LOGS = 64
+_RECOUNT = 3.0  # between counts of the workers [s]
+_TRIES = 3  # of a stretch
+_ANSWER = 20.0  # in which a scheduler answers [s]
+_AHEAD = 2  # tasks a thread of the workers has waiting
+_PATIENCE = 0.5  # between looks at the clock and the scheduler [s]
+_LARGE = 1 << 26  # bytes of a log from which on a worker looks whether it must be divided
+_UNLIMITED = 4 << 30  # memory of a worker that states no limit [bytes]
+
+_Kind = Literal["batch", "single", "alone", "divide", "stretch"]
+
+
+@contextlib.contextmanager
+def cluster(
+    *, workers: int | None = None, scheduler: str | None = None, memory: float | None = None
+) -> Iterator[Client]:
+    """A client of a running scheduler, or of processes of this host that end with it.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Processes of this host. Default: one a core.
+    scheduler : str, optional
+        Address, ``tcp://host:8786``.
+    memory : float, optional
+        Of a process of this host. [bytes] Default: its share of the host's.
+
+    Raises
+    ------
+    DataError
+        If the scheduler does not answer.
+    ImportError
+        Without dask.distributed.
+    """
+    try:
+        import dask
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise ImportError("a fleet needs dask.distributed: pip install 'sigmatau[cluster]'") from None
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,  # a task whose worker ended is started again here, and smaller
+        # What watches a worker took 5 % of its time.
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "500ms",
+        "distributed.admin.system-monitor.interval": "10s",
+        "distributed.scheduler.worker-saturation": 1.0,  # a log that ends its worker then takes no others with it
+    }
+    # What they tell becomes an error of one line, or a failed log.
+    for name in ("distributed", "distributed.client", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    with dask.config.set(settings):
+        if scheduler is None:
+            with contextlib.ExitStack() as stack:
+                with uninterrupted():
+                    local = stack.enter_context(LocalCluster(
+                        n_workers=workers, threads_per_worker=1, dashboard_address=":0",
+                        memory_limit="auto" if memory is None else int(memory), silence_logs=60,
+                        preload="sigmatau.lab.fleet.worker", preload_nanny=[],
+                    ))  # fmt: skip
+                yield stack.enter_context(Client(local))
+            return
+        try:
+            _answers(scheduler)
+            client = Client(scheduler, timeout=_ANSWER)
+        except (OSError, ValueError) as error:
+            why = (str(error) or f"nothing was received in {_ANSWER:g} s").splitlines()[0]
+            raise DataError(f"{scheduler}: no scheduler answers: {why}") from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=2)
+
+
+def _answers(scheduler: str) -> None:
+    """Raise `OSError` for an address where something listens, and is not a scheduler: a `Client` would wait for it."""
+    import asyncio
+    from concurrent.futures import ThreadPoolExecutor
+
+    from distributed import Security
+    from distributed.comm import connect
+
+    async def shake_hands() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await asyncio.wait_for(connect(scheduler, timeout=_ANSWER, **arguments), _ANSWER + 1)
+        await comm.close()
+
+    with ThreadPoolExecutor(1) as thread:  # this one may run a loop of its own, as in a notebook
+        thread.submit(lambda: asyncio.run(shake_hands())).result()
+
+
+def run_fleet(
+    client: Client,
+    logs: Sequence[Log],
+    job: Job,
+    *,
+    done: Callable[[Sequence[Outcome]], None],
+    tell: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Analyse logs. `done` gets the outcomes of each task as soon as they are there, in any order; with none, it is called
+    about twice a second. `tell` gets what the user should know meanwhile: that there are no workers.
+
+    If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
+    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task
+    whose result is lost with its worker is started again.
+
+    Raises
+    ------
+    DataError
+        If the scheduler is lost, or a worker has no sigmatau, or another version. The outcomes so far have been passed on.
+    """
+    _Run(client, job, done, tell).all(logs)
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    kind: _Kind
+    logs: tuple[Log, ...]
+    part: int = 0  # of the stretches of a plan
+    tries: int = 1
+
+
+@dataclass(slots=True)
+class _Divided:
+    """A record whose stretches are summed."""
+
+    plan: Plan
+    sums: dict[str, Any] | None = None  # of the first `merged` stretches
+    merged: int = 0
+    waiting: dict[int, dict[str, Any]] = field(default_factory=dict)  # of later ones
+
+
+class _Run:
+    """The tasks of a fleet: which wait, which run."""
+
+    def __init__(
+        self, client: Client, job: Job, done: Callable[[Sequence[Outcome]], None], tell: Callable[[str], None]
+    ) -> None:
+        self._client, self._job, self._done, self._tell = client, job, done, tell
+        self._checked: set[str] = set()  # workers
+        self._waits = False  # for workers
+        self._logs: deque[Log] = deque()
+        self._waiting: deque[_Task] = deque()
+        self._alone: deque[_Task] = deque()
+        self._running: dict[str, tuple[_Task, Future]] = {}
+        self._ready: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._records: dict[str, _Divided] = {}
+        self._threads, self._counted = 1, -math.inf  # of the workers, and when they were counted
+        self._seconds, self._finished = 0.0, 0  # of the workers, for logs that are finished
+
+    def all(self, logs: Sequence[Log]) -> None:
+        memory = _memory(self._client)
+        large = {log.place for log in logs if (log.size or 0) > min(_LARGE, memory // 20)}
+        self._memory = memory
+        self._waiting += [_Task("divide", (log,)) for log in logs if log.place in large]
+        self._logs += [log for log in logs if log.place not in large]
+        try:
+            while self._started():
+                try:
+                    key = self._ready.get(timeout=_PATIENCE)
+                except queue.Empty:
+                    if self._client.status not in ("running", "connecting"):
+                        raise _lost() from None
+                    self._done(())
+                    continue
+                if key in self._running:
+                    self._finish(*self._running.pop(key))
+        finally:
+            # Without the scheduler nothing can be cancelled.
+            with contextlib.suppress(Exception):
+                self._client.cancel([future for _, future in self._running.values()], force=True)
+
+    def _started(self) -> bool:
+        """`_start`; raises `DataError` if the scheduler does not answer."""
+        try:
+            return self._start()
+        except OSError:
+            raise _lost() from None
+
+    def _start(self) -> bool:
+        """Start as many tasks as the workers need; whether any is running."""
+        if time.monotonic() > self._counted + _RECOUNT:  # workers come and go
+            threads: Mapping[str, int] = self._client.nthreads()
+            self._threads = max(sum(threads.values()), 1)
+            self._counted = time.monotonic()
+            if self._client.cluster is None:
+                self._check(threads)
+        while len(self._running) < _AHEAD * self._threads and (task := self._next()) is not None:
+            future = self._submit(task)
+            self._running[future.key] = task, future
+            future.add_done_callback(lambda one: self._ready.put(one.key))
+        if not self._running and self._alone:
+            task = self._alone.popleft()
+            future = self._submit(task)
+            self._running[future.key] = task, future
+            future.add_done_callback(lambda one: self._ready.put(one.key))
+        return bool(self._running)
+
+    def _check(self, workers: Iterable[str]) -> None:
+        """Raise `DataError` for a worker with another sigmatau, which would end with each log that it gets."""
+        found = {*workers}
+        if not found and not self._waits:
+            self._tell("the scheduler has no workers; waiting for them")
+        self._waits = not found
+        if new := found - self._checked:
+            # What is sent is a function of Python's own, so that it runs on every worker.
+            asked = self._client.run(
+                pkgutil.resolve_name, "sigmatau._version:__version__", workers=[*new], on_error="return"
+            )
+            for worker, version in asked.items():
+                if isinstance(version, ImportError | AttributeError):
+                    raise DataError(
+                        f"worker {worker} has no sigmatau: {version}; install sigmatau[cluster] {__version__} there"
+                    )
+                if isinstance(version, str) and version != __version__:
+                    raise DataError(
+                        f"worker {worker} has sigmatau {version}, and this process {__version__}; install the same version"
+                    )
+            self._checked = found
+
+    def _next(self) -> _Task | None:
+        if any(task.kind == "alone" for task, _ in self._running.values()):
+            return None
+        if self._waiting:
+            return self._waiting.popleft()
+        if not self._logs:
+            return None
+        # The first tasks are of one log; then the mean time tells how many make a task.
+        mean = self._seconds / self._finished if self._finished else _TASK_SECONDS
+        left = -(-len(self._logs) // self._threads)
+        count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(left, 1))
+        return _Task("batch", tuple(self._logs.popleft() for _ in range(min(count, len(self._logs)))))
+
+    def _submit(self, task: _Task) -> Future:
+        log = task.logs[0]
+        if task.kind == "divide":
+            return self._client.submit(divided, log, self._job, self._memory, pure=False)
+        if task.kind == "stretch":
+            bounds = self._records[log.place].plan.stretches[task.part]
+            return self._client.submit(sums, log.place, dict(self._job.reading), *bounds, pure=False)
+        return self._client.submit(analyse, task.logs, self._job, pure=False)
+
+    def _finish(self, task: _Task, future: Future) -> None:
+        from distributed import KilledWorker
+        from distributed.client import FutureCancelledError
+
+        error, found, there = None, None, True
+        try:
+            if future.status == "error":
+                error = future.exception()
+            elif future.status == "finished":
+                found = future.result()
+            else:  # lost or cancelled
+                there = False
+        except (OSError, FutureCancelledError):  # the connection, not the task
+            there = False
+        finally:
+            future.release()
+        if not there:
+            self._gone(task)
+        elif isinstance(error, KilledWorker):
+            self._killed(task)
+        elif error is not None:
+            self._failed(task, error)
+        else:
+            self._took(task, found)
+
+    def _gone(self, task: _Task) -> None:
+        """A task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
+        if self._client.status != "running":
+            raise _lost()
+        if task.tries >= _TRIES:
+            self._killed(task)
+        else:
+            tasks = self._alone if task.kind == "alone" else self._waiting
+            tasks.append(replace(task, tries=task.tries + 1))
+
+    def _took(self, task: _Task, found: Any) -> None:  # noqa: ANN401  by kind of task
+        log = task.logs[0]
+        if task.kind == "divide":
+            if found is None:
+                self._waiting.append(_Task("single", task.logs))
+                return
+            self._records[log.place] = _Divided(plan=found)
+            self._waiting += [_Task("stretch", task.logs, part) for part in range(len(found.stretches))]
+        elif task.kind == "stretch":
+            record = self._records.get(log.place)
+            if record is None:  # another stretch of it failed
+                return
+            record.waiting[task.part] = found
+            while (part := record.waiting.pop(record.merged, None)) is not None:
+                record.sums = part if record.sums is None else merged([record.sums, part])
+                record.merged += 1
+            if record.merged == len(record.plan.stretches):
+                assert record.sums is not None
+                del self._records[log.place]
+                self._done([combined(log, record.plan, record.sums, self._job)])
+            else:
+                self._done(())
+        else:
+            outcomes, seconds = found
+            self._seconds += seconds
+            self._finished += len(outcomes)
+            self._done(outcomes)
+
+    def _killed(self, task: _Task) -> None:
+        if task.kind == "batch" and len(task.logs) > 1:
+            self._waiting += [_Task("single", (log,)) for log in task.logs]
+        elif task.kind in ("batch", "single"):
+            self._alone.append(_Task("alone", task.logs))
+        elif task.kind in ("divide", "stretch") and task.tries < _TRIES:
+            self._waiting.append(replace(task, tries=task.tries + 1))
+        else:
+            why = "its worker ended each time it was tried, which happens when memory is short"
+            self._failed(task, DataError(why))
+
+    def _failed(self, task: _Task, error: BaseException) -> None:
+        for log in task.logs:
+            if task.kind == "stretch" and self._records.pop(log.place, None) is None:
+                continue  # another stretch of it failed before
+            self._done([failed(log, self._job, copy.copy(error))])
+
+
+def _memory(client: Client) -> int:
+    """Memory of a thread of the smallest worker. [bytes]"""
+    workers: Mapping[str, Mapping[str, Any]] = client.scheduler_info(n_workers=-1)["workers"]
+    limits = [one["memory_limit"] // one["nthreads"] for one in workers.values() if one.get("memory_limit")]
+    return min(limits, default=_UNLIMITED)
+
+
+def _lost() -> DataError:
+    return DataError("the scheduler was lost")

@@ -1,0 +1,139 @@
+"""What a store has of the logs of a fleet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.errors import DataError
+from sigmatau.lab.fleet.logs import Log
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+    from sqlalchemy.engine import Connection
+
+    from sigmatau.lab.store.ingest import Added
+    from sigmatau.lab.store.rows import Rows
+
+_AT_ONCE = 500  # keys of a statement
+
+
+class Stored:
+    """The runs of a store that were made with certain options.
+
+    Parameters
+    ----------
+    engine : Engine
+    options : mapping
+        Those that results name.
+
+    Raises
+    ------
+    DataError
+        If the store cannot be read.
+    """
+
+    def __init__(self, engine: Engine, options: Mapping[str, Any]) -> None:
+        from sqlalchemy import and_, select
+        from sqlalchemy.exc import SQLAlchemyError
+
+        from sigmatau.lab.store.connect import reason
+        from sigmatau.lab.store.rows import options_key
+        from sigmatau.lab.store.tables import run
+
+        self._engine = engine
+        self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
+        query = select(run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature).where(
+            self._mine
+        )
+        self._runs: dict[str, list[tuple[str, str]]] = {}
+        self._told: dict[str, list[tuple[int, dict[str, Any]]]] = {}
+        try:
+            with engine.connect() as connection:
+                for path, version, state, key, recorded, temperature in connection.execute(query):
+                    self._runs.setdefault(path, []).append((version, state))
+                    told = {"recorded": recorded, "temperature": temperature}
+                    self._told.setdefault(path, []).append((key, told))
+        except SQLAlchemyError as error:
+            raise DataError(f"the store cannot be read: {reason(error)}") from None
+
+    def close(self) -> None:
+        """Close the connections: of SQLite, what was written is then in the file itself, not in its log."""
+        self._engine.dispose()
+
+    def has(self, log: Log, *, failures: bool = True) -> bool:
+        """Whether there is a result of this version of a log; one that failed counts unless `failures` is False."""
+        found = self._runs.get(log.place, ())
+        return any(version == log.version and (failures or state != "failed") for version, state in found)
+
+    def failed(self, logs: Iterable[Log]) -> int:
+        """How many of some logs have failed in their present version, and have no other result."""
+        of = ([state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs)
+        return sum(bool(states) and set(states) == {"failed"} for states in of)
+
+    def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
+        """State the time or the temperature of the runs of logs that are there, by place; how many runs change.
+
+        Raises
+        ------
+        DataError
+            If the store does not take it.
+        """
+        from sqlalchemy import update
+
+        from sigmatau.lab.store.ingest import add_rows
+        from sigmatau.lab.store.tables import run
+
+        news = {
+            key: values
+            for place, values in stated.items()
+            for key, told in self._told.get(place, ())
+            if any(told[name] != value for name, value in values.items())
+        }
+        if not news:
+            return 0
+
+        def change(connection: Connection) -> None:
+            for key, values in news.items():
+                connection.execute(update(run).where(run.c.id == key).values(values))
+
+        add_rows(self._engine, [], then=change)
+        return len(news)
+
+    def add(self, rows: Sequence[Rows], logs: Iterable[Log]) -> Added:
+        """Add the results of logs in one transaction; raises `DataError`.
+
+        The results of earlier versions of the logs, and failures that are past, become history. A log that was touched, and
+        has the same result, keeps its row, which gets the version of the log.
+        """
+        from sigmatau.lab.store.ingest import add_rows
+
+        known = [log for log in logs if log.place in self._runs]
+
+        def settle(connection: Connection) -> None:
+            for at in range(0, len(known), _AT_ONCE):
+                self._settle(connection, {log.place: log for log in known[at : at + _AT_ONCE]})
+
+        return add_rows(self._engine, rows, then=settle)
+
+    def _settle(self, connection: Connection, logs: Mapping[str, Log]) -> None:
+        from sqlalchemy import select, update
+
+        from sigmatau.lab.store.tables import run
+
+        query = select(run.c.id, run.c.path, run.c.file_version, run.c.state).order_by(run.c.id)
+        rows = connection.execute(query.where(self._mine, run.c.path.in_(logs))).all()
+        by_place: dict[str, list[tuple[int, str, str]]] = {}
+        for key, path, version, state in rows:
+            by_place.setdefault(path, []).append((key, version, state))
+        past: list[int] = []
+        for place, found in by_place.items():
+            version = logs[place].version
+            kept = [key for key, its, state in found if its == version and state != "failed"]
+            kept = kept or [key for key, its, _ in found if its == version]
+            if not kept:
+                kept = [found[-1][0]]
+                connection.execute(update(run).where(run.c.id == kept[-1]).values(file_version=version))
+            past += [key for key, _, _ in found if key != kept[-1]]
+        if past:
+            connection.execute(update(run).where(run.c.id.in_(past)).values(current=False))

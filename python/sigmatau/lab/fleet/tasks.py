@@ -1,0 +1,185 @@
+"""What a worker does: logs in, rows for the store out. A log that cannot be used gives a row that says why."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import gc
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.frozen import frozen
+from sigmatau.lab.fleet.logs import Log
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+    from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau.errors import DataError, OptionError
+    from sigmatau.lab.fleet.stretches import Plan
+    from sigmatau.lab.store.naming import Naming
+    from sigmatau.lab.store.rows import Rows
+
+_THREADS = "threads"  # the setting of `analyze` that a worker sets itself: it has one core
+
+
+@frozen
+class Job:
+    """What all logs of a fleet have in common.
+
+    Attributes
+    ----------
+    reading, settings : mapping
+        Options of `sigmatau.read` and `sigmatau.analyze`.
+    naming : Naming
+        How the store calls the results.
+    """
+
+    reading: Mapping[str, Any]
+    settings: Mapping[str, Any]
+    naming: Naming
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that are not the defaults, as results state them; raises `OptionError` for a wrong one."""
+        from sigmatau.analysis.options import AnalysisOptions
+        from sigmatau.io.read.options import ReadOptions
+        from sigmatau.options import stated
+
+        reading = ReadOptions(**self.reading)
+        reading.checked()
+        of_both = {"reading": stated(reading), "analysis": stated(AnalysisOptions(**self.settings))}
+        return {of: options for of, options in of_both.items() if options}
+
+
+@frozen
+class Outcome:
+    """A log that is finished."""
+
+    log: Log
+    code: int  # exit code for this log alone
+    rows: Rows
+    error: OptionError | DataError | None = None  # why there is no result
+
+
+def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
+    """The outcomes of logs, in their order, and the time that they took. [s]"""
+    prepare_process()
+    begun = time.perf_counter()
+    found = [_analysed(log, job) for log in logs]
+    gc.collect()  # the samples of these logs must not stay beside those of the next
+    return found, time.perf_counter() - begun
+
+
+def divided(log: Log, job: Job, memory: int) -> Plan | None:
+    """How a record is divided that is too large for so many bytes of memory; None if it is analysed as a whole.
+
+    Raises
+    ------
+    DataError, OptionError
+        For a log that is too large and cannot be divided.
+    """
+    from sigmatau.lab.fleet import stretches
+
+    prepare_process()
+    if not stretches.too_large(log.place, job.reading, memory):
+        return None
+    return stretches.plan(log.place, job.reading, job.settings)
+
+
+def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome:
+    """The outcome of a record whose stretches were summed."""
+    from sigmatau.findings.finding import damaged
+    from sigmatau.lab.fleet import stretches
+
+    def result() -> tuple[Analysis, int]:
+        analysis = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
+        return analysis, damaged(analysis.findings)
+
+    return _outcome(log, job, result)
+
+
+def failed(log: Log, job: Job, error: BaseException) -> Outcome:
+    """The outcome of a log that has no result because of an error."""
+    from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau.errors import DataError, OptionError
+
+    if isinstance(error, MemoryError):
+        error = DataError("not enough memory for this record")
+    elif not isinstance(error, OptionError | DataError):
+        error = DataError(str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}")
+    reason = error if error.source else error.about(log.place)
+    failure = FailedAnalysis.of(reason, log.place, options=job.options)
+    return replace(_entered(log, job, failure, failure.exit_code), error=reason)
+
+
+def _analysed(log: Log, job: Job) -> Outcome:
+    def result() -> tuple[Analysis, int]:
+        from sigmatau.analysis import analyze
+        from sigmatau.errors import DataError, OptionError
+        from sigmatau.findings.finding import exit_code
+        from sigmatau.io.read import read
+
+        with near(log.place) as path:
+            try:
+                analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
+            except (DataError, OptionError) as error:
+                if error.source == str(path):  # of the copy
+                    error.source = log.place
+                raise
+            source = replace(analysis.source, checksum=analysis.source.sha256)  # while the copy is there
+            return replace(analysis, source=source), exit_code(analysis.findings)
+
+    return _outcome(log, job, result)
+
+
+def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
+    """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
+    from sigmatau.analysis.options import options_of
+
+    try:
+        analysis, code = result()
+        source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
+        analysis = replace(analysis, source=source, options=options_of(job.options.get("analysis", {})))
+        return _entered(log, job, analysis, code)
+    except Exception as error:  # a defect of the program must not end the other logs
+        return failed(log, job, error)
+
+
+def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int) -> Outcome:
+    from sigmatau.lab.store.rows import rows_of
+
+    entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
+    return Outcome(log=log, code=code, rows=rows_of(entry))
+
+
+@functools.cache
+def prepare_process() -> None:
+    """Settings of a process that analyses log after log, once."""
+    from sigmatau.process import keep_freed
+
+    keep_freed()
+    gc.freeze()
+
+
+@contextlib.contextmanager
+def near(place: str) -> Iterator[str | Path]:
+    """A file for the reader: an object is copied to this host; a Zarr store is read where it is."""
+    if "://" not in place or place.rstrip("/").endswith(".zarr"):
+        yield place
+        return
+    import fsspec
+
+    from sigmatau.errors import DataError
+
+    with tempfile.TemporaryDirectory(prefix="sigmatau-") as folder:
+        system, path = fsspec.core.url_to_fs(place)
+        copy = Path(folder) / Path(path).name
+        try:
+            system.get(path, str(copy))
+        except OSError as error:
+            raise DataError(f"cannot be copied: {error}").about(place) from None
+        yield copy

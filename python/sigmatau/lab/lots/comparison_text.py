@@ -1,0 +1,392 @@
+"""A comparison of runs in words: an overview for a screen of 24 lines, and the tables of the paper."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sigmatau.digits import limit_text, round_to_error, significant, two_digits
+from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.repeatability import Judgement, RandomEffects
+from sigmatau.lab.lots.runs import MEAN, SIGNED, Label
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.record.record import stream_name
+from sigmatau.results import WIDTH, aligned, lines_text, wrapped
+
+if TYPE_CHECKING:
+    from sigmatau.lab.lots.comparison import RunComparison
+
+_SCREEN = 23  # lines, and a prompt
+_LEAST_ROWS = 6  # of the table of one group
+_MOST_ROWS = 13  # of the table of many groups
+_ALL_NAMED = 7  # runs that are all named in the first line, as the days of a week
+_CSV = command("compare", Hint("csv", value="FILE"))
+_MOST_NAMED = 4  # runs, groups or results that are named in a line
+_STD = 3  # column of STD %, which a table that is too wide leaves to --table
+_LARGEST = 1.0  # relative spread up to which it is printed
+_SHORT: dict[Judgement, str] = {
+    "repeatable": "repeatable",
+    "varies": "varies",
+    "outlier": "outlier",
+    "too_alike": "too alike",
+    "one_run": "one run",
+    "without_errors": "not tested",
+}
+_SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}  # in a table that is too wide
+_ORDER: tuple[Judgement, ...] = ("outlier", "varies", "too_alike", "without_errors", "repeatable", "one_run")
+OTHERS = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
+
+
+def overview(comparison: RunComparison) -> str:
+    """What varies, and by how much, on one screen; without a result that is not used."""
+    lines = _of_one(comparison) if len(comparison.groups) == 1 else _of_many(comparison)
+    return lines_text(line for line in lines)
+
+
+def tables(comparison: RunComparison) -> str:
+    """Tables I and III of the paper for every group, sensor and term: runs as rows, axes as columns."""
+    judgements = comparison.judgements()
+    by_table: dict[tuple[int, str, str], list[int]] = {}
+    for at in range(len(comparison)):
+        label = comparison.table.labels[comparison.cells.label[at]]
+        if comparison.cells.seen[at]:
+            key = (int(comparison.cells.group[at]), stream_name(label.channel), label.term)
+            by_table.setdefault(key, []).append(at)
+    order = [*TERMS, MEAN]
+    keys = sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2])))
+    parts = ["\n".join(_paper_table(comparison, key, by_table[key], judgements)) for key in keys]
+    notes = []
+    if np.isfinite(comparison.cells.delta).any():
+        notes.append("δ: eq. (26) of the paper at the longest averaging time of the line, or as stated")
+    if np.isfinite(comparison.cells.typical).any():
+        notes.append(f"error: mean standard error of a {OTHERS[comparison.by]}")
+    if notes:
+        parts.append("\n".join(notes))
+    return lines_text("\n\n".join(parts).splitlines())
+
+
+def unused_lines(comparison: RunComparison) -> list[str]:
+    """The results that are not compared, and clocks that are off, one a line."""
+    lines = [f"not used: {place}: {problem}" for place, problem in comparison.unused.items()]
+    lines += [f"{name}: {finding}" for name, finding in comparison.clocks_off.items()]
+    return lines + [
+        f"clocks not compared: {serial or 'the unit'} has too many runs" for serial in comparison.clocks_skipped
+    ]
+
+
+def term_name(label: Label) -> str:
+    """Name of a term in a table."""
+    return "mean" if label.term == MEAN else label.term.replace("_", " ")
+
+
+def unit_of(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
+    """Unit in which values are printed, and its size in SI."""
+    if label.term == MEAN:
+        return display_units("bias_instability", label.quantity, label.rate_unit, values)[-1]
+    units = display_units(label.term, label.quantity, label.rate_unit, values)
+    return units[-1 if label.term == "bias_instability" else 0]
+
+
+def _of_one(comparison: RunComparison) -> list[str]:
+    rows = [at for at in range(len(comparison)) if comparison.key(at)[1].term != MEAN]
+    compared = [at for at in rows if comparison.cells.seen[at] > 1] or [at for at in rows if comparison.cells.seen[at]]
+    judgements = comparison.judgements()
+    order = in_order(comparison, compared)
+    below = [*wrapped(_said(comparison, order, judgements)), *_turn_on(comparison)]
+    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # beside the first two lines and those on the columns
+    if len(order) > room:
+        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[: room - 1]
+        order = [at for at in order if at in worst]
+    lines = [_head(comparison), *_table(comparison, order, judgements)]
+    if len(compared) > len(order):
+        lines.append(f"{len(compared) - len(order)} more rows, none worse: {command('compare', Hint('table'))}")
+    return lines + below
+
+
+def _head(comparison: RunComparison) -> str:
+    used = [run for run in comparison.runs if not run.problem]
+    what = OTHERS[comparison.by]
+    names = [run.serial if comparison.by == "run" else run.name for run in used]
+    of = f" of {comparison.groups[0]}" if comparison.groups[0] else ""
+    head = f"{len(used)} {what if len(used) == 1 else what + 's'}{of}: "
+    every = head + ", ".join(names)
+    if len(names) <= _ALL_NAMED and len(every) <= WIDTH:
+        return every
+    brief = f"{head}{names[0]} … {names[-1]}"
+    return brief if len(brief) <= WIDTH else f"{brief[: WIDTH - 1]}…"
+
+
+def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
+    """Rows channel by channel, in the order in which the results have them; terms in the order of their slopes."""
+    channels: dict[str, int] = {}
+    for label in comparison.table.labels:
+        channels.setdefault(label.channel, len(channels))
+    order = [*TERMS, MEAN]
+
+    def key(at: int) -> tuple[int, int]:
+        label = comparison.key(at)[1]
+        return channels[label.channel], order.index(label.term)
+
+    return sorted(rows, key=key)
+
+
+def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
+    level = f"{100 * comparison.level:g}"
+    what = OTHERS[comparison.by]
+    cells: list[tuple[str, ...]] = [("", "", "mean", "STD %", f"between {what}s %", "next ± %", "")]
+    for at in rows:
+        label, found = comparison.key(at)[1], comparison.row(at)
+        unit, size = unit_of(label, [found.mean])
+        seen, looked = int(comparison.cells.seen[at]), int(comparison.cells.looked[at])
+        verdict = _SHORT[judgements[at]] if seen == looked else f"{seen} of {looked}"
+        cells.append(
+            (label.channel, term_name(label), f"{_mean_text(found, size)} {unit}", *_spread(label, found), verdict)
+        )
+    widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells[0] = ("", "", "mean", "STD %", "between %", "next ± %", "")
+        widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells = [(row[0], _SHORT_TERMS.get(row[1], row[1]), *row[2:]) for row in cells]
+        widths = _widths(cells)
+    if sum(widths) + len(widths) - 1 > WIDTH:
+        cells = [(*row[:_STD], *row[_STD + 1 :]) for row in cells]
+        widths = _widths(cells)
+    gap = 2 if sum(widths) + 2 * (len(widths) - 1) <= WIDTH else 1
+    lines = []
+    previous = ""
+    for row in cells:
+        shown = (row[0] if row[0] != previous else "", *row[1:])
+        previous = row[0]
+        lines.append((" " * gap).join(text.ljust(width) for text, width in zip(shown, widths, strict=True)).rstrip())
+    if all(comparison.cells.seen[at] < 2 for at in rows):
+        return [*lines, _nothing(what)]
+    is_tested = any(judgements[at] != "without_errors" for at in rows)
+    spread = "the true values, errors removed" if is_tested else "the values, with their unknown errors"
+    return [
+        *lines,
+        f"between {what}s: spread of {spread} [{level} % interval]",
+        f"next ±: {level} % prediction interval of one more {what}, around the mean",
+    ]
+
+
+def _widths(cells: Sequence[Sequence[str]]) -> list[int]:
+    return [max(map(len, column)) for column in zip(*cells, strict=True)]
+
+
+def _mean_text(found: RandomEffects, size: float) -> str:
+    low, high = (None if end is None else end / size for end in (found.low, found.high))
+    return round_to_error(found.mean / size, low, high).value
+
+
+def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
+    """STD, spread between runs, and half of the prediction interval, in per cent; of a signed term of its mean."""
+    if found.std is None or found.tau is None:
+        return "", "", ""
+    scale = 1.0 if label.term not in SIGNED else abs(found.mean)
+
+    def percent(x: float | None) -> str:
+        if x is None or scale == 0:
+            return ""
+        return "0" if x == 0 else two_digits(100 * x / scale) if x < _LARGEST * scale else f"> {100 * _LARGEST:g}"
+
+    std = "" if found.std_relative is None else percent(found.std_relative * scale)
+    # Where no spread is consistent with values that differ by less than their errors, the interval is empty.
+    if found.tau_high == 0 or found.tau_high is None or found.tau_low is None:
+        between = percent(found.tau)
+    elif found.tau_high < _LARGEST * scale:
+        between = round_to_error(*(100 * size / scale for size in (found.tau, found.tau_low, found.tau_high))).text
+    else:
+        between = f"{percent(found.tau)} [{percent(found.tau_low)}, {percent(found.tau_high)}]"
+    return std, between, percent(found.next_error)
+
+
+def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
+    """What the verdicts mean: runs that do not belong by name; terms that are not seen in all runs."""
+    lines = []
+    outliers = comparison.outliers()
+    what = OTHERS[comparison.by]
+    for at in rows:
+        if at in outliers:
+            label, run = comparison.key(at)[1], outliers[at]
+            name = run.serial if comparison.by == "run" and run.serial else run.name
+            value = next(value for one, value, _ in comparison.values(at) if one is run)
+            others = [v for one, v, _ in comparison.values(at) if one is not run]
+            lines.append(
+                f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
+                f" {_against(value, float(np.mean(others)))} the others"
+            )
+    below = comparison.below()
+    for at in rows:
+        if at in below:
+            label, runs = comparison.key(at)[1], below[at]
+            smallest = min(comparison.table.limit[comparison.cells.limited(at)])
+            unit, size = unit_of(label, [smallest])
+            lines.append(
+                f"! {label.channel} {term_name(label)}: {what} {runs[0].name} does not belong:"
+                f" {limit_text(smallest / size)} {unit}, less than the others predict"
+            )
+    if len(lines) > _MOST_NAMED:
+        lines = [
+            *lines[:_MOST_NAMED],
+            f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: {_CSV}",
+        ]
+    alike = sum(judgements[at] == "too_alike" for at in rows)
+    if alike:
+        lines.append(
+            f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
+        )
+    if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
+        lines.append(f"· m of n: m of the n {what}s show the term; the mean of these is too large.")
+    return lines
+
+
+def _against(value: float, mean: float) -> str:
+    if mean == 0 or value * mean < 0:
+        return "far from"
+    ratio = value / mean
+    if ratio > 2:
+        return f"{ratio:.2g} times"
+    return f"{two_digits(100 * abs(ratio - 1))} % {'above' if ratio > 1 else 'below'}"
+
+
+def _turn_on(comparison: RunComparison) -> list[str]:
+    """Standard deviations of the means over the runs."""
+    by_sensor: dict[str, list[tuple[str, RandomEffects, str, float]]] = {}
+    for at in in_order(comparison, range(len(comparison))):
+        label = comparison.key(at)[1]
+        if label.term == MEAN and comparison.cells.seen[at] > 1 and label.quantity in ("angular_rate", "acceleration"):
+            by_sensor.setdefault(stream_name(label.channel), []).append(
+                (label.channel, comparison.row(at), *unit_of(label, ()))
+            )
+    if not by_sensor:
+        return []
+    parts = []
+    for rows in by_sensor.values():
+        values = ", ".join(f"{name} {two_digits((found.std or 0.0) / size)}" for name, found, _, size in rows)
+        parts.append(f"{values} {rows[0][2]}")
+    one = next(iter(by_sensor.values()))[0][1]
+    factors = ""
+    if one.tau and one.tau_low is not None and one.tau_high is not None:
+        low, high = one.tau_low / one.tau, one.tau_high / one.tau
+        factors = f" ({100 * comparison.level:g} % interval: × {two_digits(low)} to × {two_digits(high)})"
+    start = "turn-on bias" if comparison.by == "unit" else "bias"
+    return wrapped([f"{start}, STD: {'; '.join(parts)}{factors}"])
+
+
+def _nothing(what: str) -> str:
+    return f"Nothing to compare: each value is from one {what}. Give the results of two or more."
+
+
+def _of_many(comparison: RunComparison) -> list[str]:
+    """Over many groups: by channel and term how many repeat, and the groups with a run that does not belong."""
+    judgements = comparison.judgements()
+    used = sum(not run.problem for run in comparison.runs)
+    what, group = OTHERS[comparison.by], comparison.by
+    rows: dict[tuple[str, str], list[int]] = {}
+    labels = comparison.table.labels
+    order = [*TERMS]
+    for at in np.flatnonzero(comparison.cells.seen > 1).tolist():
+        label = labels[comparison.cells.label[at]]
+        if label.term != MEAN:
+            rows.setdefault((label.channel, label.term), []).append(at)
+    if not (comparison.cells.seen > 1).any():
+        return [f"{used} results of {len(comparison.groups)} {group}s", _nothing(what)]
+    channels: dict[str, int] = {}
+    for label in labels:
+        channels.setdefault(label.channel, len(channels))
+    head = ("", "", f"{group}s", "STD %", f"between {what}s %", "repeat", "vary", "outlier")
+    cells: list[tuple[str, ...]] = [head]
+    listed = sorted(rows, key=lambda key: (channels[key[0]], order.index(key[1])))
+    for channel, term in listed[:_MOST_ROWS]:
+        own = rows[channel, term]
+        counts = Counter(judgements[at] for at in own)
+        scale = np.abs(comparison.effects.mean[own]) if term in SIGNED else 1.0
+        tau = 100 * float(np.nanmedian(comparison.effects.tau[own] / scale))
+        level = comparison.effects.mean[own] if term in SIGNED else np.exp(comparison.effects.mean[own])
+        std = 100 * float(np.nanmedian(comparison.cells.std[own] / np.abs(level)))
+        cells.append(
+            (
+                channel,
+                term.replace("_", " "),
+                str(len(own)),
+                two_digits(std),
+                two_digits(tau) if tau else "0",
+                str(counts["repeatable"] + counts["too_alike"]),
+                str(counts["varies"]),
+                str(counts["outlier"]),
+            )
+        )
+    lines = [f"{used} results of {len(comparison.groups)} {group}s", *aligned(cells)]
+    if len(listed) > _MOST_ROWS:
+        lines.append(f"{len(listed) - _MOST_ROWS} more rows: {_CSV}")
+    lines.append(f"STD and between {what}s: medians over the {group}s")
+    outliers = comparison.outliers() if "outlier" in judgements else {}
+    named: dict[str, list[str]] = {}
+    for at, run in outliers.items():
+        name, label = comparison.key(at)
+        other = run.serial if comparison.by == "run" and run.serial else run.name
+        named.setdefault(name, []).append(f"{other} ({label.channel} {term_name(label)})")
+    for name, runs in list(named.items())[:_MOST_NAMED]:
+        more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
+        lines.append(f"! {name}: {what} {runs[0]}{more} does not belong")
+    if len(named) > _MOST_NAMED:
+        lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: {_CSV}")
+    return wrapped(lines)
+
+
+def _paper_table(
+    comparison: RunComparison, key: tuple[int, str, str], rows: Sequence[int], judgements: Sequence[Judgement]
+) -> list[str]:
+    group, _, term = key
+    rows = in_order(comparison, rows)
+    labels = [comparison.key(at)[1] for at in rows]
+    unit, size = unit_of(labels[0], [comparison.row(at).mean for at in rows])
+    what = OTHERS[comparison.by]
+    values = [{id(run): value / size for run, value, _ in comparison.values(at)} for at in rows]
+    runs = [run for run in comparison.runs if any(id(run) in one for one in values)]
+    digits = _decimals([value for one in values for value in one.values()])
+    name = " ".join(filter(None, [comparison.groups[group], term_name(labels[0]), f"[{unit}]"]))
+    cells = [(what, *(label.channel for label in labels))]
+    for run in runs:
+        title = run.serial if comparison.by == "run" and run.serial else run.name
+        cells.append((title, *(f"{one[id(run)]:.{digits}f}" if id(run) in one else "-" for one in values)))
+    found = [comparison.row(at) for at in rows]
+    stds = (None if row.std is None else row.std / size for row in found)
+    cells.append(("STD", *("" if std is None else _std_text(std, digits) for std in stds)))
+    if term != MEAN:
+        spreads = [_spread(label, one) for label, one in zip(labels, found, strict=True)]
+        cells.append(("STD %", *(one[0] for one in spreads)))
+        cells.append((f"between {what}s %", *(one[1] for one in spreads)))
+        cells.append(("next ± %", *(one[2] for one in spreads)))
+        cells.append(("verdict", *(_SHORT[judgements[at]] for at in rows)))
+        std = comparison.cells.std
+        for title, symbol, errors in (
+            ("paper: STD < δ", "δ", comparison.cells.delta),
+            ("STD < error", "error", comparison.cells.typical),
+        ):
+            if np.isfinite(errors[rows]).any():
+                texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size) for at in rows)
+                cells.append((title, *texts))
+    return [name, *aligned(cells)]
+
+
+def _std_text(std: float, digits: int) -> str:
+    """A standard deviation with the decimals of its values, and with two digits where these show fewer."""
+    return f"{std:.{digits}f}" if std >= 10.0 ** (1 - digits) else significant(std, 2, zeros=True)
+
+
+def _rule_text(std: float, error: float, symbol: str, size: float) -> str:
+    """Whether a standard deviation is below an error: ``"yes, δ = 0.074"``."""
+    if not (np.isfinite(std) and np.isfinite(error)):
+        return ""
+    return f"{'yes' if std < error else 'no'}, {symbol}{significant(error / size, 2, zeros=True)}"
+
+
+def _decimals(values: Sequence[float]) -> int:
+    """Decimals that show four digits of the typical value."""
+    middle = float(np.median(np.abs(values)))
+    return 3 if middle == 0 else int(np.clip(3 - np.floor(np.log10(middle)), 0, 12))

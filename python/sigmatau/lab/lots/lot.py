@@ -1,0 +1,315 @@
+"""`judge_lot`: a lot of units against a specification and against each other; every unit is accounted for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from sigmatau.analysis import Analysis
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.reading import as_result
+from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
+from sigmatau.lab.datasheets.claims import Bias, Sided
+from sigmatau.lab.datasheets.compare import check_options, compare_with
+from sigmatau.lab.datasheets.sheet import Datasheet
+from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
+from sigmatau.lab.lots.lot_judging import of_findings, of_verdict
+from sigmatau.lab.lots.lot_others import beside_others, distributions_of
+from sigmatau.lab.lots.lot_remark import Remark, State, remark
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
+from sigmatau.lab.lots.lot_unit import UnitResult, unit_of, without_result
+
+Undecided = Literal["not-judged", "pass", "fail"]
+FailOn = Literal["warning"]
+Result = Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception
+
+_CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
+_OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on
+
+
+@frozen(eq=False)
+class Examined:
+    """One unit, compared with the specification alone.
+
+    Attributes
+    ----------
+    result : UnitResult
+        The result of the unit, or why there is none.
+    verdict : Verdict or None
+        Comparison with the specification; None without a result or a specification.
+    """
+
+    result: UnitResult
+    verdict: Verdict | None = None
+
+
+def examine(
+    result: Result,
+    sheet: Datasheet | None,
+    *,
+    name: str = "unit",
+    level: float = 0.95,
+    factor: float | None = None,
+    sided: Sided | None = None,
+    bias: Bias | None = None,
+) -> Examined:
+    """One unit alone, for `judge_lot`; an error that is given or raised is kept as the reason why there is no result."""
+    if isinstance(result, Exception):
+        return Examined(result=without_result(str(result)))
+    path = str(result) if isinstance(result, str | Path) else ""
+    try:
+        analysis = as_result(result)
+        unit = unit_of(analysis)
+        if path and not unit.path:
+            unit = replace(unit, path=path)
+        if isinstance(analysis, FailedAnalysis) or unit.reason or sheet is None:
+            return Examined(result=unit)
+        verdict = compare_with(analysis, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
+    except DataError as error:
+        absent = bool(path) and not Path(path).exists()
+        return Examined(result=without_result(error.without(path), path=path, absent=absent))
+    return Examined(result=unit, verdict=verdict)
+
+
+def judge_lot(
+    results: Mapping[str, Result | Examined] | Sequence[Result],
+    spec: Datasheet | str | Path | None = None,
+    *,
+    expect: int | Sequence[str] | None = None,
+    level: float = 0.95,
+    factor: float | None = None,
+    sided: Sided | None = None,
+    bias: Bias | None = None,
+    undecided: Undecided = "not-judged",
+    fail_on: FailOn | None = None,
+    accept: Sequence[str] = (),
+) -> Lot:
+    """Judge a lot of units against a specification, and find outlying units.
+
+    Each unit is exactly one of passed, failed, not judged, failed to read, and missing. A unit passes if every value of the
+    specification has a maximum that its interval lies below, and if no warning about its record and no comparison with the
+    other units casts doubt on it.
+
+    Parameters
+    ----------
+    results : mapping of str to result, or sequence of results
+        By the name of the unit, in the order of production: an `Analysis`, its JSON form, the path of its JSON file, or the
+        exception that prevented it. A sequence is named by its files, or by numbers.
+    spec : Datasheet, str or Path, optional
+        A name of the library or the path of a file; see `sigmatau.datasheet`. Without it the units are described, and
+        compared with each other.
+    expect : int or sequence of str, optional
+        Expected number of units, or their names; absent units are missing.
+    level : float
+        Confidence level of "above" and "below" a maximum, see `sigmatau.compare_with`.
+    factor : float, optional
+        Factor from the typical (or 1 σ) value to the maximum, where the specification states no maximum. Default: such a
+        value is not judged.
+    sided : {"one", "two"}, optional
+        Convention of noise densities if the specification does not state it.
+    bias : {"minimum", "coefficient"}, optional
+        Convention of bias instabilities if not stated.
+    undecided : {"not-judged", "pass", "fail"}
+        State of a unit whose interval contains a maximum, or that lacks an axis or a model.
+    fail_on : {"warning"}, optional
+        Whether a warning about the record, or an implausible value, fails a unit. Default: the unit is not judged.
+    accept : sequence of str
+        Codes of findings and remarks that do not keep a unit from passing, such as ``"spectral_line"``.
+
+    Returns
+    -------
+    Lot
+
+    Raises
+    ------
+    OptionError
+        For an invalid option, or if there are no results and none are expected.
+    DataError
+        If the file of the specification cannot be read.
+
+    See Also
+    --------
+    compare_with : one unit against a datasheet, in full.
+
+    References
+    ----------
+    ISO 14253-1:2017, section 5; JCGM 106:2012, section 8.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> records = [st.simulate(model, duration=600, rate=10, rng=k) for k in range(3)]
+    >>> lot = st.judge_lot({f"unit {k}": st.analyze(record) for k, record in enumerate(records, 1)}, expect=4)
+    >>> lot.counts
+    {'failed': 0, 'not_judged': 3, 'unreadable': 0, 'missing': 1, 'passed': 0}
+    >>> lot.exit_code
+    4
+    """
+    check_choices(undecided, fail_on, accept)
+    check_options(level=level, factor=factor, sided=sided, bias=bias)
+    sheet = spec if isinstance(spec, Datasheet) or spec is None else find_datasheet(spec)
+    options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
+    named = _named(results)
+    examined = {
+        name: one if isinstance(one, Examined) else examine(one, sheet, name=name, **options)
+        for name, one in named.items()
+    }
+    absent, more = _absent(examined, expect)
+    if not examined and not absent:
+        raise OptionError("{option}: no units; give results or the number of units to expect", option="results")
+    found = {name: one.result for name, one in examined.items()}
+    distributions = distributions_of(found)
+    beside = beside_others(found, distributions, judged=sheet is not None)
+    settings = Settings(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
+    units = [
+        _judged(
+            name, one, beside.get(name, ()), settings, with_spec=sheet is not None, expected=_is_expected(name, expect)
+        )
+        for name, one in examined.items()
+    ]
+    missing = [
+        JudgedUnit(
+            name=name,
+            state="missing",
+            remarks=(remark(Missing(), "data"),),
+            result=UnitResult(absent=True),
+        )
+        for name in absent
+    ]
+    return Lot(
+        spec=sheet,
+        units=(*units, *missing),
+        distributions=distributions.values,
+        bands=distributions.bands,
+        expected=None if expect is None else expect if isinstance(expect, int) else len(expect),
+        too_many=more,
+        settings=settings,
+    )
+
+
+def check_choices(undecided: object, fail_on: object, accept: object) -> None:
+    """Raise `OptionError` for invalid choices."""
+    if undecided not in get_args(Undecided):
+        raise OptionError(
+            f"{{option}} must be one of {', '.join(get_args(Undecided))}, not {undecided!r}", option="undecided"
+        )
+    if fail_on not in (None, *get_args(FailOn)):
+        raise OptionError(f"{{option}} must be warning, not {fail_on!r}", option="fail_on")
+    if isinstance(accept, str) or not isinstance(accept, Sequence):
+        raise OptionError("{option} must be a list of codes", option="accept")
+    known = {*CODES, *_finding_codes()} - {"above_maximum", "unreadable", "missing", "no_specification", "no_maximum"}
+    for code in accept:
+        if code not in known:
+            raise OptionError(
+                f"{{option}}: unknown code {code!r}; codes are those of docs/findings.md, and"
+                f" {', '.join(sorted(known & {*CODES}))}",
+                option="accept",
+            )
+
+
+def _finding_codes() -> set[str]:
+    from sigmatau.findings import details_by_code
+
+    return set(details_by_code())
+
+
+def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[str, Result | Examined]:
+    """Results by the name of their unit."""
+    if isinstance(results, Mapping):
+        return {str(name): one for name, one in results.items()}
+    if isinstance(results, str | Path | Analysis):
+        raise OptionError("{option} must be a sequence of results, or a mapping by name", option="results")
+    names = []
+    for k, one in enumerate(results, 1):
+        if isinstance(one, str | Path):
+            names.append(Path(one).name.removesuffix(".json"))
+            continue
+        source = one.source.path if isinstance(one, Analysis) else None
+        if isinstance(one, Mapping) and isinstance(one.get("source"), Mapping):
+            source = one["source"].get("path")
+        names.append(Path(source).name if source else f"unit {k}")
+    repeated = {name for name in names if names.count(name) > 1}
+    unique = [f"{name} ({k})" if name in repeated else name for k, name in enumerate(names, 1)]
+    return dict(zip(unique, results, strict=True))
+
+
+def _absent(examined: Mapping[str, Examined], expect: int | Sequence[str] | None) -> tuple[list[str], int]:
+    """Names of the units that are expected and not there, and how many more there are than expected."""
+    if expect is None:
+        return [], 0
+    if isinstance(expect, int):
+        if isinstance(expect, bool) or expect < 1:
+            raise OptionError(f"{{option}} must be a number of units, at least 1, not {expect!r}", option="expect")
+        lacking = expect - len(examined)
+        return [f"(missing {k + 1})" for k in range(max(lacking, 0))], max(-lacking, 0)
+    if isinstance(expect, str) or not all(isinstance(name, str) and name for name in expect):
+        raise OptionError("{option} must be a number of units or a list of their names", option="expect")
+    if len({*expect}) < len(expect):
+        twice = next(name for name in expect if list(expect).count(name) > 1)
+        raise OptionError(f"{{option}} names {twice!r} twice", option="expect")
+    there = {form for name in examined for form in _forms(name)}
+    return [name for name in expect if name not in there], 0
+
+
+def _forms(name: str) -> set[str]:
+    """Names by which a list may call a unit: ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``."""
+    forms = {name}
+    path = Path(name)
+    while path.suffix:
+        path = path.with_suffix("")
+        forms |= {str(path), path.name}
+    return forms | {Path(name).name}
+
+
+def _is_expected(name: str, expect: int | Sequence[str] | None) -> bool:
+    return expect is None or isinstance(expect, int) or not _forms(name).isdisjoint(expect)
+
+
+def _judged(
+    name: str, one: Examined, beside: Sequence[Remark], settings: Settings, *, with_spec: bool, expected: bool
+) -> JudgedUnit:
+    result = one.result
+    if result.error:
+        state: State = "missing" if result.absent else "unreadable"
+        details = Missing() if result.absent else Unreadable(reason=result.error)
+        return JudgedUnit(name=name, state=state, remarks=(remark(details, "data"),), result=result)
+    remarks = [] if one.verdict is None else of_verdict(one.verdict)
+    remarks += [*beside, *of_findings(result)]
+    if not expected:
+        remarks.append(remark(NotExpected(), "data"))
+    remarks = [_accepted(one, settings) for one in remarks]
+    if not with_spec:
+        remarks.append(remark(NoSpecification(), "note"))
+    state = _state(remarks, settings, with_spec=with_spec)
+    order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
+    remarks.sort(key=lambda one: 0 if _explains_others(one) else order[one.kind])
+    return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=one.verdict)
+
+
+def _explains_others(one: Remark) -> bool:
+    """Whether a remark explains all others: motion, or a mistaken unit."""
+    details = one.details
+    mistaken = not isinstance(details, OtherScale) or details.likely is not None
+    return one.code in _CAUSES and one.kind != "note" and mistaken
+
+
+def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) -> State:
+    """The state of a unit that has a result."""
+    doubts = [one for one in remarks if one.kind in ("judging", "data", "lot")]
+    warned = settings.fail_on == "warning" and any(one.kind != "judging" for one in doubts)
+    open_ = settings.undecided == "fail" and any(one.code in _OPEN for one in doubts)
+    if warned or open_ or any(one.kind == "limit" for one in remarks):
+        return "failed"
+    return "not_judged" if doubts or not with_spec else "passed"
+
+
+def _accepted(one: Remark, settings: Settings) -> Remark:
+    """A remark that the options take as no obstacle, as a note."""
+    passes = settings.undecided == "pass" and one.code in _OPEN
+    return replace(one, kind="note") if one.kind != "limit" and (one.code in settings.accept or passes) else one

@@ -1,0 +1,152 @@
+"""What a specification and the findings say of one unit, as remarks; before it is compared with the rest of the lot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from sigmatau.findings.finding import Finding, Stated
+from sigmatau.lab.datasheets.verdict import Judged, Verdict
+from sigmatau.lab.lots.lot_findings import AboveMaximum, ImplausibleValue, NoMaximum, NoModel, NotMeasured, Undecided
+from sigmatau.lab.lots.lot_remark import Kind, Remark, remark
+from sigmatau.lab.lots.lot_unit import UnitResult
+
+DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
+"""Findings about a sensor or its unit that no unit passes with, even where the analysis could leave the samples out."""
+
+ALLOWED_FOR = ("widened",)
+"""Warnings that the intervals allow for, so that they keep no unit from passing."""
+
+_FAR_FROM_TYPICAL = 10.0
+"""Ratio to a typical value from which on a value is implausible: units of a type differ by far less, mistaken units
+(57.3, 9.81 · 9.81, 1000, 3600) by more, but for g and m/s², which the mean of the accelerometer shows."""
+
+_FAR_FROM_MAXIMUM = 30.0  # the same below a maximum, which makers set several times above the typical value
+
+
+def of_verdict(verdict: Verdict) -> list[Remark]:
+    """The remarks of a comparison with a specification: what is out, what cannot be judged, what is implausible."""
+    found = [_above(judged) for judged in verdict.of("out")]
+    open_: dict[str, list[Judged]] = {}
+    for judged in verdict.judged:
+        if judged.status == "out":
+            continue
+        if not any(reading.maximum is not None for reading in judged.readings):
+            open_.setdefault(f"{_sensor(judged.channel)} {judged.claim.label}", []).append(judged)
+        elif not judged.may_be_out:
+            continue  # below its maximum in every convention; the typical value decides nothing
+        elif judged.doubt is not None and judged.doubt.of_model:
+            found.append(remark(NoModel(), "judging", (judged.channel,)))
+        elif not any(reading.measured.anything for reading in judged.readings):
+            found.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
+        elif judged.status == "undecided":
+            found.append(_undecided(judged))
+    if open_:
+        found.append(remark(NoMaximum(what=", ".join(open_)), "judging"))
+    found += [remark(NotMeasured(), "judging", (name,)) for name in verdict.missing]
+    if not verdict.judged and not verdict.missing:
+        found.append(remark(NoMaximum(what="the noise of the measured channels"), "judging"))
+    return [*_merged(found), *_implausible(verdict)]
+
+
+def _sensor(channel: str) -> str:
+    return channel.partition("_")[0]
+
+
+def _merged(remarks: Iterable[Remark]) -> list[Remark]:
+    """Remarks that differ in their channel alone as one."""
+    found: dict[tuple[object, ...], Remark] = {}
+    for one in remarks:
+        details = one.details
+        key = (details,) if isinstance(details, NoModel | NotMeasured) else (id(one),)
+        before = found.get(key)
+        found[key] = one if before is None else remark(details, one.kind, (*before.channels, *one.channels))
+    return list(found.values())
+
+
+def _above(judged: Judged) -> Remark:
+    # Of two readings of a claim, the one that is nearer to its limit: it is out by both.
+    reading = min(
+        (one for one in judged.readings if one.maximum is not None),
+        key=lambda one: (
+            (one.measured.value or one.measured.lower_limit or math.inf) / (one.maximum.limit if one.maximum else 1)
+        ),
+    )
+    assert reading.maximum is not None
+    text, factor = judged.claim.display()
+    value = reading.measured.value if reading.measured.value is not None else reading.measured.lower_limit
+    details = AboveMaximum(
+        what=judged.claim.label,
+        value=value,
+        limit=reading.maximum.limit,
+        ratio=None if value is None else value / reading.maximum.limit,
+        unit=text,
+        factor=factor * reading.meaning.factor,
+        low=reading.measured.low,
+        high=reading.measured.high,
+    )
+    return remark(details, "limit", (judged.channel,))
+
+
+def _undecided(judged: Judged) -> Remark:
+    reading = next(one for one in judged.readings if one.maximum is not None)
+    assert reading.maximum is not None
+    text, factor = judged.claim.display()
+    several = len(judged.readings) > 1 and len({one.maximum and one.maximum.side for one in judged.readings}) > 1
+    details = Undecided(
+        what=judged.claim.label,
+        value=reading.measured.value,
+        limit=reading.maximum.limit,
+        unit=text,
+        factor=factor * reading.meaning.factor,
+        low=reading.measured.low,
+        high=reading.measured.high,
+        convention=None if not several else "sided" if judged.claim.key == "noise_density" else "bias",
+    )
+    return remark(details, "judging", (judged.channel,))
+
+
+def _implausible(verdict: Verdict) -> list[Remark]:
+    """The worst value of each sensor that is far from what is stated."""
+    worst: dict[str, tuple[float, Remark]] = {}
+    for judged in verdict.judged:
+        sensor = _sensor(judged.channel)
+        for details in _ratios(judged):
+            off = abs(math.log(details.ratio or 1))
+            if sensor not in worst or off > worst[sensor][0]:
+                worst[sensor] = off, remark(details, "lot", (judged.channel,))
+    return [one for _, one in worst.values()]
+
+
+def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
+    claim = judged.claim
+    ratios = []
+    for reading in judged.readings:
+        value = reading.measured.value
+        stated = claim.typical if claim.typical is not None else claim.maximum
+        if value is None or stated is None or not value > 0:
+            return
+        ratios.append(value / (stated * reading.meaning.factor))
+    if not ratios:
+        return
+    ratio = min(ratios, key=lambda one: abs(math.log(one)))  # of two readings, the better one
+    most = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
+    if ratio < 1 / most or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > most)):
+        name = claim.usual if claim.typical is not None else "maximum"
+        yield ImplausibleValue(what=claim.label, ratio=ratio, stated=name)
+
+
+def of_findings(unit: UnitResult) -> list[Remark]:
+    """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
+    kinds: dict[tuple[str, str], list[Finding]] = {}
+    for one in unit.findings:
+        kinds.setdefault((one.code, one.severity), []).append(one)
+    remarks = []
+    if unit.reason and all(code != unit.rest for code, _ in kinds):  # a result by hand
+        remarks.append(remark(Stated(stated_code=unit.rest, message=unit.reason), "judging"))
+    for (code, severity), alike in kinds.items():
+        channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
+        grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
+        kind: Kind = "judging" if unit.reason and code == unit.rest else "data" if grave else "note"
+        remarks.append(Remark(finding=alike[0], kind=kind, channels=channels))
+    return remarks

@@ -1,0 +1,473 @@
+"""`Lot`: the units of a lot with their states, the distributions over them, and the exit code that a line can trust."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sigmatau._version import __version__
+from sigmatau.frozen import frozen
+from sigmatau.lab.datasheets.claims import MINIMUM
+from sigmatau.lab.datasheets.sheet import Datasheet
+from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.lot_remark import STATES, Remark, State
+from sigmatau.lab.lots.lot_statistics import Band, Distribution, Floats
+from sigmatau.lab.lots.lot_unit import UnitResult
+from sigmatau.lab.lots.lot_words import STATE_WORDS, what_text, what_unit
+from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.results import Tabular, plain, printable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from sigmatau.lab.lots.lot_plot import LotCurves
+
+SCHEMA = 1
+"""Version of the JSON form of a lot."""
+
+_MOST_REASONS = 2  # that are told in a table
+
+FAILED, OPEN = 3, 4
+"""Exit codes: a unit failed; not all units are judged, read and there."""
+
+
+@frozen
+class Settings:
+    """The options of a judgement, as for `sigmatau.judge_lot`.
+
+    Attributes
+    ----------
+    level : float
+        Confidence level.
+    factor : float or None
+        Maximum over the typical value, where the specification states no maximum: a factor.
+    sided : {"one", "two"} or None
+        Convention of noise densities.
+    bias : {"minimum", "coefficient"} or None
+        Convention of bias instabilities.
+    undecided : {"not-judged", "pass", "fail"}
+        What a unit is whose interval contains a maximum.
+    fail_on : {"warning"} or None
+        Whether a warning fails a unit.
+    accept : tuple of str
+        Codes that do not keep a unit from passing.
+    """
+
+    level: float = 0.95
+    factor: float | None = None
+    sided: str | None = None
+    bias: str | None = None
+    undecided: str = "not-judged"
+    fail_on: str | None = None
+    accept: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return plain(self, "level factor sided bias undecided fail_on accept")
+
+
+@frozen(eq=False)
+class JudgedUnit:
+    """One unit of a lot.
+
+    Attributes
+    ----------
+    name : str
+    state : {"passed", "failed", "not_judged", "unreadable", "missing"}
+    remarks : tuple of Remark
+        Those that decide first.
+    result : UnitResult
+    verdict : Verdict or None
+        The comparison with the specification, number by number.
+    """
+
+    name: str
+    state: State
+    remarks: tuple[Remark, ...]
+    result: UnitResult
+    verdict: Verdict | None = None
+
+    @property
+    def reasons(self) -> tuple[Remark, ...]:
+        """The remarks that decided on the state, the worst kind first."""
+        if self.state == "passed":
+            return ()
+        deciding = tuple(one for one in self.remarks if one.kind != "note")
+        return deciding or tuple(one for one in self.remarks if one.code == "no_specification")
+
+    @property
+    def reason(self) -> str:
+        """Why the unit is not passed, in words; empty if it is."""
+        return "; ".join(dict.fromkeys(one.text for one in self.reasons))
+
+    @property
+    def brief(self) -> str:
+        """The first reasons, and how many more there are."""
+        texts = list(dict.fromkeys(one.text for one in self.reasons))
+        more = len(texts) - _MOST_REASONS
+        return "; ".join(texts[:_MOST_REASONS]) + (f"; and {more} more" if more > 0 else "")
+
+    @property
+    def notes(self) -> tuple[Remark, ...]:
+        """Remarks that are only told."""
+        return tuple(one for one in self.remarks if one.kind == "note" and one.code != "no_specification")
+
+    def __repr__(self) -> str:
+        return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        channels = {
+            name: {
+                "quantity": one.quantity,
+                "unit": one.unit,
+                "sample_rate_hz": one.rate,
+                "samples": one.samples,
+                "trust": one.trust,
+                "coefficients": {
+                    what: {
+                        key: number
+                        for key in ("value", "low", "high", "limit")
+                        if (number := getattr(found, key)) is not None
+                    }
+                    for what, found in one.coefficients.items()
+                },
+            }
+            for name, one in self.result.channels.items()
+        }
+        claims = [] if self.verdict is None else [judged.to_dict() for judged in self.verdict.judged]
+        return {
+            "name": self.name,
+            "state": self.state,
+            "reason": self.reason,
+            "remarks": [one.to_dict() for one in self.remarks],
+            "path": self.result.path,
+            "sha256": self.result.sha256,
+            "channels": channels,
+            "claims": claims,
+        }
+
+
+@frozen(eq=False)
+class Lot(Tabular):
+    """Result of `judge_lot`.
+
+    Attributes
+    ----------
+    spec : Datasheet or None
+    units : tuple of JudgedUnit
+        Judged units in the given order, followed by missing units.
+    distributions : tuple of Distribution
+        Distributions of the coefficients that at least half of the units show, by channel.
+    bands : tuple of Band
+        The curves of all units by channel, with their median and range.
+    expected : int or None
+        How many units were expected.
+    too_many : int
+        Units beyond the number that was expected.
+    settings : Settings
+
+    See Also
+    --------
+    judge_lot : makes it.
+    lot_report : writes it as a page.
+
+    Examples
+    --------
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> results = [st.analyze(st.simulate(model, duration=600, rate=10, rng=k)) for k in range(3)]
+    >>> lot = st.judge_lot(results)
+    >>> lot.counts["not_judged"], lot.exit_code  # without a specification
+    (3, 4)
+    """
+
+    spec: Datasheet | None
+    units: tuple[JudgedUnit, ...]
+    distributions: tuple[Distribution, ...]
+    bands: tuple[Band, ...]
+    expected: int | None = None
+    too_many: int = 0
+    settings: Settings = Settings()
+
+    def of(self, state: State) -> tuple[JudgedUnit, ...]:
+        """The units of a state.
+
+        Parameters
+        ----------
+        state : {"passed", "failed", "not_judged", "unreadable", "missing"}
+
+        Returns
+        -------
+        tuple of JudgedUnit
+        """
+        return tuple(one for one in self.units if one.state == state)
+
+    def __getitem__(self, name: str) -> JudgedUnit:
+        for one in self.units:
+            if one.name == name:
+                return one
+        raise KeyError(f"no unit {name!r}")
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of units by state."""
+        return {state: len(self.of(state)) for state in STATES}
+
+    @property
+    def exit_code(self) -> int:
+        """0: all passed; 3: a unit failed; 4: a unit is not judged, not read or missing, or there is no specification."""
+        if self.of("failed"):
+            return FAILED
+        open_ = self.of("not_judged") or self.of("unreadable") or self.of("missing") or self.too_many
+        return OPEN if open_ else 0
+
+    @property
+    def drifts(self) -> tuple[Distribution, ...]:
+        """The distributions that drift over the order of the units."""
+        return tuple(one for one in self.distributions if one.drift is not None)
+
+    def quantity_of(self, channel: str) -> tuple[str, str]:
+        """Quantity and SI unit of a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+
+        Returns
+        -------
+        quantity, unit : str
+        """
+        one = next(one for one in self.bands if one.channel == channel)
+        return one.quantity, one.unit
+
+    def limits(self, channel: str, what: str) -> tuple[float, ...]:
+        """Maxima of the specification for a coefficient; two if its convention is open. [SI]
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        what : str
+            The coefficient: a term, ``"means_10"`` or ``"means_100"``.
+
+        Returns
+        -------
+        tuple of float
+            Maxima. [SI]
+        """
+        found: set[float] = set()
+        for claim in () if self.spec is None else self.spec.of(channel):
+            maximum = claim.maximum
+            if maximum is None and self.settings.factor is not None and claim.typical is not None:
+                maximum = self.settings.factor * claim.typical
+            if maximum is None:
+                continue
+            sided: Any = self.settings.sided
+            bias: Any = self.settings.bias
+            for one in claim.meanings(sided=sided, bias=bias):
+                name = one.of if claim.average is None else f"means_{claim.average:g}"
+                found |= {maximum * one.factor} if name == what else set()
+        return tuple(sorted(found))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI, no NaN."""
+        return {
+            "lot": SCHEMA,
+            "sigmatau": __version__,
+            "exit_code": self.exit_code,
+            "counts": self.counts,
+            "expected": self.expected,
+            "too_many": self.too_many,
+            "specification": None if self.spec is None else self.spec.to_dict(),
+            "settings": self.settings.to_dict(),
+            "units": [one.to_dict() for one in self.units],
+            "distributions": [one.to_dict() for one in self.distributions],
+        }
+
+    def columns(self) -> dict[str, list[Any]]:
+        """A row a unit, channel and coefficient, see `Tabular.columns`; a unit without a result has one row."""
+        names = ("unit", "state", "reason", "channel", "coefficient", "value", "low", "high", "upper_limit", "unit_si")
+        rows: list[tuple[Any, ...]] = []
+        for one in self.units:
+            head = (one.name, one.state, one.reason)
+            before = len(rows)
+            for channel, part in one.result.channels.items():
+                for what, found in part.coefficients.items():
+                    unit = _si_unit(what, part.quantity, part.unit)
+                    rows.append((*head, channel, what, found.value, found.low, found.high, found.limit, unit))
+            if len(rows) == before:
+                rows.append((*head, None, None, None, None, None, None, None))
+        return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+
+    def plot(self, *channels: str, ax: Any = None) -> Figure:  # noqa: ANN401  axes of matplotlib
+        """Draw the curves of all units with the median and the range of the lot, a panel for each channel.
+
+        Parameters
+        ----------
+        *channels : str
+            Which channels. Default: all.
+        ax : matplotlib axes, or sequence of them, optional
+            One a channel. Default: a new figure.
+
+        Returns
+        -------
+        matplotlib figure
+
+        Raises
+        ------
+        KeyError
+            For an unknown channel.
+        """
+        from sigmatau.lab.lots.lot_plot import draw_lot
+
+        for name in channels:
+            if name not in (known := [one.channel for one in self.bands]):
+                raise KeyError(f"no channel {name!r}; channels: {', '.join(known)}")
+        panels = [self.curves_of(one) for one in self.bands if not channels or one.channel in channels]
+        return draw_lot(panels, {name for one in self.bands for name in self.marked(one.channel)}, ax=ax)
+
+    def marked(self, channel: str, *, most: int = 5) -> list[str]:
+        """Units whose curve of a channel is drawn in colour: failed units and outliers.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        most : int
+            Largest number of units.
+
+        Returns
+        -------
+        list of str
+        """
+        found = []
+        for one in self.units:
+            about = [r for r in one.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
+            if any(not r.channels or channel in r.channels for r in about):
+                found.append(one.name)
+        return found[:most]
+
+    def curves_of(self, one: Band) -> LotCurves:
+        """The curves of a channel in its display unit, with the maxima of the specification.
+
+        Parameters
+        ----------
+        one : Band
+            The curves of the channel, one of `bands`.
+
+        Returns
+        -------
+        LotCurves
+        """
+        from sigmatau.lab.lots.lot_plot import LotCurves
+
+        text, factor = what_unit("means_10", one.quantity, one.unit, one.median.tolist())
+        return LotCurves(
+            title=one.channel,
+            unit=text,
+            tau=one.tau,
+            median=one.median / factor,
+            low=one.low / factor,
+            high=one.high / factor,
+            units={name: curve / factor for name, curve in one.curves.items()},
+            limits=tuple(line / factor for _, line in self.limit_lines(one.channel, one.tau)),
+        )
+
+    def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
+        """Maxima of the specification as lines among the curves.
+
+        A term alone must lie below its line.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        tau : ndarray, shape (n_tau,)
+            Averaging times. [s]
+
+        Returns
+        -------
+        list of (str, ndarray of shape (n_tau,))
+            Name of the coefficient, and its line. [unit of the rate]
+        """
+        shapes = {
+            "quantization": math.sqrt(3) / tau,
+            "random_walk": 1 / np.sqrt(tau),
+            "bias_instability": np.full_like(tau, BIAS_LEVEL),
+            MINIMUM: np.ones_like(tau),
+            "rate_random_walk": np.sqrt(tau / 3),
+            "rate_ramp": tau / math.sqrt(2),
+        }
+        quantity, _ = self.quantity_of(channel)
+        return [
+            ("Allan minimum" if what == MINIMUM else what_text(what, quantity), limit * shape)
+            for what, shape in shapes.items()
+            for limit in self.limits(channel, what)
+        ]
+
+    def __repr__(self) -> str:
+        from sigmatau.lab.lots.lot_screen import screen
+
+        return screen(self)
+
+
+def _si_unit(what: str, quantity: str, unit: str) -> str:
+    from sigmatau.noise.terms import coefficient_unit
+
+    return coefficient_unit("bias_instability" if what.startswith("means_") else what, quantity, unit)
+
+
+@frozen(eq=False)
+class Pooled:
+    """A coefficient over all channels of a sensor and all units."""
+
+    sensor: str
+    what: str
+    label: str
+    unit: str  # in which the numbers are
+    units: int
+    median: float
+    low: float
+    high: float
+    spread: float
+    limits: tuple[float, ...]
+    outliers: Mapping[tuple[str, str], float]  # by unit and channel: ratio to the median
+    drifts: Sequence[Distribution]
+
+
+def pooled(lot: Lot) -> list[Pooled]:
+    """The distributions of a lot, those of the channels of a sensor together."""
+    from sigmatau.record.record import stream_name
+
+    groups: dict[tuple[str, str], list[Distribution]] = {}
+    for one in lot.distributions:
+        groups.setdefault((stream_name(one.channel), one.what), []).append(one)
+    rows = []
+    for (sensor, what), those in groups.items():
+        quantity, unit = lot.quantity_of(those[0].channel)
+        text, factor = what_unit(what, quantity, unit, [group.median for group in those])
+        values = np.concatenate([one.values for one in those]) / factor
+        limits = {limit / factor for one in those for limit in lot.limits(one.channel, what)}
+        rows.append(
+            Pooled(
+                sensor=sensor,
+                what=what,
+                label=what_text(what, quantity),
+                unit=text,
+                units=len({name for one in those for name in one.units}),
+                median=float(np.median(values)),
+                low=float(values.min()),
+                high=float(values.max()),
+                spread=float(np.median([one.spread for one in those])),
+                limits=tuple(sorted(limits)),
+                outliers={(name, one.channel): ratio for one in those for name, ratio in one.outliers.items()},
+                drifts=[one for one in those if one.drift is not None],
+            )
+        )
+    order = {sensor: k for k, sensor in enumerate(dict.fromkeys(row.sensor for row in rows))}
+    return sorted(rows, key=lambda row: order[row.sensor])

@@ -1,0 +1,191 @@
+"""A lot on a terminal of 80 columns: counts, units that did not pass, distributions."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+from sigmatau.digits import significant
+from sigmatau.hints import Hint, worded
+from sigmatau.lab.lots.lot_findings import difference
+from sigmatau.lab.lots.lot_remark import STATES
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
+from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text, listed, percent, what_text
+from sigmatau.results import WIDTH, aligned, printable, wrapped
+
+_MOST_UNITS = 10  # that are told, each with its reason
+_MOST_LINES = 3  # of a unit
+_ALIKE = 3  # units with the same reason from which on they are one line
+_MOST_OUTLIERS = 4
+_MOST_NAME = 24  # characters of a unit's name
+
+
+def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
+    """Counts, the units that did not pass with their reasons, and the distribution of each coefficient.
+
+    Parameters
+    ----------
+    lot : Lot
+    most : int
+        Units that are told; the others are counted.
+    width : int
+        Of the terminal.
+    """
+    head = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
+    lines = wrapped([head], width=width)
+    if lot.too_many:
+        lines.append(f"{lot.too_many} more than the {lot.expected} expected")
+    told = _groups(lot)
+    names = max((len(name) for _, name, _ in told[:most]), default=0)
+    states = max((len(state) for state, _, _ in told[:most]), default=0)
+    for state, name, reason in told[:most]:
+        lines += _wrap_reason(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
+    if len(told) > most:
+        lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
+    lines += _only_described(lot, width)
+    rows = pooled(lot)
+    lines += _only_typical(lot, rows, width)
+    if rows:
+        lines += ["", *table(rows, width=width)]
+    lines += drift_lines(lot, rows)
+    return "\n".join(lines)
+
+
+def _only_described(lot: Lot, width: int) -> list[str]:
+    """Without a specification: what is said of the units that fit the others."""
+    told = {one.name for one in told_units(lot)}
+    fit = sum(one.state == "not_judged" and one.name not in told for one in lot.units)
+    if lot.spec is not None or not fit:
+        return []
+    spec = worded(str(Hint("spec", value="SPEC.toml")))
+    found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give {spec} to judge"
+    return wrapped([f"{found} {'it' if fit == 1 else 'them'}."], width=width)
+
+
+def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
+    """With a specification without any maximum: why no unit passes, and what changes it."""
+    if lot.spec is None or not rows or any(row.limits for row in rows):
+        return []
+    if any(claim.maximum is not None for claim in lot.spec.claims):
+        return []
+    factor = worded(str(Hint("factor", value=1.5)))
+    text = f"{lot.spec.name} has typical values only, which pass no unit. {factor}: 1.5 times these values are maxima."
+    return wrapped([text], width=width)
+
+
+def told_units(lot: Lot) -> list[JudgedUnit]:
+    """The units that are told, worst state first: those that did not pass, and outliers that did."""
+    order = {state: k for k, state in enumerate(STATES)}
+    shown = [
+        one
+        for one in lot.units
+        if one.state != "passed" and any(remark.code != "no_specification" for remark in one.reasons)
+    ]
+    kinds = {"limit": 0, "lot": 0, "data": 0, "judging": 1, "note": 2}
+    return sorted(shown, key=lambda one: (order[one.state], kinds[one.reasons[0].kind]))
+
+
+def _groups(lot: Lot) -> list[tuple[str, str, str]]:
+    """State, name and reason of each unit that is told; units with the same reason, if they are many, are one row."""
+    told = told_units(lot)
+    alike: dict[tuple[str, str], int] = {}
+    for one in told:
+        alike[one.state, one.reason] = alike.get((one.state, one.reason), 0) + 1
+    rows = []
+    for one in told:
+        number = alike.pop((one.state, one.reason), 0)
+        if number >= _ALIKE:
+            rows.append((STATE_WORDS[one.state], f"{number} units", one.reason))
+        elif number:
+            same = [other for other in told if (other.state, other.reason) == (one.state, one.reason)]
+            rows += [(STATE_WORDS[one.state], _short(other.name), other.reason) for other in same]
+    return rows
+
+
+def _short(name: str) -> str:
+    name = printable(name)
+    return name if len(name) <= _MOST_NAME else f"{name[: _MOST_NAME // 2 - 1]}…{name[-_MOST_NAME // 2 :]}"
+
+
+def _wrap_reason(head: str, reason: str, width: int) -> list[str]:
+    """A unit with its reason beside it, or below it in a narrow terminal; a long one is whole in the files."""
+    indent = " " * (len(head) if len(head) <= width // 2 else 4)
+    return textwrap.wrap(
+        head + reason, width, subsequent_indent=indent, max_lines=_MOST_LINES, placeholder=" …", break_on_hyphens=False
+    )
+
+
+def _cut(line: str, width: int) -> str:
+    """One line of a table that no terminal of this width shows whole."""
+    return line if len(line) <= width else f"{line[: width - 1]}…"
+
+
+_HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
+_SPARE = (4, 5)  # columns that a narrow terminal has no room for
+_OUTLIERS = 8  # column that is shown if there are any
+_NOTE = "±%: robust standard deviation over the units, median of the axes"
+
+
+def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
+    """A row a coefficient of a sensor."""
+    cells: list[tuple[str, ...]] = [
+        _HEAD,
+        *(
+            (
+                f"{row.sensor} {_abbreviated(row)}",
+                str(row.units),
+                significant(row.median, zeros=True),
+                percent(row.spread) if row.units > 1 else "–",
+                significant(row.low, zeros=True),
+                significant(row.high, zeros=True),
+                " or ".join(f"{limit:.3g}" for limit in row.limits) or "–",
+                row.unit,
+                str(len({name for name, _ in row.outliers})) if row.outliers else "",
+            )
+            for row in rows
+        ),
+    ]
+    if not any(row[_OUTLIERS] for row in cells[1:]):
+        cells = [row[:_OUTLIERS] for row in cells]
+    lines = aligned(cells)
+    if max(map(len, lines)) > width:
+        lines = aligned([tuple(cell for k, cell in enumerate(row) if k not in _SPARE) for row in cells])
+    note = [_NOTE] if any(row.units > 1 for row in rows) else []
+    return [_cut(line, width) for line in [*lines, *note]]
+
+
+_SHORT_NAMES = {
+    "quantization": "quantization",
+    "random_walk": "random walk",
+    "bias_instability": "bias instab.",
+    "rate_random_walk": "rate walk",
+    "rate_ramp": "ramp",
+    "means_10": "10 s means",
+    "means_100": "100 s means",
+}
+
+
+def _abbreviated(row: Pooled) -> str:
+    return _SHORT_NAMES.get(row.what, row.label)
+
+
+def drift_lines(lot: Lot, rows: list[Pooled], *, width: int | None = WIDTH) -> list[str]:
+    """Outliers and drifts in words."""
+    lines = []
+    scaled = {one.name for one in lot.units if any(remark.code == "other_scale" for remark in one.remarks)}
+    far: dict[str, tuple[float, str]] = {}  # by unit, its largest difference
+    for row in rows:
+        for (name, channel), ratio in row.outliers.items():
+            size = abs(math.log(ratio))
+            if name not in scaled and size > far.get(name, (0.0, ""))[0]:
+                far[name] = size, f"{_short(name)}: {channel} {what_text(row.what, '')}, {difference(ratio)} the median"
+    if far:
+        lines.append(f"Outliers: {listed([text for _, text in sorted(far.values(), reverse=True)], _MOST_OUTLIERS)}")
+    drifts = [
+        f"{one.channel} {what_text(one.what, '')} {100 * (one.drift or 0):+.2g} % from the first to the last unit"
+        for one in lot.drifts
+    ]
+    if drifts:
+        lines.append(f"Drift: {listed(drifts)}")
+    return lines if width is None else wrapped(lines, width=width)

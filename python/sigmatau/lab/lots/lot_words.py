@@ -1,0 +1,51 @@
+"""The words of a lot: remarks, states, distributions, for the screen and all files alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from sigmatau.digits import significant
+from sigmatau.lab.lots.lot_remark import State
+from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.results import printable
+
+STATE_WORDS: Mapping[State, str] = {
+    "passed": "passed",
+    "failed": "failed",
+    "not_judged": "not judged",
+    "unreadable": "failed to read",
+    "missing": "missing",
+}
+
+
+def what_text(what: str, quantity: str) -> str:
+    """Name of a coefficient: ``"angle random walk"``, ``"STD of 10 s means"``."""
+    if what.startswith("means_"):
+        return f"STD of {what.removeprefix('means_')} s means"
+    return TERMS[what].label(quantity)
+
+
+def what_unit(what: str, quantity: str, unit: str, values: Iterable[float | None]) -> tuple[str, float]:
+    """Unit in which values of a coefficient are printed, and its factor to SI."""
+    return display_units("bias_instability" if what.startswith("means_") else what, quantity, unit, values)[-1]
+
+
+def count_text(counts: Mapping[State, int], *, spec: str) -> str:
+    """``"40 units against Unit 7: 34 passed, 1 failed …"``."""
+    total = sum(counts.values())
+    parts = [f"{number} {STATE_WORDS[state]}" for state, number in counts.items() if number]
+    against = f" against {spec}" if spec else " without a specification"
+    return printable(f"{total} {'unit' if total == 1 else 'units'}{against}: {', '.join(parts) or 'none'}")
+
+
+def percent(ratio: float) -> str:
+    """A small relative number in per cent: ``"3.4"``."""
+    return significant(100 * ratio, 2, zeros=True) if ratio > 0 and math.isfinite(ratio) else "0"
+
+
+def listed(names: Iterable[str], most: int = 3) -> str:
+    """``"a, b, c and 4 more"``."""
+    every = [printable(name) for name in names]
+    more = f" and {len(every) - most} more" if len(every) > most else ""
+    return ", ".join(every[:most]) + more

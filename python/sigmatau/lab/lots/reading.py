@@ -1,0 +1,227 @@
+"""Results to compare, from files: JSON and CSV of analyze, and tables of values that were typed."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from sigmatau.analysis.forms import CoefficientsForm
+from sigmatau.analysis.reading import read_result
+from sigmatau.errors import DataError
+from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.runs import (
+    LIMITED,
+    OBSERVED,
+    SIGNED,
+    WITHOUT_ERROR,
+    Run,
+    RunsBuilder,
+    RunTable,
+    error_of,
+    joined,
+)
+from sigmatau.noise.synonyms import unknown_term
+from sigmatau.noise.terms import TERMS, coefficient_unit
+from sigmatau.units import find, usual
+
+_FEW = 200  # files that one process reads in less time than others take to start
+_LEVEL = 0.95  # of the CSV of analyze, which does not state it
+_CURVES = "-curves.csv"
+_QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
+
+
+def gather(places: Sequence[Path]) -> list[Path]:
+    """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without results."""
+    found: list[Path] = []
+    for place in places:
+        if not place.is_dir():
+            found.append(place)
+            continue
+        # Hidden files are no results: a killed run leaves its half-written ones under such names.
+        visible = (os.path.join(at, name) for at, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
+        inside = sorted(visible, key=_natural)
+        results = [file for file in inside if file[-5:].lower() == ".json"]
+        named = {file[:-5] for file in results}
+        tables = (file for file in inside if file[-4:].lower() == ".csv" and not file.endswith(_CURVES))
+        results += [file for file in tables if file[:-4] not in named and _header(Path(file)) is not None]
+        if not results:
+            raise DataError(
+                f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
+            )
+        found += map(Path, results)
+    return found
+
+
+_DIGITS = re.compile(r"(\d+)")
+
+
+def _natural(file: str) -> list[tuple[int, str]]:
+    """So that day 10 follows day 9."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in _DIGITS.split(file)]
+
+
+def read_runs(files: Sequence[Path], *, jobs: int | None = None) -> RunTable:
+    """The rows of all files; a file that cannot be used is a run with a problem."""
+    workers = min(jobs or os.cpu_count() or 1, -(-len(files) // _FEW))
+    if workers < 2:
+        return _read(files)
+    size = -(-len(files) // (4 * workers))
+    parts = [files[at : at + size] for at in range(0, len(files), size)]
+    with ProcessPoolExecutor(workers) as pool:
+        return joined(list(pool.map(_read, parts)))
+
+
+def _read(files: Sequence[Path]) -> RunTable:
+    builder = RunsBuilder()
+    for file in files:
+        try:
+            if file.suffix.lower() == ".csv":
+                with builder.whole():
+                    _add_csv(builder, file)
+            else:
+                builder.add_result(read_result(file, as_form=CoefficientsForm), name=file.stem, place=str(file))
+        except DataError as error:
+            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=error.reason))
+    return builder.table()
+
+
+def _header(file: Path) -> list[str] | None:
+    """The columns of a table of coefficients; None for any other file."""
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            columns = [name.strip().lower() for name in next(csv.reader([stream.readline()]), [])]
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return None
+    return columns if {"channel", "term", "value"} <= set(columns) else None
+
+
+def _add_csv(builder: RunsBuilder, file: Path) -> None:
+    """A table of coefficients: of one run, as analyze writes it, or of several that a column names."""
+    columns = _header(file)
+    if columns is None:
+        if not file.exists():
+            raise DataError("No such file or directory")
+        raise DataError(
+            f"not a table of coefficients: columns channel, term and value are needed;"
+            f" a log must first be analysed: {command('analyze', 'LOG', Hint('json', value='RESULT.json'))}"
+        )
+    if "unit" not in columns:
+        raise DataError("the column 'unit' is missing: the unit of each value")
+    run_column = next((columns.index(name) for name in _RUN_COLUMNS if name in columns), None)
+    serial_column = next((columns.index(name) for name in _SERIAL_COLUMNS if name in columns), None)
+    reader = _Rows(columns)
+    runs: dict[tuple[str, str], int] = {}
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            rows = csv.reader(stream)
+            next(rows)
+            for cells in rows:
+                if not any(cells) or cells[0].startswith("#"):
+                    continue
+                cells += [""] * (len(columns) - len(cells))
+                name = file.stem if run_column is None else cells[run_column].strip()
+                serial = "" if serial_column is None else cells[serial_column].strip()
+                if (serial, name) not in runs:
+                    run = Run(name=name, serial=serial, place=str(file), typed=run_column is not None)
+                    runs[serial, name] = builder.add_run(run)
+                try:
+                    reader.add(builder, runs[serial, name], name, cells)
+                except DataError as error:
+                    raise error.at(f"row {rows.line_num}") from None
+    except OSError as error:
+        raise DataError(error.strerror or str(error)) from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise DataError(f"not a table of coefficients: {error}") from None
+    if not runs:
+        raise DataError("has no rows below its header")
+
+
+_RUN_COLUMNS = ("run", "day", "test")
+_SERIAL_COLUMNS = ("serial", "serial number", "device")
+_EARLIER_READ_OFF = ("channel", "term", "value", "error", "unit")
+"""Columns of coefficients read off as earlier versions wrote them: error is δ of eq. (26), and no standard error."""
+
+_NUMBERS = ("value", "low", "high", "error", "error_percent", "upper_limit", "plus_minus")
+
+
+class _Rows:
+    """Reads the rows of a table with given columns."""
+
+    def __init__(self, columns: Sequence[str]) -> None:
+        if tuple(columns) == _EARLIER_READ_OFF:
+            columns = ["plus_minus" if name == "error" else name for name in columns]
+        self._key = tuple(columns.index(name) for name in ("channel", "term", "unit"))
+        self._verdict = columns.index("verdict") if "verdict" in columns else None
+        self._numbers = [columns.index(name) if name in columns else None for name in _NUMBERS]
+        self._known: dict[tuple[str, str, str], tuple[tuple[str, str, str, str, str], float]] = {}
+        self._given: set[tuple[int, str, str]] = set()
+
+    def add(self, builder: RunsBuilder, run: int, name: str, cells: Sequence[str]) -> None:
+        """A row of a run with this name; raises `DataError`, also for a second row of a channel and term of the run."""
+        key = (cells[self._key[0]].strip(), cells[self._key[1]].strip(), cells[self._key[2]].strip())
+        if key not in self._known:
+            self._known[key] = _label(*key)
+        if (run, *key[:2]) in self._given:
+            raise DataError(f"a second row of {key[1]} of {key[0]} in the run {name!r}; name each run differently")
+        self._given.add((run, *key[:2]))
+        label, factor = self._known[key]
+        value, low, high, error, percent, limit, delta = (
+            math.nan if at is None or not cells[at] else _number(cells[at], name)
+            for at, name in zip(self._numbers, _NUMBERS, strict=True)
+        )
+        if math.isnan(value):
+            if not math.isnan(limit):
+                builder.add_row(run, label, LIMITED, limit=limit * factor)
+            return
+        signed = label[2] in SIGNED
+        if value <= 0 and not signed:
+            raise DataError(f"value {value:g} must be positive")
+        if self._verdict is not None and cells[self._verdict] in ("disturbed", "descriptive", "too_short"):
+            return
+        if not math.isnan(percent):
+            error = abs(value) * percent / 100
+        if not math.isnan(error):
+            if error <= 0:
+                raise DataError(f"error {error:g} must be positive; leave it empty if it is not known")
+            found = error if signed else error / value
+        elif not math.isnan(low) and not math.isnan(high):
+            found = error_of(label[2], value, low, high, level=_LEVEL)
+        else:
+            found = math.nan
+        status = WITHOUT_ERROR if math.isnan(found) else OBSERVED
+        error = found * factor if signed else found
+        builder.add_row(run, label, status, value=value * factor, error=error, delta=delta * factor)
+
+
+def _label(channel: str, term: str, unit: str) -> tuple[tuple[str, str, str, str, str], float]:
+    """What the rows of a channel and term are of, and one of their units in SI."""
+    if term not in TERMS:
+        raise DataError(unknown_term(term))
+    quantity, rate_unit = _QUANTITIES.get(channel.partition("_")[0], ("signal", ""))
+    try:
+        found = find(unit)
+        si, factor = found.si, found.factor
+    except ValueError:  # a unit of another signal
+        si, factor = unit, 1.0
+    if quantity != "signal" and si != coefficient_unit(term, quantity, rate_unit):
+        raise DataError(
+            f"{unit!r} is not a unit of {term} of {channel}; e.g. {usual(coefficient_unit(term, quantity, rate_unit))}"
+        )
+    return (channel, quantity, term, si, rate_unit), factor
+
+
+def _number(text: str, name: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        if not text.strip():
+            return math.nan
+        raise DataError(f"{name} {text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise DataError(f"{name} {text!r} is not a finite number")
+    return value

@@ -1,0 +1,1 @@
+"""Pages of a lot: HTML, PDF, tables, JUnit XML."""

@@ -1,0 +1,155 @@
+"""What the page and the document of a lot have in common: rows of their tables, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+
+from sigmatau._version import __version__
+from sigmatau.digits import significant
+from sigmatau.lab.datasheets.claims import Claim
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
+from sigmatau.lab.lots.lot_words import listed, percent, what_text, what_unit
+from sigmatau.record.record import stream_name
+from sigmatau.results import printable
+
+MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadable": "error", "missing": "error"}
+"""Colours of the states, as those of trust."""
+
+DISTRIBUTION_HEADS = (
+    *("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift, %"),
+    "Outliers",
+)
+
+Column = tuple[str, str, str, float]
+"""Sensor, coefficient, head and factor to SI of a column of the table of units."""
+
+_COLUMNS = ("random_walk", "bias_instability", "means_10")  # coefficients with a column of their own
+_MOST_COLUMNS = 6
+_SHORT = {"random_walk": "random walk", "bias_instability": "bias instability", "means_10": "10 s means"}
+_MAXIMUM = "% of maximum"
+
+
+_CONVENTIONS = {
+    "one": "one-sided",
+    "two": "two-sided",
+    "minimum": "Allan minimum",
+    "coefficient": "coefficient B",
+    "unknown": "not stated",
+}
+
+
+def moment_text(date: datetime) -> str:
+    """A date in words."""
+    return date.strftime("%Y-%m-%d %H:%M UTC" if date.tzinfo is UTC else "%Y-%m-%d %H:%M")
+
+
+def claim_rows(lot: Lot) -> list[list[str]]:
+    """The specification, number by number, with how it is judged: sensor, value, maximum, typical, convention."""
+    factor = lot.settings.factor
+    rows = []
+    for claim in () if lot.spec is None else lot.spec.claims:
+        maximum = claim.maximum_text
+        if not maximum:
+            maximum = "none: not judged" if factor is None else f"{factor:g} × {claim.usual}"
+        usual = f"{claim.typical_text} ({claim.usual})" if claim.typical_text else "–"
+        rows.append([claim.sensor, claim.label, maximum, usual, _convention(claim, lot.settings)])
+    return rows
+
+
+def _convention(claim: Claim, settings: Settings) -> str:
+    """The convention that the specification states, or that an option chose."""
+    chosen = settings.sided if claim.key == "noise_density" else settings.bias
+    if claim.convention == "unknown" and chosen is not None:
+        return f"{_CONVENTIONS[chosen]} (chosen)"
+    return _CONVENTIONS.get(claim.convention, claim.convention)
+
+
+def columns_of(lot: Lot) -> list[Column]:
+    """The columns of numbers in the table of units."""
+    found: dict[tuple[str, str], tuple[str, float]] = {}
+    for one in lot.distributions:
+        if one.what in _COLUMNS:
+            text, factor = what_unit(one.what, *lot.quantity_of(one.channel), [one.median])
+            sensor = stream_name(one.channel)
+            found.setdefault((sensor, one.what), (f"{sensor} {_SHORT[one.what]} [{text}]", factor))
+    columns = [(*key, *value) for key, value in found.items()][:_MOST_COLUMNS]
+    return [("", "", _MAXIMUM, 1.0), *columns] if lot.spec is not None else columns
+
+
+def unit_values(one: JudgedUnit, columns: Sequence[Column]) -> list[str]:
+    """The numbers of a unit, the largest of the axes of a sensor; empty where there is none."""
+    cells = []
+    for sensor, what, _, factor in columns:
+        if not what:
+            share = worst_share(one)
+            cells.append("" if share is None else _percent(share))
+            continue
+        values = [
+            coefficient.value
+            for channel, part in one.result.channels.items()
+            if stream_name(channel) == sensor and (coefficient := part.coefficients.get(what)) is not None
+            if coefficient.value is not None
+        ]
+        cells.append(significant(max(values) / factor, zeros=True) if values else "")
+    return cells
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}" if share >= 1 else f"{100 * share:.3g}"
+
+
+def worst_share(one: JudgedUnit) -> float | None:
+    """The largest share of a maximum that a value of a unit has, or may have; None without any."""
+    shares = [
+        (reading.measured.value if reading.measured.value is not None else reading.measured.upper_limit or 0.0)
+        / reading.maximum.limit
+        for judged in (one.verdict.judged if one.verdict is not None else ())
+        for reading in judged.readings
+        if reading.maximum is not None and reading.measured.anything and reading.maximum.limit > 0
+    ]
+    return max(shares) if shares else None
+
+
+def distribution_rows(lot: Lot) -> list[list[str]]:
+    """Cells below `DISTRIBUTION_HEADS`."""
+    rows = []
+    for one in lot.distributions:
+        quantity, unit = lot.quantity_of(one.channel)
+        text, factor = what_unit(one.what, quantity, unit, [one.median])
+        limits = " or ".join(f"{limit / factor:.3g}" for limit in lot.limits(one.channel, one.what)) or "–"
+        rows.append(
+            [
+                printable(one.channel),
+                what_text(one.what, quantity),
+                f"{len(one.units)}" + (f" of {len(one.units) + one.below}" if one.below else ""),
+                significant(one.median / factor, zeros=True),
+                percent(one.spread),
+                significant(one.low / factor, zeros=True),
+                significant(one.high / factor, zeros=True),
+                limits,
+                text,
+                "–" if one.drift is None else f"{100 * one.drift:+.2g}",
+                listed(one.outliers) or "–",
+            ]
+        )
+    return rows
+
+
+def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str]]:
+    """What was done: names and texts."""
+    settings = lot.settings
+    shown = {
+        "Specification": "none" if lot.spec is None else f"{lot.spec.name} ({lot.spec.maker}); {lot.spec.source}",
+        "Expected": "not stated" if lot.expected is None else f"{lot.expected} units",
+        "Confidence level": f"{100 * settings.level:g} % for above a maximum, and for below it",
+        "Without a maximum": "not judged" if settings.factor is None else f"{settings.factor:g} × typical or 1 σ value",
+        "Undecided": settings.undecided.replace("-", " "),
+        "Warnings": "the unit fails" if settings.fail_on else "the unit is not judged",
+        "Accepted": ", ".join(settings.accept) or "nothing",
+        "Exit code": str(lot.exit_code),
+        "Command": command or "",
+        "Date": moment,
+        "Version": f"sigmatau {__version__}",
+    }
+    return [(key, printable(text)) for key, text in shown.items() if text]

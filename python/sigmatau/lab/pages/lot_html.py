@@ -1,0 +1,195 @@
+"""The page of a lot as one HTML file that opens offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
+
+from sigmatau._version import __version__
+from sigmatau.lab.lots.lot_findings import CODES
+from sigmatau.lab.lots.lot_remark import STATES, State
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, pooled
+from sigmatau.lab.lots.lot_screen import drift_lines
+from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
+from sigmatau.lab.pages.lot_charts import charts_of
+from sigmatau.lab.pages.lot_content import (
+    DISTRIBUTION_HEADS,
+    MARKS,
+    Column,
+    claim_rows,
+    columns_of,
+    distribution_rows,
+    done_rows,
+    moment_text,
+    unit_values,
+)
+from sigmatau.reporting.html import POLICY, asset, bundled
+from sigmatau.reporting.markup import Markup, data, element, joined, name, raised, script, style
+from sigmatau.results import printable
+
+_SCRIPTS = ("page", "numbers", "plot")
+
+
+def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
+    """The lot as HTML."""
+    moment = moment_text(date)
+    spec = "" if lot.spec is None else lot.spec.name
+    made_by = f"sigmatau {__version__}"
+    sections = [
+        ("summary", "Summary", _summary(lot)),
+        ("units", "Units", _units(lot)),
+        ("distribution", "Distribution and drift", _distribution(lot)),
+        ("curves", "Allan deviation", _curves()),
+        ("findings", "Findings of each unit", _findings(lot)),
+        ("done", "What was done", _done(lot, command, moment)),
+    ]
+    links = [element("a", heading, href=f"#{id_}") for id_, heading, _ in sections]
+    head = element(
+        "head",
+        element("meta", charset="utf-8"),
+        element("meta", name="generator", content=made_by),
+        element("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("meta", name="color-scheme", content="light dark"),
+        element("title", f"{printable(title)} – {spec or 'lot report'}"),
+        style(asset("uplot/uPlot.min.css") + asset("report.css") + asset("lot.css", __package__)),
+    )
+    chips = [
+        element("span", f"{number} {STATE_WORDS[state]}", class_=f"chip {MARKS[state]}")  # type: ignore[index]
+        for state, number in lot.counts.items()
+        if number
+    ]
+    body = element(
+        "body",
+        element("a", "Skip to the results", href="#summary", class_="skip"),
+        element(
+            "header",
+            element("p", "Lot report", class_="kind"),
+            element("h1", name(printable(title) if not spec else f"{printable(title)}: {spec}")),
+            element("p", element("span", moment), class_="headline"),
+            element("p", chips, class_="chips"),
+            element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True),
+        ),
+        element("nav", links, aria_label="Sections"),
+        element(
+            "main",
+            element("noscript", element("p", "The charts need JavaScript; all numbers are in the tables.")),
+            (element("section", element("h2", heading), inside, id=id_) for id_, heading, inside in sections),
+        ),
+        element("footer", f"Made by {made_by} on {moment}. This file needs no network."),
+        data(charts_of(lot), id_="charts"),
+        script(bundled(*(asset(f"{module}.js") for module in _SCRIPTS), asset("lot.js", __package__))),
+    )
+    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+
+
+def _summary(lot: Lot) -> Markup:
+    words = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
+    more = [element("p", f"{lot.too_many} more units than the {lot.expected} expected.")] if lot.too_many else []
+    drifts = [element("p", raised(line)) for line in drift_lines(lot, pooled(lot), width=None)]
+    return joined(element("p", f"{words}."), more, drifts, _claims(lot))
+
+
+def _claims(lot: Lot) -> Markup:
+    """The specification, number by number, with how it is judged."""
+    claims = claim_rows(lot)
+    if not claims:
+        return Markup("")
+    rows = (element("tr", (element("td", raised(text)) for text in row)) for row in claims)
+    head = (element("th", text, scope="col") for text in ("Sensor", "Value", "Maximum", "Typical", "Convention"))
+    table = element("table", element("thead", element("tr", head)), element("tbody", rows), class_="distributions")
+    return joined(element("h3", "Specification"), _scrolled(table))
+
+
+def _scrolled(table: Markup) -> Markup:
+    return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
+
+
+def _units(lot: Lot) -> Markup:
+    columns = columns_of(lot)
+    heads = [
+        element("th", "Unit", scope="col", data_sort="text"),
+        element("th", "State", scope="col", data_sort="number"),
+        element("th", "Why", scope="col"),
+        *(element("th", raised(head), scope="col", data_sort="number") for _, _, head, _ in columns),
+    ]
+    order = {state: k for k, state in enumerate(STATES)}
+    rows = [_unit(one, columns, order) for one in sorted(lot.units, key=lambda one: order[one.state])]
+    table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
+    about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
+    return joined(element("p", about, class_="about"), _scrolled(table))
+
+
+def _unit(one: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
+    chip = element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}")
+    why = one.brief if one.state != "passed" else "; ".join(r.text for r in one.notes if r.code in CODES)
+    return element(
+        "tr",
+        element("th", name(printable(one.name)), scope="row", title=printable(one.name)),
+        element("td", chip, data_key=str(order[one.state])),
+        element("td", why, class_="reason"),
+        (element("td", cell, class_="value") for cell in unit_values(one, columns)),
+    )
+
+
+def _distribution(lot: Lot) -> Markup:
+    if not lot.distributions:
+        return element("p", "No coefficient is shown by half of the units or more.", class_="none")
+    rows = [
+        element("tr", element("th", name(row[0]), scope="row"), (element("td", raised(cell)) for cell in row[1:]))
+        for row in distribution_rows(lot)
+    ]
+    table = element(
+        "table",
+        element("thead", element("tr", (element("th", text, scope="col") for text in DISTRIBUTION_HEADS))),
+        element("tbody", rows),
+        class_="distributions",
+    )
+    about = (
+        "±: robust standard deviation over the units. Drift: change from the first to the last unit, in the order in which"
+        " they were given, if significant. A lot without outliers has one named in at most 5 % of the cases. Charts: dashed,"
+        " maximum; dotted, median; red points, units that failed or are unlike the others."
+    )
+    charts = element("div", class_="charts", data_lot="values")
+    return joined(element("p", about, class_="about"), _scrolled(table), element("p", ""), charts)
+
+
+def _curves() -> Markup:
+    about = (
+        "Thin: all units. Thick: their median, with the range of the middle 80 %. In colour: units that failed or are unlike"
+        " the others. Dashed: maxima of the specification, each for its term alone."
+    )
+    return joined(element("p", about, class_="about"), element("div", class_="charts", data_lot="curves"))
+
+
+def _findings(lot: Lot) -> Markup:
+    units = [one for one in lot.units if any(True for _ in _told(one))]
+    if not units:
+        return element("p", "Nothing was found.", class_="none")
+    parts = (
+        element(
+            "details",
+            element(
+                "summary",
+                name(printable(one.name)),
+                " ",
+                element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}"),
+            ),
+            element("ul", (element("li", raised(text)) for text in _told(one)), class_="notes"),
+        )
+        for one in units
+    )
+    return element("div", parts, class_="unit-findings")
+
+
+def _told(one: JudgedUnit) -> Iterator[str]:
+    """Remarks of a unit, with what to do about its findings."""
+    for remark in one.remarks:
+        if remark.code != "no_specification":
+            action = remark.finding.words_of_files().action if remark.kind == "data" else ""
+            yield f"{remark.text}." + (f" {action}." if action else "")
+
+
+def _done(lot: Lot, command: str | None, moment: str) -> Markup:
+    rows = done_rows(lot, command, moment)
+    return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))

@@ -1,0 +1,121 @@
+"""A lot as a PDF, typeset by typst. All texts go to typst as data, so that no name of a file is ever read as markup."""
+
+from __future__ import annotations
+
+import json
+import re
+from datetime import datetime
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from sigmatau._version import __version__
+from sigmatau.lab.lots.lot_plot import curves_svg, values_svg
+from sigmatau.lab.lots.lot_remark import STATES
+from sigmatau.lab.lots.lot_result import Lot, pooled
+from sigmatau.lab.lots.lot_screen import drift_lines, told_units
+from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
+from sigmatau.lab.pages.lot_charts import charts_of
+from sigmatau.lab.pages.lot_content import (
+    DISTRIBUTION_HEADS,
+    MARKS,
+    claim_rows,
+    columns_of,
+    distribution_rows,
+    done_rows,
+    moment_text,
+    unit_values,
+)
+from sigmatau.plot.curves import COLOURS
+from sigmatau.reporting.pdf import need_typst
+from sigmatau.results import printable
+
+_WIDTH, _HEIGHT = 86.0, 48.0  # of a figure [mm]
+_MOST_DOUBTS = 200  # units with their reason; more are in the other files
+_MOST_NAME, _MOST_WHY = 60, 300  # characters
+_BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")
+_CUT_CURVES = 150  # units whose curves are drawn one by one; of more, evenly spread ones
+
+
+def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> bytes:
+    """The lot as a PDF. The same lot and date give the same bytes."""
+    need_typst()
+    import typst
+
+    data = json.dumps(_values(lot, title, command, date), allow_nan=False, ensure_ascii=False)
+    beyond = _BEYOND_FONTS.search(data) is not None
+    compiler = typst.Compiler(_template(), ignore_system_fonts=not beyond, sys_inputs={"data": data})
+    made: Any = compiler.compile(format="pdf", timestamp=date.replace(microsecond=0))
+    return bytes(made)
+
+
+@cache
+def _template() -> bytes:
+    return resources.files(__package__).joinpath("assets", "lot.typ").read_bytes()
+
+
+def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[str, Any]:
+    spec = "" if lot.spec is None else lot.spec.name
+    told = told_units(lot)
+    order = {state: k for k, state in enumerate(STATES)}
+    columns = columns_of(lot)
+    return {
+        "title": _cut(f"{title}: {spec}" if spec else title, 2 * _MOST_NAME),
+        "date": moment_text(date),
+        "made_by": f"sigmatau {__version__}",
+        "chips": [[f"{n} {STATE_WORDS[state]}", MARKS[state]] for state, n in lot.counts.items() if n],  # type: ignore[index]
+        "words": count_text(lot.counts, spec=spec) + ".",  # type: ignore[arg-type]
+        "drifts": drift_lines(lot, pooled(lot), width=None),
+        "claims": claim_rows(lot),
+        "doubts": [
+            [_cut(one.name, _MOST_NAME), STATE_WORDS[one.state], MARKS[one.state], _cut(one.brief, _MOST_WHY)]
+            for one in told[:_MOST_DOUBTS]
+        ],
+        "heads": list(DISTRIBUTION_HEADS),
+        "distributions": [[_cut(cell, _MOST_NAME) for cell in row] for row in distribution_rows(lot)],
+        "width": _WIDTH,
+        "values": _value_figures(lot),
+        "curves": _curve_figures(lot),
+        "columns": [head for _, _, head, _ in columns],
+        "units": [
+            [_cut(one.name, _MOST_NAME), STATE_WORDS[one.state], MARKS[one.state], *unit_values(one, columns)]
+            for one in sorted(lot.units, key=lambda one: order[one.state])
+        ],
+        "done": [[key, _cut(text, _MOST_WHY)] for key, text in done_rows(lot, command, moment_text(date))],
+    }
+
+
+def _cut(text: str, most: int) -> str:
+    text = printable(text)
+    return text if len(text) <= most else f"{text[: most - most // 3 - 1]}…{text[-(most // 3) :]}"
+
+
+def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
+    found = []
+    for one in lot.bands:
+        if not len(one.tau):
+            continue
+        panel, marked = lot.curves_of(one), lot.marked(one.channel)
+        others = [name for name in panel.units if name not in marked]
+        kept = {*marked, *(others[:: -(-len(others) // _CUT_CURVES) or 1])}
+        shown = {name: curve for name, curve in panel.units.items() if name in kept}
+        from dataclasses import replace
+
+        svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
+        legend = [[_cut(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
+        found.append({"title": _cut(one.channel, _MOST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
+    return found
+
+
+def _value_figures(lot: Lot) -> list[dict[str, Any]]:
+    found = []
+    charts = charts_of(lot)
+    for panel in charts["values"]:
+        channels = panel["channels"][: len(COLOURS)]
+        series = [(np.array(one["at"]) + 1.0, np.array(one["values"])) for one in channels]
+        svg = values_svg(series, panel["limits"], last=len(charts["units"]), width=_WIDTH, height=_HEIGHT)
+        legend = [[_cut(one["name"], 20), colour] for one, colour in zip(channels, COLOURS, strict=False)]
+        found.append({"title": _cut(panel["title"], _MOST_NAME), "unit": panel["unit"], "svg": svg, "legend": legend})
+    return found

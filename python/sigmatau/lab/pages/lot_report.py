@@ -1,0 +1,138 @@
+"""`lot_report`: a lot as a page, a document to print, a table, JSON, or JUnit XML."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from sigmatau._version import __version__
+from sigmatau.errors import OptionError
+from sigmatau.io.atomic import atomic
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
+from sigmatau.lab.lots.lot_words import STATE_WORDS
+from sigmatau.results import csv_text, printable
+
+LOT_ENDINGS = (".html", ".pdf", ".csv", ".json", ".xml")
+"""Extensions of a lot."""
+
+_NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def lot_report(
+    lot: Lot, path: str | Path, *, title: str = "Lot", command: str | None = None, date: datetime | None = None
+) -> None:
+    """Write a lot to a file, by its extension.
+
+    Parameters
+    ----------
+    lot : Lot
+        Result of `sigmatau.judge_lot`.
+    path : str or Path
+        ``.html``: a page that opens offline, with charts. ``.pdf``: to print; needs ``pip install 'sigmatau[pdf]'``.
+        ``.csv``: a row a unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, a test case a
+        unit: a unit that failed is a failure, and one that is not judged, not read or missing is an error.
+    title : str
+        Of the page.
+    command : str, optional
+        Command that made the report, to be printed in it.
+    date : datetime, optional
+        Date of the report. Default: now.
+
+    Raises
+    ------
+    OptionError
+        For another extension.
+    DataError
+        If the file cannot be written.
+    ImportError
+        For a PDF without typst.
+
+    See Also
+    --------
+    judge_lot : makes the lot.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import sigmatau as st
+    >>> model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}})
+    >>> lot = st.judge_lot([st.analyze(st.simulate(model, duration=600, rate=10, rng=k)) for k in range(3)])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     st.lot_report(lot, f"{folder}/lot.html")
+    """
+    file = Path(path)
+    ending = file.suffix.lower()
+    if ending not in LOT_ENDINGS:
+        raise OptionError(f"{{option}} {file.name!r}: the name must end in {', '.join(LOT_ENDINGS)}", option="path")
+    moment = datetime.now(tz=UTC) if date is None else date
+    made: bytes
+    if ending == ".json":
+        made = (json.dumps(lot.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n").encode()
+    elif ending == ".csv":
+        made = csv_text(lot.columns()).encode()
+    elif ending == ".xml":
+        made = junit(lot, moment).encode()
+    elif ending == ".pdf":
+        from sigmatau.lab.pages.lot_pdf import document
+
+        made = document(lot, title=title, command=command, date=moment)
+    else:
+        from sigmatau.lab.pages.lot_html import page
+
+        made = page(lot, title=title, command=command, date=moment).encode()
+    with atomic(file) as temporary:
+        temporary.write_bytes(made)
+
+
+def junit(lot: Lot, date: datetime) -> str:
+    """The lot as JUnit XML."""
+    failures = len(lot.of("failed"))
+    errors = sum(_is_error(one, lot) for one in lot.units)
+    name = "no specification" if lot.spec is None else lot.spec.name
+    head = (
+        f'tests="{len(lot.units)}" failures="{failures}" errors="{errors}" time="0"'
+        f' timestamp="{date.strftime("%Y-%m-%dT%H:%M:%S")}"'
+    )
+    cases = "\n".join(_case(one, lot) for one in lot.units)
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="sigmatau {__version__}" {head}>\n'
+        f" <testsuite name={_quoted(f'lot against {name}')} {head}>\n{cases}\n </testsuite>\n</testsuites>\n"
+    )
+
+
+def _is_error(one: JudgedUnit, lot: Lot) -> bool:
+    """Whether a unit is an error of the suite; without a specification, only if there is a doubt."""
+    if one.state in ("passed", "failed"):
+        return False
+    return not (lot.spec is None and all(remark.code == "no_specification" for remark in one.reasons))
+
+
+def _case(one: JudgedUnit, lot: Lot) -> str:
+    inside = "".join(_parts(one, lot))
+    head = f'  <testcase classname="lot" name={_quoted(one.name)} time="0"'
+    return f"{head}>\n{inside}  </testcase>" if inside else f"{head}/>"
+
+
+def _parts(one: JudgedUnit, lot: Lot) -> Iterator[str]:
+    lines = escape(_xml("\n".join(remark.text for remark in one.reasons)))
+    if one.state == "failed":
+        yield f"   <failure type={_quoted(one.reasons[0].code)} message={_quoted(one.reason)}>{lines}</failure>\n"
+    elif _is_error(one, lot):
+        message = f"{STATE_WORDS[one.state]}: {one.reason}"
+        yield f"   <error type={_quoted(one.state)} message={_quoted(message)}>{lines}</error>\n"
+    if one.notes:
+        told = "\n".join(remark.text for remark in one.notes)
+        yield f"   <system-out>{escape(_xml(told))}</system-out>\n"
+
+
+def _quoted(text: str) -> str:
+    return quoteattr(_xml(printable(text)))
+
+
+def _xml(text: str) -> str:
+    """Text without the characters that XML cannot hold."""
+    return _NOT_XML.sub("\ufffd", text)

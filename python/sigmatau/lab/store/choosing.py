@@ -1,0 +1,127 @@
+"""Which runs of a store, and tables of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.frozen import frozen
+from sigmatau.lab.store.rows import in_utc
+from sigmatau.lab.store.text import cell
+from sigmatau.results import Tabular, aligned, lines_text
+
+if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement
+
+
+@frozen
+class Chosen:
+    """Which runs: all that are current, or those of units, of a sensor model, of a state, of a time or of a temperature.
+
+    Attributes
+    ----------
+    units : tuple of str
+        Names; a ``*`` in a name stands for any text. Default: all units.
+    model : str or None
+        Sensor model.
+    states : tuple of {"fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"}
+        Default: all states.
+    since, until : datetime or None
+        Beginning of the record: from `since` to before `until`, UTC.
+    temperature : tuple of float or None
+        Lowest and highest temperature as it was stated. [degC] Runs without one are then not chosen.
+    pattern : bool
+        Whether ``*`` in the name of a unit stands for any text.
+    history : bool
+        Whether results that were replaced are chosen too.
+
+    See Also
+    --------
+    sigmatau.Store : its methods take it.
+    """
+
+    units: tuple[str, ...] = ()
+    model: str | None = None
+    states: tuple[str, ...] = ()
+    since: datetime | None = None
+    until: datetime | None = None
+    temperature: tuple[float, float] | None = None
+    pattern: bool = True
+    history: bool = False
+
+
+@frozen(kw_only=False)
+class Table(Tabular):
+    """Rows of a store.
+
+    Attributes
+    ----------
+    content : mapping of str to list
+        Values by column.
+    """
+
+    content: Mapping[str, list[Any]]
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column; see `Tabular.columns`."""
+        return dict(self.content)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.content.values()), ()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """By column; times as ISO 8601 in UTC."""
+        return {
+            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in of] for key, of in self.content.items()
+        }
+
+    def shown(self, names: Sequence[str]) -> Table:
+        """Some of the columns.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the columns, in the order to show.
+
+        Returns
+        -------
+        Table
+        """
+        return Table({name: self.content[name] for name in names})
+
+    def __repr__(self) -> str:
+        rows = zip(*self.content.values(), strict=True)
+        return lines_text(aligned([tuple(self.content), *(tuple(map(cell, row)) for row in rows)]))
+
+
+def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
+    """The same in SQL, for a query of runs with their units and sensor models."""
+    from sqlalchemy import or_
+
+    from sigmatau.lab.store.tables import model, run, unit
+
+    one = chosen or Chosen()
+    found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
+    if one.units:
+        units = [one.units] if isinstance(one.units, str) else one.units
+        exact = [name for name in units if "*" not in name or not one.pattern]
+        alike = (unit.c.name.like(_like(name), escape="\\") for name in units if name not in exact)
+        found.append(or_(unit.c.name.in_(exact), *alike))
+    if one.model is not None:
+        found.append(model.c.name == one.model)
+    if one.states:
+        found.append(run.c.state.in_(one.states))
+    if one.since is not None:
+        found.append(run.c.recorded >= in_utc(one.since))
+    if one.until is not None:
+        found.append(run.c.recorded < in_utc(one.until))
+    if one.temperature is not None:
+        found.append(run.c.temperature.between(*one.temperature))
+    return found
+
+
+def _like(name: str) -> str:
+    for special in ("\\", "%", "_"):
+        name = name.replace(special, "\\" + special)
+    return name.replace("*", "%")

@@ -1,0 +1,200 @@
+"""JSON files of results into a store: some processes read and pack them, this one writes."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sigmatau.analysis.forms import BriefResultForm
+from sigmatau.analysis.reading import result_of_dict
+from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command, worded
+from sigmatau.lab.store.ingest import BATCH, Added, add_rows
+from sigmatau.lab.store.naming import Naming, UnknownUnitError
+from sigmatau.lab.store.packing import loads
+from sigmatau.lab.store.rows import Rows, rows_of
+from sigmatau.process import end_with_parent, uninterrupted
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine
+
+_FEW = 400  # files that this process reads in less time than others take to start
+_AHEAD = 3  # batches a process that are read before they are written
+
+
+@frozen
+class Problem:
+    """A file that was not added.
+
+    Attributes
+    ----------
+    file : Path
+    reason : str
+        Why it was not added.
+    unit_unknown : bool
+        Whether nothing names its unit.
+    """
+
+    file: Path
+    reason: str
+    unit_unknown: bool = False
+
+
+@frozen
+class FilesAdded:
+    """What `add_files` did.
+
+    Attributes
+    ----------
+    added : Added
+        What was added.
+    problems : tuple of Problem
+        Files that were not added.
+    """
+
+    added: Added = Added()
+    problems: tuple[Problem, ...] = ()
+
+
+def gather(places: Sequence[Path]) -> list[Path]:
+    """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without JSON."""
+    found: dict[Path, None] = {}
+    for place in places:
+        if not place.is_dir():
+            found[place] = None
+            continue
+        inside = sorted(file for file in place.rglob("*") if file.suffix.lower() == ".json" and file.is_file())
+        if not inside:
+            raise DataError(
+                f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
+            )
+        found |= dict.fromkeys(inside)
+    return list(found)
+
+
+def add_files(
+    engine: Engine,
+    files: Sequence[Path],
+    naming: Naming,
+    *,
+    jobs: int = 1,
+    done: Callable[[int], None] = lambda _: None,
+) -> FilesAdded:
+    """Add the results of files. A file that is none is a problem, and the others are added.
+
+    Parameters
+    ----------
+    engine : sqlalchemy.Engine
+    files : sequence of Path
+    naming : Naming
+    jobs : int
+        Processes that read files. This process writes.
+    done : callable
+        Gets the number of files so far.
+    """
+    batches = [files[at : at + BATCH] for at in range(0, len(files), BATCH)]
+    total, problems, count = Added(), [], 0
+    found = _read_all(batches, naming, jobs if len(files) > _FEW else 1)
+    with _without_collection():
+        for batch, (rows, wrong) in zip(batches, found, strict=True):
+            problems += [replace(problem, reason=worded(problem.reason)) for problem in wrong]
+            if rows:
+                total += add_rows(engine, rows)
+            count += len(batch)
+            done(count)
+    return FilesAdded(added=total, problems=tuple(problems))
+
+
+_Read = tuple[list[Rows], list[Problem]]
+
+
+def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> Iterator[_Read]:
+    """The batches in their order, some of them ahead."""
+    read = partial(_read, naming=naming)
+    if jobs < 2:
+        yield from map(read, batches)
+        return
+    # Not forked: a fork would share the connections of the store.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(jobs, len(batches)), mp_context=context, initializer=_prepare_process) as pool:
+        waiting: deque[Future[_Read]] = deque()
+        try:
+            for batch in batches:
+                with uninterrupted():  # it may start processes
+                    waiting.append(pool.submit(read, batch))
+                if len(waiting) > _AHEAD * jobs:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        except BrokenProcessPool:
+            raise DataError(
+                "a process that read files was ended, as the system does when memory is short; what was added stays, and the"
+                f" same with {Hint('jobs', value=1)} adds the others"
+            ) from None
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _prepare_process() -> None:
+    """Ctrl-C reaches all processes of the terminal; the first one ends the others. JSON has no cycles to search for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+    gc.disable()
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Rows have no cycles, and the search for them takes a tenth of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _read(files: Sequence[Path], naming: Naming) -> _Read:
+    rows, problems = [], []
+    for file in files:
+        try:
+            rows.append(_rows_of(file, naming))
+        except DataError as error:
+            unknown = isinstance(error, UnknownUnitError)
+            problems.append(Problem(file=file, reason=error.text, unit_unknown=unknown))
+    return rows, problems
+
+
+def _rows_of(file: Path, naming: Naming) -> Rows:
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise DataError(error.strerror or str(error)) from None
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    try:
+        content = loads(data)
+    except (ValueError, RecursionError) as error:
+        what = (
+            f"not JSON, which {command('analyze', Hint('json'))} writes"
+            if data.lstrip()[:1] != b"{"
+            else f"not JSON: {error}"
+        )
+        raise DataError(what if data.strip() else "is empty") from None
+    return rows_of(naming.entry(result_of_dict(content, as_form=BriefResultForm), file, content=content))
+
+
+def processes() -> int:
+    """Processes that read files by default: one a core."""
+    return os.cpu_count() or 1

@@ -1,0 +1,328 @@
+"""Results into a store: each run once, with its history."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from datetime import UTC, datetime
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
+from sigmatau.lab.store.packing import NUMBERS
+from sigmatau.lab.store.rows import Entry, Label, Rows, rows_of
+
+if TYPE_CHECKING:
+    from sqlalchemy import Engine, Table
+    from sqlalchemy.engine import Connection
+
+BATCH = 200
+"""Runs of a transaction."""
+
+_ATTEMPTS = 5  # of a transaction that meets another writer
+
+
+@frozen
+class Added:
+    """What `add` did.
+
+    Attributes
+    ----------
+    new : int
+        Runs that were not there.
+    revised : int
+        Results that replace earlier ones of the same log and options.
+    known : int
+        Results that were there.
+    """
+
+    new: int = 0
+    revised: int = 0
+    known: int = 0
+
+    def __add__(self, other: Added) -> Added:
+        return Added(new=self.new + other.new, revised=self.revised + other.revised, known=self.known + other.known)
+
+
+def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Added:
+    """Add results, `batch` of them in a transaction: what was committed stays if the process is killed.
+
+    The same log with the same options is one run: a result that is there already is not added again, one that differs is
+    a new revision of it.
+
+    Raises
+    ------
+    DataError
+        For a result that is none, or a database that does not take it; earlier batches stay.
+    """
+    total = Added()
+    source = iter(entries)
+    while chunk := [_named(entry) for entry in islice(source, batch)]:
+        total += add_rows(engine, chunk)
+    return total
+
+
+def _named(entry: Entry) -> Rows:
+    try:
+        return rows_of(entry)
+    except DataError as error:
+        raise DataError(f"{entry.unit}: {error}") from None
+
+
+def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connection], None] = lambda _: None) -> Added:
+    """Add results, and do what follows from them, in one transaction.
+
+    If another writer added the same runs meanwhile, they are compared with its rows.
+    """
+    import sqlalchemy
+
+    from sigmatau.lab.store.connect import reason
+
+    driver: type[Exception] = engine.dialect.loaded_dbapi.Error
+    for attempt in range(_ATTEMPTS):
+        try:
+            with engine.connect().execution_options(writes=True) as connection, connection.begin():
+                added = _add(connection, chunk)
+                then(connection)
+                return added
+        except (sqlalchemy.exc.SQLAlchemyError, driver) as error:
+            if attempt == _ATTEMPTS - 1 or not _may_pass(error):
+                raise DataError(f"the store did not take the results: {reason(error)}") from None
+    raise AssertionError
+
+
+def _may_pass(error: Exception) -> bool:
+    """Whether a second attempt may succeed: rows of another writer, or a deadlock with it."""
+    kind = type(getattr(error, "orig", None) or error)
+    same_rows = any(base.__name__ == "IntegrityError" for base in kind.__mro__)
+    return same_rows or "deadlock" in str(error).lower()
+
+
+def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
+    from sqlalchemy import insert, update
+
+    from sigmatau.lab.store import tables
+
+    known = _latest(connection, {one.identity for one in chunk})
+    units = _unit_ids(connection, chunk)
+    now = datetime.now(UTC).replace(tzinfo=None)
+    runs: dict[tuple[str, int], dict[str, Any]] = {}
+    results, replaced = [], set()
+    for one in chunk:
+        last = known.get(one.identity, _NONE)
+        if last.has(one):
+            if last.id is not None and (news := last.news(one)):
+                connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
+            continue
+        revision = last.revision + 1
+        known[one.identity] = _Last(
+            revision=revision, digest=one.packed.digest, path=one.run["path"], version=one.run["file_version"]
+        )
+        if last.revision:
+            replaced.add(one.identity)
+        if (one.identity, last.revision) in runs:
+            runs[one.identity, last.revision]["current"] = False
+        keys = {"unit_id": units[one.unit], "identity": one.identity, "revision": revision}
+        runs[one.identity, revision] = {**one.run, **keys, "current": True, "added": now}
+        results.append(one)
+    if replaced:
+        connection.execute(update(tables.run).where(tables.run.c.identity.in_(replaced)).values(current=False))
+    if runs:
+        ids = _new_ids(connection, len(runs))
+        rows = [{**row, "id": key} for key, row in zip(ids, runs.values(), strict=True)]
+        connection.execute(insert(tables.run), rows)
+        _add_contents(connection, ids, results)
+        _replace_failed(connection, rows)
+    new = sum(revision == 1 for _, revision in runs)
+    return Added(new=new, revised=len(runs) - new, known=len(chunk) - len(runs))
+
+
+def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
+    """Failures of logs that now have a result are history."""
+    from sqlalchemy import select, update
+
+    from sigmatau.lab.store import tables
+
+    run = tables.run.c
+    better = {(row["unit_id"], row["path"]): row["id"] for row in rows if row["state"] != "failed" and row["path"]}
+    units = {unit for unit, _ in better}
+    failed = connection.execute(
+        select(run.id, run.unit_id, run.path).where(run.unit_id.in_(units), run.current, run.state == "failed")
+    )
+    ids = [key for key, unit, path in failed if key < better.get((unit, path), 0)]
+    if ids:
+        connection.execute(update(tables.run).where(run.id.in_(ids)).values(current=False))
+
+
+@frozen
+class _Last:
+    """The last revision of a run."""
+
+    revision: int = 0  # 0: none
+    digest: str = ""
+    path: str = ""
+    version: str = ""  # of its log
+    current: bool = True
+    recorded: datetime | None = None
+    temperature: float | None = None
+    id: int | None = None  # None if it is not in the database yet
+
+    def has(self, one: Rows) -> bool:
+        """Whether a result is this one. A log that is again as it was before it changed gets a new revision."""
+        back = not self.current and one.run["file_version"]
+        return bool(self.revision and self.digest == one.packed.digest and not back)
+
+    def news(self, one: Rows) -> dict[str, Any]:
+        """What is now known of the same log: another place or time of change, and what is stated of its run."""
+        found: dict[str, Any] = {}
+        if one.run["file_version"] and (self.path, self.version) != (one.run["path"], one.run["file_version"]):
+            found = {key: one.run[key] for key in ("path", "file_version", "name")}
+        if one.run["recorded"] not in (None, self.recorded):
+            found["recorded"] = one.run["recorded"]
+        if one.run["temperature"] not in (None, self.temperature):
+            found["temperature"] = one.run["temperature"]
+        return found
+
+
+_NONE = _Last()
+
+
+def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
+    """Last revision by identity; it is not current if the log has changed, or failed and has a result."""
+    from sqlalchemy import select
+
+    from sigmatau.lab.store import tables
+
+    run = tables.run.c
+    rows = connection.execute(
+        select(
+            run.identity,
+            run.revision,
+            run.digest,
+            run.path,
+            run.file_version,
+            run.current,
+            run.recorded,
+            run.temperature,
+            run.id,
+        )
+        .where(run.identity.in_(identities))
+        .order_by(run.revision)
+    )
+    fields = ("revision", "digest", "path", "version", "current", "recorded", "temperature", "id")
+    return {identity: _Last(**dict(zip(fields, values, strict=True))) for identity, *values in rows}
+
+
+def _new_ids(connection: Connection, count: int) -> list[int]:
+    """Keys of runs: of a sequence, or those after the last one while no other process of SQLite can write."""
+    if connection.dialect.name == "sqlite":
+        last = connection.exec_driver_sql("SELECT coalesce(max(id), 0) FROM run").scalar_one()
+        return list(range(last + 1, last + 1 + count))
+    made = f"SELECT nextval(pg_get_serial_sequence('run', 'id')) FROM generate_series(1, {count})"
+    return list(connection.exec_driver_sql(made).scalars())
+
+
+def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
+    """The units by name, with the sensor model if it is stated; new ones are made."""
+    from sqlalchemy import update
+
+    from sigmatau.lab.store import tables
+
+    models = _ids(connection, tables.model, {one.model for one in chunk if one.model})
+    units = _ids(connection, tables.unit, {one.unit for one in chunk})
+    typed = {one.unit: models[one.model] for one in chunk if one.model}
+    of = tables.unit.c
+    for model in set(typed.values()):
+        own = [units[name] for name, its in typed.items() if its == model]
+        wrong = (of.id.in_(own), of.model_id.is_distinct_from(model))
+        connection.execute(update(tables.unit).where(*wrong).values(model_id=model))
+    return units
+
+
+def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int]:
+    """The keys of names, which are added if they are not there; another writer may add them meanwhile."""
+    from sqlalchemy import select
+
+    if not names:
+        return {}
+    found = select(table.c.name, table.c.id).where(table.c.name.in_(names))
+    ids = _pairs(connection.execute(found))
+    if missing := sorted(names - ids.keys()):
+        _add_unless_there(connection, table, [{"name": name} for name in missing])
+        ids = _pairs(connection.execute(found))
+    return ids
+
+
+def _pairs(rows: Iterable[Any]) -> dict[str, int]:
+    return {row[0]: row[1] for row in rows}
+
+
+def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
+    """The keys of labels, of which a store has few; new ones are added."""
+    from sqlalchemy import select
+
+    from sigmatau.lab.store import tables
+
+    of = tables.label.c
+    columns = (of.channel, of.quantity, of.term, of.unit, of.rate_unit)
+
+    def known() -> dict[Label, int]:
+        return {(c, q, t, u, r): key for key, c, q, t, u, r in connection.execute(select(of.id, *columns))}
+
+    ids = known()
+    if missing := sorted(wanted - ids.keys()):
+        names = [column.name for column in columns]
+        _add_unless_there(connection, tables.label, [dict(zip(names, label, strict=True)) for label in missing])
+        ids = known()
+    return ids
+
+
+def _add_unless_there(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
+    from sqlalchemy.dialects import postgresql, sqlite
+
+    made = (sqlite if connection.dialect.name == "sqlite" else postgresql).insert(table)
+    connection.execute(made.on_conflict_do_nothing(), rows)
+
+
+def _add_contents(connection: Connection, ids: Sequence[int], results: Sequence[Rows]) -> None:
+    from sigmatau.lab.store import tables
+
+    known = _label_ids(connection, {label for one in results for label in one.labels})
+    of_labels = {labels: [known[label] for label in labels] for labels in {one.labels for one in results}}
+    stored, channels, terms, findings = [], [], [], []
+    for key, one in zip(ids, results, strict=True):
+        labels = of_labels[one.labels]
+        numbers = np.frombuffer(one.numbers, dtype=NUMBERS).copy()
+        numbers["label"] = labels
+        stored.append((key, one.packed.content, one.packed.curves, numbers.tobytes()))
+        channels += [(key, *row) for row in one.channels]
+        terms += [(key, label, *row) for label, row in zip(labels, one.terms, strict=True)]
+        findings += [(key, *row) for row in one.findings]
+    _bulk(connection, tables.result, ("run_id", "content", "curves", "numbers"), stored)
+    _bulk(connection, tables.channel, _CHANNEL, channels)
+    _bulk(connection, tables.coefficient, _COEFFICIENT, terms)
+    _bulk(connection, tables.finding, ("run_id", "code", "severity", "channels", "message"), findings)
+
+
+_CHANNEL = ("run_id", "name", "quantity", "unit", "rate", "samples", "verdict", "trust", "p_value")
+_COEFFICIENT = ("run_id", "label_id", "observed", "value", "low", "high", "upper_limit", "level")
+
+
+def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> None:
+    """Insert rows as they are, by the fastest way of the driver: a row as a dictionary takes SQLAlchemy ten times longer."""
+    if not rows:
+        return
+    names = ", ".join(columns)
+    if connection.dialect.name == "sqlite":
+        marks = ", ".join("?" * len(columns))
+        connection.exec_driver_sql(f"INSERT INTO {table.name} ({names}) VALUES ({marks})", list(rows))
+        return
+    with _cursor(connection) as cursor, cursor.copy(f'COPY "{table.name}" ({names}) FROM STDIN') as copy:
+        for row in rows:
+            copy.write_row(row)
+
+
+def _cursor(connection: Connection) -> Any:  # noqa: ANN401  of the driver
+    return connection.connection.cursor()

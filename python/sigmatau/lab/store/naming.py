@@ -1,0 +1,223 @@
+"""Unit, time and temperature of a result: from options, its notes, or names of files and folders."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.errors import DataError, OptionError
+from sigmatau.frozen import frozen
+from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.runs import RUN_NOTES, SERIAL_NOTES
+from sigmatau.lab.store.rows import Entry, in_utc
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+
+FOLDER, LOG_FOLDER = "folder", "log-folder"
+IN_NAME = "name"
+"""Value of `Naming.date`: the first date in the path of the log."""
+
+_DATE_NOTES = ("recorded", "start", "time", "date")
+_TEMPERATURE_NOTES = ("temperature", "temp")
+_DATE = re.compile(r"(?<!\d)(20\d\d)([-_]?)(\d\d)\2(\d\d)(?:[T_ -]?(\d\d)([:_-]?)(\d\d)(?:\6(\d\d))?)?(?!\d)")
+_TEMPERATURE = re.compile(r"([-+]?\d+(?:\.\d*)?) *(°C|degC|C|K)?", re.ASCII)
+_KELVIN = 273.15
+
+
+class UnknownUnitError(DataError):
+    """No option and no note names the unit of a result."""
+
+
+@frozen
+class Naming:
+    """How results are named.
+
+    Attributes
+    ----------
+    unit : str or None
+        Name of the unit of all results.
+    unit_from : str or None
+        ``"folder"`` of the file, ``"log-folder"`` of its log, or a regular expression for the path of the log, whose first
+        group is the unit. Default: the note "serial number" or "unit", see `sigmatau.lab.lots.runs.SERIAL_NOTES`.
+    folders : bool
+        Whether a result without such a note has the name of its folder.
+    model : str
+        Sensor model.
+    date : str or None
+        Beginning of the records, ISO 8601, or ``"name"``: the first date in the path of the log. Default: the note.
+        Without a time zone it is UTC.
+    temperature : float or None
+        [degC] Default: the note.
+    """
+
+    unit: str | None = None
+    unit_from: str | None = None
+    folders: bool = False
+    model: str = ""
+    date: str | None = None
+    temperature: float | None = None
+
+    def check(self) -> None:
+        """Check the options.
+
+        Raises
+        ------
+        OptionError
+            For two names of the unit, an empty one, a date that is not ISO 8601, or an expression without a group.
+        """
+        if self.unit is not None and self.unit_from is not None:
+            raise OptionError(f"{Hint('unit')} and {{option}} both name the unit; give one of them", option="unit_from")
+        if self.unit is not None and not self.unit.strip():
+            raise OptionError("{option} is empty; give the serial number", option="unit")
+        if self.date not in (None, IN_NAME):
+            time = _iso(str(self.date))
+            if time is None:
+                raise OptionError(f"{{option}} {self.date}: must be like 2026-05-01T12:00, or name", option="date")
+            in_utc(time)
+        if self.temperature is not None and not -_KELVIN <= self.temperature < math.inf:
+            raise OptionError(
+                f"{{option}} {self.temperature:g}: must be a temperature in °C, above {-_KELVIN}",
+                option="temperature",
+            )
+        if self.unit_from not in (None, FOLDER, LOG_FOLDER):
+            try:
+                groups = re.compile(str(self.unit_from)).groups
+            except re.error as error:
+                raise OptionError(
+                    f"{{option}} {self.unit_from}: must be folder, log-folder or a regular expression: {error}",
+                    option="unit_from",
+                ) from None
+            if groups < 1:
+                raise OptionError(
+                    f"{{option}} {self.unit_from}: must be folder, log-folder, or a regular expression with a group,"
+                    r" e.g. '(SN\d+)'",
+                    option="unit_from",
+                )
+
+    def entry(
+        self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
+    ) -> Entry:
+        """A result with its names.
+
+        Parameters
+        ----------
+        result : Analysis or FailedAnalysis
+            Its notes, and the path of its log, name it.
+        file : Path
+            File of the result.
+        content : mapping, optional
+            The JSON that the result was read from.
+
+        Returns
+        -------
+        Entry
+
+        Raises
+        ------
+        DataError
+            If nothing names its unit, or a date or a temperature cannot be read.
+        """
+        notes = {key.strip().lower(): text.strip() for key, text in result.notes.items()}
+        log = result.path if isinstance(result, FailedAnalysis) else result.source.path or ""
+        return Entry(
+            result=result,
+            unit=self._unit(notes, log, file),
+            model=self.model or notes.get("model", ""),
+            name=next((notes[key] for key in RUN_NOTES if notes.get(key)), PurePath(log).name or file.stem),
+            recorded=self._recorded(notes, log),
+            temperature=self._temperature(notes),
+            content=content,
+        )
+
+    def _unit(self, notes: Mapping[str, str], log: str, file: Path) -> str:
+        if self.unit is not None:
+            return self.unit
+        if self.unit_from is None:
+            found = next((notes[key] for key in SERIAL_NOTES if notes.get(key)), "")
+            found = found or (file.absolute().parent.name if self.folders else "")
+        elif self.unit_from == FOLDER:
+            found = file.absolute().parent.name
+        elif self.unit_from == LOG_FOLDER:
+            found = PurePath(log).parent.name
+        else:
+            match = re.search(self.unit_from, log)
+            found = (match[1] or "") if match else ""
+            if not found:
+                raise UnknownUnitError(
+                    f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log"
+                ).about(log)
+        if not found:
+            raise UnknownUnitError(
+                f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or a note:"
+                f" {command('analyze', 'LOG', Hint('note', 'serial number', 'A123'))}"
+            )
+        return found
+
+    def _recorded(self, notes: Mapping[str, str], log: str) -> datetime | None:
+        if self.date == IN_NAME:
+            return _in_name(log)
+        if self.date is not None:
+            return _iso(self.date)
+        for key in _DATE_NOTES:
+            if text := notes.get(key):
+                found = _iso(text)
+                if found is None:
+                    raise DataError(
+                        f"the note {key} {text!r:.40} is not a date like 2026-05-01T12:00; give {Hint('date')}"
+                    )
+                return found
+        return None
+
+    def _temperature(self, notes: Mapping[str, str]) -> float | None:
+        if self.temperature is not None:
+            return self.temperature
+        for key in _TEMPERATURE_NOTES:
+            if text := notes.get(key):
+                degrees = _celsius(text)
+                if degrees is None:
+                    raise DataError(
+                        f"the note {key} {text!r:.40} is not a temperature like 25 degC; give {Hint('temperature')}"
+                    )
+                if degrees < -_KELVIN:
+                    raise DataError(f"the note {key} {text!r:.40} is below absolute zero; give {Hint('temperature')}")
+                return degrees
+        return None
+
+
+def stated_temperature(text: str | None) -> float | None:
+    """A temperature of the command line in degC; raises `OptionError` for anything but 25, 25degC or 298K."""
+    degrees = None if text is None else _celsius(text)
+    if text is not None and degrees is None:
+        raise OptionError(f"{{option}} {text!r:.40} is not a temperature like 25degC", option="temperature")
+    return degrees
+
+
+def _celsius(text: str) -> float | None:
+    match = _TEMPERATURE.fullmatch(text.strip())
+    return None if match is None else float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
+
+
+def _iso(text: str) -> datetime | None:
+    try:
+        return datetime.fromisoformat(text.strip())
+    except ValueError:
+        return None
+
+
+def _in_name(log: str) -> datetime:
+    """The first date in the path of a log, 2026-05-01 or 20260501_120000; raises `DataError` without one."""
+    for part in (PurePath(log).name, log):
+        for match in _DATE.finditer(part):
+            year, _, month, day, hour, _, minute, second = match.groups()
+            # 4512 of 20260501_4512 is a serial number and no time.
+            for h, m, s in ((hour, minute, second), (0, 0, 0)):
+                with suppress(ValueError):
+                    return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC
+    raise DataError(f"no date in the name of the log; give {Hint('date', value='2026-05-01')}").about(log)

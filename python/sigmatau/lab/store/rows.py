@@ -1,0 +1,286 @@
+"""A result as rows of a store: all that can be computed without the database, in another process too."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import struct
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from functools import lru_cache
+from pathlib import PurePath
+from typing import Any, Literal
+
+from sigmatau._native.distributions import normal_quantile
+from sigmatau.analysis import Analysis
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis.json import stated_options
+from sigmatau.errors import DataError
+from sigmatau.fitting.fitted_noise import QUANTIFIED
+from sigmatau.frozen import frozen
+from sigmatau.lab.store.packing import NUMBERS, Packed, pack
+
+_MEAN = "mean"
+_LEVEL = 0.95  # of the interval of a mean
+_MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
+_NUMBERS = struct.Struct("<ii5d")
+assert _NUMBERS.size == NUMBERS.itemsize
+
+State = Literal["fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"]
+
+
+@frozen
+class Entry:
+    """A result with what is known of its unit and its run.
+
+    Attributes
+    ----------
+    result : Analysis or FailedAnalysis
+    unit : str
+        Serial number.
+    model : str
+        Sensor model, or empty: then the one that the unit has stays.
+    name : str
+        Name of the run. Default: the name of its log.
+    recorded : datetime or None
+        Beginning of the record; without a time zone, UTC.
+    temperature : float or None
+        [degC]
+    file_version : str
+        Version of the log, such as its size and change time: tells whether it changed without reading it.
+    content : mapping or None
+        The JSON of a result that was read from it: that is stored as it was written. Default: that of `result`.
+    """
+
+    result: Analysis | FailedAnalysis
+    unit: str
+    model: str = ""
+    name: str = ""
+    recorded: datetime | None = None
+    temperature: float | None = None
+    file_version: str = ""
+    content: Mapping[str, Any] | None = None
+
+
+Label = tuple[str, str, str, str, str]
+"""Channel, quantity, term, unit of the coefficient, unit of the channel."""
+
+Term = tuple[bool | None, float | None, float | None, float | None, float | None, float | None]
+"""Observed, value, low, high, upper limit, level."""
+
+
+@frozen
+class Rows:
+    """A result in its stored form, without the keys that the database gives."""
+
+    unit: str
+    model: str
+    identity: str
+    run: Mapping[str, Any]
+    channels: tuple[tuple[Any, ...], ...]
+    labels: tuple[Label, ...]
+    terms: tuple[Term, ...]  # one a label
+    numbers: bytes  # the same as `NUMBERS`, with positions in `labels`
+    findings: tuple[tuple[str, str, str, str], ...]
+    packed: Packed
+
+
+def options_key(options: Mapping[str, Any]) -> str:
+    """Checksum of the options that made a result, its key ``"options"``; without any, that of the default settings."""
+    return hashlib.sha256(_canonical(options).encode()).hexdigest()
+
+
+def _canonical(value: object) -> str:
+    """JSON that is the same for the same options: 100 and 100.0, whatever the order of keys."""
+
+    def plain(one: object) -> object:
+        if isinstance(one, Mapping):
+            return {str(key): plain(of) for key, of in one.items()}
+        if isinstance(one, list | tuple):
+            return [plain(of) for of in one]
+        return float(one) if isinstance(one, int) and not isinstance(one, bool) else one
+
+    return json.dumps(plain(value), sort_keys=True)
+
+
+def rows_of(entry: Entry) -> Rows:
+    """The rows of a result.
+
+    Raises
+    ------
+    DataError
+        If a name, a number or the JSON of the result cannot be stored.
+    """
+    try:
+        return _rows(entry)
+    except DataError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError, struct.error) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise DataError(f"not a result of sigmatau analyze, or damaged: {what:.100}") from None
+
+
+def _rows(entry: Entry) -> Rows:
+    result = entry.result
+    content = result.to_dict() if entry.content is None else entry.content
+    unit, packed = _name(entry.unit, "unit"), pack(content)
+    analysis = result if isinstance(result, Analysis) else None
+    if analysis is not None and not analysis.curves:
+        raise DataError("not a result of sigmatau analyze: it has no channels")
+    labels = [] if analysis is None else [*_terms(analysis)]
+    channels = () if analysis is None else tuple(_channels(analysis))
+    fits = {} if analysis is None else analysis.fits
+    quantified = {name for name, fit in fits.items() if fit.verdict in QUANTIFIED}
+    numbers = [
+        _NUMBERS.pack(k, label[0] in quantified, *[math.nan if x is None else x for x in row[1:]])
+        for k, (label, row) in enumerate(labels)
+    ]
+    findings = () if analysis is None else analysis.findings
+    run = _run(entry, channels) | {"digest": packed.digest}
+    return Rows(
+        unit=unit,
+        model=_name(entry.model, "model", needed=False),
+        identity=identity(unit, run),
+        run=run,
+        channels=channels,
+        labels=_shared(tuple(label for label, _ in labels)),
+        terms=tuple(row for _, row in labels),
+        numbers=b"".join(numbers),
+        findings=tuple(
+            (_text(each.code)[:60], each.severity, _text(" ".join(each.channels)), _text(each.words_of_files().message))
+            for each in findings
+        ),
+        packed=packed,
+    )
+
+
+def identity(unit: str, run: Mapping[str, Any]) -> str:
+    """Checksum of what tells a run from others: its unit, its log, and the options, by the columns of its row.
+
+    What is converted follows from the log and the options. Of a record without a file, each result that differs is a run of
+    its own.
+    """
+    log = run["sha256"] or (
+        f"{unit}/{run['path']}" if run["path"] else f"{unit}/{run['name']}/{run['recorded']}/{run['digest']}"
+    )
+    return hashlib.sha256(_utf8(f"{unit}\n{log}\n{run['options_key']}")).hexdigest()
+
+
+@lru_cache(1000)
+def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
+    """The same object for the same labels: a batch of results is sent from process to process, each object once."""
+    return labels
+
+
+def _channels(analysis: Analysis) -> Iterator[tuple[Any, ...]]:
+    """The rows of the channels."""
+    for name, curve in analysis.curves.items():
+        fit = analysis.fits.get(name)
+        verdict, trust, p_value = ("", "", None) if fit is None else (fit.verdict, fit.trust or "", fit.p_value)
+        names = _name(name, "channel"), _common(curve.quantity, 60), _common(curve.unit, 60)
+        yield (*names, 1 / curve.tau0, curve.n, verdict, trust, p_value)
+
+
+def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
+    """The coefficients and means of the channels."""
+    for name, curve in analysis.curves.items():
+        fit, mean = analysis.fits.get(name), analysis.means.get(name)
+        for of in () if fit is None else fit.terms.values():
+            label = (name, curve.quantity, of.term, _common(of.unit, 60), curve.unit)
+            yield label, (of.observed, of.value, of.low, of.high, of.upper_limit, of.level)
+        if mean is not None:
+            half = None if mean.error is None else _QUANTILE * mean.error
+            ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, _LEVEL)
+            label = (name, curve.quantity, _MEAN, _common(mean.unit, 60), curve.unit)
+            yield label, (None, mean.value, *ends[:2], None, ends[2])
+
+
+_QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
+
+
+def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:
+    result = entry.result
+    if isinstance(result, FailedAnalysis):
+        state, path, sha256, message, options = "failed", result.path, None, result.message, result.options or {}
+    else:
+        state, path, sha256, message = _state(result), result.source.path or "", result.source.sha256, ""
+        options = stated_options(result)
+    path = _text(path)
+    return {
+        "name": _name(entry.name or PurePath(path).name or entry.unit, "run"),
+        "path": path,
+        "sha256": _word(sha256, 64) if sha256 else None,
+        "recorded": None if entry.recorded is None else in_utc(entry.recorded),
+        "temperature": _number(entry.temperature),
+        "duration": max((samples / rate for *_, rate, samples, _, _, _ in channels), default=None),
+        "state": state,
+        "message": _text(message),
+        "version": _text(result.version)[:40],
+        "file_version": _text(entry.file_version)[:200],
+        "options_key": options_key(options),
+    }
+
+
+def in_utc(time: datetime) -> datetime:
+    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC.
+
+    Raises
+    ------
+    DataError
+        For a time that is not in the years 1 to 9999 of UTC.
+    """
+    try:
+        return time if time.tzinfo is None else time.astimezone(UTC).replace(tzinfo=None)
+    except OverflowError:
+        raise DataError(f"the time {time.isoformat()} is not in the years 1 to 9999 in UTC") from None
+
+
+def _word(value: object, most: int) -> str:
+    """A text of a column."""
+    if not isinstance(value, str):
+        raise TypeError(f"a text is {value!r:.30}")
+    if len(value) > most:
+        raise ValueError(f"a text has {len(value)} characters, more than {most}: {value:.30}…")
+    return _text(value)
+
+
+_common = lru_cache(1000)(_word)  # few words, each in thousands of rows
+
+
+def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
+    if value is None:
+        return None
+    found = float(value)
+    if not math.isfinite(found):
+        raise ValueError(f"{found} in place of a number")
+    return found
+
+
+def _state(analysis: Analysis) -> State:
+    if any(fit.verdict != "too_short" for fit in analysis.fits.values()):
+        return "fitted"
+    verdict = "" if analysis.rest is None else analysis.rest.verdict
+    return verdict if not analysis.fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
+
+
+def _name(text: str, of: str, *, needed: bool = True) -> str:
+    """A name as the database takes it; raises `DataError` if it is empty or too long."""
+    found = _text(text).strip()
+    if needed and not found:
+        raise DataError(f"the name of the {of} is empty")
+    if len(found) > _MOST_LETTERS[of]:
+        raise DataError(
+            f"the name of the {of} has {len(found)} characters, more than {_MOST_LETTERS[of]}: {found:.30}…"
+        )
+    return found
+
+
+def _text(value: object) -> str:
+    """Text without what databases refuse: null characters, and bytes of file names that are not UTF-8."""
+    text = str(value)
+    return text if text.isascii() and "\0" not in text else _utf8(text.replace("\0", "\\0")).decode()
+
+
+def _utf8(text: str) -> bytes:
+    return text.encode("utf-8", "backslashreplace")

@@ -1,0 +1,162 @@
+"""Coefficients of a store as the table that `compare_runs` compares: a million rows in less than a second."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sigmatau._native.distributions import normal_quantile
+from sigmatau.analysis.reading import as_result
+from sigmatau.lab.lots.preparing import without_copies
+from sigmatau.lab.lots.runs import (
+    LIMITED,
+    MEAN,
+    OBSERVED,
+    SIGNED,
+    WITHOUT_ERROR,
+    WITHOUT_INTERVAL,
+    Label,
+    Run,
+    RunsBuilder,
+    RunTable,
+    joined,
+)
+from sigmatau.lab.store.contents import contents
+from sigmatau.lab.store.packing import NUMBERS
+from sigmatau.noise.terms import TERMS
+
+if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement
+    from sqlalchemy.engine import Connection
+
+_TERMS = (*TERMS, MEAN)
+
+_Floats = NDArray[np.float64]
+
+
+def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
+    """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
+    or else the latest that was read off.
+
+    Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read of up to 1000 runs.
+    """
+    from sqlalchemy import select
+
+    from sigmatau.lab.store.tables import label, model, result, run, unit
+
+    of = label.c
+    labels = connection.execute(select(of.id, of.channel, of.quantity, of.term, of.unit, of.rate_unit)).all()
+    found = connection.execute(
+        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state)
+        .join_from(run, unit)
+        .join(result, result.c.run_id == run.c.id)
+        .outerjoin(model, unit.c.model_id == model.c.id)
+        .where(*conditions, run.c.state.in_(("fitted", "not_fitted")))
+        .order_by(unit.c.name, run.c.recorded, run.c.id)
+    ).all()
+    rising = sorted(found, key=lambda row: (row[5] == "fitted", row[0]))
+    latest = {(serial, sha or key): key for key, serial, _, sha, _, _ in rising}
+    usable = [row for row in found if latest[row[1], row[3] or row[0]] == row[0]]
+    fitted = [row for row in usable if row[5] == "fitted"]
+    numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
+    counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
+    table = _table(
+        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in fitted),
+        labels={
+            key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
+            for key, c, q, t, u, r in sorted(labels, key=_order)
+        },
+        run=np.repeat(np.arange(len(fitted)), counts),
+        numbers=numbers,
+    )
+    if len(fitted) <= _MOST_CONTENTS:
+        table = _with_deltas(connection, table, [row[0] for row in fitted])
+    lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
+    whole = joined([table, lines]) if len(lines.run) else table
+    return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes and the same values
+
+
+_MOST_CONTENTS = 1000
+"""Runs whose whole results are read, a millisecond each: what was read off is not in the tables."""
+
+
+def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> RunTable:
+    """The table with δ of eq. (26) of what was read off beside the fits."""
+    position = {key: at for at, key in enumerate(keys)}
+    deltas = {
+        (position[key], channel, term): float(line["error"])
+        for key, content in contents(connection, keys, without_damaged=True)
+        for channel, part in content["channels"].items()
+        for term, line in (part.get("read_off") or {}).items()
+    }
+    names = [(label.channel, label.term) for label in table.labels]
+    rows = zip(table.run.tolist(), table.label.tolist(), table.value.tolist(), strict=True)
+    of_rows = [
+        math.nan if math.isnan(value) else deltas.get((run, *names[label]), math.nan) for run, label, value in rows
+    ]
+    return replace(table, delta=np.array(of_rows, dtype=np.float64))
+
+
+def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
+    """The rows of results without a fit whose coefficients were read off."""
+    builder, of_key = RunsBuilder(), {row[0]: row for row in rows}
+    for key, content in contents(connection, list(of_key)):
+        parts = content["channels"].values()
+        if any(part.get("read_off") for part in parts) and not any("fit" in part for part in parts):
+            builder.add_result(as_result(content), name=of_key[key][2], serial=of_key[key][1])
+    return builder.table()
+
+
+def _order(label: Sequence[Any]) -> tuple[Any, ...]:
+    """Gyros first, and the terms in the order of results."""
+    _, channel, quantity, term, *units = label
+    return quantity != "angular_rate", quantity, channel, _TERMS.index(term) if term in _TERMS else -1, units
+
+
+def _table(
+    *, runs: tuple[Run, ...], labels: dict[int, Label], run: NDArray[np.int64], numbers: NDArray[np.void]
+) -> RunTable:
+    positions = np.zeros(max(labels, default=0) + 1, dtype=np.int64)
+    positions[list(labels)] = np.arange(len(labels))
+    signed = np.array([one.term in SIGNED for one in labels.values()], dtype=bool)
+    means = np.array([one.term == MEAN for one in labels.values()], dtype=bool)
+    label = positions[numbers["label"]]
+    value, limit = numbers["value"], numbers["limit"]
+    keep = np.flatnonzero(~(np.isnan(value) & np.isnan(limit)))
+    run, label, value, limit, numbers = run[keep], label[keep], value[keep], limit[keep], numbers[keep]
+    valued = ~np.isnan(value)
+    if not len(labels):
+        signed = means = np.zeros(1, dtype=bool)
+    error = _errors(value, numbers, signed=signed[label])
+    mean = means[label]
+    error = np.where(valued & (numbers["fits"] == 1) & ~mean, error, np.nan)
+    status = np.where(np.isnan(error), WITHOUT_INTERVAL, OBSERVED)
+    status = np.where(mean, WITHOUT_ERROR, np.where(valued, status, LIMITED)).astype(np.int8)
+    return RunTable(
+        runs=runs,
+        labels=tuple(labels.values()),
+        run=run,
+        label=label,
+        value=np.ascontiguousarray(value),
+        error=error,
+        limit=np.where(valued, np.nan, limit),
+        delta=np.full(len(value), np.nan),
+        status=status,
+    )
+
+
+def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:
+    """Standard errors, as `lots.runs.error_of`: relative, or of signed values in SI; NaN without an interval."""
+    low, high = np.ascontiguousarray(numbers["low"]), np.ascontiguousarray(numbers["high"])
+    levels, which = np.unique(numbers["level"], return_inverse=True)
+    z = normal_quantile((1 + levels) / 2)[which]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inside = (low <= value) & (value <= high) & (low < high)
+        relative = np.where((value > 0) & (value < high), np.log(high / value) / z, np.nan)
+        found = np.where(signed, (high - low) / (2 * z), relative)
+    return np.where(inside, found, np.nan)

@@ -1,0 +1,146 @@
+"""The tables of a store. A change here needs a migration in `migrations/versions`; a test compares the two."""
+
+from __future__ import annotations
+
+try:
+    from sqlalchemy import (
+        BigInteger,
+        Boolean,
+        Column,
+        DateTime,
+        Float,
+        ForeignKey,
+        Index,
+        Integer,
+        LargeBinary,
+        MetaData,
+        String,
+        Table,
+        Text,
+        UniqueConstraint,
+    )
+except ImportError:
+    raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
+
+metadata: MetaData = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s_%(referred_table_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+
+def _key() -> Column[int]:
+    return Column("id", Integer, primary_key=True)
+
+
+def _to(table: str, *, nullable: bool = False) -> Column[int]:
+    return Column(f"{table}_id", ForeignKey(f"{table}.id", ondelete="CASCADE"), nullable=nullable)
+
+
+model: Table = Table("model", metadata, _key(), Column("name", String(200), nullable=False, unique=True))
+"""Types of sensors."""
+
+unit: Table = Table(
+    "unit",
+    metadata,
+    _key(),
+    Column("name", String(400), nullable=False, unique=True),  # serial number
+    _to("model", nullable=True),
+)
+
+run: Table = Table(
+    "run",
+    metadata,
+    _key(),
+    _to("unit"),
+    Column("name", String(400), nullable=False),  # name of the log
+    Column("path", Text, nullable=False),  # log as it was given
+    Column("identity", String(64), nullable=False),  # of the log's bytes and the options: the same run has the same one
+    Column("revision", Integer, nullable=False),  # 1 for the first result of this identity
+    Column("current", Boolean, nullable=False),  # whether no later result replaces it
+    Column("sha256", String(64)),  # of the log; NULL if it could not be read
+    Column("recorded", DateTime),  # UTC; NULL if neither the log nor the user states it
+    Column("temperature", Float),  # as the user states it [degC]
+    Column("duration", Float),  # of the longest channel [s]
+    Column("state", String(20), nullable=False),  # fitted, not_fitted, not_at_rest, too_short_to_tell, failed
+    Column("message", Text, nullable=False),  # why it failed
+    Column("version", String(40), nullable=False),  # of sigmatau
+    Column("added", DateTime, nullable=False),  # UTC
+    Column("digest", String(64), nullable=False),  # of the result's content without the program's version
+    Column(
+        "file_version", String(200), nullable=False
+    ),  # of the log as the file system or object store tells it; or empty
+    Column(
+        "options_key", String(64), nullable=False
+    ),  # checksum of the options, see `sigmatau.lab.store.rows.options_key`
+    UniqueConstraint("identity", "revision"),
+    Index(None, "unit_id", "current"),
+    Index(None, "recorded"),
+    Index(None, "options_key"),
+)
+
+result: Table = Table(
+    "result",
+    metadata,
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("content", LargeBinary, nullable=False),  # the result without curves, JSON, compressed by zlib
+    Column("curves", LargeBinary, nullable=False),  # see `sigmatau.lab.store.packing`
+    Column("numbers", LargeBinary, nullable=False),  # the rows of `coefficient` as one array, see `packing.NUMBERS`
+)
+"""Whole results, beside the tables that queries scan."""
+
+channel: Table = Table(
+    "channel",
+    metadata,
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("name", String(100), primary_key=True),
+    Column("quantity", String(60), nullable=False),
+    Column("unit", String(60), nullable=False),  # SI, of the rate
+    Column("rate", Float, nullable=False),  # [Hz]
+    Column("samples", BigInteger, nullable=False),
+    Column("verdict", String(20), nullable=False),  # of the fit; empty without a fit
+    Column("trust", String(20), nullable=False),
+    Column("p_value", Float),
+    sqlite_with_rowid=False,
+)
+
+label: Table = Table(
+    "label",
+    metadata,
+    _key(),
+    Column("channel", String(100), nullable=False),
+    Column("quantity", String(60), nullable=False),
+    Column("term", String(40), nullable=False),  # of `sigmatau.noise.terms.TERMS`, or mean
+    Column("unit", String(60), nullable=False),  # SI, of the coefficient
+    Column("rate_unit", String(60), nullable=False),  # SI, of the channel
+    UniqueConstraint("channel", "quantity", "term", "unit", "rate_unit"),
+)
+"""What a coefficient is of: the same few for all runs."""
+
+coefficient: Table = Table(
+    "coefficient",
+    metadata,
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
+    Column("label_id", ForeignKey("label.id"), primary_key=True, autoincrement=False),
+    Column("observed", Boolean),  # NULL if it was not tested
+    Column("value", Float),  # SI
+    Column("low", Float),
+    Column("high", Float),
+    Column("upper_limit", Float),
+    Column("level", Float),  # of interval or limit; NULL without them
+    sqlite_with_rowid=False,
+)
+
+finding: Table = Table(
+    "finding",
+    metadata,
+    _key(),
+    Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), nullable=False, index=True),
+    Column("code", String(60), nullable=False, index=True),
+    Column("severity", String(10), nullable=False),
+    Column("channels", Text, nullable=False),  # separated by blanks; empty for the whole record
+    Column("message", Text, nullable=False),
+)

@@ -1,0 +1,128 @@
+"""Tables of a store in words, for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.digits import limit_text, round_to_error, two_digits
+from sigmatau.lab.lots.runs import MEAN, SIGNED
+from sigmatau.noise.terms import display_units
+from sigmatau.results import aligned, lines_text
+
+if TYPE_CHECKING:
+    from sigmatau.analysis import Analysis
+    from sigmatau.fitting.noise_fit import NoiseFit
+    from sigmatau.lab.store.trend import ChannelTrend, Drift, InPeriod, Trend
+
+
+def cell(value: object) -> str:
+    """A value of a table."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, datetime):
+        return f"{value:%Y-%m-%d %H:%M}"
+    return "" if value is None else str(value)
+
+
+def usual_unit(term: str, quantity: str, rate_unit: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """Unit in which values of a coefficient are printed, and its size in SI."""
+    if term == MEAN:
+        return display_units("bias_instability", quantity, rate_unit, values)[-1]
+    return display_units(term, quantity, rate_unit, values)[-1 if term == "bias_instability" else 0]
+
+
+def trend_text(trend: Trend) -> str:
+    """The trend of each channel: a table of periods, then the slopes."""
+    lines: list[str] = []
+    for one in trend.channels.values():
+        lines += [*_channel(trend, one), ""]
+    if trend.undated:
+        lines.append(f"{trend.undated} values without a time are not used")
+    return lines_text(lines[:-1] if not lines[-1] else lines)
+
+
+def _channel(trend: Trend, one: ChannelTrend) -> list[str]:
+    unit, size = usual_unit(trend.term, one.quantity, one.rate_unit, [period.middle for period in one.periods])
+    signed = trend.term in SIGNED
+    spread = f"spread [{unit}]" if signed else "spread"
+    head = (
+        trend.by,
+        "units",
+        "runs",
+        "limits",
+        f"median [{unit}]",
+        f"{100 * trend.level:g} %",
+        spread,
+        f"{100 * trend.level:g} %",
+    )
+    rows = [head, *(_row(period, size, signed=signed) for period in one.periods)]
+    slopes = (_drift(drift, unit, size, signed=signed) for drift in one.drifts)
+    return [f"{one.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes]
+
+
+def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
+    factor, percent = (1 / size, "") if signed else (100.0, " %")
+    counts = (period.name, str(period.units), str(period.runs), str(period.limits))
+    if period.middle is None:
+        return (*counts, "", "", "", "")
+    middle = f"{period.middle / size:.4g}"
+    if period.low is None or period.high is None:
+        return (*counts, middle, "one unit", "", "")
+    middle, interval = round_to_error(period.middle / size, period.low / size, period.high / size).cells
+    if period.spread is None or period.spread_low is None or period.spread_high is None:
+        return (*counts, middle, interval, "", "")
+    spread = round_to_error(*(number * factor for number in (period.spread, period.spread_low, period.spread_high)))
+    return (*counts, middle, interval, spread.value + percent, spread.interval + percent)
+
+
+_WITHOUT_FIT = {
+    "not_at_rest": "not at rest: no coefficients",
+    "too_short_to_tell": "too short to tell rest from motion: no coefficients",
+}
+_WHAT = {"production": "between units", "ageing": "within units"}
+
+
+def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
+    factor, of = (1 / size, f" {unit}") if signed else (100.0, " %")
+    said = "drifts" if drift.drifts else "no drift seen"
+    count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
+    if drift.kind == "ageing":
+        count += f", {drift.runs} runs"
+    number = round_to_error(*(value * factor for value in (drift.slope, drift.low, drift.high)), sign="+")
+    slope = f"{_WHAT[drift.kind]}: {number.value}{of} per month {number.interval}"
+    return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
+
+
+def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> str:
+    """A run in a line, and its coefficients with intervals, a row a channel and term."""
+    head = [
+        f"{row['unit']}: {row['run']}",
+        row["model"] or "",
+        "" if row["recorded"] is None else f"{cell(row['recorded'])} UTC",
+    ]
+    head += [f"{row['temperature']:g} °C"] if row["temperature"] is not None else []
+    head += [f"{row['duration']:g} s"] if row["duration"] is not None else []
+    lines = [", ".join(part for part in head if part)]
+    if isinstance(result, FailedAnalysis):
+        return lines_text([*lines, f"failed: {result.message}"])
+    levels = {f"{100 * fitted.level:g} % interval" for fitted in result.fits.values()}
+    rows = [("channel", "term", "value", *(levels if len(levels) == 1 else ["interval"]), "unit", "verdict", "trust")]
+    for name, fitted in result.fits.items():
+        rows += [(name, term, *_number(term, fitted), fitted.verdict, fitted.trust or "") for term in fitted.terms]
+    return lines_text([*lines, *(aligned(rows) if len(rows) > 1 else [_WITHOUT_FIT.get(row["state"], "no fit")])])
+
+
+def _number(name: str, fitted: NoiseFit) -> tuple[str, str, str]:
+    """Value, interval and unit of a term."""
+    term = fitted.terms[name]
+    unit, size = usual_unit(name, fitted.quantity, fitted.rate_unit, (term.value, term.upper_limit))
+    if term.value is None:
+        return ("" if term.upper_limit is None else limit_text(term.upper_limit / size)), "", unit
+    if term.low is None or term.high is None:
+        return f"{term.value / size:.4g}", "no interval", unit
+    return (*round_to_error(term.value / size, term.low / size, term.high / size).cells, unit)

@@ -1,0 +1,217 @@
+"""Drift over time: false alarms, coverage and power by Monte Carlo; periods and medians."""
+
+import numpy as np
+import pytest
+
+from known import seed_of
+from sigmatau.errors import DataError, OptionError
+from sigmatau.lab.store.trend import _middle, period_of, trend_of
+
+MONTH = 365.2425 / 12
+SETS = 1000
+
+
+def rows(values, months, units, *, channel="gyro_x", limits=None):
+    """Rows as those of `Store.coefficients`."""
+    count = len(values)
+    times = np.datetime64("2026-01-01") + (np.asarray(months) * MONTH * 86400e6).astype("timedelta64[us]")
+    return {
+        "unit": [f"u{k}" for k in units],
+        "channel": [channel] * count,
+        "quantity": ["angular_rate"] * count,
+        "rate_unit": ["rad/s"] * count,
+        "si": ["rad/sqrt(s)"] * count,
+        "recorded": times.tolist(),
+        "value": [None if np.isnan(x) else float(x) for x in values],
+        "upper_limit": [None] * count if limits is None else limits,
+    }
+
+
+def production(rng, *, units=40, runs=3, slope=0.0, heavy=False):
+    """Units made over a year, each with runs on consecutive days: units differ by 5 %, runs by 2 %."""
+    unit = np.repeat(np.arange(units), runs)
+    made = rng.uniform(0, 12, units)
+    months = made[unit] + np.tile(np.arange(runs), units) / 30
+    of_unit = rng.standard_t(3, units) if heavy else rng.standard_normal(units)
+    log = np.log(1e-4) + slope * made[unit] + 0.05 * of_unit[unit] + 0.02 * rng.standard_normal(len(unit))
+    return rows(np.exp(log), months, unit)
+
+
+def ageing(rng, *, units=6, runs=12, slope=0.0):
+    """Few units, measured each month for a year."""
+    unit = np.repeat(np.arange(units), runs)
+    months = np.tile(np.arange(runs), units) + 0.0
+    log = slope * months + 0.3 * rng.standard_normal(units)[unit] + 0.03 * rng.standard_normal(len(unit))
+    return rows(np.exp(log), months, unit)
+
+
+def drift(found, kind, channel="gyro_x"):
+    return next(one for one in found[channel].drifts if one.kind == kind)
+
+
+def within(share, expected, sets=SETS, extra=0.0):
+    return abs(share - expected) <= 3 * np.sqrt(expected * (1 - expected) / sets) + extra
+
+
+@pytest.mark.parametrize(("make", "kind"), [(production, "production"), (ageing, "ageing")])
+@pytest.mark.parametrize("slope", [0.0, 0.004])
+def test_interval_covers_the_slope(make, kind, slope):
+    rng = np.random.default_rng(seed_of(f"drift interval {kind} {slope}"))
+    hits = 0
+    for _ in range(SETS):
+        one = drift(trend_of(make(rng, slope=slope), term="random_walk", by="year"), kind)
+        hits += one.low <= np.expm1(slope) <= one.high
+    assert within(hits / SETS, 0.95)
+
+
+def test_false_alarms_of_a_table():
+    """Of a table without a drift, one of twenty names one or more: all its slopes together (Bonferroni: at most)."""
+    rng = np.random.default_rng(seed_of("drift false alarms"))
+    alarms = 0
+    for _ in range(300):
+        tables = [production(rng) for _ in range(6)]
+        together = {key: [value for one in tables for value in one[key]] for key in tables[0]}
+        together["channel"] = [f"c{k}" for k, one in enumerate(tables) for _ in one["value"]]
+        found = trend_of(together, term="random_walk", by="year")
+        assert sum(len(one.drifts) for one in found.channels.values()) == 12
+        alarms += any(one.drifts for channel in found.channels.values() for one in channel.drifts if one.drifts)
+    assert alarms / 300 <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 300)
+
+
+def test_false_alarms_with_units_of_heavy_tails():
+    rng = np.random.default_rng(seed_of("drift heavy tails"))
+    alarms = 0
+    for _ in range(SETS):
+        found = trend_of(production(rng, heavy=True), term="random_walk", by="year")
+        alarms += drift(found, "production").p_value < 0.05
+    assert alarms / SETS <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / SETS)
+
+
+def test_drift_is_seen():
+    """A drift of 1 % per month over 40 units with 5 % of spread: four standard errors."""
+    rng = np.random.default_rng(seed_of("drift power"))
+    seen = sum(
+        drift(trend_of(production(rng, slope=0.01), term="random_walk", by="year"), "production").drifts
+        for _ in range(300)
+    )
+    assert seen / 300 >= 0.9
+
+
+def test_ageing_is_not_production():
+    """Units that age alike, made at the same time, say nothing of the production."""
+    rng = np.random.default_rng(seed_of("drift of units"))
+    found = trend_of(ageing(rng, slope=0.02), term="random_walk", by="year")
+    assert [one.kind for one in found["gyro_x"].drifts] == ["ageing"]
+    one = drift(found, "ageing")
+    assert one.drifts
+    assert one.low < np.expm1(0.02) < one.high
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 6, 10, 60])
+def test_interval_of_the_median(n):
+    rng = np.random.default_rng(seed_of(f"median of {n}"))
+    hits = 0
+    for _ in range(SETS):
+        _, low, high = _middle(np.sort(rng.standard_normal(n)), 0.95)
+        hits += low <= 0 <= high
+    few = 6  # below, Student's interval is exact; order statistics cover at least the level
+    assert within(hits / SETS, 0.95) if n < few else hits / SETS >= 0.95 - 3 * np.sqrt(0.05 * 0.95 / SETS)
+    if n >= few:
+        assert hits / SETS <= {6: 0.985, 10: 0.99, 60: 0.985}[n]  # and not much more: 0.969, 0.979, 0.960
+
+
+def test_spread_covers():
+    rng = np.random.default_rng(seed_of("spread of a period"))
+    hits = 0
+    for _ in range(SETS):
+        units = np.arange(8)
+        table = rows(np.exp(0.05 * rng.standard_normal(8)), units / 100, units)
+        [period] = trend_of(table, term="random_walk", by="year")["gyro_x"].periods
+        hits += period.spread_low <= 0.05 <= period.spread_high
+    assert within(hits / SETS, 0.95)
+
+
+@pytest.mark.parametrize(("by", "names"), [
+    ("day", ["2025-12-29", "2026-01-01", "2026-03-31", "2026-04-01"]),
+    ("week", ["2026-W01", "2026-W14"]),
+    ("month", ["2025-12", "2026-01", "2026-03", "2026-04"]),
+    ("quarter", ["2025-Q4", "2026-Q1", "2026-Q2"]),
+    ("year", ["2025", "2026"]),
+])  # fmt: skip
+def test_periods(by, names):
+    times = np.array(
+        ["2025-12-29T00:00", "2026-01-01T00:00", "2026-03-31T23:59", "2026-04-01T00:00"], dtype="datetime64[us]"
+    )
+    where, found = period_of(times, by)
+    assert found == names
+    assert np.all(np.diff(where) >= 0)
+
+
+def test_limits_and_values_without_a_time():
+    table = rows([1.0, np.nan, 2.0, 3.0], [0, 0, 0, 1], [0, 1, 2, 3], limits=[None, 5.0, None, None])
+    table["recorded"][3] = None
+    found = trend_of(table, term="random_walk", by="year")
+    [period] = found["gyro_x"].periods
+    assert (period.units, period.runs, period.limits, found.undated) == (2, 2, 1, 1)
+    assert found["gyro_x"].drifts == ()
+    assert "1 values without a time are not used" in repr(found)
+
+
+def test_limits_alone():
+    table = rows([np.nan] * 3, [0, 1, 2], [0, 1, 2], limits=[5.0, 4.0, 6.0])
+    found = trend_of(table, term="bias_instability")  # the second month begins on 31 January
+    assert [(period.units, period.limits, period.middle) for period in found["gyro_x"].periods] == [
+        (0, 2, None),
+        (0, 1, None),
+    ]
+    assert found["gyro_x"].drifts == ()
+    assert "gyro_x bias instability" in repr(found)
+
+
+def test_terms_with_a_sign_are_not_relative():
+    rng = np.random.default_rng(seed_of("drift of a mean"))
+    units = np.arange(60)
+    months = units / 5
+    found = trend_of(rows(1e-6 * months - 5e-6 + 1e-7 * rng.standard_normal(60), months, units), term="mean")
+    one = drift(found, "production")
+    assert one.slope == pytest.approx(1e-6, abs=4 * (one.high - one.low) / 3.92)  # four standard errors
+    assert one.high - one.low < 1e-7
+    assert "deg/h per month" in repr(found)
+
+
+@pytest.mark.parametrize(("change", "options", "error"), [
+    ({}, {"by": "decade"}, OptionError),
+    ({}, {"level": 1.0}, OptionError),
+    ({"recorded": [None] * 3}, {}, DataError),
+])  # fmt: skip
+def test_errors(change, options, error):
+    with pytest.raises(error):
+        trend_of(rows([1.0, 2.0, 3.0], [0, 1, 2], [0, 1, 2]) | change, term="random_walk", **options)
+
+
+def test_units_are_not_mixed():
+    """A channel that was read in deg/s by one log and as an acceleration by another is two channels."""
+    values = np.array([1.0, 1.02, 0.99, 1.01, 1.0, 1.0]) * 1e-4
+    found = rows([*values, *1e3 * values], np.arange(12), range(12))
+    found["si"][6:] = found["rate_unit"][6:] = ["m/s^2"] * 6
+    trend = trend_of(found, term="random_walk")
+    assert list(trend.channels) == ["gyro_x [rad/sqrt(s)]", "gyro_x [m/s^2]"]
+    assert [one.unit for one in trend.channels.values()] == ["rad/sqrt(s)", "m/s^2"]
+    assert not any(one.drifts for part in trend.channels.values() for one in part.drifts)
+    assert trend.channels["gyro_x [m/s^2]"].periods[0].middle == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize(("batches", "share"), [(0.02, 0.17), (0.05, 0.41)])
+def test_random_batches_pass_for_drifts(batches, share):
+    """What docs/how-to/store.md states of batches that differ at random, in 60 units of six months without a trend."""
+    rng = np.random.default_rng(seed_of(f"drift of batches {batches}"))
+    sets = 300
+    found = 0
+    for _ in range(sets):
+        months = rng.uniform(0, 6, 60)
+        batch = batches * rng.standard_normal(6)[months.astype(int)]
+        values = 1e-4 * np.exp(batch + 0.05 * rng.standard_normal(60))
+        [one] = trend_of(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
+        found += one.drifts
+    # The stated share is of 600 sets, so both errors count.
+    assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 600))

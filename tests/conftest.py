@@ -1,6 +1,7 @@
 """What several tests need: the field data, where there are any."""
 
 import contextlib
+import copy
 import gc
 import os
 import shutil
@@ -49,6 +50,29 @@ def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) 
     """Exports have all digits, so that tests hold their formulas to 1e-12; not with the marker ``as_written``."""
     if request.path.parent.name == "exporting" and not request.node.get_closest_marker("as_written"):
         monkeypatch.setattr("sigmatau.exporting.text.DIGITS", None)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def options_assembled_once() -> Iterator[None]:
+    """The parser collects the options of a command once: it takes 12 ms of each call of `main` in a process."""
+    from cyclopts import App
+    from cyclopts.argument import ArgumentCollection
+
+    assemble, known = App.assemble_argument_collection, dict[tuple[object, str], ArgumentCollection]()
+
+    def copy_of_known(self: App, **how: object) -> ArgumentCollection:
+        key = (self.default_command, repr(how))
+        if key not in known:
+            known[key] = assemble(self, **how)
+        fresh = known[key].copy(reset_tokens=True)
+        copies = {id(first): second for first, second in zip(known[key], fresh, strict=True)}
+        for argument in fresh:
+            argument.children = ArgumentCollection(copies[id(child)] for child in argument.children)
+        return fresh
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(App, "assemble_argument_collection", copy_of_known)
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -1,7 +1,6 @@
 """What several tests need: the field data, where there are any."""
 
 import contextlib
-import copy
 import gc
 import os
 import shutil

@@ -57,7 +57,7 @@ def test_known_answers(name, criterion):
     walk, *ratios = rows[criterion]
     assert chosen.walk / DEG_H * 60 == pytest.approx(walk, rel=0.01)
     assert [judged.nees, *(c.real / c.stated for c in judged.coasting)] == pytest.approx(ratios, abs=0.021, rel=0.01)
-    assert not chosen.least
+    assert not chosen.is_floor
 
 
 def test_a_filter_with_the_model_of_the_truth_is_consistent():
@@ -83,7 +83,7 @@ def test_the_search_ends_where_the_error_is_stated_right():
 def test_the_least_walk_adds_one_percent():
     truth = TrueNoise(terms={"random_walk": 1e-4})
     chosen = find_consistent_walk(truth, noise=1e-4, aiding=GYRO, horizon=60.0)
-    assert chosen.least
+    assert chosen.is_floor
     (coasting,) = judge(truth, chosen.walk, times=(60.0,), aiding=Aiding(interval=0.2, deviation=1e-7)).coasting
     assert coasting.stated**2 / (1e-8 * 60) == pytest.approx(1.01, abs=0.001)
 

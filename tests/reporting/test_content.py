@@ -12,7 +12,7 @@ import sigmatau as st
 from sigmatau.errors import OptionError
 from sigmatau.record.mask import only_used
 from sigmatau.reporting.charts import digits, packed
-from sigmatau.reporting.content import content_of
+from sigmatau.reporting.content import collect_content
 from sigmatau.reporting.envelope import envelope
 
 
@@ -45,11 +45,11 @@ def test_used_stretches_rebuild_what_was_analysed(record):
 
 def test_a_record_that_is_another_one_is_refused(analysis):
     with pytest.raises(OptionError, match="shorter than the record"):
-        content_of(analysis, six_axes(hours=0.1))
+        collect_content(analysis, six_axes(hours=0.1))
     with pytest.raises(OptionError, match="no channel 'gyro_x'"):
-        content_of(analysis, st.Record.from_arrays(rate=100.0, other=np.arange(100.0)))
+        collect_content(analysis, st.Record.from_arrays(rate=100.0, other=np.arange(100.0)))
     with pytest.raises(TypeError, match="not a str"):
-        content_of(analysis, "log.csv")
+        collect_content(analysis, "log.csv")
 
 
 def changed(record, name, change):
@@ -60,13 +60,16 @@ def changed(record, name, change):
 
 
 def test_other_samples_are_refused(record, analysis):
-    assert content_of(analysis, changed(record, "accel_z", np.array)).charts == content_of(analysis, record).charts
+    assert (
+        collect_content(analysis, changed(record, "accel_z", np.array)).charts
+        == collect_content(analysis, record).charts
+    )
     with pytest.raises(OptionError, match="not the record of the analysis"):
-        content_of(analysis, changed(record, "accel_z", lambda x: x * 1.001))
+        collect_content(analysis, changed(record, "accel_z", lambda x: x * 1.001))
     with pytest.raises(OptionError, match="no channel 'gyro_y'"):
-        content_of(analysis, changed(record, "gyro_y", lambda _: None))
+        collect_content(analysis, changed(record, "gyro_y", lambda _: None))
     with pytest.raises(OptionError, match="not the record of the analysis"):
-        content_of(analysis, six_axes(hours=0.3))
+        collect_content(analysis, six_axes(hours=0.3))
 
 
 @pytest.mark.parametrize(
@@ -77,7 +80,7 @@ def test_other_samples_are_refused(record, analysis):
     ],
 )  # fmt: skip
 def test_the_record_of_any_analysis_is_its_own(record, options):
-    assert "series" in content_of(st.analyze(record, **options), record).charts["channels"]["gyro_x"]
+    assert "series" in collect_content(st.analyze(record, **options), record).charts["channels"]["gyro_x"]
 
 
 def test_missing_ends_are_no_other_record(record):
@@ -87,14 +90,14 @@ def test_missing_ends_are_no_other_record(record):
 
     cut = changed(record, "gyro_x", without_ends)
     for options in ({}, {"taus": [0.05, 1.0]}):
-        assert "series" in content_of(st.analyze(cut, **options), cut).charts["channels"]["gyro_x"]
+        assert "series" in collect_content(st.analyze(cut, **options), cut).charts["channels"]["gyro_x"]
 
 
 def test_sensors_that_begin_at_different_times(record):
     gyro, accel = record.streams
     late = replace(accel, grid=replace(accel.grid, start=gyro.grid.start + 20.0))
     both = replace(record, streams=(gyro, late))
-    channels = content_of(st.analyze(both, leave_out="100s:101s"), both).charts["channels"]
+    channels = collect_content(st.analyze(both, leave_out="100s:101s"), both).charts["channels"]
     assert channels["gyro_z"]["series"]["outside"] == [[100.0, 101.0]]
     assert channels["accel_x"]["series"]["outside"] == [[100.0, 101.0]]
     assert channels["accel_x"]["series"]["from"] == 20
@@ -103,15 +106,15 @@ def test_sensors_that_begin_at_different_times(record):
 
 
 def test_without_a_record_there_are_curves_only(analysis):
-    charts = content_of(analysis, None).charts
+    charts = collect_content(analysis, None).charts
     assert set(charts["channels"]["gyro_x"]) == {"deviation"}
-    assert set(content_of(analysis, six_axes()).charts["channels"]["gyro_x"]) == {
+    assert set(collect_content(analysis, six_axes()).charts["channels"]["gyro_x"]) == {
         "deviation", "density", "map", "series",
     }  # fmt: skip
 
 
 def test_curves_are_those_of_the_analysis(analysis):
-    drawn = content_of(analysis, None).charts["channels"]["accel_z"]["deviation"]
+    drawn = collect_content(analysis, None).charts["channels"]["accel_z"]["deviation"]
     curve, fitted = analysis.curves["accel_z"], analysis.fits["accel_z"]
     np.testing.assert_allclose(drawn["adev"], curve.adev, rtol=1e-4)  # five digits
     np.testing.assert_allclose(drawn["model"], np.sqrt(fitted.avar(m=curve.m)), rtol=1e-4)
@@ -164,18 +167,18 @@ def test_digits_have_no_nan():
 
 
 def test_left_out_samples_are_marked(record, analysis):
-    outside = content_of(analysis, record).charts["channels"]["gyro_x"]["series"]["outside"]
+    outside = collect_content(analysis, record).charts["channels"]["gyro_x"]["series"]["outside"]
     assert any(start <= 43.21 <= stop + 0.01 for start, stop in outside)
 
 
 def test_moving_and_read_off_records():
     rng = np.random.default_rng(3)
     moving = st.Record.from_arrays(rate=100.0, gyro_x=np.cumsum(rng.standard_normal(20_000)) * 0.05)
-    content = content_of(st.analyze(moving), moving)
+    content = collect_content(st.analyze(moving), moving)
     assert content.verdict == "not_at_rest"
     assert not content.overview
     assert not content.files
-    read_off = content_of(st.analyze(six_axes(), method="read-off"), None)
+    read_off = collect_content(st.analyze(six_axes(), method="read-off"), None)
     assert read_off.coefficients[0].rows
     assert not read_off.files
     json.dumps(content.charts, allow_nan=False)
@@ -183,13 +186,13 @@ def test_moving_and_read_off_records():
 
 def test_a_very_fine_curve_is_thinned(record):
     fine = st.analyze(record, taus="all", window="0s:60s")
-    drawn = content_of(fine, record).charts["channels"]["gyro_x"]["deviation"]
+    drawn = collect_content(fine, record).charts["channels"]["gyro_x"]["deviation"]
     assert len(drawn["tau"]) <= 240
     assert drawn["tau"][0] == 0.01
 
 
 def test_what_was_done(analysis, record):
-    done = dict(content_of(analysis, record, command="sigmatau analyze a.csv --report r.html").done)
+    done = dict(collect_content(analysis, record, command="sigmatau analyze a.csv --report r.html").done)
     fitted = "maximum likelihood of the spectrum; lines and filters that were found are in the model"
     assert fitted in done.values()
     assert done["Command"].endswith("r.html")
@@ -202,7 +205,7 @@ def test_a_dead_axis_and_a_thermometer_are_among_the_time_series():
     x = 1e-3 * rng.standard_normal((20_000, 3))
     x[:, 1] = 0.25
     record = st.Record.from_arrays(rate=100.0, gyro=x, temperature=20 + np.arange(20_000) / 1e4)
-    channels = content_of(st.analyze(record), record).charts["channels"]
+    channels = collect_content(st.analyze(record), record).charts["channels"]
     assert set(channels["gyro_y"]) == {"series"}
     assert channels["gyro_y"]["series"]["outside"] == [[0.0, 200.0]]
     assert channels["temperature"]["series"]["outside"] == []
@@ -212,10 +215,10 @@ def test_a_dead_axis_and_a_thermometer_are_among_the_time_series():
 
 def test_rest_is_told_of_inertial_sensors(analysis):
     signal = st.Record.from_arrays(rate=100.0, voltage=np.random.default_rng(2).standard_normal(5000))
-    assert content_of(st.analyze(signal), signal).verdict == ""
-    assert content_of(analysis, None).verdict == "at_rest"
+    assert collect_content(st.analyze(signal), signal).verdict == ""
+    assert collect_content(analysis, None).verdict == "at_rest"
 
 
 def test_notes(analysis):
-    content = content_of(analysis, None, notes={"serial number": "A123\n"})
+    content = collect_content(analysis, None, notes={"serial number": "A123\n"})
     assert content.notes == (("serial number", "A123\\n"),)

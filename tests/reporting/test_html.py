@@ -11,7 +11,7 @@ from report_records import DATE, HOSTILE, signals, six_axes
 import sigmatau as st
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
-from sigmatau.reporting.content import content_of
+from sigmatau.reporting.content import collect_content
 from sigmatau.reporting.html import page as page_of
 from sigmatau.reporting.markup import data, element, script, style
 
@@ -89,10 +89,10 @@ def test_what_is_not_drawn_has_a_reason(record):
     x = rng.standard_normal(12_000)
     x[rng.random(len(x)) < 0.3] = np.nan
     holes = st.Record.from_arrays(rate=100.0, gyro_x=x)
-    shown = page_of(content_of(st.analyze(holes), holes))
+    shown = page_of(collect_content(st.analyze(holes), holes))
     assert "Not drawn: no stretch of the record without missing samples is long enough." in shown
     assert " % of the samples missing, white noise lies up to 1.20 times above the model" in shown
-    bare = page_of(content_of(st.analyze(record, method="read-off"), None))
+    bare = page_of(collect_content(st.analyze(record, method="read-off"), None))
     assert bare.count("made without the samples of the record") == 3
     assert "where the fitted model says that its term is most of the" in bare
     assert "read off the curves" in bare

@@ -16,7 +16,7 @@ from sigmatau import Record, analyze
 from sigmatau.plot import printed, svg
 from sigmatau.reporting import pdf
 from sigmatau.reporting.charts import packed, unpacked
-from sigmatau.reporting.content import content_of
+from sigmatau.reporting.content import collect_content
 
 SVG = "{http://www.w3.org/2000/svg}"
 DATE = datetime(2026, 11, 23, 10, 30, tzinfo=UTC)
@@ -28,7 +28,7 @@ HEBREW, ARABIC = "שלום", "مرحبا"
 
 
 def content(record, *, with_record=True, command=None, **options):
-    return content_of(analyze(record, **options), record if with_record else None, command=command, date=DATE)
+    return collect_content(analyze(record, **options), record if with_record else None, command=command, date=DATE)
 
 
 def pages(given):

@@ -134,7 +134,7 @@ def test_covariance_behind_a_filter(order, corner):
         n=n,
         m=sizes,
         tau0=tau0,
-        beside=beside,
+        rest=beside,
         ramp=ramp,
         together=np.array([True, True, False, True]),
     )

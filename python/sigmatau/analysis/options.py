@@ -200,10 +200,10 @@ class AnalysisOptions(CheckOptions):
         CheckOptions.__post_init__(self)
 
 
-def options_of(stated: Mapping[str, Any]) -> AnalysisOptions:
+def parse_options(stated: Mapping[str, Any]) -> AnalysisOptions:
     """The options that a result states; raises `OptionError`. What this version has no option for is ignored."""
-    known = declared(AnalysisOptions)
-    return AnalysisOptions(**{name: value for name, value in stated.items() if name in known})
+    names = declared(AnalysisOptions)
+    return AnalysisOptions(**{name: value for name, value in stated.items() if name in names})
 
 
 def _check_time(tau_min: object, method: Method) -> None:

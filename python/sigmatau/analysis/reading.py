@@ -14,7 +14,7 @@ import numpy as np
 from sigmatau.analysis import forms
 from sigmatau.analysis.failed import FailedAnalysis
 from sigmatau.analysis.json import SCHEMA
-from sigmatau.analysis.options import AnalysisOptions, options_of
+from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import Analysis
 from sigmatau.decoding import WrongValueError, decode
 from sigmatau.errors import DataError, OptionError
@@ -199,7 +199,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
 
 def _options(stated: Mapping[str, Any]) -> AnalysisOptions:
     try:
-        return options_of(stated)
+        return parse_options(stated)
     except (OptionError, TypeError, ValueError) as error:
         raise WrongValueError(f"options.analysis: {error}") from None
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from sigmatau.analysis.options import AnalysisOptions, options_of
+from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
@@ -186,9 +186,9 @@ def judge(state: State) -> State:
     options, record, fits, findings = state.options, state.record, state.fits, state.findings
     channels = tuple(state.curves)
     if fits:
-        looked_at = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
-        of_fits = check_fits(record, fits, looked_at=looked_at, found=findings, threads=options.threads)
-        findings = (*without_consequences(findings, fits), *of_fits)
+        lags = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
+        fit_faults = check_fits(record, fits, looked_at=lags, found=findings, threads=options.threads)
+        findings = (*without_consequences(findings, fits), *fit_faults)
         fits = {
             name: adjusted(fitted, partial(bias, biases=[walk_bias(findings, name)])) for name, fitted in fits.items()
         }
@@ -196,17 +196,17 @@ def judge(state: State) -> State:
     if not state.moves:
         streams = _streams_by_channel(record)
 
-        def stability_of(name: str) -> tuple[MeanStability, ...]:
+        def compute_stability(name: str) -> tuple[MeanStability, ...]:
             return mean_stability(streams[name], name, fits.get(name))
 
-        spreads = in_threads(stability_of, channels, options.threads)
+        spreads = in_threads(compute_stability, channels, options.threads)
         means = {name: channel_mean(streams[name], name, fits.get(name)) for name in channels}
         state = replace(
             state,
             read_off=read_off_curves(
                 state.curves, fits or state.models, ReadOffAt(options.read_off_at, force=options.force)
             ),
-            mean_stability={name: of_means for name, of_means in spreads.items() if of_means},
+            mean_stability={name: spread for name, spread in spreads.items() if spread},
             means={name: mean for name, mean in means.items() if mean is not None},
         )
     if options.stability:
@@ -230,7 +230,7 @@ def assemble(state: State) -> Analysis:
         rest=state.rest,
         masks=channel_masks(state.whole, state.excluded),
         means=state.means,
-        options=options_of(stated(state.options)),
+        options=parse_options(stated(state.options)),
         notes={str(name): str(text) for name, text in (state.options.notes or {}).items()},
     )
 

@@ -129,10 +129,10 @@ def _in_words(error: CycloptsError) -> str:
         unknown = [token for token in error.unused_tokens or () if token.startswith("--")]
         option = unknown[0].partition("=")[0] if unknown else ""
         hint = _OTHER_NAMES.get((command, option))
-        more = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
-        return f"{words}: {name} is missing{more}; see sigmatau {words} --help"
+        unknown_words = f"; unknown option {option}{f': {hint}' if hint else ''}" if option else ""
+        return f"{words}: {name} is missing{unknown_words}; see sigmatau {words} --help"
     if isinstance(error, CoercionError) and error.token and (command, error.token.keyword) == ("deviation", "--kind"):
-        return _of_kind(error.token.value)
+        return _explain_kind(error.token.value)
     if command == "fleet" and isinstance(error, CoercionError) and error.token and not error.token.keyword:
         return f"the logs come behind the word analyze: sigmatau fleet analyze {error.token.value}"
     if isinstance(error, UnknownOptionError):
@@ -158,7 +158,7 @@ def _in_words(error: CycloptsError) -> str:
     return str(error)
 
 
-def _of_kind(kind: str) -> str:
+def _explain_kind(kind: str) -> str:
     """What to say of a word that is no kind of deviation."""
     from sigmatau.errors import OptionError
     from sigmatau.estimators.deviation_kinds import estimator

@@ -19,7 +19,7 @@ from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts, Verbose
-from sigmatau.cli.earlier import curves_beside, expect, is_result
+from sigmatau.cli.earlier import curves_path, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     FIGURE_ENDINGS,
@@ -40,7 +40,7 @@ from sigmatau.cli.options import (
     write_result,
 )
 from sigmatau.cli.ranges import lines_by_hand, refused_by_hand, slope_range, slopes
-from sigmatau.cli.reading import Reading, read_log, readings_of
+from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.cli.settings import Settings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
@@ -137,7 +137,7 @@ def analyze_command(
         "stability": stability is not None,
         "notes": _notes(note or [], report, json),
     }
-    exports = Exports.of(export or [], choosing, method=chosen["method"])
+    exports = Exports.parse(export or [], choosing, method=chosen["method"])
     check_style(style, plot or overlay, stability)
     check_output(overlay, FIGURE_ENDINGS, "overlay")
     outputs = Outputs(
@@ -170,7 +170,7 @@ def analyze_command(
     if len(logs) == 1 and not meant_as_several:
         if overlay is not None:
             raise OptionError("--overlay takes several logs; for one log: --plot", option="overlay")
-        reading = readings_of(reading, logs, logs)[logs[0]]
+        reading = assign_readings(reading, logs, logs)[logs[0]]
         exports.check_reading(reading)
         span = None if slope is None else slope_range(slope)
         return _one(logs[0], reading, chosen, outputs, exports, span, verbose=verbose, quiet=quiet)
@@ -237,9 +237,9 @@ def _one(
         check_output(path, outputs.endings[option], option)
     for path in exports.files.values():
         check_output(path, (), "export")
-    beside = None if outputs.csv is None else curves_beside(outputs.csv)
+    curves_file = None if outputs.csv is None else curves_path(outputs.csv)
     named = {f"export {name}": path for name, path in exports.files.items()}
-    refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
+    refuse_same(log, **outputs.files, **named, **{"csv curves": curves_file})
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
@@ -279,14 +279,14 @@ def _print_result(analysis: Analysis, outputs: Outputs, *, verbose: bool, quiet:
         _by_sensor(analysis, with_table=with_table, quiet=quiet)
         _say_refused(analysis, with_table=with_table, quiet=quiet)
         return
-    told = wrapped(causes(analysis.findings, rest="--verbose", room=_MOST_LINES))
+    messages = wrapped(causes(analysis.findings, rest="--verbose", room=_MOST_LINES))
     if with_table:
-        _table(screen(analysis, below=len(told) + 1, legend=not quiet))
+        _table(screen(analysis, below=len(messages) + 1, legend=not quiet))
         by_hand = lines_by_hand(analysis)
         if by_hand:
             _table("\n".join(by_hand))
     _say_refused(analysis, with_table=with_table, quiet=quiet)
-    for line in told:
+    for line in messages:
         say(line, quiet=quiet)
 
 
@@ -352,7 +352,7 @@ def _many(
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
-    readings = readings_of(reading, logs, places)
+    readings = assign_readings(reading, logs, places)
     for option, folder in (
         ("report", outputs.report),
         ("plot", outputs.plot),
@@ -362,8 +362,8 @@ def _many(
     ):
         check_folder(folder, option)
     results = sum(map(is_result, left_out))
-    if others := [str(file) for file in left_out if not is_result(file)]:
-        say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    if notes := [str(file) for file in left_out if not is_result(file)]:
+        say(f"skipped, not a log: {', '.join(notes)}", quiet=quiet)
     if results:
         say(f"skipped, written by sigmatau: {results} file{'s' if results > 1 else ''}", quiet=quiet)
     if jobs is not None and jobs > 1 and settings["threads"] is None:

@@ -192,7 +192,8 @@ def _usage(name: str) -> str | None:
 
 
 EXAMPLES = {
-    name: examples for name, (_, examples) in (_COMMANDS | {f"store {name}": of for name, of in _STORE.items()}).items()
+    name: examples
+    for name, (_, examples) in (_COMMANDS | {f"store {name}": part for name, part in _STORE.items()}).items()
 }
 """Command lines of the help pages, which the tests run."""
 

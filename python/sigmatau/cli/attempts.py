@@ -32,7 +32,7 @@ class Attempts:
         """Print all errors but the last, which is raised for `main` to print; without errors, return the code."""
         if not self.errors:
             return code
-        *others, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))
-        for error in others:
+        *earlier, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))
+        for error in earlier:
             print_error(str(error))
         raise last

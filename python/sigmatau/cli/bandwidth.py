@@ -23,7 +23,7 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
-from sigmatau.cli.reading import Reading, read_log, readings_of
+from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.bandwidth import bandwidth
@@ -77,7 +77,7 @@ def bandwidth_command(
         refuse_same(log, plot=plot, json=file)
     if skipped:
         say(f"skipped, not a log: {', '.join(map(str, skipped))}", quiet=quiet)
-    readings = readings_of(reading, places, logs)
+    readings = assign_readings(reading, places, logs)
     records = {_name(log, places): _read(log, readings[log], quiet=quiet) for log in places}
     for name, record in records.items():
         check_shown(kinds_of(record), ["random_walk", *(["bias_instability"] if plot is not None else [])])

@@ -63,12 +63,12 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
             logs.setdefault(_resolved(place), place)
             continue
         files = list(_files(place, ()))
-        found = [f for f in files if _may_be_a_log(f)]
-        if not found:
+        inside = [f for f in files if _may_be_a_log(f)]
+        if not inside:
             raise DataError(f"{place}: no log in this folder or its subfolders")
-        for log in found:
+        for log in inside:
             logs.setdefault(_resolved(log), log)
-        left_out += [f for f in files if f not in found]
+        left_out += [f for f in files if f not in inside]
     asked = {_resolved(place) for place in named}
     return list(logs.values()), [file for file in left_out if _resolved(file) not in asked]
 
@@ -138,7 +138,9 @@ def run(
     try:
         while waiting or busy:
             while waiting and len(busy) < jobs:
-                idle = next((one for one in workers if one not in busy), None) or _started(context, work, keep, workers)
+                idle = next((worker for worker in workers if worker not in busy), None) or _started(
+                    context, work, keep, workers
+                )
                 try:
                     idle.send(waiting[0])
                 except OSError:  # ended without a log
@@ -165,12 +167,12 @@ def _started(
     workers: dict[Connection, BaseProcess],
 ) -> Connection:
     """A new process that waits for logs."""
-    here, there = context.Pipe()
-    process = context.Process(target=_work, args=(work, keep, there), daemon=True)
+    our_end, their_end = context.Pipe()
+    process = context.Process(target=_work, args=(work, keep, their_end), daemon=True)
     process.start()
-    there.close()
-    workers[here] = process
-    return here
+    their_end.close()
+    workers[our_end] = process
+    return our_end
 
 
 def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
@@ -202,8 +204,8 @@ def _outcome(
     try:
         analysis = work(log)
         marks = marks_of(analysis.fits)
-        kept = None if keep is None else keep(log, analysis)
-        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=kept)
+        extract = None if keep is None else keep(log, analysis)
+        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=extract)
     except (OptionError, DataError) as error:
         return Outcome(log=log, error=error)
     except ImportError as error:
@@ -261,12 +263,12 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 
 def names(logs: Sequence[Path]) -> list[str]:
     """A unique name for the result of each log."""
-    found = [name.replace(os.sep, "_") for name in _short(logs)]
+    short = [name.replace(os.sep, "_") for name in _short(logs)]
     unique: list[str] = []
-    for k, name in enumerate(found):
-        number = found[:k].count(name) + 1
-        numbered = name if found.count(name) == 1 else f"{name}-{number}"
-        while numbered in unique or (numbered != name and numbered in found):
+    for k, name in enumerate(short):
+        number = short[:k].count(name) + 1
+        numbered = name if short.count(name) == 1 else f"{name}-{number}"
+        while numbered in unique or (numbered != name and numbered in short):
             number += 1
             numbered = f"{name}-{number}"
         unique.append(numbered)

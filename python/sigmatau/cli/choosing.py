@@ -32,7 +32,7 @@ class Choosing(DeclaredOptions):
         """The `Choices` of these options; raises `OptionError`."""
         return Choices(**self.arguments())
 
-    def given(self) -> str | None:
+    def first_option(self) -> str | None:
         """An option that was given, in the form of the command line; None if none was."""
         for field in fields(cast("Any", self)):
             if getattr(self, field.name) != field.default:
@@ -48,7 +48,7 @@ def targets_for_shell(context: CompletionContext) -> list[str]:
 
 
 @contextmanager
-def _of_export(after: str = "", name: str = "") -> Iterator[None]:
+def _name_export(after: str = "", name: str = "") -> Iterator[None]:
     """Put the target and the option in front of errors of an export, and what else can be done behind them."""
     try:
         yield
@@ -82,19 +82,19 @@ class Exports:
     choices: Choices | None = None  # None without files
 
     @classmethod
-    def of(cls, given: Sequence[str], choosing: Choosing | None, *, method: str) -> Exports:
+    def parse(cls, exports: Sequence[str], choosing: Choosing | None, *, method: str) -> Exports:
         """Check the options before a long log is read; raises `OptionError`."""
         choosing = choosing or Choosing()
-        option = choosing.given()
-        if option and not given:
+        option = choosing.first_option()
+        if option and not exports:
             raise OptionError(f"{option} needs --export, e.g. --export kalibr=imu.yaml", option="export")
-        if not given:
+        if not exports:
             return cls(files={})
         from sigmatau.exporting.export import check_all, check_path
         from sigmatau.exporting.targets import target
 
         files: dict[str, Path] = {}
-        for text in given:
+        for text in exports:
             name, equals, path = text.partition("=")
             name = name.lower()
             if not (name and equals and path):
@@ -127,8 +127,8 @@ class Exports:
         else:
             return
         # The rate of one sensor alone does not show whether they differ.
-        of = stated if all(sensor in stated for sensor in sensors) else dict.fromkeys(sensors, _ANY_RATE)
-        self._check({name: dict.fromkeys(_axes(name, channels), of[name]) for name in sensors})
+        known_rates = stated if all(sensor in stated for sensor in sensors) else dict.fromkeys(sensors, _ANY_RATE)
+        self._check({name: dict.fromkeys(_axes(name, channels), known_rates[name]) for name in sensors})
 
     def check_record(self, record: Record) -> None:
         """Raise an error for what the targets need and the record lacks, before the analysis."""
@@ -141,8 +141,10 @@ class Exports:
         from sigmatau.exporting.choices import KINDS
         from sigmatau.exporting.export import check_record
 
-        with _of_export():
-            check_record(self.files, self.choices, {name: of for name, of in rates.items() if name in KINDS})
+        with _name_export():
+            check_record(
+                self.files, self.choices, {name: by_channel for name, by_channel in rates.items() if name in KINDS}
+            )
 
     def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
         """Write each file that can be written. `result` is the written JSON, which allows another attempt without a second
@@ -154,11 +156,11 @@ class Exports:
 
         again = "" if result is None else f"; sigmatau export {result} needs no second analysis"
         made: list[Prepared] = []
-        with attempts.attempt(), _of_export(again):
+        with attempts.attempt(), _name_export(again):
             source = analysis.to_source()
             placed = place_choices(source, self.files, self.choices)
             for name, path in self.files.items():
-                with attempts.attempt(), _of_export(again, name):
+                with attempts.attempt(), _name_export(again, name):
                     made.append(prepare_placed(source, to=name, path=path, placed=placed[name]))
         print_findings((finding for file in made for finding in file.findings), quiet=quiet)
         for file in made:

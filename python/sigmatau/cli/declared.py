@@ -48,7 +48,7 @@ class Typed(NamedTuple):
     """How a form is typed: the type for the parser, what makes the value of it, and whether it may begin with a minus."""
 
     kind: Any
-    value_of: Callable[[Any, str, str], Any]
+    convert: Callable[[Any, str, str], Any]
     with_minus: bool = False
 
 
@@ -92,8 +92,8 @@ class DeclaredOptions:
             about: Option = each.metadata[Option]
             typed = getattr(self, each.name)
             if typed is not None:
-                value_of = _as_it_is if about.form is None else FORMS[about.form].value_of
-                values[each.name] = value_of(typed, spelled(each.name), about.example)
+                convert = _as_it_is if about.form is None else FORMS[about.form].convert
+                values[each.name] = convert(typed, spelled(each.name), about.example)
             elif each.metadata["default"] is not MISSING:
                 values[each.name] = each.metadata["default"]
         return values

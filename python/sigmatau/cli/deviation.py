@@ -74,12 +74,12 @@ def deviation_command(
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:
-        found = deviation(record, kind=kind, overlap=overlap, progress=done, **how)
-    names = with_noise({name: found[name].deviation for name in found}, "deviation", quiet=quiet)
-    found = Deviations({name: found[name] for name in names})
-    table = deviation_table(found, noise=noise)
+        deviations = deviation(record, kind=kind, overlap=overlap, progress=done, **how)
+    names = with_noise({name: deviations[name].deviation for name in deviations}, "deviation", quiet=quiet)
+    deviations = Deviations({name: deviations[name] for name in names})
+    table = deviation_table(deviations, noise=noise)
     if plot is not None:
         with drawing(plot, style, quiet=quiet):
-            write_figure(found.plot(noise=noise), plot)
-    write_result(table, {"sigmatau": __version__, "noise": noise, "channels": found.to_dict(noise=noise)}, json)
+            write_figure(deviations.plot(noise=noise), plot)
+    write_result(table, {"sigmatau": __version__, "noise": noise, "channels": deviations.to_dict(noise=noise)}, json)
     return damaged(record.findings)

@@ -31,7 +31,7 @@ _WRITTEN = re.compile(
 )
 
 
-def curves_beside(path: Path) -> Path:
+def curves_path(path: Path) -> Path:
     """The file of the curves that --csv writes beside the coefficients."""
     return path.with_name(f"{path.stem}-curves{path.suffix}")
 
@@ -69,7 +69,7 @@ def expect(*paths: Path | None, csv: Path | None = None) -> None:
     sigmatau did not write stay. Beside `csv` are the curves.
     """
     before = _expected.get(None)
-    for path in (*paths, csv, None if csv is None else curves_beside(csv)):
+    for path in (*paths, csv, None if csv is None else curves_path(csv)):
         if before is not None and path is not None and path.is_file() and is_result(path):
             file = path.resolve()
             if state := _state(file):
@@ -88,7 +88,7 @@ def _remove(files: Iterable[Path]) -> None:
 
 def _state(path: Path) -> _State | None:
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return found.st_ino, found.st_mtime_ns
+    return status.st_ino, status.st_mtime_ns

@@ -112,9 +112,11 @@ def export_command(
         check_path(wanted, output)
     expect(output)
     prepared = (
-        _of_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
+        _prepare_datasheet(from_datasheet, wanted, choices, path=output, sided=sided, quiet=quiet)
         if from_datasheet is not None
-        else _of_source(source, wanted, choices, path=output, rate=rate, inflate=inflate, turn_on=turn_on, quiet=quiet)
+        else _prepare_source(
+            source, wanted, choices, path=output, rate=rate, inflate=inflate, turn_on=turn_on, quiet=quiet
+        )
     )
     content = prepared.content
     print_findings(prepared.findings, quiet=quiet)
@@ -126,7 +128,7 @@ def export_command(
     return 0
 
 
-def _of_source(
+def _prepare_source(
     source: Path | None,
     wanted: Target,
     choices: Choices,
@@ -138,23 +140,23 @@ def _of_source(
     quiet: bool,
 ) -> Prepared:
     assert source is not None
-    found = read_source(source, rate=rate)
-    _check_shown(found.model.channels)
+    read = read_source(source, rate=rate)
+    _check_shown(read.model.channels)
     if turn_on is not None:
-        found = with_turn_on(found, turn_on)
-    for line in finding_lines(found.findings):
+        read = with_turn_on(read, turn_on)
+    for line in finding_lines(read.findings):
         say(line, quiet=quiet)
     if inflate is not None:
-        factors = inflation(read_source(inflate), found)
+        factors = inflation(read_source(inflate), read)
         if factors.doubt():
             say(f"warning: {factors.doubt()}", quiet=quiet)
-        found = replace(
-            found, head=(*found.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
+        read = replace(
+            read, head=(*read.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
         )
-    return prepare(found, to=wanted.name, path=path, choices=choices)
+    return prepare(read, to=wanted.name, path=path, choices=choices)
 
 
-def _of_datasheet(
+def _prepare_datasheet(
     name: str,
     wanted: Target,
     choices: Choices,
@@ -197,7 +199,7 @@ def _states_sides(sheet: Datasheet) -> bool:
 
 def _about(target: Target) -> str:
     """Options of a target, except --rate-random-walk and --random-walk."""
-    one = "worst, mean, each" if target.per_axis else "worst, mean"
+    axes = "worst, mean, each" if target.per_axis else "worst, mean"
     rows = {
         "file": ", ".join([target.ending, *(e for e in target.binary if e != target.ending)]),
         "--filter-rate": "required, unless the source is a result" if target.needs_rate else "not needed",
@@ -205,7 +207,7 @@ def _about(target: Target) -> str:
         "--horizon": "time after which the error is stated right; default 60s"
         if target.has_walk
         else ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
-        "--axes": "none: every axis separately" if target.every_axis else one,
+        "--axes": "none: every axis separately" if target.every_axis else axes,
         "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
     }
     return "".join(

@@ -12,7 +12,7 @@ from sigmatau.analysis import analyze
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
-from sigmatau.cli.earlier import curves_beside, expect, is_result
+from sigmatau.cli.earlier import curves_path, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     check_output,
@@ -25,7 +25,7 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
-from sigmatau.cli.reading import Reading, read_log, readings_of
+from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
@@ -83,14 +83,14 @@ def joint_command(
 ) -> int:
     """Analyse logs one by one, fit them jointly, and write one result."""
     logs, left_out = batch.gather(places)
-    readings = readings_of(reading, logs, places)
+    readings = assign_readings(reading, logs, places)
     if len(logs) < _SEVERAL and over == "runs":
         raise OptionError("--joint needs two or more logs. For the axes of one log, use --joint-axes", option="joint")
     for option, path in outputs.files.items():
         check_output(path, outputs.endings[option], option)
     for path in exports.files.values():
         check_output(path, (), "export")
-    beside = None if outputs.csv is None else curves_beside(outputs.csv)
+    beside = None if outputs.csv is None else curves_path(outputs.csv)
     named = {f"export {name}": path for name, path in exports.files.items()}
     for log in logs:
         refuse_same(log, **outputs.files, **named, **{"csv curves": beside})

@@ -29,7 +29,7 @@ from sigmatau.cli.options import (
     working,
     write_json,
 )
-from sigmatau.cli.reading import Reading, read_log, readings_of
+from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.lab.datasheets.compare import check_options
@@ -163,7 +163,7 @@ def lot_command(
             names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
-        readings = readings_of(reading, logs, [place for place in places if place in logs])
+        readings = assign_readings(reading, logs, [place for place in places if place in logs])
         found = _analysed(logs, names, readings, sheet, options, results, jobs=jobs, quiet=quiet)
         for file in files:
             found[names[file]] = examine(file, sheet, name=names[file], **options)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.cli.earlier import curves_beside, expect
+from sigmatau.cli.earlier import curves_path, expect
 from sigmatau.cli.words import is_number
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
@@ -80,7 +80,7 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
     result = {}
     for key, value in key_values(values, option, example).items():
         try:
-            number = _number_of(value)
+            number = _parse_number(value)
         except (ValueError, ZeroDivisionError, OverflowError):
             number = math.nan
         if not math.isfinite(number):
@@ -104,7 +104,7 @@ def factors(typed: str | float, option: str, example: str) -> float | dict[str, 
         ) from None
 
 
-def _number_of(text: str) -> float:
+def _parse_number(text: str) -> float:
     """A number, or a quotient of two, ``1/16.4``; raises `ValueError` or `ZeroDivisionError` for other texts."""
     if "/" not in text:
         return float(text)
@@ -114,17 +114,17 @@ def _number_of(text: str) -> float:
 
 def matched(places: Sequence[Path]) -> tuple[Path, ...]:
     """The places, with patterns such as ``shift/*.csv`` expanded, because not every shell does it."""
-    found: list[Path] = []
+    files_named: list[Path] = []
     for place in places:
         _check_place(place)
         if not glob.has_magic(str(place)) or os.path.exists(place):  # noqa: PTH110  False for a name that is too long
-            found.append(place)
+            files_named.append(place)
             continue
         files = sorted(glob.glob(str(place), recursive=True))  # noqa: PTH207  a pattern with any root
         if not files:
             raise DataError(f"{place}: no file matches this pattern")
-        found += map(Path, files)
-    return tuple(found)
+        files_named += map(Path, files)
+    return tuple(files_named)
 
 
 def _check_place(place: Path) -> None:
@@ -202,14 +202,14 @@ def check_folder(path: Path | None, option: str) -> None:
 
 def refuse_same(log: Path, /, **outputs: Path | None) -> None:
     """Raise an error if an output, by option, would replace the log or another output."""
-    seen: dict[Path, str] = {}
+    options: dict[Path, str] = {}
     for option, path in outputs.items():
         if path is None:
             continue
         if path.exists() and log.exists() and path.samefile(log):
             raise OptionError(f"--{option} {path} is the file that is read; name another file", option=option)
-        if seen.setdefault(path, option) != option:
-            raise OptionError(f"--{seen[path]} and --{option} both name {path}; name two files", option=option)
+        if options.setdefault(path, option) != option:
+            raise OptionError(f"--{options[path]} and --{option} both name {path}; name two files", option=option)
 
 
 def command_line() -> str:
@@ -248,7 +248,7 @@ def write_json(content: object, path: Path) -> None:
 
 def write_csv(analysis: Analysis, path: Path) -> None:
     """Write the coefficients, and the curves to a file beside it; an error leaves neither half written."""
-    for table, file in ((analysis, path), (analysis.curves, curves_beside(path))):
+    for table, file in ((analysis, path), (analysis.curves, curves_path(path))):
         with atomic(file) as temporary:
             temporary.write_text(csv_text(table.columns()), encoding="utf-8")
 
@@ -307,7 +307,7 @@ _BANDWIDTH = re.compile(r"([0-9.eE+-]+) *(?:Hz)?(?: */ *([1-8]))?")
 
 def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
     """The option ``--bandwidth``: ``["gyro=30Hz/2"]`` as ``{"gyro": (30.0, 2)}``."""
-    found: dict[str, tuple[float, int | None]] = {}
+    result: dict[str, tuple[float, int | None]] = {}
     for name, text in key_values(values, "bandwidth", "gyro=30Hz").items():
         match = _BANDWIDTH.fullmatch(text)
         try:
@@ -320,8 +320,8 @@ def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
                 " gyro=30Hz/2",
                 option="bandwidth",
             )
-        found[name] = (hertz, int(match[2]) if match[2] else None)
-    return found
+        result[name] = (hertz, int(match[2]) if match[2] else None)
+    return result
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
@@ -331,8 +331,8 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += dict.fromkeys(line(one) for one in alike)  # tables of one logger may have the same gap
-        lines += [f"  -> {action}" for action in dict.fromkeys(one.action for one in alike if one.action)]
+        lines += dict.fromkeys(line(finding) for finding in alike)  # tables of one logger may have the same gap
+        lines += [f"  -> {action}" for action in dict.fromkeys(finding.action for finding in alike if finding.action)]
     return lines
 
 
@@ -340,12 +340,12 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
     """The channels whose values can be printed and drawn, and a warning of each other; `DataError` if there are none.
     A channel that never changes has none, and squares of numbers beyond 1e±150 are 0 or not finite.
     """
-    good = [name for name, of in values.items() if np.isfinite(of).all() and of.max(initial=0.0) > 0]
-    left = [name for name in values if name not in good]
+    good = [name for name, numbers in values.items() if np.isfinite(numbers).all() and numbers.max(initial=0.0) > 0]
+    unusable = [name for name in values if name not in good]
     why = f"never changes, or its numbers are too small or too large for a {what}"
     if not good:
-        raise DataError(f"no channel is left: {', '.join(left)} {why}")
-    for name in left:
+        raise DataError(f"no channel is left: {', '.join(unusable)} {why}")
+    for name in unusable:
         say(f"warning: {name}: it {why}; left out", quiet=quiet)
     return good
 

@@ -22,7 +22,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.planning import plan
 from sigmatau.fitting.to_model import has_model
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import has_unit_of, value_in_si
+from sigmatau.model.file import has_unit, value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.synonyms import unknown_term
@@ -41,7 +41,7 @@ class _Channel:
     duration: float | None = None
     tau_min: float = 0.0
     verdict: str = "adequate"
-    beside: str = ""
+    ignored: str = ""
 
 
 def plan_command(
@@ -83,29 +83,29 @@ def plan_command(
         raise OptionError(f"--term: {unknown_term(term)}", option="term")
     check_model(source)
     set_shown(show)
-    found = _channels(source)
-    check_shown({name: (noise.quantity, noise.rate_unit) for name, noise in found.items()})
-    unknown = sorted(set(channels or ()) - set(found))
+    noises = _channels(source)
+    check_shown({name: (noise.quantity, noise.rate_unit) for name, noise in noises.items()})
+    unknown = sorted(set(channels or ()) - set(noises))
     if unknown:
-        raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(found)}", option="channels")
+        raise OptionError(f"--channels {unknown[0]}: {source} has {', '.join(noises)}", option="channels")
     if hours is not None and not 0 < hours < float("inf"):
         raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
     misfits = []  # units of channels that the value is not of: "deg/h" does not fit an accelerometer
-    for name in channels or found:
-        channel = found[name]
+    for name in channels or noises:
+        channel = noises[name]
         processes = getattr(channel.noise, "gauss_markov", ())
         if not processes and not any(v for t, v in channel.noise.items() if t not in (term, "rate_ramp")):
             if channels:
                 raise OptionError(
-                    f"{name}: has no noise beside {term}, so any value of it is visible", option="channels"
+                    f"{name}: has no noise ignored {term}, so any value of it is visible", option="channels"
                 )
             continue
         frequency = rate if rate is not None else channel.rate
         if frequency is None:
             raise OptionError("--rate: a model has no sampling rate; give it in Hz", option="rate")
         unit = coefficient_unit(term, channel.quantity, channel.rate_unit)
-        if value is not None and not channels and not has_unit_of(value, unit):
+        if value is not None and not channels and not has_unit(value, unit):
             misfits.append(unit)
             continue
         sought = channel.noise.get(term) if value is None else value_in_si(value, unit, "--value")
@@ -114,8 +114,8 @@ def plan_command(
             raise OptionError(f"{name} has no {term}; give --hours or --value", option="hours")
         if channel.verdict not in QUANTIFIED:
             say(f"warning: {name}: {source} has no model that fits it, so the plan is uncertain", quiet=quiet)
-        if channel.beside:
-            say(f"warning: {name}: the plan ignores its {channel.beside}", quiet=quiet)
+        if channel.ignored:
+            say(f"warning: {name}: the plan ignores its {channel.ignored}", quiet=quiet)
         with working(f"planning {name}", quiet=quiet):
             plans.append(
                 plan(
@@ -133,7 +133,7 @@ def plan_command(
     if not plans:
         if value is not None and misfits:
             value_in_si(value, misfits[-1], "--value")  # raises which units fit
-        raise OptionError(f"{source}: no channel has noise beside {term}", option="term")
+        raise OptionError(f"{source}: no channel has noise ignored {term}", option="term")
     if json:
         sys.stdout.write(json_module.dumps([p.to_dict() for p in plans], indent=1, allow_nan=False) + "\n")
     else:
@@ -143,37 +143,37 @@ def plan_command(
 
 def _channels(source: Path) -> dict[str, _Channel]:
     if not is_result(source):
-        return {name: _of_model(name, noise) for name, noise in NoiseModel.read(source).items()}
+        return {name: _model_channel(name, noise) for name, noise in NoiseModel.read(source).items()}
     analysis = read_analysis(source)
     if not analysis.fits:
         require_model(analysis, source)  # raises the reason
     try:
-        return {name: _of_fit(name, fit) for name, fit in analysis.fits.items()}
+        return {name: _fit_channel(name, fit) for name, fit in analysis.fits.items()}
     except DataError as error:
         raise error.about(str(source)) from None
 
 
 def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], str]:
     """The part of a model that planning uses, and the names of the ignored parts."""
-    left = {
+    ignored = {
         "sinusoid": bool(noise.sinusoid),
         "resonance": bool(noise.resonance),
         "bandwidth": noise.bandwidth is not None,
         "Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }
-    kept = () if left["Gauss-Markov processes"] else noise.gauss_markov
+    processes = () if ignored["Gauss-Markov processes"] else noise.gauss_markov
     counted: ChannelModel | Mapping[str, float] = {}
-    if noise.terms or kept:
-        counted = replace(noise, gauss_markov=kept, resonance=(), sinusoid=(), bandwidth=None)
-    return counted, " and ".join(name for name, there in left.items() if there)
+    if noise.terms or processes:
+        counted = replace(noise, gauss_markov=processes, resonance=(), sinusoid=(), bandwidth=None)
+    return counted, " and ".join(name for name, present in ignored.items() if present)
 
 
-def _of_model(name: str, noise: ChannelModel) -> _Channel:
-    counted, left = _counted(noise)
-    return _Channel(name, noise.quantity, noise.unit, counted, beside=left)
+def _model_channel(name: str, noise: ChannelModel) -> _Channel:
+    counted, ignored = _counted(noise)
+    return _Channel(name, noise.quantity, noise.unit, counted, ignored=ignored)
 
 
-def _of_fit(name: str, fit: NoiseFit) -> _Channel:
+def _fit_channel(name: str, fit: NoiseFit) -> _Channel:
     noise, ignored = _counted(fit.to_model()) if has_model(fit) else ({}, "")
     rate = 1 / fit.tau0
     return _Channel(

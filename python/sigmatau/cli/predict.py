@@ -102,8 +102,8 @@ def predict_command(
             "--turn-on: a calibration removes a constant bias; give --turn-on or --calibration", option="turn_on"
         )
 
-    def predicted(at: Sequence[float]) -> Prediction:
-        return predict(model, after=at, calibration=average, rate=steps, earth=earth, turn_on=biases)
+    def predicted(seconds: Sequence[float]) -> Prediction:
+        return predict(model, after=seconds, calibration=average, rate=steps, earth=earth, turn_on=biases)
 
     with working("predicting", quiet=quiet):
         prediction = predicted(times)
@@ -132,7 +132,7 @@ def _time(text: str, option: str) -> float:
 
 def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
     """Biases by channel; the name of a stream stands for all its channels."""
-    found: dict[str, float] = {}
+    biases: dict[str, float] = {}
     for key, text in key_values(values, "turn-on", 'gyro="10 deg/h"').items():
         named = [name for name in model.channels if key in (name, stream_name(name))]
         if not named:
@@ -141,9 +141,9 @@ def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
             if stream_name(name) not in ("gyro", "accel"):
                 raise OptionError(f"--turn-on {key}: {name} is neither a gyro nor an accelerometer", option="turn_on")
             value = value_in_si(text, model.channels[name].unit, f"--turn-on {key}")
-            if name not in found or key == name:
-                found[name] = value
-    return found
+            if name not in biases or key == name:
+                biases[name] = value
+    return biases
 
 
 def _warn_of_misfits(analysis: Analysis, source: Path, *, quiet: bool) -> None:

@@ -99,16 +99,16 @@ def psd_command(
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):
-        found = psd(_of(record, named), method=method, **options)
-    names = with_noise({name: found[name].density for name in found}, "power spectral density", quiet=quiet)
-    found = Spectra({name: found[name] for name in names})
-    compared = {} if expected is None else _compared(found, expected, model, quiet=quiet)
+        spectra = psd(_select_channels(record, named), method=method, **options)
+    names = with_noise({name: spectra[name].density for name in spectra}, "power spectral density", quiet=quiet)
+    spectra = Spectra({name: spectra[name] for name in names})
+    compared = {} if expected is None else _compared(spectra, expected, model, quiet=quiet)
     if plot is not None:
-        known = None if expected is None else expected.of([name for name in expected.channels if name in found])
+        shown = None if expected is None else expected.of([name for name in expected.channels if name in spectra])
         with drawing(plot, style, quiet=quiet):
-            write_figure(found.plot(model=known), plot)
-    tables = "\n\n".join(_table(found[name], compared.get(name)) for name in found)
-    write_result(tables, _content(found, compared), json)
+            write_figure(spectra.plot(model=shown), plot)
+    tables = "\n\n".join(_table(spectra[name], compared.get(name)) for name in spectra)
+    write_result(tables, _content(spectra, compared), json)
     return damaged(record.findings)
 
 
@@ -119,45 +119,47 @@ def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: 
         "tapers": (tapers, "multitaper", ""),
         "f_max": (f_max, "multitaper", "Hz"),
     }
-    given: dict[str, Any] = {}
-    for name, (value, of_method, unit) in asked.items():
+    arguments: dict[str, Any] = {}
+    for name, (value, needed, unit) in asked.items():
         option = f"--{name.replace('_', '-')}"
-        if value is not None and of_method != method:
-            raise OptionError(f"{option} needs --method {of_method}, not {method}", option=name)
+        if value is not None and needed != method:
+            raise OptionError(f"{option} needs --method {needed}, not {method}", option=name)
         if value is not None:
-            given[name] = value_in_si(value, unit, option) if isinstance(value, str) else value
-    return given
+            arguments[name] = value_in_si(value, unit, option) if isinstance(value, str) else value
+    return arguments
 
 
-def _of(record: Record, axes: list[str] | None) -> Record:
+def _select_channels(record: Record, axes: list[str] | None) -> Record:
     """The named channels; by default all but temperatures, which drift."""
     if axes is None:
-        kept = [stream.channels if stream.quantity != "temperature" else () for stream in record.streams]
+        chosen = [stream.channels if stream.quantity != "temperature" else () for stream in record.streams]
     else:
         for name in axes:
             if not any(name in (channel, stream_name(channel)) for channel in record.channels):
                 raise OptionError(f"--axes {name}: the log has {', '.join(record.channels)}", option="axes")
-        kept = [tuple(c for c in s.channels if c in axes or stream_name(c) in axes) for s in record.streams]
-    streams = [s.of(names) for s, names in zip(record.streams, kept, strict=True) if names]
+        chosen = [tuple(c for c in s.channels if c in axes or stream_name(c) in axes) for s in record.streams]
+    streams = [s.of(names) for s, names in zip(record.streams, chosen, strict=True) if names]
     if not streams:
         raise DataError("the log has temperatures only; name them with --axes to get their densities")
     return replace(record, streams=tuple(streams))
 
 
-def _compared(found: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
-    known = [name for name in found if name in expected.channels]
-    if not known:
-        raise DataError(f"{path}: its channels are {', '.join(expected.channels)}, those of the log {', '.join(found)}")
+def _compared(spectra: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
+    modelled = [name for name in spectra if name in expected.channels]
+    if not modelled:
+        raise DataError(
+            f"{path}: its channels are {', '.join(expected.channels)}, those of the log {', '.join(spectra)}"
+        )
     compared: dict[str, Comparison] = {}
-    for name in known:
+    for name in modelled:
         try:
-            compared[name] = found[name].over(expected)
+            compared[name] = spectra[name].over(expected)
         except DataError as error:
-            if len(known) == 1:
+            if len(modelled) == 1:
                 raise
             say(f"warning: {error}", quiet=quiet)
-    for name in found:
-        if name not in known:
+    for name in spectra:
+        if name not in modelled:
             say(f"warning: {name}: {path} has no model of it", quiet=quiet)
     return compared
 
@@ -173,9 +175,13 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     heading = f"{root} [{unit if asked is None else asked.bare}], 95 % interval"
     sheet = _DATASHEET.get(spectrum.quantity)
     # Signals without a datasheet unit use their own, with its prefix.
-    other = find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
-    one_unit, one_factor = (f"{spectrum.unit}/√Hz", 1.0) if other is None else (other.text, other.factor)
-    if other is None and asked is not None and asked.sided == "two":
+    datasheet_unit = (
+        find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
+    )
+    one_unit, one_factor = (
+        (f"{spectrum.unit}/√Hz", 1.0) if datasheet_unit is None else (datasheet_unit.text, datasheet_unit.factor)
+    )
+    if datasheet_unit is None and asked is not None and asked.sided == "two":
         one_unit, one_factor = asked.bare, asked.factor
     kind = "sine tapers" if spectrum.method == "multitaper" else "segments"
     lines = [
@@ -208,9 +214,9 @@ def _ratios(compared: Comparison) -> dict[float, str]:
     return {float(f): " ".join(round_to_error(*ends).cells) for f, *ends in rows}
 
 
-def _content(found: Spectra, compared: Mapping[str, Comparison]) -> dict[str, Any]:
+def _content(spectra: Spectra, compared: Mapping[str, Comparison]) -> dict[str, Any]:
     channels: dict[str, Any] = {}
-    for name, spectrum in found.items():
+    for name, spectrum in spectra.items():
         channels[name] = spectrum.binned(per_octave=3).to_dict() | {"trusted_from_hz": spectrum.trusted}
         if name in compared:
             channels[name]["over_model"] = compared[name].to_dict()

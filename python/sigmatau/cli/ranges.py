@@ -61,9 +61,9 @@ def lines_by_hand(analysis: Analysis) -> list[str]:
     lines = []
     for channel, read in analysis.read_off.items() if analysis.fits else ():
         texts = [
-            f"{TERMS[name].label(read.quantity)} {' '.join(read.texts(name)[-1])} ({one.region})"
-            for name, one in read.items()
-            if one.range_from == "given"
+            f"{TERMS[name].label(read.quantity)} {' '.join(read.texts(name)[-1])} ({coefficient.region})"
+            for name, coefficient in read.items()
+            if coefficient.range_from == "given"
         ]
         if texts:
             lines.append(f"{channel} read off: {', '.join(texts)}")

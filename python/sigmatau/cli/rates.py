@@ -47,14 +47,14 @@ def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Pa
                 option="rate",
             )
         key, equals, value = word.rpartition("=")
-        if equals and (log := _log_of(key.strip(), logs)) is not None:
+        if equals and (log := _find_log(key.strip(), logs)) is not None:
             if log in rates and rates[log] != [value]:
                 raise OptionError(f"--rate: {log} is given twice, {rates[log][0]} and {value}", option="rate")
             rates[log] = [value]
             continue
         for part in word.split(","):
             key, equals, value = part.partition("=")
-            log = _log_of(key.strip(), logs) if equals else None
+            log = _find_log(key.strip(), logs) if equals else None
             if log is not None:
                 rates[log] = [value]
             elif equals:
@@ -74,10 +74,10 @@ def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Pa
                 option="rate",
             )
         return {log: [number] for log, number in zip(logs, numbers, strict=True)}
-    found = {log: rates.get(log, [*numbers, *common]) for log in logs}
-    for texts in found.values():
+    assigned = {log: rates.get(log, [*numbers, *common]) for log in logs}
+    for texts in assigned.values():
         parse_rate(texts)
-    return found
+    return assigned
 
 
 def _parts(words: Sequence[str]) -> list[tuple[str, float]]:
@@ -103,7 +103,7 @@ def _parts(words: Sequence[str]) -> list[tuple[str, float]]:
     return parts
 
 
-def _log_of(key: str, logs: Sequence[Path]) -> Path | None:
+def _find_log(key: str, logs: Sequence[Path]) -> Path | None:
     """The log of a name, as it was typed or without its folder; raises `OptionError` if several have it."""
     same = [log for log in logs if str(log) == key] or [log for log in logs if log.name == key]
     if len(same) > 1:

@@ -32,13 +32,13 @@ class Reading(DeclaredOptions):
         return cast("Reading", replace(cast("Any", self), rate=rate))
 
 
-def readings_of(reading: Reading | None, logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, Reading]:
+def assign_readings(reading: Reading | None, logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, Reading]:
     """The options of reading of each log; raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
     reading = reading or Reading()
     rates = assign_rates(reading.rate or [], logs, places)
     readings = {log: reading.at_rate(rates[log] or None) for log in logs}
-    for of_log in readings.values():
-        of_log.arguments()  # a wrong option is one error, not one for each log
+    for options in readings.values():
+        options.arguments()  # a wrong option is one error, not one for each log
     return readings
 
 

@@ -96,7 +96,7 @@ def simulate_command(
         raise OptionError(f"--output {output} is the model itself; name another file", option="output")
     check_model(model)
     noise = read_model(model)
-    given = imperfections_of(
+    imperfections = parse_imperfections(
         noise,
         output=input,
         level=level or (),
@@ -115,7 +115,7 @@ def simulate_command(
             duration=hours * 3600,
             rate=rate,
             rng=seed,
-            imperfections=given,
+            imperfections=imperfections,
             flicker=flicker,
             unobserved=unobserved,
             progress=done,
@@ -140,7 +140,7 @@ _DIGITS = 9  # decimals of a converted temperature, so that 300 K are 26.85 °C
 _TEMPERATURE_EXAMPLE = "start=20degC,end=35degC,time=20min"
 
 
-def imperfections_of(
+def parse_imperfections(
     model: NoiseModel,
     *,
     output: InputKind,
@@ -191,12 +191,12 @@ def _values(
     texts: Sequence[str], option: str, example: str, units: Mapping[str, str], value: Callable[[str, str, str], T]
 ) -> dict[str, T]:
     """Values of NAME=VALUE by channel or sensor, converted to its unit."""
-    found = {}
+    values = {}
     for name, text in key_values(texts, option, example).items():
         if name not in units:
             raise OptionError(f"--{option}: the model has no {name!r}; it has {', '.join(units)}", option=option)
-        found[name] = value(text, units[name], f"--{option} {name}")
-    return found
+        values[name] = value(text, units[name], f"--{option} {name}")
+    return values
 
 
 def _warm_up(text: str, unit: str, what: str) -> WarmUp:
@@ -214,15 +214,15 @@ def _per_kelvin(text: str, unit: str, what: str) -> float:
 
 
 def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temperature:
-    given = key_values(texts, "temperature", _TEMPERATURE_EXAMPLE)
-    if not {"start", "end"} <= set(given) <= {"start", "end", "time", "swing", "resolution"}:
+    texts_by_name = key_values(texts, "temperature", _TEMPERATURE_EXAMPLE)
+    if not {"start", "end"} <= set(texts_by_name) <= {"start", "end", "time", "swing", "resolution"}:
         raise OptionError(
             f"--temperature {','.join(texts)}: must have start and end, and optionally time, swing and resolution, e.g."
             f" {_TEMPERATURE_EXAMPLE},swing=3K,resolution=0.0625K",
             option="temperature",
         )
     degrees = {}
-    for name, text in given.items():
+    for name, text in texts_by_name.items():
         if name == "time":
             continue
         match = _DEGREES.fullmatch(text)
@@ -233,7 +233,7 @@ def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temp
         degrees[name] = float(match[1])
         if match[2] == "K" and not difference:
             degrees[name] = round(degrees[name] - _ZERO_CELSIUS, _DIGITS)
-    time = {"time": value_in_si(given["time"], "s", "--temperature time")} if "time" in given else {}
+    time = {"time": value_in_si(texts_by_name["time"], "s", "--temperature time")} if "time" in texts_by_name else {}
     return Temperature(**degrees, **time, sensitivity=sensitivity)
 
 

@@ -29,7 +29,7 @@ from sigmatau.exporting.tuning.result import Tunings
 from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.exporting.tuning.tune import tune
 from sigmatau.exporting.values import Numbers
-from sigmatau.model.file import has_unit_of, value_in_si
+from sigmatau.model.file import has_unit, value_in_si
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.selection.time_text import seconds_of
@@ -171,7 +171,7 @@ def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: s
         if not named:
             raise OptionError(f"--{option} {key}: the innovations are of {', '.join(data)}", option=option)
         gyro, accel = _UNITS[option]
-        value = value_in_si(text, accel if has_unit_of(text, accel) else gyro, f"--{option} {key}")
+        value = value_in_si(text, accel if has_unit(text, accel) else gyro, f"--{option} {key}")
         for channel in named:
             if channel not in values or key == channel:
                 values[channel] = value

@@ -187,14 +187,14 @@ class _Watched:
         moving = not resting.is_usable and not self.at_rest
         channels = list(self.live.channels)
         streams = dict.fromkeys(map(stream_name, channels))
-        found = of_curves(
+        analysed = of_curves(
             self._with_rate(self.stretches.sums).snapshot(),
             source=Provenance(path=self.name, format="live", rows=n),
             findings=self.findings(),
             grids={name: self._sampling([c for c in channels if stream_name(c) == name]) for name in streams},
             method="read-off" if moving else "gls",
         )
-        return replace(found, read_off={} if moving else found.read_off, rest=resting)
+        return replace(analysed, read_off={} if moving else analysed.read_off, rest=resting)
 
     def heading(self) -> str:
         if self.stretches is None:
@@ -207,24 +207,24 @@ class _Watched:
         return Sampling(channels=tuple(channels), n=n, rate=self.live.rate, source=self.live.source_of_rate)
 
     def findings(self) -> list[Finding]:
-        found = [] if self.stretches is None else self.stretches.findings()
+        findings = [] if self.stretches is None else self.stretches.findings()
         if self.live.lost:
             lost = SkippedMessages(count=self.live.lost, unit="lines", example=self.live.lost_example)
-            found.append(Finding(details=lost, severity="warning"))
+            findings.append(Finding(details=lost, severity="warning"))
         if self.live.repeated:
             total = self.live.lines + self.live.repeated
             repeated = BadStamps(what="repeated", rows=total, place="the beginning of the input")
-            found.append(Finding(details=repeated, severity="warning", size=self.live.repeated))
+            findings.append(Finding(details=repeated, severity="warning", size=self.live.repeated))
         if self.live.leaps:
-            found.append(
+            findings.append(
                 Finding(details=IrregularStamps(interval=1 / self.live.rate, leaps=self.live.leaps), severity="warning")
             )
         if (change := self.live.rate_change()) is not None:
-            found.append(change)
+            findings.append(change)
         measured = self.live.rate_by_stamps()
         if measured is not None and abs(measured / self.live.rate - 1) > _EQUAL_RATES:
-            found.append(Finding(details=RateMismatch(used=self.live.rate, other=measured), severity="warning"))
-        return found
+            findings.append(Finding(details=RateMismatch(used=self.live.rate, other=measured), severity="warning"))
+        return findings
 
     def draw(self) -> RenderableType:
         """The screen: heading, curves and coefficients, as far as they exist."""
@@ -247,8 +247,11 @@ class _Watched:
         lines = [self.heading(), *plots, *table.split("\n"), *remarks]
         room = max(size.lines - 1, 2)
         if len(lines) > room:
-            more = len(lines) - room + 1
-            lines = [*lines[: room - 1], f"… {more} more lines than the window; Ctrl-C ends and prints the whole table"]
+            hidden = len(lines) - room + 1
+            lines = [
+                *lines[: room - 1],
+                f"… {hidden} more lines than the window; Ctrl-C ends and prints the whole table",
+            ]
         return Text("\n".join(lines), no_wrap=True, overflow="ellipsis")
 
 

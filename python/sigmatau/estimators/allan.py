@@ -20,7 +20,7 @@ from sigmatau._native import kernels
 from sigmatau.arrays import freeze
 from sigmatau.digits import round_to_error
 from sigmatau.errors import NonFiniteError, OptionError, RecordTooShortError
-from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes, coefficients_of
+from sigmatau.estimators.deviation_kinds import TauGrid, check_coefficients, cluster_sizes
 from sigmatau.frozen import frozen
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
 from sigmatau.record.record import Record
@@ -178,7 +178,7 @@ class DeviationCurve(Tabular):
     def _freedom(self, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
         if self.overlap != "full":
             raise OptionError("{option} needs a curve of overlapping clusters, overlap='full'", option="noise")
-        return kept_freedom(self, degrees_of_freedom(coefficients_of(noise), n=self.n, m=self.m, tau0=self.tau0))
+        return kept_freedom(self, degrees_of_freedom(check_coefficients(noise), n=self.n, m=self.m, tau0=self.tau0))
 
     def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
         """The same curve at some of its cluster sizes.
@@ -237,10 +237,10 @@ class DeviationCurve(Tabular):
         matplotlib figure
         """
         from sigmatau.plot.curves import draw_curve
-        from sigmatau.plot.style import figure_of, styled
+        from sigmatau.plot.style import parent_figure, styled
 
         with styled(style):
-            return figure_of(draw_curve(self, ax=ax, unit=unit))
+            return parent_figure(draw_curve(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         missing = f" ({self.missing} missing)" if self.missing else ""

@@ -186,10 +186,10 @@ class Deviation(Printed):
         matplotlib figure
         """
         from sigmatau.plot.curves import draw_deviation
-        from sigmatau.plot.style import figure_of
+        from sigmatau.plot.style import parent_figure
 
         band = None if noise is None else self.interval(noise=noise)
-        return figure_of(draw_deviation(self, ax=ax, unit=unit, band=band))
+        return parent_figure(draw_deviation(self, ax=ax, unit=unit, band=band))
 
     def __repr__(self) -> str:
         head = f"{self.channel}: {self.label}, {self.n} samples at {1 / self.tau0:.6g} Hz [{self.unit}]"

@@ -113,7 +113,7 @@ _NOISE = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 _TOTAL_BIAS = {"random_walk": 0.0, "bias_instability": 0.481, "rate_random_walk": 0.750}
 
 
-def coefficients_of(noise: str | Mapping[str, float]) -> dict[str, float]:
+def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
     """A term's name, or coefficients in SI, as coefficients; raises `OptionError` for anything else."""
     if isinstance(noise, str):
         noise = {noise: 1.0}
@@ -153,7 +153,7 @@ def degrees_of_freedom(
             f"no law of the {estimator(kind).label} is known, so that it has no degrees of freedom and no interval",
             option="noise",
         )
-    coefficients = coefficients_of(noise)
+    coefficients = check_coefficients(noise)
     if kernel in ("modified", "hadamard"):
         _, edf = kernels.stationary_moments(kernel, overlap=overlap, n=n, m=m, coefficients=coefficients, tau0=tau0)
         return edf
@@ -173,7 +173,7 @@ def bias(
     a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact, from
     the sampled noise, for any mixture.
     """
-    coefficients = {name: value for name, value in coefficients_of(noise).items() if value}
+    coefficients = {name: value for name, value in check_coefficients(noise).items() if value}
     if kind == "total":
         if len(coefficients) != 1 or next(iter(coefficients)) not in _TOTAL_BIAS:
             raise OptionError(

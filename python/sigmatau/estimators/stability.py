@@ -112,9 +112,9 @@ class DynamicAllan(Printed):
         matplotlib figure
         """
         from sigmatau.plot.stability import draw_dynamic
-        from sigmatau.plot.style import figure_of
+        from sigmatau.plot.style import parent_figure
 
-        return figure_of(draw_dynamic(self, ax=ax, unit=unit))
+        return parent_figure(draw_dynamic(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         known = np.isfinite(self.adev).all(axis=1)

@@ -25,19 +25,19 @@ def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
     return names
 
 
-def of_channel(numbers: Numbers, channel: str) -> Numbers:
+def select_channel(numbers: Numbers, channel: str) -> Numbers:
     """The same choices for one channel alone."""
-    return numbers.of(channel)
+    return numbers.select(channel)
 
 
-def by_axis(numbers: Numbers, sensor: str, of: Callable[[Numbers], T]) -> tuple[T, T, T]:
+def by_axis(numbers: Numbers, sensor: str, evaluate: Callable[[Numbers], T]) -> tuple[T, T, T]:
     """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
-        value = of(numbers)
+        value = evaluate(numbers)
         return value, value, value
     names = three_axes(sensor, channels)
-    x, y, z = (of(of_channel(numbers, name)) for name in names)
+    x, y, z = (evaluate(select_channel(numbers, name)) for name in names)
     return x, y, z
 
 

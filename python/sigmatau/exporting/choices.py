@@ -306,7 +306,7 @@ def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str |
             f"{Hint(name)} must be a mapping by sensor, e.g. {Hint(name, 'gyro', words[0])}, not {chosen!r}",
             option=spelled,
         )
-    found: dict[str, str | float] = {}
+    converted: dict[str, str | float] = {}
     for sensor, wanted in chosen.items():
         if sensor not in KINDS:
             raise OptionError(f"{Hint(name)}: unknown sensor {sensor!r}; sensors: gyro, accel", option=spelled)
@@ -316,12 +316,12 @@ def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str |
             try:
                 value = value_in_si(wanted, unit, f"{Hint(name)} of {sensor}")
             except OptionError as error:
-                others = ", ".join(f"{Hint(name, sensor, word)}" for word in words)
-                raise OptionError(f"{error.message}; or {others}", option=spelled) from None
+                hints = ", ".join(f"{Hint(name, sensor, word)}" for word in words)
+                raise OptionError(f"{error.message}; or {hints}", option=spelled) from None
         if not isinstance(value, str) and not _between(value, SMALLEST, LARGEST):
             raise OptionError(
                 f"{Hint(name)} of {sensor} must be positive, from {SMALLEST:g} to {LARGEST:g} in SI, not {wanted!r}",
                 option=spelled,
             )
-        found[sensor] = value
-    return found
+        converted[sensor] = value
+    return converted

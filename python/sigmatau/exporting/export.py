@@ -15,7 +15,7 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.axes import three_axes
 from sigmatau.exporting.choices import KINDS, Choices, Unplaced
 from sigmatau.exporting.rates import filter_rate, filter_step
-from sigmatau.exporting.source import Source, common_rate, have_several_rates, sensor_rates, source_of
+from sigmatau.exporting.source import Source, common_rate, have_several_rates, make_source, sensor_rates
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
@@ -132,7 +132,7 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
         file = None if path is None else Path(path)
     except TypeError:
         raise OptionError(f"{{option}} must be the name of a file, not {path!r}", option="path") from None
-    source, chosen = source_of(model), _chosen(choices)
+    source, chosen = make_source(model), _chosen(choices)
     return prepare_placed(source, to=to, path=file, placed=place_choices(source, [to], chosen)[to])
 
 
@@ -146,7 +146,7 @@ class Placed:
 
 def place_choices(model: object, names: Iterable[str], choices: Choices) -> dict[str, Placed]:
     """The choices for each of several targets; raises `OptionError` for one that none of them has a place for."""
-    source = source_of(model)
+    source = make_source(model)
     unplaced = {name: find_unplaced(target(name), choices, source) for name in names}
     _refuse_everywhere(unplaced)
     return {name: Placed(choices=_without(choices, lost), unplaced=tuple(lost)) for name, lost in unplaced.items()}
@@ -162,7 +162,7 @@ def _refuse_everywhere(unplaced: Mapping[str, Sequence[Unplaced]]) -> None:
     """Raise the error of the first choice that none of the targets has a place for."""
     for refused in next(iter(unplaced.values()), ()):
         alike = (refused.choice, refused.key)
-        if all(any((each.choice, each.key) == alike for each in others) for others in unplaced.values()):
+        if all(any((each.choice, each.key) == alike for each in choices) for choices in unplaced.values()):
             raise refused.error()
 
 
@@ -171,7 +171,7 @@ def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed)
     wanted = target(to)
     if path is not None:
         check_path(wanted, path)
-    content, findings = _written(wanted, source_of(model), placed.choices, path)
+    content, findings = _written(wanted, make_source(model), placed.choices, path)
     omitted = (
         ChoiceWithoutPlace(target=wanted.name, option=each.option, key=each.key or "") for each in placed.unplaced
     )
@@ -193,7 +193,7 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
     rates : mapping of str to mapping of str to float
         Sampling rates by channel, by sensor: ``"gyro"`` and ``"accel"``. [Hz]
     """
-    channels = {name: rate for of_sensor in rates.values() for name, rate in of_sensor.items()}
+    channels = {name: rate for by_channel in rates.values() for name, rate in by_channel.items()}
     for name in files:
         try:
             _check_needs(target(name), choices, channels)
@@ -316,9 +316,9 @@ def _written(
     findings = [*_doubts(wanted, source), *numbers.limits_written(), *numbers.findings, *numbers.not_used()]
     rate = _other_rate(source, choices) if fastest is None else Finding(severity="info", details=fastest)
     if isinstance(content, str):
-        of_rate = [rate.message] if rate else []
+        rate_message = [rate.message] if rate else []
         first = f"Noise parameters for {wanted.name}, written by sigmatau {__version__}"
-        content = with_head(worded(content), wanted.ending, [first, *source.head, *of_rate])
+        content = with_head(worded(content), wanted.ending, [first, *source.head, *rate_message])
     return content, (*findings, *([rate] if rate else []))
 
 
@@ -355,7 +355,7 @@ def _other_rate(source: Source, choices: Choices) -> Finding | None:
     """A finding if the given rate is not that of the record."""
     if choices.filter_rate is None or not source.rates:
         return None
-    of_record = common_rate(source.rates)
-    if of_record is None or abs(choices.filter_rate / of_record - 1) <= _SAME_RATE:
+    recorded = common_rate(source.rates)
+    if recorded is None or abs(choices.filter_rate / recorded - 1) <= _SAME_RATE:
         return None
-    return Finding(severity="info", details=OtherRate(rate=choices.filter_rate, record_rate=of_record))
+    return Finding(severity="info", details=OtherRate(rate=choices.filter_rate, record_rate=recorded))

@@ -16,7 +16,7 @@ import numpy as np
 from sigmatau._native import kernels
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, noises, of_channel
+from sigmatau.exporting.axes import by_axis, noises, select_channel
 from sigmatau.exporting.matching import slow_avar
 from sigmatau.exporting.target import Unused
 from sigmatau.exporting.values import Number, Numbers
@@ -53,7 +53,7 @@ class Process:
     place: str  # Name of this averaging time
     omitted: str = ""  # What it does not include, for a comment
     walk: bool = False  # Whether it approximates a random walk, up to a tenth of its correlation time
-    own: bool = False  # Whether it is a process of the model, which no horizon affects
+    is_modelled: bool = False  # Whether it is a process of the model, which no horizon affects
 
     @property
     def words(self) -> str:
@@ -74,9 +74,9 @@ class Process:
         """Allan deviation at `tau` of what it approximates: a random walk, a process of the model, or a flicker plateau."""
         if self.walk:
             return self.density * math.sqrt(tau / 3)
-        return self.sigma * math.sqrt(relative_avar((tau if self.own else self.match) / self.time))
+        return self.sigma * math.sqrt(relative_avar((tau if self.is_modelled else self.match) / self.time))
 
-    def at(self, time: float) -> Process:
+    def with_time(self, time: float) -> Process:
         """The process with another correlation time, and the σ that keeps its Allan deviation at `match`."""
         if math.isclose(time, self.time, rel_tol=1e-9):
             return replace(self, time=time)
@@ -102,26 +102,26 @@ def process(numbers: Numbers, sensor: str) -> Process:
     """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time."""
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
-        return _of_walk(numbers, sensor)
-    found = {name: _of_channel(of_channel(numbers, name), sensor, name) for name in channels}
-    if len(found) == 1:
-        return _with_excess(numbers, sensor, next(iter(found.values())))
+        return _walk_process(numbers, sensor)
+    processes = {name: _channel_process(select_channel(numbers, name), sensor, name) for name in channels}
+    if len(processes) == 1:
+        return _with_excess(numbers, sensor, next(iter(processes.values())))
     if numbers.choices.axes == "mean":
-        return _with_excess(numbers, sensor, _mean(found))
-    worst = max(found.values(), key=lambda p: p.sigma)
-    return _with_excess(numbers, sensor, replace(worst, origin=f"worst of {len(found)} axes, {worst.origin}"))
+        return _with_excess(numbers, sensor, _mean(processes))
+    worst = max(processes.values(), key=lambda p: p.sigma)
+    return _with_excess(numbers, sensor, replace(worst, origin=f"worst of {len(processes)} axes, {worst.origin}"))
 
 
 def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
     """The process; with a remark and a finding if the slow noise of the model exceeds it at `match`."""
     tau, rate = written.match, numbers.known_rate()
     slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
-    most = max(slow, key=lambda name: slow[name])
-    has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[most]
+    strongest = max(slow, key=lambda name: slow[name])
+    has = sum(slow.values()) / len(slow) if numbers.choices.axes == "mean" else slow[strongest]
     ratio = numbers.factor("rate_random_walk", sensor) * math.sqrt(has) / written.approximated(tau)
     if ratio <= _MOST_SLOW_NOISE:
         return written
-    channels = tuple(slow) if numbers.choices.axes == "mean" else (most,)
+    channels = tuple(slow) if numbers.choices.axes == "mean" else (strongest,)
     details = SlowNoiseLeftOut(sensor=sensor, ratio=ratio, tau=tau)
     numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     mean = " in the mean" if len(channels) > 1 else ""
@@ -131,23 +131,34 @@ def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
     return replace(written, omitted=f"{written.omitted}; {words}")
 
 
-def _mean(found: Mapping[str, Process]) -> Process:
+def _mean(processes: Mapping[str, Process]) -> Process:
     """The root mean square of processes, with the geometric mean of their times."""
-    every = list(found.values())
-    one, same = every[0], len({(p.walk, p.own) for p in every}) == 1
+    every = list(processes.values())
+    first, same = every[0], len({(p.walk, p.is_modelled) for p in every}) == 1
     time = math.exp(sum(math.log(p.time) for p in every) / len(every))
     if not same:  # all with one time, and unchanged Allan deviation at `match`
-        every = [p.at(time) for p in every]
+        every = [p.with_time(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
-    origin = f"root mean square of {', '.join(found)} ({' | '.join(p.origin + p.omitted for p in found.values())})"
-    one = replace(one, omitted="")
+    origin = (
+        f"root mean square of {', '.join(processes)} ({' | '.join(p.origin + p.omitted for p in processes.values())})"
+    )
+    first = replace(first, omitted="")
     if same and all(math.isclose(p.time, time, rel_tol=1e-9) for p in every):
-        return replace(one, sigma=sigma, time=time, origin=origin)
-    least, most = (seconds(of(p.time for p in found.values())) for of in (min, max))
-    fit = f", with {seconds(time)} s, the geometric mean of correlation times from {least} to {most} s"
+        return replace(first, sigma=sigma, time=time, origin=origin)
+    shortest, longest = (seconds(end(p.time for p in processes.values())) for end in (min, max))
+    fit = f", with {seconds(time)} s, the geometric mean of correlation times from {shortest} to {longest} s"
     place = "a time between those of the axes"
-    own = all(p.own for p in every)
-    return replace(one, sigma=sigma, time=time, origin=origin, fit=fit, place=place, own=own, walk=one.walk and same)
+    is_modelled = all(p.is_modelled for p in every)
+    return replace(
+        first,
+        sigma=sigma,
+        time=time,
+        origin=origin,
+        fit=fit,
+        place=place,
+        is_modelled=is_modelled,
+        walk=first.walk and same,
+    )
 
 
 def noises_and_processes(
@@ -162,7 +173,7 @@ def _are_own_processes(numbers: Numbers) -> bool:
     if "horizon" in numbers.choices.walk.values():
         return False
     axes = (by_axis(numbers, s, partial(process, sensor=s)) for s in ("gyro", "accel"))
-    return all(one.own for three in axes for one in three)
+    return all(axis.is_modelled for three in axes for axis in three)
 
 
 OWN_PROCESSES = Unused(
@@ -184,28 +195,28 @@ def bottom(model: Mapping[str, float]) -> float | None:
     return float(max(positive))
 
 
-def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
+def _channel_process(numbers: Numbers, sensor: str, name: str) -> Process:
     model = numbers.model.channels[name]
     factor = numbers.factor("rate_random_walk", sensor)
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
     times = "" if factor == 1 else f", times {factor:g}"
     if model.gauss_markov:
-        own = max(model.gauss_markov, key=lambda g: g.sigma)
-        origin = f"{name}: {_gauss_markov_text(model, own)}"
+        strongest = max(model.gauss_markov, key=lambda g: g.sigma)
+        origin = f"{name}: {_gauss_markov_text(model, strongest)}"
         if len(model.gauss_markov) > 1:
             origin += f", the largest of {len(model.gauss_markov)}"
-        left = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
+        omitted = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
         return Process(
-            sigma=factor * own.sigma,
-            time=own.time,
+            sigma=factor * strongest.sigma,
+            time=strongest.time,
             origin=origin + times,
             fit="",
-            omitted=left + numbers.doubt(name),
+            omitted=omitted + numbers.doubt(name),
             place="the peak of its Allan deviation",
-            own=True,
+            is_modelled=True,
         )
     if "bias_instability" in model:
-        time, where = exact_at(numbers, name)
+        time, where = find_exact_time(numbers, name)
         b = model["bias_instability"]
         if time is None:
             raise OptionError(
@@ -214,22 +225,22 @@ def _of_channel(numbers: Numbers, sensor: str, name: str) -> Process:
                 f" {Hint('horizon', value=10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
-        left = _left_out(model, "rate_random_walk", "rate_ramp")
+        omitted = _left_out(model, "rate_random_walk", "rate_ramp")
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
             origin=f"{name}: bias instability {_value_text(model, b / size, size)} {text} as one process{times}",
             fit=f", exact at {where}, {seconds(time)} s, about 18 % low half a decade away",
             place=where,
-            omitted=left + numbers.doubt(name),
+            omitted=omitted + numbers.doubt(name),
         )
-    known = "rate_random_walk" in model or (not numbers.choices.strict and "rate_random_walk" in model.limits)
-    if known and _walk_horizon(numbers, sensor) is not None:
-        return _of_walk(numbers, sensor)
+    has_walk = "rate_random_walk" in model or (not numbers.choices.strict and "rate_random_walk" in model.limits)
+    if has_walk and _walk_horizon(numbers, sensor) is not None:
+        return _walk_process(numbers, sensor)
     raise OptionError(_what_to_choose(numbers, name, model, sensor), option="horizon")
 
 
-def _of_walk(numbers: Numbers, sensor: str) -> Process:
+def _walk_process(numbers: Numbers, sensor: str) -> Process:
     k, horizon = numbers.walk(sensor), _walk_horizon(numbers, sensor)
     if horizon is None:
         raise OptionError(
@@ -256,7 +267,7 @@ def _walk_horizon(numbers: Numbers, sensor: str) -> float | None:
     return numbers.choices.horizon or length or None
 
 
-def exact_at(numbers: Numbers, name: str) -> tuple[float | None, str]:
+def find_exact_time(numbers: Numbers, name: str) -> tuple[float | None, str]:
     """The averaging time at which a process is exact for flicker noise, and its name. [s]"""
     model = numbers.model.channels[name]
     if numbers.choices.horizon:
@@ -293,7 +304,7 @@ def replaced_noise(numbers: Numbers) -> list[str]:
                 f"Observed, and omitted for the chosen random walk: {'; '.join(parts)}."
                 f" {Hint('walk', sensor, 'horizon')} approximates all slow noise."
             )
-            channels = tuple(dict.fromkeys(one.channel for one in omitted))
+            channels = tuple(dict.fromkeys(noise.channel for noise in omitted))
             details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
             numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     return sentences
@@ -308,17 +319,20 @@ def _gauss_markov_text(model: ChannelModel, process: GaussMarkov) -> str:
 def _resonances(model: ChannelModel) -> list[str]:
     """Standard deviation and centre of each resonance of the model."""
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-    return [f"resonance {one.sigma / size:.4g} {text} at {one.frequency:.3g} Hz" for one in model.resonance]
+    return [
+        f"resonance {resonance.sigma / size:.4g} {text} at {resonance.frequency:.3g} Hz"
+        for resonance in model.resonance
+    ]
 
 
 def _values(model: ChannelModel, *terms: str) -> list[str]:
     """Names and coefficients of those of the terms that the channel has."""
-    found = []
+    texts = []
     for term in terms:
         if term in model:
             text, size = display_units(term, model.quantity, model.unit)[0]
-            found.append(f"{TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}")
-    return found
+            texts.append(f"{TERMS[term].label(model.quantity)} {model[term] / size:.4g} {text}")
+    return texts
 
 
 def _value_text(model: ChannelModel, value: float, size: float) -> str:
@@ -329,8 +343,8 @@ def _value_text(model: ChannelModel, value: float, size: float) -> str:
 
 
 def _left_out(model: ChannelModel, *terms: str) -> str:
-    left = _values(model, *terms) + _resonances(model)
-    return f"; no field here for its {' and '.join(left)}" if left else ""
+    omitted = _values(model, *terms) + _resonances(model)
+    return f"; no field here for its {' and '.join(omitted)}" if omitted else ""
 
 
 def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: str) -> str:
@@ -341,16 +355,16 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
             f" {Hint('horizon', value=10)}, the time in s up to which the process follows the walk, or add"
             " gauss_markov to the channel in the model file"
         )
-    known = ""
+    limit_words = ""
     if "bias_instability" in model.limits:
         text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-        known = f" (its bias instability is {limit_text(model.limits['bias_instability'] / size)} {text})"
+        limit_words = f" (its bias instability is {limit_text(model.limits['bias_instability'] / size)} {text})"
     # One number is for all axes of a sensor, so that all need a limit.
-    others = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
-    known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in others)
+    models = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
+    known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in models)
     limit = f"{Hint('walk', sensor, 'upper-limit')} or " if known_limits else ""
     return (
-        f"{name}: the model has no slow noise{known}; this target needs a Gauss-Markov bias: choose"
+        f"{name}: the model has no slow noise{limit_words}; this target needs a Gauss-Markov bias: choose"
         f" {limit}{Hint('walk', sensor, f'1e-6 {si}')} (a value with unit) with"
         f" {Hint('horizon', value=10)}, or add gauss_markov to the channel in the model file"
     )

@@ -104,8 +104,8 @@ def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[st
     lines = []
     for alike in [*kinds.values()][:_KINDS_IN_HEAD]:
         worst = max(alike, key=lambda finding: abs(finding.size or 0.0))
-        others = dict.fromkeys(name for finding in alike for name in finding.channels if name not in worst.channels)
+        lesser = dict.fromkeys(name for finding in alike for name in finding.channels if name not in worst.channels)
         about = f"{axes_text(list(worst.channels))}: " if worst.channels else ""
-        also = f"; also {axes_text(list(others))}" if others else ""
+        also = f"; also {axes_text(list(lesser))}" if lesser else ""
         lines.append(f"{worst.severity}: {about}{worst.message}{also}")
     return lines

@@ -34,10 +34,10 @@ def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
     if choices.step is not None:
         return choices.step
     if choices.filter_rate is None and (not rates or have_several_rates(rates)):
-        of_record = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
-        more = f"; the channels have several rates ({of_record})" if rates else ""
+        rate_words = ", ".join(f"{name} {rate:.6g} Hz" for name, rate in rates.items())
+        reason = f"; the channels have several rates ({rate_words})" if rates else ""
         raise OptionError(
-            f"the step of the filter is needed: give {{option}} in seconds, or {Hint('filter_rate')} in Hz{more}",
+            f"the step of the filter is needed: give {{option}} in seconds, or {Hint('filter_rate')} in Hz{reason}",
             option="step",
         )
     return 1 / filter_rate(rates, choices)

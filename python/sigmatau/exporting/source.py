@@ -112,23 +112,23 @@ class Source(Printed):
         return "\n".join([repr(self.model), *map(str, self.findings)])
 
 
-def source_of(given: object) -> Source:
+def make_source(noise: object) -> Source:
     """The source of a model or an analysis; raises `OptionError` for other types."""
-    if isinstance(given, Source):
-        return given
-    if isinstance(given, NoiseModel):
-        return Source.of_model(given)
-    make = getattr(given, "to_source", None)  # an Analysis, which this package cannot import
-    if callable(make) and not isinstance(given, type):
+    if isinstance(noise, Source):
+        return noise
+    if isinstance(noise, NoiseModel):
+        return Source.of_model(noise)
+    make = getattr(noise, "to_source", None)  # an Analysis, which this package cannot import
+    if callable(make) and not isinstance(noise, type):
         made: Source = make()
         return made
-    more = ""
-    if isinstance(given, str | Path):
-        more = f": read it first, sigmatau.analysis.inputs.read_source({str(given)!r})"
-    elif hasattr(given, "streams"):
-        more = ": analyse it first, sigmatau.analyze(record)"
+    advice = ""
+    if isinstance(noise, str | Path):
+        advice = f": read it first, sigmatau.analysis.inputs.read_source({str(noise)!r})"
+    elif hasattr(noise, "streams"):
+        advice = ": analyse it first, sigmatau.analyze(record)"
     raise OptionError(
-        f"{{option}} must be a NoiseModel or an Analysis, not {type(given).__name__}{more}", option="model"
+        f"{{option}} must be a NoiseModel or an Analysis, not {type(noise).__name__}{advice}", option="model"
     )
 
 
@@ -162,17 +162,17 @@ def have_several_rates(rates: Mapping[str, float]) -> bool:
 
 def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
     """The highest sampling rate of each gyro and accelerometer, by sensor; of the other signals if there are none. [Hz]"""
-    found: dict[str, float] = {}
+    highest: dict[str, float] = {}
     for channel, rate in rates.items():
         sensor = stream_name(channel)
-        found[sensor] = max(rate, found.get(sensor, 0.0))
-    return {name: rate for name, rate in found.items() if name in ("gyro", "accel")} or found
+        highest[sensor] = max(rate, highest.get(sensor, 0.0))
+    return {name: rate for name, rate in highest.items() if name in ("gyro", "accel")} or highest
 
 
 def common_rate(rates: Mapping[str, float]) -> float | None:
     """The sampling rate of gyros and accelerometers; None if it is not known, or if they have several. [Hz]"""
-    found = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
-    return None if not found or have_several_rates(found) else next(iter(found.values()))
+    relevant = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
+    return None if not relevant or have_several_rates(relevant) else next(iter(relevant.values()))
 
 
 _KALIBR = {
@@ -189,7 +189,7 @@ _IGNORED = (  # keys of Kalibr, OpenVINS and EuRoC that are not noise parameters
     *("T_i_b", "T_ib", "T_BS", "Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"),
 )
 _LINE = re.compile(r"""( *)(?:"([^"\\]*)"|'([^']*)'|([A-Za-z_][^\s:#'"]*))[ \t]*:(?:[ \t]+(.*))?""")
-_OTHER = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
+_UNSUPPORTED = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -211,27 +211,29 @@ def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
     `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
     """
     values = _values(text)
-    other = "; anchors and {…} are not supported: write each key on a separate line" if _OTHER.search(text) else ""
+    unsupported = (
+        "; anchors and {…} are not supported: write each key on a separate line" if _UNSUPPORTED.search(text) else ""
+    )
     imus = sorted({path[:-1] for path in values if path[-1] in _KALIBR})
     if len(imus) > 1:
         listed = ", ".join(".".join(imu) or "the top" for imu in imus)
         raise DataError(f"several IMUs ({listed}); keep only one")
     if imus:
-        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, other)
+        return _kalibr({path[-1]: text for path, text in values.items() if path[:-1] == imus[0]}, rate, unsupported)
     if any(path[0] in _IMU_UTILS and len(path) == 3 and path[-1].endswith("_n") for path in values):
         return _imu_utils(values, rate)
     raise DataError(
         f"not an imu.yaml of Kalibr ({', '.join(_KALIBR)}) or a result of imu_utils (Gyr: x-axis: gyr_n); other YAML is"
-        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or other}"
+        f" not read{_nearly((key for path in values for key in path), (*_KALIBR, *_IMU_UTILS)) or unsupported}"
     )
 
 
-def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBack:
-    others = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _IGNORED]
+def _kalibr(values: Mapping[str, str], rate: float | None, unsupported: str) -> ReadBack:
+    unread = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _IGNORED]
     missing = [key for key in _KALIBR if key not in values]
-    nearly = _nearly(others, (*_KALIBR, *_RATES))
+    nearly = _nearly(unread, (*_KALIBR, *_RATES))
     if missing:
-        raise DataError(f"missing {', '.join(missing)}: all four densities are needed{nearly or other}")
+        raise DataError(f"missing {', '.join(missing)}: all four densities are needed{nearly or unsupported}")
     if nearly:
         raise DataError(f"unknown key{nearly}")
     channels: dict[str, dict[str, float]] = {}
@@ -240,8 +242,8 @@ def _kalibr(values: Mapping[str, str], rate: float | None, other: str) -> ReadBa
     if rate is None:
         rate = next((_positive(key, values[key]) for key in _RATES if key in values), None)
     findings = [Finding(severity="info", details=ImportedWithoutIntervals())]
-    if others:
-        findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(others))))
+    if unread:
+        findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(unread))))
     topic = values.get("rostopic", "").strip("\"'")
     return ReadBack(
         model=NoiseModel(channels=channels),
@@ -292,15 +294,15 @@ def _positive(key: str, text: str) -> float:
 def _understood(path: tuple[str, ...]) -> None:
     """Raise `DataError` for an unknown key in a block of imu_utils."""
     block, name, *rest = path
-    known: Iterable[str] = _IMU_UTILS
+    expected: Iterable[str] = _IMU_UTILS
     if block in _IMU_UTILS:
         prefix = _IMU_UTILS[block][1]
         leaves = (f"{prefix}_n", f"{prefix}_w")
         if path[1:] == ("unit",) or (name in _AXES and len(rest) == 1 and rest[0] in leaves):
             return
-        known = ("unit", *_AXES) if name not in _AXES else leaves
+        expected = ("unit", *_AXES) if name not in _AXES else leaves
     wrong = next((key for key in path if key not in _IMU_UTILS and key not in _AXES), name)
-    hint = _nearly([wrong], known) or f"; known keys: {', '.join(known)}"
+    hint = _nearly([wrong], expected) or f"; known keys: {', '.join(expected)}"
     raise DataError(f"{'.'.join(path)}: unknown key{hint}")
 
 
@@ -316,15 +318,15 @@ def _unit(block: str, text: str, si: str) -> float:
     return unit.factor
 
 
-def _nearly(keys: Iterable[str], known: Iterable[str]) -> str:
+def _nearly(keys: Iterable[str], expected: Iterable[str]) -> str:
     """``; 'Gyr_n': did you mean gyr_n?`` for misspelled keys, or empty."""
-    names = {name.lower(): name for name in known}
-    found = []
+    names = {name.lower(): name for name in expected}
+    suggestions = []
     for key in dict.fromkeys(keys):
         close = difflib.get_close_matches(key.lower()[:80], names, n=1, cutoff=0.75)
         if close and key not in names.values():
-            found.append(f"; {key[:80]!r}: did you mean {names[close[0]]}?")
-    return "".join(found)
+            suggestions.append(f"; {key[:80]!r}: did you mean {names[close[0]]}?")
+    return "".join(suggestions)
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:

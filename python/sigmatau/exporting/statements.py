@@ -45,7 +45,7 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
     truths = numbers.truths(names)
     if numbers.choices.axes == "each":
         pairs = [
-            ([truth], numbers.noise_of(name).value, numbers.walk_of(name).value)
+            ([truth], numbers.channel_noise(name).value, numbers.channel_walk(name).value)
             for name, truth in zip(names, truths, strict=True)
         ]
     else:

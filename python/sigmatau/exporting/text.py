@@ -24,8 +24,8 @@ def digits(value: float, significant: int | None = None) -> str:
     """A number in a form that YAML 1.1 accepts as a number: one that reads back to the same bits, or with some significant
     digits. Raises `DataError` for a value that is not finite, or too small for full precision.
     """
-    kept = _written(float(value), value, "double")
-    text = repr(kept if significant is None else float(f"{kept:.{significant}g}"))
+    double = _written(float(value), value, "double")
+    text = repr(double if significant is None else float(f"{double:.{significant}g}"))
     if "e" in text:
         mantissa, exponent = text.split("e")
         mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
@@ -104,12 +104,12 @@ def topic(text: str) -> str:
     return f'"{text}"'
 
 
-def number(text: str, key: str, *, least: float = 0.0, most: float = LARGEST) -> float:
-    """A number that the user gave as a name; raises `OptionError` unless it is from `least` to `most`."""
+def number(text: str, key: str, *, low: float = 0.0, high: float = LARGEST) -> float:
+    """A number that the user gave as a name; raises `OptionError` unless it is from `low` to `high`."""
     value = float(text) if re.fullmatch(_NUMBER, text, flags=re.ASCII) else math.nan
-    if not least <= value <= most:
+    if not low <= value <= high:
         raise OptionError(
-            f"{{option}} {key}={text!r}: want a {'positive ' * (least > 0)}number from {least:g} to {most:g}",
+            f"{{option}} {key}={text!r}: want a {'positive ' * (low > 0)}number from {low:g} to {high:g}",
             option="name",
         )
     return value
@@ -120,19 +120,21 @@ def single(value: float, name: str) -> str:
     name of the parameter, for a value out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
-        kept = np.float32(value if DIGITS is None else f"{value:.{DIGITS}g}")
-    _written(float(kept), value, "single", f"{name}: ", float(np.finfo(np.float32).tiny))
-    return np.format_float_positional(kept, unique=True, trim="0")
+        rounded = np.float32(value if DIGITS is None else f"{value:.{DIGITS}g}")
+    _written(float(rounded), value, "single", f"{name}: ", float(np.finfo(np.float32).tiny))
+    return np.format_float_positional(rounded, unique=True, trim="0")
 
 
-def _written(kept: float, value: float, precision: str, name: str = "", least: float = sys.float_info.min) -> float:
+def _written(
+    stored: float, value: float, precision: str, name: str = "", smallest: float = sys.float_info.min
+) -> float:
     """The value that a file keeps; raises `DataError` if it is infinite, or too small for full precision."""
-    if not math.isfinite(kept) or (value and abs(kept) < least):
+    if not math.isfinite(stored) or (value and abs(stored) < smallest):
         raise DataError(
-            f"{name}{value:.3g} cannot be written in {precision} precision, where it is {kept:.3g}: check the units of the"
+            f"{name}{value:.3g} cannot be written in {precision} precision, where it is {stored:.3g}: check the units of the"
             " model, the factors and the rate"
         )
-    return kept
+    return stored
 
 
 def vector(values: Iterable[float]) -> str:

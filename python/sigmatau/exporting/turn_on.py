@@ -63,7 +63,7 @@ def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | 
     """The number of the user, or those of the channels that have a spread."""
     key = turn_on_key(sensor)
     if key in numbers.choices.names:
-        return Number(value=number(numbers.choices.names[key], key, least=minimum), words="turn-on bias, given")
+        return Number(value=number(numbers.choices.names[key], key, low=minimum), words="turn-on bias, given")
     numbers_by_channel = {}
     for name, model in numbers.sensors.get(sensor, {}).items():
         spread = model.turn_on

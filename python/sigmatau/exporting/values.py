@@ -30,7 +30,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds
 
-_CHOICE_OF = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
+_CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
 _SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
 
 
@@ -66,12 +66,17 @@ class Numbers:
     def model(self) -> NoiseModel:
         return self.source.model
 
-    def of(self, channel: str) -> Numbers:
+    def select(self, channel: str) -> Numbers:
         """The same for one channel."""
-        one = Numbers(self.source.of([channel]), self.choices, pair=self.pair)
-        one.whole, one.findings, one.limits, one.missing = self.whole, self.findings, self.limits, self.missing
-        one._truths, one._consistent = self._truths, self._consistent
-        return one
+        numbers = Numbers(self.source.of([channel]), self.choices, pair=self.pair)
+        numbers.whole, numbers.findings, numbers.limits, numbers.missing = (
+            self.whole,
+            self.findings,
+            self.limits,
+            self.missing,
+        )
+        numbers._truths, numbers._consistent = self._truths, self._consistent
+        return numbers
 
     def add_finding(self, finding: Finding) -> None:
         """Add a finding about the written file, once."""
@@ -90,8 +95,8 @@ class Numbers:
 
     def rate(self) -> float:
         """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
-        known = self._known_rate
-        return filter_rate(self.source.rates, self.choices) if known is None else known
+        rate = self._known_rate
+        return filter_rate(self.source.rates, self.choices) if rate is None else rate
 
     def known_rate(self) -> float | None:
         """Sampling rate; None if unknown or ambiguous. [Hz]"""
@@ -133,23 +138,23 @@ class Numbers:
 
     def number(self, key: str, default: str) -> float:
         """A constant that the user gave as a name, such as gravity; raises `OptionError` unless it is positive."""
-        return number(self.name(key, default), key, least=1e-9)
+        return number(self.name(key, default), key, low=1e-9)
 
     def noise(self, sensor: str) -> Number:
         """N, the random walk of a sensor, or its replacement: two-sided density. [rad/s/√Hz or m/s²/√Hz]"""
-        return self._noted(self._of_sensor(sensor, "random_walk"), "random_walk")
+        return self._noted(self._sensor_number(sensor, "random_walk"), "random_walk")
 
-    def noise_of(self, channel: str) -> Number:
+    def channel_noise(self, channel: str) -> Number:
         """N of one channel, or its replacement."""
-        return self._noted(self._of(channel, "random_walk"), "random_walk")
+        return self._noted(self._channel_number(channel, "random_walk"), "random_walk")
 
     def walk(self, sensor: str) -> Number:
         """K, the rate random walk of a sensor, or its replacement. [rad/s²/√Hz or m/s³/√Hz]"""
-        return self._noted(self._of_sensor(sensor, "rate_random_walk"), "rate_random_walk")
+        return self._noted(self._sensor_number(sensor, "rate_random_walk"), "rate_random_walk")
 
-    def walk_of(self, channel: str) -> Number:
+    def channel_walk(self, channel: str) -> Number:
         """K of one channel, or its replacement."""
-        return self._noted(self._of(channel, "rate_random_walk"), "rate_random_walk")
+        return self._noted(self._channel_number(channel, "rate_random_walk"), "rate_random_walk")
 
     def _noted(self, number: Number, term: str) -> Number:
         """The number, with a note of the upper limits that it is made of."""
@@ -160,8 +165,8 @@ class Numbers:
     def limits_written(self) -> tuple[Finding, ...]:
         """A finding for each term of which upper limits are written, unasked."""
         return tuple(
-            Finding(severity="info", channels=self._in_order(found), details=LimitWritten(term=term))
-            for term, found in self.limits.items()
+            Finding(severity="info", channels=self._in_order(channels), details=LimitWritten(term=term))
+            for term, channels in self.limits.items()
         )
 
     def _in_order(self, channels: Iterable[str]) -> tuple[str, ...]:
@@ -170,20 +175,20 @@ class Numbers:
 
     def not_used(self) -> tuple[Finding, ...]:
         """Choices for a coefficient that was observed for every axis, or for a sensor that the model does not have."""
-        found = []
+        findings = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
                 models = list(self.sensors.get(sensor, {}).values())
                 if wanted in ("horizon", "consistent", "observed") or any(term not in model for model in models):
                     continue
                 details = ChoiceNotUsed(sensor=sensor, term=term, observed=bool(models))
-                found.append(Finding(severity="warning", details=details))
-        return tuple(found)
+                findings.append(Finding(severity="warning", details=details))
+        return tuple(findings)
 
     def _chosen(self, sensor: str, term: str) -> str | float | None:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
-    def _of_sensor(self, sensor: str, term: str) -> Number:
+    def _sensor_number(self, sensor: str, term: str) -> Number:
         """One number for a sensor. If nothing was chosen, axes count that have the coefficient, or an upper limit of it; if
         that is not known, those that have it, unless `strict` refuses.
         """
@@ -194,49 +199,51 @@ class Numbers:
         if wanted in ("horizon", "consistent"):  # axes without slow noise do not count
             has_slow = self.has_slow_noise if wanted == "horizon" else self._may_have_slow_noise
             slow = [name for name in names if has_slow(name)] or names
-            number = self._one({name: self._of(name, term) for name in slow})
+            number = self._combine({name: self._channel_number(name, term) for name in slow})
             quiet = [name for name in names if name not in slow]
-            more = f"; no slow noise in the model of {', '.join(quiet)}" if quiet else ""
-            return Number(value=number.value, words=number.words + more)
+            remark = f"; no slow noise in the model of {', '.join(quiet)}" if quiet else ""
+            return Number(value=number.value, words=number.words + remark)
         if wanted is not None:
-            return self._one({name: self._of(name, term) for name in names})
-        known = [
+            return self._combine({name: self._channel_number(name, term) for name in names})
+        usable = [
             name for name in names if term in self.model.channels[name].terms or self._limit(name, term) is not None
         ]
-        missing = [name for name in names if name not in known]
+        missing = [name for name in names if name not in usable]
         if missing and self.choices.strict:
             return self._missing(sensor, term)
-        number = self._one({name: self._of(name, term) for name in known or names})
-        more = f"; not observed for {', '.join(missing)}" if missing else ""
-        return replace(number, words=number.words + more)
+        number = self._combine({name: self._channel_number(name, term) for name in usable or names})
+        remark = f"; not observed for {', '.join(missing)}" if missing else ""
+        return replace(number, words=number.words + remark)
 
     def _limit(self, channel: str, term: str) -> float | None:
         """The upper limit that is written unasked; None if that is not allowed, or if there is none."""
         return None if self.choices.strict else self.model.channels[channel].limits.get(term)
 
-    def _of(self, channel: str, term: str) -> Number:
+    def _channel_number(self, channel: str, term: str) -> Number:
         """The number of one channel."""
         sensor, model = self._sensor[channel], self.model.channels[channel]
         wanted = self._chosen(sensor, term)
         factor = self.factor("random_walk" if term == "random_walk" else "rate_random_walk", sensor)
         if term == "rate_random_walk" and self._is_consistent(sensor):
-            return self._of_consistent(channel)
+            return self._consistent_number(channel)
         if wanted == "horizon":
             asked, time = self._horizon(), sampled(self._horizon(), self.known_rate())
-            at = f"{seconds(time)} s"
+            time_words = f"{seconds(time)} s"
             if abs(time - asked) > _SAME_TIME * asked:
-                at += f", whole samples instead of {seconds(asked)} s"
-            words = f"{channel}: approximates all slow noise: with N it has the Allan variance of the model at {at}"
+                time_words += f", whole samples instead of {seconds(asked)} s"
+            words = (
+                f"{channel}: approximates all slow noise: with N it has the Allan variance of the model at {time_words}"
+            )
             if model.sinusoid:
                 words += ", without its sinusoids"
             return _number(self._at_horizon(channel), words + self.doubt(channel), factor)
         unasked = wanted is None and self._limit(channel, term) is not None
         if term in model.terms and not unasked:
             not_used = (
-                "" if wanted in (None, "observed") else f"; {Hint(_CHOICE_OF[term])} {sensor} not used: it was observed"
+                "" if wanted in (None, "observed") else f"; {Hint(_CHOICES[term])} {sensor} not used: it was observed"
             )
-            found = _number(model.terms[term], self._words(channel, term), factor)
-            return replace(found, words=found.words + not_used)
+            number = _number(model.terms[term], self._words(channel, term), factor)
+            return replace(number, words=number.words + not_used)
         if wanted == "observed":
             return self._missing(sensor, term)
         if wanted == "upper-limit" or unasked:
@@ -244,7 +251,7 @@ class Numbers:
                 label = TERMS[term].label(model.quantity)
                 raise OptionError(
                     f"{sensor}: no upper limit of the {label} is known for {channel}: choose"
-                    f" {' or '.join(self._choices_of(sensor, term, limit=False))}",
+                    f" {' or '.join(self._valid_choices(sensor, term, limit=False))}",
                     option=term,
                 )
             when = f" in {duration_text(model.duration)}" if model.duration else ""
@@ -274,7 +281,7 @@ class Numbers:
             self._truths[channel] = assume_noise(self.model.channels[channel], self.choices.unobserved)
         return self._truths[channel]
 
-    def _of_consistent(self, channel: str) -> Number:
+    def _consistent_number(self, channel: str) -> Number:
         """K of one channel for which a filter is consistent."""
         if channel in self._consistent:
             return self._consistent[channel]
@@ -284,13 +291,13 @@ class Numbers:
         horizon = self.choices.horizon or HORIZON
         noise = model.terms.get("random_walk")
         if noise is None:
-            noise = self._of_sensor(sensor, "random_walk").value / self.factor("random_walk", sensor)
+            noise = self._sensor_number(sensor, "random_walk").value / self.factor("random_walk", sensor)
         chosen = consistent_walk(
             self._truth(channel), sensor=sensor, noise=noise, horizon=horizon, criterion=self.choices.consistent
         )
         if chosen.walk == model.terms.get("rate_random_walk"):
             words = self._words(channel, "rate_random_walk")
-        elif chosen.least:
+        elif chosen.is_floor:
             words = f"{channel}: the least K in use, 0.01*N/horizon: N alone states {self._right_error}{self.doubt(channel)}"
         else:
             words = f"{channel}: consistent, a filter with it states {self._right_error} right{self.doubt(channel)}"
@@ -311,34 +318,34 @@ class Numbers:
         model = next(iter(lacking.values()))
         si = model.unit_of(term)
         limits = [m.limits[term] for m in lacking.values() if term in m.limits]
-        known = f" ({limit_text(max(limits))} {si})" if len(limits) == len(lacking) else ""
+        limit_words = f" ({limit_text(max(limits))} {si})" if len(limits) == len(lacking) else ""
         some = len(lacking) < len(every)
         who = ", ".join(lacking) if some else KINDS[sensor]
-        more = self._choices_of(sensor, term, limit=bool(known))
-        more += [f"{Hint('axes', value='worst')} (the value of the others for all)"] * (
+        choices = self._valid_choices(sensor, term, limit=bool(limit_words))
+        choices += [f"{Hint('axes', value='worst')} (the value of the others for all)"] * (
             some and not self.choices.strict
         )
         why = (
-            f"{who}: no {TERMS[term].label(model.quantity)} observed{known}, this target needs one: choose"
-            f" {' or '.join(more)}"
+            f"{who}: no {TERMS[term].label(model.quantity)} observed{limit_words}, this target needs one: choose"
+            f" {' or '.join(choices)}"
         )
         self.missing.setdefault((sensor, term), why)
         return Number(value=1.0, words="")
 
-    def _choices_of(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
+    def _valid_choices(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
         """The valid choices for a coefficient that was not observed."""
-        choice = _CHOICE_OF[term]
+        choice = _CHOICES[term]
         channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         si = next(iter(channels.values())).unit_of(term)
-        found = [str(Hint(choice, sensor, "upper-limit"))] if limit else []
-        found.append(f"{Hint(choice, sensor, f'1e-6 {si}')} (a value with unit)")
+        hints = [str(Hint(choice, sensor, "upper-limit"))] if limit else []
+        hints.append(f"{Hint(choice, sensor, f'1e-6 {si}')} (a value with unit)")
         whole = Numbers(self.whole, self.choices)
         if choice == "walk" and horizon and any(map(whole.has_slow_noise, channels)):
-            found.append(
+            hints.append(
                 f"{Hint('walk', sensor, 'horizon')} with {Hint('horizon', value=10)} (matches the Allan variance of the"
                 " model there)"
             )
-        return found
+        return hints
 
     def _horizon(self) -> float:
         assert self.choices.horizon is not None  # held by Choices
@@ -349,20 +356,21 @@ class Numbers:
         walk = matching_walk(self.model.channels[channel], horizon=self._horizon(), rate=self.known_rate())
         if not walk > 0:
             limit = all("rate_random_walk" in m.limits for m in self.channels(stream_name(channel)).values())
-            more = self._choices_of(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
+            choices = self._valid_choices(stream_name(channel), "rate_random_walk", limit=limit, horizon=False)
             if self.choices.axes == "each":
-                more.append(f"{Hint('axes', value='worst')} (the value of the other axes for all)")
+                choices.append(f"{Hint('axes', value='worst')} (the value of the other axes for all)")
             line = (
                 " except a sinusoid, which a random walk does not match"
                 if self.model.channels[channel].sinusoid
                 else ""
             )
             raise OptionError(
-                f"{channel}: the model has no slow noise{line}: choose {' or '.join(more)}", option="rate_random_walk"
+                f"{channel}: the model has no slow noise{line}: choose {' or '.join(choices)}",
+                option="rate_random_walk",
             )
         return walk
 
-    def _one(self, by_axis: Mapping[str, Number]) -> Number:
+    def _combine(self, by_axis: Mapping[str, Number]) -> Number:
         """One number for all axes of a sensor, by `Choices.axes`."""
         if len(by_axis) == 1:
             return next(iter(by_axis.values()))

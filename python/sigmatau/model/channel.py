@@ -22,7 +22,7 @@ from sigmatau.model.processes import (
     LowPass,
     Resonance,
     Sinusoid,
-    coefficients_of,
+    check_coefficients,
     interval,
     real,
     several,
@@ -135,27 +135,27 @@ class ChannelModel(Mapping[str, float], Printed):
         return not self.adequate and bool(self.terms) and self.terms.items() <= self.limits.items()
 
     def __post_init__(self) -> None:
-        given = {name: value for name, value in coefficients_of("terms", self.terms).items() if value}
-        for name, value in given.items():
+        nonzero = {name: value for name, value in check_coefficients("terms", self.terms).items() if value}
+        for name, value in nonzero.items():
             if not SMALLEST <= abs(value) <= LARGEST:
                 raise DataError(f"{name} must be from {SMALLEST:g} to {LARGEST:g} in SI, not {value!r}")
-        object.__setattr__(self, "terms", given)
-        object.__setattr__(self, "limits", coefficients_of("limits", self.limits))
-        beside = [*self.limits.items(), *((name, end) for name, ends in self.intervals.items() for end in ends)]
-        for name, value in beside:
+        object.__setattr__(self, "terms", nonzero)
+        object.__setattr__(self, "limits", check_coefficients("limits", self.limits))
+        bounds = [*self.limits.items(), *((name, end) for name, ends in self.intervals.items() for end in ends)]
+        for name, value in bounds:
             if abs(value) > LARGEST:
                 raise DataError(f"{name}: {value!r}, of its limit or interval, is more than {LARGEST:g} in SI")
         for field_, kind in PROCESSES.items():
             object.__setattr__(self, field_, several(field_, kind, getattr(self, field_)))
         if self.bandwidth is not None and not isinstance(self.bandwidth, LowPass):
             raise DataError(f"`bandwidth` must be a LowPass, not {self.bandwidth!r}")
-        if not (given or any(getattr(self, kind) for kind in PROCESSES)):
+        if not (nonzero or any(getattr(self, kind) for kind in PROCESSES)):
             raise DataError(f"no term; terms: {', '.join((*TERMS, *PROCESSES))}")
-        if self.bandwidth is not None and "random_walk" not in given:
+        if self.bandwidth is not None and "random_walk" not in nonzero:
             raise DataError("a bandwidth is that of white noise, and there is no random_walk")
         if self.turn_on is not None and not isinstance(self.turn_on, TurnOn):
             raise DataError(f"`turn_on` must be a TurnOn, not {self.turn_on!r}")
-        if self.alike_from is not None and "rate_random_walk" not in given:
+        if self.alike_from is not None and "rate_random_walk" not in nonzero:
             raise DataError("`alike_from` stands for a rate random walk, and there is no rate_random_walk")
 
     def __getitem__(self, term: str) -> float:
@@ -224,8 +224,8 @@ class ChannelModel(Mapping[str, float], Printed):
         for gm in self.gauss_markov:
             added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
-        for one in self.resonance:
-            added = kernels.resonance_avar(one.sigma, one.frequency, one.width, sizes, tau0)
+        for resonance in self.resonance:
+            added = kernels.resonance_avar(resonance.sigma, resonance.frequency, resonance.width, sizes, tau0)
             parts["resonance"] = parts.get("resonance", 0.0) + added
         for line in self.sinusoid:
             added = kernels.sinusoid_avar(line.amplitude, line.frequency, sizes, tau0)
@@ -314,11 +314,11 @@ class ChannelModel(Mapping[str, float], Printed):
                 total += terms.psd(term, value, frequency, tau0=tau0)
         for gm in self.gauss_markov:
             total += kernels.gauss_markov_psd(gm.sigma, gm.time, frequency, tau0)
-        for one in self.resonance:
+        for resonance in self.resonance:
             if tau0 is None:
-                total += kernels.resonance_psd(one.sigma, one.frequency, one.width, frequency)
+                total += kernels.resonance_psd(resonance.sigma, resonance.frequency, resonance.width, frequency)
             else:
-                total += covariances.resonance(one, tau0).psd(frequency, tau0)
+                total += covariances.resonance(resonance, tau0).psd(frequency, tau0)
         return total
 
     def autocovariance(self, lags: ArrayLike, *, tau0: float) -> Floats:
@@ -419,7 +419,7 @@ class ChannelModel(Mapping[str, float], Printed):
         list of Damped
         """
         parts = [covariances.gauss_markov(process, tau0) for process in self.gauss_markov]
-        parts += [covariances.resonance(one, tau0) for one in self.resonance]
+        parts += [covariances.resonance(resonance, tau0) for resonance in self.resonance]
         if self.bandwidth is not None:
             n = self.bandwidth.before_sampling(self.terms["random_walk"])
             parts.append(covariances.band_limited(n, self.bandwidth, tau0))
@@ -434,9 +434,9 @@ class ChannelModel(Mapping[str, float], Printed):
             for term, value in self.terms.items()
         }
         for kind in PROCESSES:
-            if own := getattr(self, kind):
-                given: dict[str, Any] = {kind: own}
-                parts[kind] = replace(self._bare(), terms={}, **given)
+            if processes := getattr(self, kind):
+                changed: dict[str, Any] = {kind: processes}
+                parts[kind] = replace(self._bare(), terms={}, **changed)
         return parts
 
     def scaled(self, factor: float) -> ChannelModel:
@@ -469,7 +469,7 @@ class ChannelModel(Mapping[str, float], Printed):
             alike_from=None
             if self.alike_from is None
             else replace(self.alike_from, sigma=factor * self.alike_from.sigma),
-            alternatives=tuple(other.scaled(factor) for other in self.alternatives),
+            alternatives=tuple(alternative.scaled(factor) for alternative in self.alternatives),
             turn_on=None if self.turn_on is None else self.turn_on.scaled(factor),
             tau_min=self.tau_min,
             rate=self.rate,
@@ -505,8 +505,8 @@ class ChannelModel(Mapping[str, float], Printed):
             content["terms"][term] |= {"low": low, "high": high, "level": self.level}
         if self.limits:
             content["limits"] = {t: {"upper_limit": v, "unit": self.unit_of(t)} for t, v in self.limits.items()}
-        of_the_fit = (("tau_min_s", self.tau_min), ("duration_s", self.duration), ("sample_rate_hz", self.rate))
-        content |= {key: value for key, value in of_the_fit if value}
+        fit_values = (("tau_min_s", self.tau_min), ("duration_s", self.duration), ("sample_rate_hz", self.rate))
+        content |= {key: value for key, value in fit_values if value}
         content |= {} if self.adequate else {"adequate": False}
         if self.gauss_markov:
             content["gauss_markov"] = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
@@ -524,8 +524,8 @@ class ChannelModel(Mapping[str, float], Printed):
             content["alike_from"] = {"sigma": self.alike_from.sigma, "time_s": self.alike_from.time}
         if self.alternatives:
             content["alternatives"] = [
-                {key: other.to_dict()[key] for key in ("terms", "gauss_markov") if getattr(other, key)}
-                for other in self.alternatives
+                {key: alternative.to_dict()[key] for key in ("terms", "gauss_markov") if getattr(alternative, key)}
+                for alternative in self.alternatives
             ]
         if self.turn_on is not None:
             content["turn_on"] = self.turn_on.to_dict()
@@ -549,7 +549,7 @@ class ChannelModel(Mapping[str, float], Printed):
             rows.append(f"white noise up to {self.bandwidth.corner:.4g} Hz, order {self.bandwidth.order}")
         if self.alike_from is not None:
             rows.append(alike_text(self.alike_from.time))
-        rows += [f"or {other!r}" for other in self.alternatives]
+        rows += [f"or {alternative!r}" for alternative in self.alternatives]
         if self.turn_on is not None:
             rows.append(f"turn-on bias {self.turn_on.text(self.quantity, self.unit)}")
         if not self.adequate:

@@ -29,8 +29,8 @@ _SERIES = 18  # terms, of which the last is 0.5^18/20! of the first
 
 def whole_lags(lags: ArrayLike) -> Floats:
     """Lags as non-negative numbers: the covariance of a real process is symmetric."""
-    given = np.asarray(lags).ravel()
-    size = given.astype(np.float64) if given.dtype.kind in "iuf" else np.array([math.nan])
+    requested = np.asarray(lags).ravel()
+    size = requested.astype(np.float64) if requested.dtype.kind in "iuf" else np.array([math.nan])
     if not np.isfinite(size).all() or (size != np.round(size)).any():
         raise OptionError("{option} must be whole numbers of samples", option="lags")
     return np.asarray(np.abs(size))
@@ -89,12 +89,12 @@ class Damped:
         """s(l) of the integral."""
         ends = np.array([float(math.ceil(_MEMORY / self.slowest))])
         # From where the process has forgotten, the variance is a straight line.
-        near = lags < ends[0]
+        short = lags < ends[0]
         variance = np.empty(lags.shape)
-        variance[near] = self._sum_variance(lags[near])
-        if not near.all():
+        variance[short] = self._sum_variance(lags[short])
+        if not short.all():
             slope = float((self.weights / np.tanh(self.decays / 2)).sum().real)
-            variance[~near] = self._sum_variance(ends)[0] + slope * (lags[~near] - ends[0])
+            variance[~short] = self._sum_variance(ends)[0] + slope * (lags[~short] - ends[0])
         return np.asarray(-(tau0**2) / 2 * variance)
 
     def psd(self, frequency: Floats, tau0: float) -> Floats:
@@ -113,10 +113,10 @@ def gauss_markov(process: GaussMarkov, tau0: float) -> Damped:
     return Damped(np.array([process.sigma**2 + 0j]), np.array([tau0 / process.time + 0j]))
 
 
-def resonance(one: Resonance, tau0: float) -> Damped:
+def resonance(process: Resonance, tau0: float) -> Damped:
     """A sampled resonance, σ²·Re[(1 + iγ/ω)·exp((iω − γ)lτ₀)]."""
-    weight = one.sigma**2 * (1 + 1j * one.damping / one.turning)
-    return Damped(np.array([weight]), np.array([(one.damping - 1j * one.turning) * tau0]))
+    weight = process.sigma**2 * (1 + 1j * process.damping / process.turning)
+    return Damped(np.array([weight]), np.array([(process.damping - 1j * process.turning) * tau0]))
 
 
 def band_limited(n: float, bandwidth: LowPass, tau0: float) -> Damped:
@@ -148,8 +148,8 @@ def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
 
     `decay`: a, per sample; its real part is positive.
     """
-    found = np.empty((len(decay), len(lags)), dtype=np.complex128)
-    for row, a in zip(found, decay, strict=True):
+    variances = np.empty((len(decay), len(lags)), dtype=np.complex128)
+    for row, a in zip(variances, decay, strict=True):
         whole = a * lags
         with np.errstate(under="ignore", over="ignore"):
             if abs(a) < 1:
@@ -158,7 +158,7 @@ def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
             else:
                 p = np.exp(-a)
                 row[:] = lags * (1 + p) / (1 - p) - 2 * p * (1 - np.exp(-whole)) / (1 - p) ** 2
-    return found
+    return variances
 
 
 def _sinh_less(a: complex) -> complex:
@@ -173,12 +173,12 @@ def _sinh_less(a: complex) -> complex:
 def exponential_less(x: _Complex) -> _Complex:
     """The difference e^(−x) − 1 + x."""
     x = np.asarray(x)
-    found = np.asarray(np.exp(-x) - 1 + x)
-    near = np.abs(x) < _SERIES_BELOW
-    small = x[near]
+    value = np.asarray(np.exp(-x) - 1 + x)
+    is_small = np.abs(x) < _SERIES_BELOW
+    small = x[is_small]
     term = total = small**2 / 2
     for k in range(3, _SERIES):
         term = -term * small / k
         total = total + term
-    found[near] = total
-    return found
+    value[is_small] = total
+    return value

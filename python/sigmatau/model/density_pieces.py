@@ -108,10 +108,10 @@ def _interpolated(
     level = np.empty((*nodes.shape, power.shape[1]))
     for channel in range(power.shape[1]):
         first, last = power[interval, None, channel], power[interval + 1, None, channel]
-        of_law = law[interval, channel][:, None]
+        by_law = law[interval, channel][:, None]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             curved = first * (last / first) ** logarithmic
-        level[..., channel] = np.where(of_law, curved, first + (last - first) * linear)
+        level[..., channel] = np.where(by_law, curved, first + (last - first) * linear)
     if density.ndim == 1:
         return np.asarray(level[..., 0])
     if not law.any():

@@ -43,7 +43,7 @@ class SampledDensity:
 
     def edge(self, end: int) -> Floats:
         """Densities of the channels at the lower or upper end of the band."""
-        return np.atleast_1d(of_channels(self.density)[-end])
+        return np.atleast_1d(broadcast_channels(self.density)[-end])
 
     def avar(self, times: Floats, _: float, tau0: float | None) -> Floats:
         return np.array([self.pieces.integral(time, tau0) for time in times.tolist()])
@@ -85,7 +85,7 @@ class FunctionDensity:
         if f == 0 or math.isinf(f):
             return np.zeros(max(self.channels, 1))
         values = self.values(np.array([f]))
-        return np.atleast_1d(of_channels(values)[0] if self.channels else np.broadcast_to(values, (1,))[0])
+        return np.atleast_1d(broadcast_channels(values)[0] if self.channels else np.broadcast_to(values, (1,))[0])
 
     def avar(self, times: Floats, f_max: float, tau0: float | None) -> Floats:
         def integrated(function: Density) -> Floats:
@@ -98,16 +98,16 @@ class FunctionDensity:
         for i in range(self.channels):
             for j in (i, *range(i)):
                 # The density of the sum of two channels is not negative, as a cross-density can be.
-                both = integrated(partial(self._of_sum, np.unique([i, j])))
+                both = integrated(partial(self._sum_density, np.unique([i, j])))
                 result[:, i, j] = result[:, j, i] = both if i == j else (both - result[:, i, i] - result[:, j, j]) / 2
         return result
 
-    def _of_sum(self, channels: NDArray[np.intp], f: Floats) -> Floats:
+    def _sum_density(self, channels: NDArray[np.intp], f: Floats) -> Floats:
         """The density of the sum of some channels."""
         return np.asarray(self.values(f)[:, channels][:, :, channels].sum(axis=(1, 2)).clip(min=0.0))
 
 
-def of_channels(values: NDArray[Any]) -> NDArray[Any]:
+def broadcast_channels(values: NDArray[Any]) -> NDArray[Any]:
     """The diagonal of matrices; values of one channel as they are."""
     return np.asarray(values if values.ndim == 1 else np.einsum("kii->ki", values))
 

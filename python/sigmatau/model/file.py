@@ -73,7 +73,7 @@ _OTHER_KEYS = (
 )
 
 
-def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
+def read_channels(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
     """The channels of a parsed model file; raises `DataError` that names channel and key."""
     channels = content.get("channels", {})
     if not isinstance(channels, Mapping) or not all(isinstance(c, Mapping) for c in channels.values()):
@@ -87,7 +87,7 @@ def channels_of(content: Mapping[str, Any]) -> dict[str, ChannelModel]:
     return read
 
 
-def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str], float]]:
+def read_correlation(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str], float]]:
     """The correlations of a parsed model file: ``[correlation.random_walk]``, ``gyro_x = { gyro_y = 0.3 }``."""
     result: dict[str, dict[tuple[str, str], float]] = {}
     tables = content.get("correlation", {})
@@ -96,10 +96,10 @@ def correlation_of(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, str]
         raise DataError(example)
     for term, table in tables.items():
         pairs = result.setdefault(term, {})
-        for first, others in table.items():
-            if not isinstance(others, Mapping):
-                raise DataError(f"correlation of {term}: {first} = {others!r}; {example}")
-            for second, value in others.items():
+        for first, partners in table.items():
+            if not isinstance(partners, Mapping):
+                raise DataError(f"correlation of {term}: {first} = {partners!r}; {example}")
+            for second, value in partners.items():
                 if isinstance(value, bool) or not isinstance(value, int | float):
                     raise DataError(f"correlation of {term} between {first} and {second}: {value!r} is not a number")
                 pairs[first, second] = float(value)
@@ -119,13 +119,13 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         ]
         for kind in PROCESSES:
             if several := getattr(channel, kind):
-                rows = (_written(one, channel.unit) for one in several)
+                rows = (_written(process, channel.unit) for process in several)
                 lines.append(f"{kind} = [{', '.join(rows)}]")
         if channel.alike_from is not None:
             written = _written(channel.alike_from, channel.unit)
             lines.append(f"alike_from = {written}  # {alike_text(channel.alike_from.time)}")
         if channel.alternatives:
-            rows = (_alternative(other) for other in channel.alternatives)
+            rows = (_alternative(alternative) for alternative in channel.alternatives)
             lines.append(f"alternatives = [{', '.join(rows)}]  # explain the record as well")
         if channel.turn_on is not None:
             lines.append(f"turn_on = {_turn_on_written(channel.turn_on, channel)}")
@@ -141,10 +141,10 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
         lines += _left_out(channel)
         blocks.append("\n".join(lines))
     for term, pairs in correlation.items():
-        rows_of: dict[str, list[str]] = {}
+        rows_by_channel: dict[str, list[str]] = {}
         for (first, second), value in pairs.items():
-            rows_of.setdefault(first, []).append(f"{_key(second)} = {value!r}")
-        lines = [f"{_key(first)} = {{ {', '.join(rows)} }}" for first, rows in rows_of.items()]
+            rows_by_channel.setdefault(first, []).append(f"{_key(second)} = {value!r}")
+        lines = [f"{_key(first)} = {{ {', '.join(rows)} }}" for first, rows in rows_by_channel.items()]
         blocks.append("\n".join([f"[correlation.{term}]", *lines]))
     return "\n\n".join(blocks) + "\n"
 
@@ -227,7 +227,7 @@ def value_in_si(text: str, si: str, what: str) -> float:
     return value
 
 
-def has_unit_of(text: str, si: str) -> bool:
+def has_unit(text: str, si: str) -> bool:
     """Whether a text is a value in a unit of the kind of the SI unit `si`."""
     match = _VALUE.fullmatch(text)
     unit = None if match is None else units.if_known(match[2])
@@ -279,12 +279,12 @@ def _alternatives(name: str, table: Mapping[str, Any]) -> tuple[ChannelModel, ..
 
 
 def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
-    known = _QUANTITIES.get(stream_name(name))
+    quantity = _QUANTITIES.get(stream_name(name))
     unit = table.get("unit")
-    if known is not None:
+    if quantity is not None:
         if unit is not None:
             raise DataError("`unit` is for other signals; each value here says its own unit")
-        return known
+        return quantity
     if not isinstance(unit, str) or not unit.strip():
         raise DataError('names begin with gyro_ or accel_; another signal says its unit, unit = "V"')
     return "signal", unit.strip()

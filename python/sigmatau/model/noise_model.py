@@ -17,7 +17,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
-from sigmatau.model.file import channels_of, correlation_of, toml
+from sigmatau.model.file import read_channels, read_correlation, toml
 from sigmatau.model.turn_on import TurnOn
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed, lines_text
@@ -74,7 +74,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
     ) -> None:
         if not channels:
             raise DataError("the model has no channel; give at least one, e.g. [channels.gyro_x]")
-        object.__setattr__(self, "channels", {name: _channel(name, given) for name, given in channels.items()})
+        object.__setattr__(self, "channels", {name: _channel(name, model) for name, model in channels.items()})
         object.__setattr__(self, "correlation", {term: dict(pairs) for term, pairs in (correlation or {}).items()})
         self._check_correlation()
 
@@ -186,7 +186,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
             raise DataError(
                 f"unknown key {unknown[0]!r}; a model file has tables [channels.NAME] and [correlation.TERM]"
             )
-        return cls(channels=channels_of(content), correlation=correlation_of(content))
+        return cls(channels=read_channels(content), correlation=read_correlation(content))
 
     def correlation_matrix(self, term: str) -> NDArray[np.float64]:
         """Correlation of the noise of one term between the channels.
@@ -223,12 +223,12 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         names = list(channels)
         for name in names:
             self._of(name)
-        kept = {
+        pairs_inside = {
             term: {pair: value for pair, value in pairs.items() if set(pair) <= set(names)}
             for term, pairs in self.correlation.items()
         }
         return NoiseModel(
-            channels={n: self.channels[n] for n in names}, correlation={t: p for t, p in kept.items() if p}
+            channels={n: self.channels[n] for n in names}, correlation={t: p for t, p in pairs_inside.items() if p}
         )
 
     def with_turn_on(self, spreads: Mapping[str, TurnOn]) -> NoiseModel:
@@ -392,17 +392,17 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         return lines_text(lines)
 
 
-def _channel(name: str, given: ChannelModel | Mapping[str, float]) -> ChannelModel:
+def _channel(name: str, model: ChannelModel | Mapping[str, float]) -> ChannelModel:
     quantity = _QUANTITIES.get(stream_name(name))
     try:
-        if not isinstance(given, ChannelModel):
+        if not isinstance(model, ChannelModel):
             if quantity is None:
                 raise DataError("names begin with gyro_ or accel_; give another signal as a ChannelModel with its unit")
-            return ChannelModel(terms=given, quantity=quantity[0], unit=quantity[1])
+            return ChannelModel(terms=model, quantity=quantity[0], unit=quantity[1])
     except DataError as error:
         raise DataError(f"channel {name!r}: {error}") from None
-    if quantity is not None and (given.quantity, given.unit) != quantity:
+    if quantity is not None and (model.quantity, model.unit) != quantity:
         raise DataError(
-            f"channel {name!r}: a name like this is that of {quantity[0]} in {quantity[1]}, not {given.unit}"
+            f"channel {name!r}: a name like this is that of {quantity[0]} in {quantity[1]}, not {model.unit}"
         )
-    return given
+    return model

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 _LEAST_SHARE = 1e-6  # of the variance that an uncertain phase leaves
-_OF_SHAPE = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
+_SHAPE_ERROR = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
 _LEAST_CHANGE = 1e-9  # relative change of a frequency that is not rounding
 
 _CHANGE = 1e-3  # relative change of a number of a process for its derivative
@@ -61,8 +61,8 @@ def adev_interval(
         if parameter in phases:
             continue  # not linear: a frequency that is uncertain by a turn says nothing of the phase
         if parameter in changed:
-            more = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
-            gradient[k] = more / step_of(model, parameter)
+            change = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
+            gradient[k] = change / difference_step(model, parameter)
         elif parameter.part in model:
             gradient[k] = 2 * parts[parameter.part] / model[parameter.part]
     # Independent errors of the logarithm, shape (parameters, n_tau); the numbers have scales far apart.
@@ -75,25 +75,25 @@ def adev_interval(
     low, high = np.sqrt(avar) / wide, np.sqrt(avar) * wide
     deviate = NormalDist().inv_cdf(0.5 + level / 2)
     for line, error in phases.values():
-        least, most = _avar_of_near_frequencies(line, deviate * error, m=m, tau0=tau0)
+        smallest, largest = _avar_of_near_frequencies(line, deviate * error, m=m, tau0=tau0)
         plain = kernels.sinusoid_avar(line.amplitude, line.frequency, np.asarray(m), tau0)
         # As shares of the variance, so that the interval stays above 0.
-        low = low * np.sqrt(np.maximum(1 - (plain - least) / avar, _LEAST_SHARE))
-        high = high * np.sqrt(1 + (most - plain) / avar)
-    for other in explanations(model)[1:]:
-        if other.covariance.parameters:
-            lower, higher = adev_interval(other, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
+        low = low * np.sqrt(np.maximum(1 - (plain - smallest) / avar, _LEAST_SHARE))
+        high = high * np.sqrt(1 + (largest - plain) / avar)
+    for alternative in explanations(model)[1:]:
+        if alternative.covariance.parameters:
+            lower, higher = adev_interval(alternative, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
         else:
             # Its own errors are not known: the relative ones of the model stand for them.
-            of_other = np.sqrt(other.avar(m=m, tau0=tau0))
-            lower, higher = of_other / wide, of_other * wide
+            alternative_adev = np.sqrt(alternative.avar(m=m, tau0=tau0))
+            lower, higher = alternative_adev / wide, alternative_adev * wide
         low, high = np.minimum(low, lower), np.maximum(high, higher)
     absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
     if absent:
         high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
     # The fit may have a filter that the model does without, whose share of the variance falls with the averaging time.
     times = np.asarray(m) * tau0
-    shape = _OF_SHAPE * np.minimum(1.0, model.tau_min / times) if model.tau_min > tau0 else np.zeros(len(times))
+    shape = _SHAPE_ERROR * np.minimum(1.0, model.tau_min / times) if model.tau_min > tau0 else np.zeros(len(times))
     return low * np.sqrt(1 - shape), high * np.sqrt(1 + shape)
 
 
@@ -114,10 +114,10 @@ def _avar_of_near_frequencies(line: Sinusoid, apart: float, *, m: ArrayLike, tau
     ends = np.stack([np.sin(np.pi * (middle + side * half)) ** 2 for side in (-1, 1)])
     has_zero = np.floor(middle + half) > np.floor(middle - half)
     has_top = np.floor(middle + half - 0.5) > np.floor(middle - half - 0.5)
-    least = np.where(has_zero, 0.0, ends.min(axis=0))
-    most = np.where(has_top, 1.0, ends.max(axis=0))
+    smallest = np.where(has_zero, 0.0, ends.min(axis=0))
+    largest = np.where(has_top, 1.0, ends.max(axis=0))
     scale = (line.amplitude / (sizes * np.sin(np.pi * line.frequency * tau0))) ** 2
-    return scale * least**2, scale * most**2
+    return scale * smallest**2, scale * largest**2
 
 
 def _largest(directions: Floats, level: float) -> float:
@@ -134,17 +134,17 @@ def explanations(model: ChannelModel) -> list[ChannelModel]:
         "intervals": {},
         "covariance": Covariance(),
     }
-    others = [
+    alternatives = [
         replace(
             model,
-            terms=other.terms,
-            gauss_markov=other.gauss_markov,
-            bandwidth=model.bandwidth if "random_walk" in other.terms else None,
+            terms=alternative.terms,
+            gauss_markov=alternative.gauss_markov,
+            bandwidth=model.bandwidth if "random_walk" in alternative.terms else None,
             **bare,
         )
-        for other in model.alternatives
+        for alternative in model.alternatives
     ]
-    return [model, *([] if model.alike_from is None else [without_walk(model)]), *others]
+    return [model, *([] if model.alike_from is None else [without_walk(model)]), *alternatives]
 
 
 def without_walk(model: ChannelModel) -> ChannelModel:
@@ -152,21 +152,21 @@ def without_walk(model: ChannelModel) -> ChannelModel:
     if model.alike_from is None:
         return model
 
-    def others(of: Mapping[str, T]) -> dict[str, T]:
-        return {term: value for term, value in of.items() if term != "rate_random_walk"}
+    def drop_walk(values: Mapping[str, T]) -> dict[str, T]:
+        return {term: value for term, value in values.items() if term != "rate_random_walk"}
 
     return replace(
         model,
-        terms=others(model.terms),
+        terms=drop_walk(model.terms),
         gauss_markov=(*model.gauss_markov, model.alike_from),
-        intervals=others(model.intervals),
-        limits=others(model.limits),
+        intervals=drop_walk(model.intervals),
+        limits=drop_walk(model.limits),
         alike_from=None,
     )
 
 
 def changed_processes(model: ChannelModel) -> dict[Parameter, ChannelModel]:
-    """The processes of a kind with one of their numbers larger by `step_of`, for each number with a known error."""
+    """The processes of a kind with one of their numbers larger by `difference_step`, for each number with a known error."""
     parts = model.parts()
     changed = {}
     for parameter in model.covariance.parameters:
@@ -175,13 +175,15 @@ def changed_processes(model: ChannelModel) -> dict[Parameter, ChannelModel]:
             continue
         processes = list(getattr(model, kind))
         process = processes[number - 1]
-        processes[number - 1] = replace(process, **{quantity: getattr(process, quantity) + step_of(model, parameter)})
-        of_kind: dict[str, Any] = {kind: tuple(processes)}
-        changed[parameter] = replace(parts[kind], **of_kind)
+        processes[number - 1] = replace(
+            process, **{quantity: getattr(process, quantity) + difference_step(model, parameter)}
+        )
+        replaced: dict[str, Any] = {kind: tuple(processes)}
+        changed[parameter] = replace(parts[kind], **replaced)
     return changed
 
 
-def step_of(model: ChannelModel, parameter: Parameter) -> float:
+def difference_step(model: ChannelModel, parameter: Parameter) -> float:
     """Change of a number of a process that gives a derivative."""
     assert parameter.number is not None
     assert parameter.quantity is not None

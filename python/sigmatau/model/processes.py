@@ -257,26 +257,26 @@ def sampling_rate(value: float) -> float:
     return float(value)
 
 
-def coefficients_of(what: str, given: object) -> dict[str, float]:
+def check_coefficients(what: str, values: object) -> dict[str, float]:
     """Coefficients by term; `DataError` for a negative one, except for a ramp."""
-    if not isinstance(given, Mapping):
-        raise DataError(f"`{what}` must be a mapping from term to number, {{'random_walk': 1e-4}}, not {given!r}")
-    found = {}
-    for name, value in given.items():
+    if not isinstance(values, Mapping):
+        raise DataError(f"`{what}` must be a mapping from term to number, {{'random_walk': 1e-4}}, not {values!r}")
+    coefficients = {}
+    for name, value in values.items():
         if name not in TERMS:
             raise DataError(unknown_term(name))
-        found[name] = real(value)
-        if not math.isfinite(found[name]) or (found[name] < 0 and name != "rate_ramp"):
+        coefficients[name] = real(value)
+        if not math.isfinite(coefficients[name]) or (coefficients[name] < 0 and name != "rate_ramp"):
             hint = "; NoiseModel.from_dict takes values with units" if isinstance(value, str) else ""
             raise DataError(f"{name} must be a positive number, not {value!r}{hint}")
-    return found
+    return coefficients
 
 
-def several(what: str, kind: type, given: object) -> tuple[Any, ...]:
+def several(what: str, kind: type, values: object) -> tuple[Any, ...]:
     """A tuple of processes of one kind; `DataError` for anything else."""
-    many = tuple(given) if isinstance(given, list | tuple) else (given,)
-    if not isinstance(given, list | tuple) or not all(isinstance(one, kind) for one in many):
-        raise DataError(f"`{what}` must be a tuple of {kind.__name__}, ({kind.__name__}(…),), not {given!r}")
+    many = tuple(values) if isinstance(values, list | tuple) else (values,)
+    if not isinstance(values, list | tuple) or not all(isinstance(process, kind) for process in many):
+        raise DataError(f"`{what}` must be a tuple of {kind.__name__}, ({kind.__name__}(…),), not {values!r}")
     return many
 
 

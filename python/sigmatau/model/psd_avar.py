@@ -13,7 +13,7 @@ from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.density_pieces import Between, Pieces
-from sigmatau.model.density_sources import FunctionDensity, SampledDensity, of_channels
+from sigmatau.model.density_sources import FunctionDensity, SampledDensity, broadcast_channels
 from sigmatau.model.processes import real
 from sigmatau.model.transform import Density
 from sigmatau.results import Printed, plain
@@ -80,12 +80,12 @@ class AvarFromPsd(Printed):
     @property
     def adev(self) -> Floats:
         """Allan deviations of the band, shape (n_tau,); of n channels (n_tau, n). [unit]"""
-        return np.asarray(np.sqrt(of_channels(self.avar)))
+        return np.asarray(np.sqrt(broadcast_channels(self.avar)))
 
     @property
     def adev_at_most(self) -> Floats:
         """Allan deviations with the most that the rest of the density adds; shape of `adev`. [unit]"""
-        return np.asarray(np.sqrt(of_channels(self.avar + self.below + self.above)))
+        return np.asarray(np.sqrt(broadcast_channels(self.avar + self.below + self.above)))
 
     @property
     def correlation(self) -> Floats:

@@ -19,10 +19,10 @@ Density = Callable[[Floats], ArrayLike]
 _DIRECT = 8 * math.pi  # x = πfT up to which the kernel is integrated as it is: eight of its humps
 _LOWEST = 1e-30  # of x; below it a density steeper than f^−3 is all that could matter
 _HIGHEST = 1e17
-_NEAR = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
+_SLOPE_POINTS = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
 _STEEPEST = -3.0
 _FINEST = 60  # halvings
-_MOST = 200_000  # intervals
+_MAX_INTERVALS = 200_000  # intervals
 
 # Gauss and Kronrod's rule of 7 and 15 points (QUADPACK).
 _NODES = np.array(
@@ -201,41 +201,41 @@ class _Kernel:
         return 4 / (math.pi * self.time) * total
 
     def _slope(self, end: float) -> float:
-        x = np.array(_NEAR) * min(1.0, end)
+        x = np.array(_SLOPE_POINTS) * min(1.0, end)
         s = self.density(x)
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
 
-    def _smooth(self, function: Callable[[Floats], Floats], start: float, stop: float, so_far: float = 0.0) -> float:
+    def _smooth(self, function: Callable[[Floats], Floats], start: float, stop: float, partial: float = 0.0) -> float:
         """By bisection on a logarithmic axis, and on a linear one beyond x = 1 where humps are."""
         logarithmic = math.log(min(stop, 1.0)) if start < 1 else math.log(stop)
         edges = np.linspace(math.log(start), logarithmic, max(2, math.ceil(2 * (logarithmic - math.log(start)))))
-        total = _adaptive(lambda u: function(np.exp(u)) * np.exp(u), edges, self.rtol, so_far)
+        total = _adaptive(lambda u: function(np.exp(u)) * np.exp(u), edges, self.rtol, partial)
         if start < 1 < stop:
             humps = np.linspace(1.0, stop, max(2, math.ceil(stop)))
-            total += _adaptive(function, humps, self.rtol, so_far + total)
+            total += _adaptive(function, humps, self.rtol, partial + total)
         return total
 
-    def _tail(self, start: float, end: float, so_far: float) -> float:
+    def _tail(self, start: float, end: float, partial: float) -> float:
         if math.isinf(end):
-            end = self._far(start, so_far)
-        steady = 0.375 * self._smooth(self.envelope, start, end, so_far)
+            end = self._distant(start, partial)
+        steady = 0.375 * self._smooth(self.envelope, start, end, partial)
         waves = 0.0
         a = start
         while a < end:
             b = min(8 * a, end)
-            value, left = self._waves(a, b)
+            value, remainder = self._waves(a, b)
             waves += value
             # What oscillates beyond b is at most the envelope there, over its pace, and twice that.
-            if left < 0.1 * self.rtol * (so_far + steady) and self.n is None:
+            if remainder < 0.1 * self.rtol * (partial + steady) and self.n is None:
                 break
             a = b
         return steady + waves
 
-    def _far(self, start: float, so_far: float) -> float:
+    def _distant(self, start: float, partial: float) -> float:
         """Where a density without an end has no more to give; it must fall, or stay."""
         x = start * 10.0 ** np.arange(0, 2 * math.log10(_HIGHEST) + 1, 0.5)
         share = self.envelope(x) * x
-        done = np.flatnonzero(share <= 1e-3 * self.rtol * max(so_far, share[0]))
+        done = np.flatnonzero(share <= 1e-3 * self.rtol * max(partial, share[0]))
         if not len(done):
             raise DataError("the integral of eq. (11) diverges at f = ∞, or nearly: the density rises; give `f_max`")
         return float(x[done[0]])
@@ -270,27 +270,27 @@ class _Kernel:
         return total, envelope(b / a)
 
 
-def _adaptive(function: Callable[[Floats], Floats], edges: Floats, rtol: float, so_far: float) -> float:
+def _adaptive(function: Callable[[Floats], Floats], edges: Floats, rtol: float, partial: float) -> float:
     """Integral over the intervals between the edges; those that are not yet right are halved, all at once."""
-    left, right = edges[:-1], edges[1:]
+    lower, upper = edges[:-1], edges[1:]
     done = 0.0
     nodes = np.concatenate((-_NODES, _NODES[-2::-1]))
     kronrod = np.concatenate((_KRONROD, _KRONROD[-2::-1]))
     gauss = np.concatenate((_GAUSS, _GAUSS[-2::-1]))
     for _ in range(_FINEST):
-        half = (right - left) / 2
-        x = (left + right)[:, None] / 2 + half[:, None] * nodes
+        half = (upper - lower) / 2
+        x = (lower + upper)[:, None] / 2 + half[:, None] * nodes
         values = function(x.ravel()).reshape(x.shape)
         parts, coarse = values @ kronrod * half, values @ gauss * half
-        allowed = rtol * (abs(so_far) + abs(done + float(parts.sum())))
+        allowed = rtol * (abs(partial) + abs(done + float(parts.sum())))
         # Shared among all: a thousand intervals with a thousandth each.
         wrong = np.abs(parts - coarse) > np.maximum(0.1 * allowed / len(edges), 1e-15 * np.abs(parts))
         done += float(parts[~wrong].sum())
         if not wrong.any():
             return done
-        middle = (left[wrong] + right[wrong]) / 2
-        left, right = np.concatenate((left[wrong], middle)), np.concatenate((middle, right[wrong]))
-        if len(left) > _MOST:
+        middle = (lower[wrong] + upper[wrong]) / 2
+        lower, upper = np.concatenate((lower[wrong], middle)), np.concatenate((middle, upper[wrong]))
+        if len(lower) > _MAX_INTERVALS:
             break
     else:
         if float(np.abs(parts[wrong]).sum()) < allowed:  # a step: halved until nothing was left of it

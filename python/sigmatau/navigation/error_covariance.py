@@ -135,13 +135,13 @@ class Source:
         free[:s, :s], free[s, s], free[s + 1 :, s + 1 :] = self.F, 1.0, transition
         free[s + 1 :, :s], free[s + 1 :, s] = np.outer(into, self.H), -into
         white = np.concatenate((np.zeros(s + 1), into))
-        navigating = Steps(free, _beside(self.noise, size) + self.R * np.outer(white, white))
-        covariance = _beside(self.before, size)
+        navigating = Steps(free, _widen(self.noise, size) + self.R * np.outer(white, white))
+        covariance = _widen(self.before, size)
         mean = np.concatenate((self.mean, np.zeros(size - s)))
         if calibration:
             still = np.eye(size)
             still[:s, :s], still[s, :s] = self.F, self.H / calibration
-            noise = _beside(self.noise, size)
+            noise = _widen(self.noise, size)
             noise[s, s] = self.R / calibration**2
             averaging = Steps(still, noise).times(calibration)
             covariance, mean = averaging.covariance(covariance), averaging.transition @ mean
@@ -187,7 +187,7 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
     A gyro across a level accelerometer is combined with it. Channels whose names do not end in an axis are separate.
     """
     curvature = 1 / EARTH_RADIUS if earth == "round" else 0.0
-    found, used = [], set()
+    chosen, used = [], set()
     for accel in (name for name in channels if name.startswith("accel_")):
         axis = accel.removeprefix("accel_")
         gyro, sign = _ACROSS.get(accel, ("", 0.0))
@@ -195,23 +195,23 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
         if gyro in channels:
             used.add(gyro)
             a = np.array([[0.0, -sign * curvature, 0.0], [sign * GRAVITY, 0.0, 0.0], [0.0, 1.0, 0.0]])
-            found.append(
+            chosen.append(
                 Mechanisation(
                     rows={_ANGLES[gyro]: 0, velocity: 1, position: 2}, inputs=(gyro, accel), A=a, B=np.eye(3, 2)
                 )
             )
         else:
             a = np.array([[0.0, 2 * GRAVITY * curvature if axis == "z" else 0.0], [1.0, 0.0]])
-            found.append(
+            chosen.append(
                 Mechanisation(rows={velocity: 0, position: 1}, inputs=(accel,), A=a, B=np.eye(2, 1), without=gyro)
             )
     for gyro in (name for name in channels if name.startswith("gyro_") and name not in used):
         angle = _ANGLES.get(gyro, "angle_" + gyro.removeprefix("gyro_"))
-        found.append(Mechanisation(rows={angle: 0}, inputs=(gyro,), A=np.zeros((1, 1)), B=np.eye(1)))
-    return found
+        chosen.append(Mechanisation(rows={angle: 0}, inputs=(gyro,), A=np.zeros((1, 1)), B=np.eye(1)))
+    return chosen
 
 
-def _beside(matrix: Floats, size: int) -> Floats:
+def _widen(matrix: Floats, size: int) -> Floats:
     """The matrix, extended by zeros to the right and below."""
     result = np.zeros((size, size))
     result[: len(matrix), : len(matrix)] = matrix

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.numbers import changed_processes, explanations, step_of
+from sigmatau.model.numbers import changed_processes, difference_step, explanations
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import real, sampling_rate
 from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
@@ -129,9 +129,9 @@ def predict(
 
 def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
     """The models that explain the record as well: the first other one of each channel that has any, the second …"""
-    of_channels = {name: explanations(channel) for name, channel in model.items()}
-    for k in range(1, max(map(len, of_channels.values()))):
-        channels = {name: several[min(k, len(several) - 1)] for name, several in of_channels.items()}
+    alternatives = {name: explanations(channel) for name, channel in model.items()}
+    for k in range(1, max(map(len, alternatives.values()))):
+        channels = {name: several[min(k, len(several) - 1)] for name, several in alternatives.items()}
         correlation = {
             term: {pair: value for pair, value in pairs.items() if all(term in channels[name] for name in pair)}
             for term, pairs in model.correlation.items()
@@ -139,9 +139,9 @@ def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
         yield NoiseModel(channels=channels, correlation=correlation)
 
 
-def _joined(error: PredictedError, other: PredictedError) -> PredictedError:
+def _joined(error: PredictedError, second: PredictedError) -> PredictedError:
     """An error with the interval of both explanations."""
-    both = (error, other)
+    both = (error, second)
     low = np.minimum(*(each.rms if each.low is None else each.low for each in both))
     high = np.maximum(*(each.rms if each.high is None else each.high for each in both))
     limits = [each.at_most for each in both if each.at_most is not None]
@@ -167,12 +167,12 @@ def _predicted(
         raise OptionError(f"{{option}} must lie between 0 and 1, not {level!r}", option="level")
     turn_on = _checked({} if turn_on is None else turn_on, model, calibration)
     dt = 1 / rate
-    found: dict[str, PredictedError] = {}
-    as_known: dict[tuple[str, str], None] = {}
-    not_seen: dict[tuple[str, str], None] = {}
+    errors: dict[str, PredictedError] = {}
+    taken_as_exact: dict[tuple[str, str], None] = {}
+    unobserved: dict[tuple[str, str], None] = {}
     undecided: dict[tuple[str, str], None] = {}
     ratios: list[Floats] = []
-    recorded = min((one.duration for one in model.values() if one.duration), default=0.0)
+    recorded = min((channel.duration for channel in model.values() if channel.duration), default=0.0)
     reached = 0.0
     for equations in mechanisations(tuple(model.channels), earth=earth):
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
@@ -187,12 +187,18 @@ def _predicted(
                 for name, part in model[channel].parts().items()
             }
             for parameter, changed in changed_processes(model[channel]).items():
-                made_of = source(changed, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
-                moved[channel, parameter] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)[1]
+                noise_source = source(
+                    changed, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0
+                )
+                moved[channel, parameter] = noise_source.errors(
+                    equations, gains, dt=dt, calibration=average, steps=steps
+                )[1]
             for name, limit in _limited(model[channel]).items():
-                made_of = source(limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0)
-                limited[channel, name] = made_of.errors(equations, gains, dt=dt, calibration=average, steps=steps)
-                reached = max(reached, made_of.flicker_error)
+                noise_source = source(
+                    limit, dt=dt, tau_max=longest, flicker_error=flicker_error, calibrated=average > 0
+                )
+                limited[channel, name] = noise_source.errors(equations, gains, dt=dt, calibration=average, steps=steps)
+                reached = max(reached, noise_source.flicker_error)
             if turn_on.get(channel):
                 parts["turn_on"] = Source.constant(turn_on[channel])
             for name, part in parts.items():
@@ -214,7 +220,7 @@ def _predicted(
         for key, variance in _correlated(model, equations, made, sources, dt, average, steps).items():
             sources[key] = np.zeros_like(variance), variance
         for name, row in equations.rows.items():
-            error, known = _error(
+            error, exact_parts = _error(
                 name,
                 model,
                 {key: (m[:, row], v[:, row]) for key, (m, v) in sources.items()},
@@ -223,14 +229,14 @@ def _predicted(
                 steps * dt,
                 level,
             )
-            found[name] = replace(error, tilt_without=equations.without)
-            as_known |= dict.fromkeys(known)
-        not_seen |= dict.fromkeys(key for key in limited if key not in sources)
+            errors[name] = replace(error, tilt_without=equations.without)
+            taken_as_exact |= dict.fromkeys(exact_parts)
+        unobserved |= dict.fromkeys(key for key in limited if key not in sources)
         undecided |= dict.fromkeys(key for key in limited if key in sources)
-    if not found:
+    if not errors:
         raise DataError("a prediction needs gyros (gyro_x …) or accelerometers (accel_x …), and the model has none")
     return Prediction(
-        errors={name: found[name] for name in sorted(found, key=_order)},
+        errors={name: errors[name] for name in sorted(errors, key=_order)},
         after=steps * dt,
         calibration=None if calibration is None else average * dt,
         rate=rate,
@@ -239,11 +245,11 @@ def _predicted(
         level=level,
         flicker_error=reached,
         flicker_in_records=_range(ratios),
-        as_known=tuple(as_known),
-        not_seen=tuple(not_seen),
+        as_known=tuple(taken_as_exact),
+        not_seen=tuple(unobserved),
         undecided=tuple(undecided),
         duration=recorded or None,
-        limit_level=min((model[channel].level for channel, _ in (*not_seen, *undecided)), default=0.95),
+        limit_level=min((model[channel].level for channel, _ in (*unobserved, *undecided)), default=0.95),
     )
 
 
@@ -255,15 +261,15 @@ def _as_simulated(flicker: Source, equations: Mechanisation, gains: Floats, dt: 
 
 def _range(ratios: Sequence[Floats]) -> tuple[float, float] | None:
     """Least and largest root of finite ratios."""
-    found = np.concatenate([ratio.ravel() for ratio in ratios]) if ratios else np.empty(0)
-    found = np.sqrt(found[np.isfinite(found)])
-    return (float(found.min()), float(found.max())) if found.size else None
+    finite = np.concatenate([ratio.ravel() for ratio in ratios]) if ratios else np.empty(0)
+    finite = np.sqrt(finite[np.isfinite(finite)])
+    return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
 def _steps(after: ArrayLike, rate: float) -> Floats:
     sampling_rate(rate)
-    given = np.atleast_1d(np.asarray(after))
-    times = given.astype(np.float64) if given.dtype.kind in "iuf" else np.empty(0)
+    times = np.atleast_1d(np.asarray(after))
+    times = times.astype(np.float64) if times.dtype.kind in "iuf" else np.empty(0)
     if times.ndim != 1 or not times.size:
         raise OptionError(f"{{option}} must be one or more times in s, not {after!r}", option="after")
     return np.unique([_whole("after", float(time), rate) for time in times])
@@ -316,7 +322,7 @@ def _correlated(
     if len(equations.inputs) < 2:
         return {}
     first, second = equations.inputs
-    found = {}
+    correlated = {}
     for term, pairs in model.correlation.items():
         correlation = pairs.get((first, second), pairs.get((second, first), 0.0))
         if correlation:
@@ -324,8 +330,8 @@ def _correlated(
             gains = np.array([1.0, ratio])
             _, both = made[first, term].errors(equations, gains, dt=dt, calibration=average, steps=steps)
             apart = sources[first, term][1] + sources[second, term][1]
-            found[f"{first} with {second}", term] = correlation * (both - apart)
-    return found
+            correlated[f"{first} with {second}", term] = correlation * (both - apart)
+    return correlated
 
 
 def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
@@ -342,28 +348,28 @@ def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
 
 
 def _square(
-    parts: Mapping[tuple[str, str], tuple[Floats, Floats]], more: Sequence[tuple[Floats, Floats]] = ()
+    parts: Mapping[tuple[str, str], tuple[Floats, Floats]], extra: Sequence[tuple[Floats, Floats]] = ()
 ) -> Floats:
     """Mean square of the sum of all parts; the means of `more`, of unknown sign, the way that adds to its size."""
-    variance = np.asarray(sum(v for _, v in (*parts.values(), *more)))
-    mean = np.abs(np.asarray(sum(m for m, _ in parts.values()))) + np.asarray(sum(np.abs(m) for m, _ in more))
+    variance = np.asarray(sum(v for _, v in (*parts.values(), *extra)))
+    mean = np.abs(np.asarray(sum(m for m, _ in parts.values()))) + np.asarray(sum(np.abs(m) for m, _ in extra))
     return np.asarray(np.maximum(variance, 0.0) + mean**2)
 
 
-def _known(model: NoiseModel, channel: str) -> Covariance:
+def _known_covariance(model: NoiseModel, channel: str) -> Covariance:
     """Covariance of the numbers of a channel whose errors are known; terms with an interval only count as independent."""
     from statistics import NormalDist
 
     if channel not in model:
         return Covariance()
-    one = model[channel]
-    fitted = one.covariance.parameters
-    alone = [term for term in one.intervals if Parameter(term) not in fitted and term in one]
+    noise = model[channel]
+    fitted = noise.covariance.parameters
+    alone = [term for term in noise.intervals if Parameter(term) not in fitted and term in noise]
     total = np.zeros((len(fitted) + len(alone),) * 2)
-    total[: len(fitted), : len(fitted)] = one.covariance.matrix
-    to_sd = 1 / (2 * NormalDist().inv_cdf(0.5 + one.level / 2))
+    total[: len(fitted), : len(fitted)] = noise.covariance.matrix
+    to_sd = 1 / (2 * NormalDist().inv_cdf(0.5 + noise.level / 2))
     for k, term in enumerate(alone, len(fitted)):
-        low, high = one.intervals[term]
+        low, high = noise.intervals[term]
         total[k, k] = ((high - low) * to_sd) ** 2
     return Covariance(parameters=(*fitted, *map(Parameter, alone)), matrix=total)
 
@@ -384,36 +390,40 @@ def _error(
     variance = np.asarray(sum(v for _, v in sources.values()))
     mean = np.asarray(sum(m for m, _ in sources.values()))
     square = np.maximum(variance, 0.0) + mean**2
-    of_parts = {key: v + m * mean for key, (m, v) in sources.items()}
+    variances = {key: v + m * mean for key, (m, v) in sources.items()}
     shares = {
-        key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in of_parts.items()
+        key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in variances.items()
     }
     # The second is without what is undecided, which at its limit is as large as it can be.
-    spread, observed_part, as_known, beside = np.zeros_like(square), np.zeros_like(square), [], []
-    any_known = False
+    spread, observed_part, taken_as_exact, additional = np.zeros_like(square), np.zeros_like(square), [], []
+    has_variance = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
-        covariance = _known(model, channel)
+        covariance = _known_covariance(model, channel)
         # A number of a process is a part of its own in `moved`.
         parts = [
             (k, each)
             for k, each in enumerate(covariance.parameters)
             if (channel, each) in moved or (each.number is None and (channel, each.part) in sources)
         ]
-        known = {each.part for each in covariance.parameters if each.number is None} | {each.part for _, each in parts}
-        without = [key for key in sources if key[0] == channel and key[1] not in known and np.any(of_parts[key])]
-        as_known += [key for key in without if key not in limited]
-        beside += [key for key in without if key in limited]
-        any_known |= bool(parts or beside)
+        with_covariance = {each.part for each in covariance.parameters if each.number is None} | {
+            each.part for _, each in parts
+        }
+        without = [
+            key for key in sources if key[0] == channel and key[1] not in with_covariance and np.any(variances[key])
+        ]
+        taken_as_exact += [key for key in without if key not in limited]
+        additional += [key for key in without if key in limited]
+        has_variance |= bool(parts or additional)
         for rows in (parts, [(k, each) for k, each in parts if (channel, each.part) not in limited]):
             if not rows:
                 continue
             # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
             gradient = np.array(
                 [
-                    2 * of_parts[channel, each.part] / model.channels[channel][each.part]
+                    2 * variances[channel, each.part] / model.channels[channel][each.part]
                     if each.number is None
                     else (moved[channel, each] - sources[channel, each.part][1])
-                    / step_of(model.channels[channel], each)
+                    / difference_step(model.channels[channel], each)
                     for _, each in rows
                 ]
             )
@@ -426,26 +436,28 @@ def _error(
     rms = np.sqrt(square)
     low = high = None
     size = rms
-    if any_known:
+    if has_variance:
         wide = np.exp(_over(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
         # Undecided terms without an error of their own: from none of them to all at their limits.
-        least = _square({key: part for key, part in sources.items() if key not in beside})
-        most = _square({key: limited.get(key, part) if key in beside else part for key, part in sources.items()})
-        low, high = np.sqrt(np.minimum(square, least)) / wide, np.sqrt(np.maximum(square, most)) * wide
+        smallest = _square({key: part for key, part in sources.items() if key not in additional})
+        largest = _square({key: limited.get(key, part) if key in additional else part for key, part in sources.items()})
+        low, high = np.sqrt(np.minimum(square, smallest)) / wide, np.sqrt(np.maximum(square, largest)) * wide
         size = high
-    at_most = None
+    upper_limit = None
     if limited:
-        seen = {key: part for key, part in sources.items() if key not in limited}
+        observed = {key: part for key, part in sources.items() if key not in limited}
         undecided = [part for key, part in limited.items() if key in sources]
         if undecided:
-            most = _square(seen, undecided)
-            size = np.maximum(size, np.sqrt(most) * np.exp(_over(z * np.sqrt(np.maximum(observed_part, 0)), 2 * most)))
-        not_seen = [part for key, part in limited.items() if key not in sources]
-        drift = np.asarray(sum(np.abs(m) for m, _ in not_seen))
-        more = np.asarray(sum(v for _, v in not_seen))
-        more = more + drift**2 + 2 * np.abs(mean) * drift
-        at_most = np.sqrt(size**2 + more)
-        high = None if high is None else np.sqrt(high**2 + more)
+            largest = _square(observed, undecided)
+            size = np.maximum(
+                size, np.sqrt(largest) * np.exp(_over(z * np.sqrt(np.maximum(observed_part, 0)), 2 * largest))
+            )
+        unobserved = [part for key, part in limited.items() if key not in sources]
+        drift = np.asarray(sum(np.abs(m) for m, _ in unobserved))
+        excess = np.asarray(sum(v for _, v in unobserved))
+        excess = excess + drift**2 + 2 * np.abs(mean) * drift
+        upper_limit = np.sqrt(size**2 + excess)
+        high = None if high is None else np.sqrt(high**2 + excess)
     error = PredictedError(
         name=name,
         unit="m/s" if name.startswith("velocity") else "m" if name.startswith("position") else "rad",
@@ -456,9 +468,9 @@ def _error(
         low=low,
         high=high,
         shares=shares,
-        at_most=at_most,
+        at_most=upper_limit,
     )
-    return error, as_known if any_known else []
+    return error, taken_as_exact if has_variance else []
 
 
 def _over(error: Floats, size: Floats) -> Floats:

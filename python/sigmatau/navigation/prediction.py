@@ -159,8 +159,8 @@ class PredictedError(Printed):
             value, interval = round_to_error(
                 self.rms[k] / factor, *(None if edge is None else float(edge) / factor for edge in edges)
             ).cells
-            made_of = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
-            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in made_of if abs(s) >= _LEAST_SHARE]
+            causes = sorted(((float(share[k]), key) for key, share in self.shares.items()), reverse=True)
+            parts = [f"{_label(*key)} {100 * s:.0f} %" for s, key in causes if abs(s) >= _LEAST_SHARE]
             if self.mean[k]:
                 parts.append(f"mean {self.mean[k] / factor:+.3g} {unit}")
             if self.tilt_without:
@@ -169,8 +169,8 @@ class PredictedError(Printed):
                 parts.append(f"beyond the record of {duration_text(duration)}")
             if self.large[k]:
                 parts.append("too large for these equations")
-            most = self._limit_beyond(k)
-            limit = "" if most is None else f"at most {float(f'{most / factor:.3g}'):g}"
+            beyond = self._limit_beyond(k)
+            limit = "" if beyond is None else f"at most {float(f'{beyond / factor:.3g}'):g}"
             rows.append((duration_text(after), value, interval, unit, limit, ", ".join(parts)))
         return rows
 
@@ -302,11 +302,11 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 )
             )
         if self.flicker_in_records is not None:
-            least, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)
+            smallest, largest = (f"{ratio:.2g}" for ratio in self.flicker_in_records)
             lines += [
                 "Flicker noise that begins at 0 causes the smallest error. In simulated records only its first sample is 0,"
-                f" and its part of these errors is {least if least == largest else f'{least} to {largest}'} times as large;"
-                " after a calibration, records and prediction agree.",
+                f" and its part of these errors is {smallest if smallest == largest else f'{smallest} to {largest}'} times"
+                " as large; after a calibration, records and prediction agree.",
             ]
         if self.earth == "flat":
             lines.append("Flat Earth: without Schuler's feedback.")
@@ -315,11 +315,11 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 f"Bias instability is approximated: its Allan deviation is right within {100 * self.flicker_error:.2g} %."
             )
         if any(error.low is not None for error in self.errors.values()):
-            known = ", ".join(_label(*key) for key in self.as_known)
+            names = ", ".join(_label(*key) for key in self.as_known)
             limits = f" and the {100 * self.limit_level:g} % limits of terms not seen" if self.not_seen else ""
             lines.append(
                 f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients{limits}"
-                + (f"; taken as known: {known}." if known else ".")
+                + (f"; taken as known: {names}." if names else ".")
             )
         lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
         if self.not_seen:
@@ -388,12 +388,12 @@ def _table(rows: list[tuple[str, ...]]) -> list[str]:
     shown = [k for k in range(len(rows[0])) if k == len(rows[0]) - 1 or any(row[k] for row in rows)]
     rows = [tuple(row[k] for k in shown) for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
-    beside = sum(widths) + 2 * len(widths)
+    indent = sum(widths) + 2 * len(widths)
     lines = []
     for row in rows:
         line = "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False))
-        if WIDTH - beside >= _LEAST_SHARES:
-            lines += wrapped([f"{line}  {row[-1]}".rstrip()], indent=beside)
+        if WIDTH - indent >= _LEAST_SHARES:
+            lines += wrapped([f"{line}  {row[-1]}".rstrip()], indent=indent)
         else:
             below = widths[0] + 2
             lines += [line.rstrip(), *(wrapped([" " * below + row[-1]], indent=below) if row[-1] else [])]

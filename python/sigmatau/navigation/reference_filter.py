@@ -148,12 +148,12 @@ class ConsistentWalk:
     ----------
     walk : float
         [rad/s²/√Hz or m/s³/√Hz]
-    least : bool
+    is_floor : bool
         Whether it is the smallest K that is used: with it the filter already states more than its error.
     """
 
     walk: float
-    least: bool = False
+    is_floor: bool = False
 
 
 @frozen
@@ -163,12 +163,12 @@ class ConsistentProcess:
     Attributes
     ----------
     process : GaussMarkov
-    least : bool
+    is_floor : bool
         Whether it is the smallest that is used: with it the filter already states more than its error.
     """
 
     process: GaussMarkov
-    least: bool = False
+    is_floor: bool = False
 
 
 def judge_filter(
@@ -183,11 +183,11 @@ def judge_filter(
     """Consistency of a filter for axes with different noise: that of the largest error, or of the mean square; after a run
     of some time [s], or when its error has become stationary.
     """
-    units = _Units.of(aiding, assumed.noise)
-    filter_ = _Filter.of(assumed, units)
+    units = _Units.build(aiding, assumed.noise)
+    filter_ = _Filter.build(assumed, units)
     combine = np.mean if mean else np.max
     steps = None if run is None else units.steps(run)
-    joints = [_Joint.of(_Truth.of(truth, units), filter_, steps) for truth in truths]
+    joints = [_Joint.build(_Truth.build(truth, units), filter_, steps) for truth in truths]
     stated = filter_.stated_bias()
     nees = float(combine([joint.bias() for joint in joints])) / stated
     coasting = []
@@ -227,13 +227,13 @@ def _solve_walk(
         and terms.get("random_walk") == noise
     ):
         return ConsistentWalk(walk=terms["rate_random_walk"])  # The model is that of the filter
-    units = _Units.of(aiding, noise)
-    whole = _Truth.of(truth, units)
+    units = _Units.build(aiding, noise)
+    whole = _Truth.build(truth, units)
 
     def excess(log_walk: float) -> float:
         """Logarithm of real over stated variance, which falls with K."""
-        filter_ = _Filter.of(FilterModel(noise=noise, walk=math.exp(log_walk)), units)
-        joint = _Joint.of(whole, filter_)
+        filter_ = _Filter.build(FilterModel(noise=noise, walk=math.exp(log_walk)), units)
+        joint = _Joint.build(whole, filter_)
         if criterion == "bias":
             return math.log(joint.bias() / filter_.stated_bias())
         steps = units.steps(horizon)
@@ -249,19 +249,19 @@ def find_consistent_process(
 
     It is right after a run of `run_of_process`. A bias that drifts without bound leaves any stationary process at last.
     """
-    units = _Units.of(aiding, noise)
-    whole, steps = _Truth.of(truth, units), units.steps(horizon)
+    units = _Units.build(aiding, noise)
+    whole, steps = _Truth.build(truth, units), units.steps(horizon)
     run = units.steps(run_of_process(horizon, time))
 
-    def process_of(walk: float) -> GaussMarkov:
+    def driven_process(walk: float) -> GaussMarkov:
         return GaussMarkov(sigma=walk * math.sqrt(time / 2), time=time)
 
     def excess(log_walk: float) -> float:
-        filter_ = _Filter.of(FilterModel(noise=noise, process=process_of(math.exp(log_walk))), units)
-        return math.log(_Joint.of(whole, filter_, run).coasting(steps) / filter_.stated_coasting(steps))
+        filter_ = _Filter.build(FilterModel(noise=noise, process=driven_process(math.exp(log_walk))), units)
+        return math.log(_Joint.build(whole, filter_, run).coasting(steps) / filter_.stated_coasting(steps))
 
     chosen = _consistent_walk(excess, _FLOOR * noise / horizon)
-    return ConsistentProcess(process=process_of(chosen.walk), least=chosen.least)
+    return ConsistentProcess(process=driven_process(chosen.walk), is_floor=chosen.is_floor)
 
 
 def run_of_process(horizon: float, time: float) -> float:
@@ -269,12 +269,12 @@ def run_of_process(horizon: float, time: float) -> float:
     return max(RUN * horizon, time)
 
 
-def _consistent_walk(excess: Callable[[float], float], least: float) -> ConsistentWalk:
+def _consistent_walk(excess: Callable[[float], float], floor: float) -> ConsistentWalk:
     """The walk at which the logarithm of real over stated variance is 0, from the smallest that is used."""
-    below = excess(math.log(least))
+    below = excess(math.log(floor))
     if below <= 0:
-        return ConsistentWalk(walk=least, least=True)
-    low = math.log(least)
+        return ConsistentWalk(walk=floor, is_floor=True)
+    low = math.log(floor)
     return ConsistentWalk(walk=math.exp(_falling_root(excess, low, below, low + math.log(_WIDEST))))
 
 
@@ -286,41 +286,41 @@ def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon:
     """
     from scipy.optimize import least_squares
 
-    units = _Units.of(aiding, noise)
-    whole = _Truth.of(truth, units)
+    units = _Units.build(aiding, noise)
+    whole = _Truth.build(truth, units)
     first = min(_FIRST_TIME, horizon / 6)
     times = [units.steps(time) for time in (first, math.sqrt(first * horizon), horizon)]
 
-    def model_of(parameters: Floats) -> FilterModel:
+    def filter_model(parameters: Floats) -> FilterModel:
         walk, density, time = np.exp(parameters).tolist()
         return FilterModel(noise=noise, walk=walk, process=GaussMarkov(sigma=density * math.sqrt(time / 2), time=time))
 
     def errors(parameters: Floats) -> Floats:
-        filter_ = _Filter.of(model_of(parameters), units)
-        joint = _Joint.of(whole, filter_)
+        filter_ = _Filter.build(filter_model(parameters), units)
+        joint = _Joint.build(whole, filter_)
         ratios = [joint.bias() / filter_.stated_bias()]
         ratios += [joint.coasting(steps) / filter_.stated_coasting(steps) for steps in times]
         return np.log(ratios) / 2
 
     start = find_consistent_walk(truth, noise=noise, aiding=aiding, horizon=horizon).walk
-    least = math.log(_FLOOR * noise / horizon)
-    guess = np.array([max(math.log(start / 2), least), math.log(3 * start), math.log(horizon / 3)])
+    floor = math.log(_FLOOR * noise / horizon)
+    guess = np.array([max(math.log(start / 2), floor), math.log(3 * start), math.log(horizon / 3)])
     # A time of a few steps is white noise, and one of many horizons a walk.
-    low = np.array([least, least, math.log(10 * aiding.interval)])
+    low = np.array([floor, floor, math.log(10 * aiding.interval)])
     high = np.array([guess[0] + 5, guess[1] + 5, math.log(10 * horizon)])
     solved = least_squares(
         errors, np.clip(guess, low + 1e-6, high - 1e-6), bounds=(low, high), diff_step=[1e-3] * 3, xtol=1e-4
     )
-    return model_of(solved.x)
+    return filter_model(solved.x)
 
 
-def _falling_root(function: Callable[[float], float], low: float, at_low: float, most: float) -> float:
+def _falling_root(function: Callable[[float], float], low: float, at_low: float, highest: float) -> float:
     """The root of a falling function above `low`, by steps of a factor 10 and the Illinois variant of regula falsi."""
     high = low
     at_high = at_low
-    while at_high > 0 and high < most:
+    while at_high > 0 and high < highest:
         low, at_low = high, at_high
-        high = min(high + math.log(10.0), most)
+        high = min(high + math.log(10.0), highest)
         at_high = function(high)
     if at_high > 0:
         return high
@@ -349,7 +349,7 @@ class _Units:
     integral: float
 
     @classmethod
-    def of(cls, aiding: Aiding, noise: float) -> _Units:
+    def build(cls, aiding: Aiding, noise: float) -> _Units:
         """Units for a filter with N = `noise`. The deviation follows N where its ratio to that of a step is absurd."""
         step = noise * math.sqrt(aiding.interval)
         return cls(aiding.interval, min(max(aiding.deviation, step / _WIDEST_RATIO), step * _WIDEST_RATIO))
@@ -438,7 +438,7 @@ class _Truth:
     measured: Floats  # Which states are part of the rate; shape (n_states,)
 
     @classmethod
-    def of(cls, model: TrueNoise, units: _Units) -> _Truth:
+    def build(cls, model: TrueNoise, units: _Units) -> _Truth:
         terms = model.terms
         white = units.noise(terms.get("random_walk", 0.0)) ** 2
         variances, times = [], []
@@ -486,7 +486,7 @@ class _Filter:
     settling: float  # Time in which it becomes stationary, in steps
 
     @classmethod
-    def of(cls, assumed: FilterModel, units: _Units) -> _Filter:
+    def build(cls, assumed: FilterModel, units: _Units) -> _Filter:
         noise, walk = units.noise(assumed.noise), units.walk(assumed.walk)
         parts = _Continuous(noise)
         if walk:
@@ -520,7 +520,7 @@ class _Joint:
     error: Floats  # Which states make the error of the bias; shape (n_states,)
 
     @classmethod
-    def of(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:
+    def build(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:
         n, k = len(truth.transition), len(filter_.transition) - 1
         free, noise, before = (np.zeros((n + k, n + k)) for _ in range(3))
         free[:n, :n], noise[:n, :n], before[:n, :n] = truth.transition, truth.noise, truth.before

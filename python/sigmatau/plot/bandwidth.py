@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau.digits import two_digits
 from sigmatau.noise.terms import display_units
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,7 +88,7 @@ class BandwidthLike(Protocol):
 
 def draw_bandwidth(result: BandwidthLike, *, ax: Panels = None, unit: str | None = None) -> Figure:
     """Draw the curves of all logs, and beside them N of each log with the fitted aliasing and the recommended rates."""
-    curves, rates = panels_of(ax, 2) or new_figure(10.5, 4.6).subplots(1, 2, width_ratios=(1.15, 1))
+    curves, rates = check_panels(ax, 2) or new_figure(10.5, 4.6).subplots(1, 2, width_ratios=(1.15, 1))
     for k, log in enumerate(result.logs):
         factor, text = curve_unit(log.curve, unit)
         name = f"{log.rate:.6g} Hz"
@@ -99,7 +99,7 @@ def draw_bandwidth(result: BandwidthLike, *, ax: Panels = None, unit: str | None
     curves.set_title(result.channel)
     legend(curves)
     _draw_rates(result, rates)
-    return figure_of(curves)
+    return parent_figure(curves)
 
 
 def _draw_rates(result: BandwidthLike, ax: Axes) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of, small
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure, small
 from sigmatau.units import find, if_known
 
 if TYPE_CHECKING:
@@ -230,8 +230,8 @@ def _values_texts(fits: Mapping[str, FitLike], channels: Sequence[str]) -> list[
     """Channel, random walk, bias instability and rate random walk of each as far as they were found, for a legend."""
     texts = []
     for channel in channels:
-        found = [_value_text(fits[channel], term) for term in _SHOWN if term in fits[channel].observed]
-        texts.append(f"{channel}: {', '.join(found)}" if found else channel)
+        values = [_value_text(fits[channel], term) for term in _SHOWN if term in fits[channel].observed]
+        texts.append(f"{channel}: {', '.join(values)}" if values else channel)
     return texts
 
 
@@ -249,16 +249,16 @@ def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
         part = np.sqrt(avar(name, value, m=curve.m, tau0=float(curve.tau[0] / curve.m[0]))) / factor
         ax.plot(curve.tau, part, color="0.45", linewidth=0.8, zorder=1.5)
         first, last = ranges.get(name) or (math.inf, 0.0)
-        there = (curve.tau >= first * (1 - 1e-9)) & (curve.tau <= last * (1 + 1e-9))
-        ax.plot(curve.tau[there], part[there], color="0.45", linewidth=2.0, zorder=1.5)
+        inside_range = (curve.tau >= first * (1 - 1e-9)) & (curve.tau <= last * (1 + 1e-9))
+        ax.plot(curve.tau[inside_range], part[inside_range], color="0.45", linewidth=2.0, zorder=1.5)
         inside = (part > (1.3 if TERMS[name].slope else 1.1) * limits[0]) & (part < limits[1])
         if not inside.any():
             continue
-        at = int(np.argmin(np.where(inside, part**2 / total, np.inf)))
+        place = int(np.argmin(np.where(inside, part**2 / total, np.inf)))
         side = round(math.copysign(1, TERMS[name].slope)) if TERMS[name].slope else 0  # the one away from the curve
         ax.annotate(
             TERMS[name].symbols[0],
-            (float(curve.tau[at]), float(part[at])),
+            (float(curve.tau[place]), float(part[place])),
             xytext=(4 * side, 0 if side else 2),
             textcoords="offset points",
             fontsize=small(),
@@ -270,14 +270,14 @@ def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
     ax.set_ylim(limits)
 
 
-def _panels(kinds: Mapping[str, tuple[str, str]], given: Panels) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
+def _panels(kinds: Mapping[str, tuple[str, str]], chosen: Panels) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
     """A figure with axes for each quantity and unit, or the given axes: the axes, what they show, and which channels."""
     panels: dict[tuple[str, str], list[str]] = {}
     for channel, (quantity, unit) in kinds.items():
         panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
-    if (given_axes := panels_of(given, len(panels))) is not None:
+    if (given_axes := check_panels(chosen, len(panels))) is not None:
         named = zip(given_axes, panels.items(), strict=True)
-        return figure_of(given_axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
+        return parent_figure(given_axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
     columns = min(len(panels), 2)
     rows = math.ceil(len(panels) / columns)
     figure = new_figure(7.2 * columns, 5.6 * rows, dpi=120)
@@ -309,28 +309,30 @@ def _draw_line(
 ) -> None:
     term = TERMS[name]
     factor, _ = curve_unit(curve, None)
-    read_at = term.read_at if term.read_at is not None else math.sqrt(coefficient.tau_min * coefficient.tau_max)
+    read_tau = term.read_at if term.read_at is not None else math.sqrt(coefficient.tau_min * coefficient.tau_max)
     level = coefficient.value * term.level / factor
 
-    def at(tau: float) -> float:
-        return float(level * (tau / read_at) ** term.slope)
+    def height(tau: float) -> float:
+        return float(level * (tau / read_tau) ** term.slope)
 
-    left, right = curve.tau[0], curve.tau[-1]
+    first, last = curve.tau[0], curve.tau[-1]
     # The line is drawn over its region and half a decade more on either side, and on to its reading point if that is near.
     start, stop = coefficient.tau_min / 3, coefficient.tau_max * 3
-    reaches = left <= read_at <= right
+    reaches = first <= read_tau <= last
     if reaches:
-        start, stop = min(start, read_at), max(stop, read_at)
-    start, stop = max(start, left), min(stop, right)
-    ax.plot([start, stop], [at(start), at(stop)], color=colour, linestyle="--", linewidth=1.1, zorder=1.5)
+        start, stop = min(start, read_tau), max(stop, read_tau)
+    start, stop = max(start, first), min(stop, last)
+    ax.plot([start, stop], [height(start), height(stop)], color=colour, linestyle="--", linewidth=1.1, zorder=1.5)
     if reaches and term.read_at is not None:
-        ax.plot([read_at], [at(read_at)], marker="o", markersize=5, color=colour, markeredgecolor="white", zorder=4)
-    place = _free_place(math.log10(coefficient.tau_min), math.log10(coefficient.tau_max), named, at)
+        ax.plot(
+            [read_tau], [height(read_tau)], marker="o", markersize=5, color=colour, markeredgecolor="white", zorder=4
+        )
+    place = _free_place(math.log10(coefficient.tau_min), math.log10(coefficient.tau_max), named, height)
     if place is not None:
-        beyond = place > left * (right / left) ** 0.7  # a label on the right would leave the axes
+        beyond = place > first * (last / first) ** 0.7  # a label on the right would leave the axes
         ax.annotate(
             term.label(curve.quantity),
-            (place, at(place)),
+            (place, height(place)),
             xytext=(-4 if beyond else 4, 7),
             textcoords="offset points",
             ha="right" if beyond else "left",
@@ -342,12 +344,12 @@ def _draw_line(
 
 
 def _free_place(
-    low: float, high: float, named: list[tuple[float, float]], at: Callable[[float], float]
+    low: float, high: float, named: list[tuple[float, float]], height: Callable[[float], float]
 ) -> float | None:
     """An averaging time of a region at which a label covers no earlier label; None if there is none."""
     for share in (0.5, 0.35, 0.65):
         x = low + share * (high - low)
-        y = math.log10(at(10**x))
+        y = math.log10(height(10**x))
         if all(abs(x - u) > 0.9 or abs(y - v) > 0.12 for u, v in named):
             named.append((x, y))
             return float(10**x)
@@ -376,9 +378,9 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
     wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
     if wanted in (None, curve.unit):
         return 1.0, curve.unit
-    own = if_known(curve.unit)  # that of an array is as the user gave it
-    found = find(wanted, si=own.si if own else curve.unit)
-    return found.factor / (own.factor if own else 1.0), found.text
+    known_unit = if_known(curve.unit)  # that of an array is as the user gave it
+    drawn = find(wanted, si=known_unit.si if known_unit else curve.unit)
+    return drawn.factor / (known_unit.factor if known_unit else 1.0), drawn.text
 
 
 def _cycle(n: int) -> list[tuple[str, str]]:

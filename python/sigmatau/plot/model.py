@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau.noise.shown import error_unit
 from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +45,7 @@ class ErrorLike(Protocol):
 def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Panels = None) -> Figure:
     """Draw errors against time, log-log, one panel per unit, with dots at the times nearest to the marked times."""
     units = [unit for unit in _TITLES if any(error.unit == unit for error in errors.values())]
-    panels = panels_of(ax, len(units)) or list(
+    panels = check_panels(ax, len(units)) or list(
         new_figure(4.6 * len(units), 4.2).subplots(1, len(units), squeeze=False)[0]
     )
     for ax, unit in zip(panels, units, strict=True):
@@ -72,7 +72,7 @@ def draw_prediction(errors: Mapping[str, ErrorLike], *, marked: Floats, ax: Pane
         ax.set_ylabel(f"error of the {_TITLES[unit]}, rms [{text}]")
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
         legend(ax)
-    return figure_of(panels[0])
+    return parent_figure(panels[0])
 
 
 def _whole_decades(ax: Axes) -> None:
@@ -99,15 +99,15 @@ def draw_verification(
     return ax
 
 
-def draw_verifications(found: Mapping[str, tuple[CurveLike, Floats, str]], *, ax: Panels = None) -> Figure:
+def draw_verifications(verified: Mapping[str, tuple[CurveLike, Floats, str]], *, ax: Panels = None) -> Figure:
     """Draw one panel per channel."""
-    columns = min(len(found), 3)
-    rows = math.ceil(len(found) / columns)
-    panels = panels_of(ax, len(found))
+    columns = min(len(verified), 3)
+    rows = math.ceil(len(verified) / columns)
+    panels = check_panels(ax, len(verified))
     if panels is None:
         panels = list(new_figure(5.2 * columns, 4.2 * rows).subplots(rows, columns, squeeze=False).flat)
-    for panel, (curve, avar, label) in zip(panels, found.values(), strict=False):
+    for panel, (curve, avar, label) in zip(panels, verified.values(), strict=False):
         draw_verification(curve, avar, label, ax=panel)
-    for panel in panels[len(found) :]:
+    for panel in panels[len(verified) :]:
         panel.set_visible(False)
-    return figure_of(panels[0])
+    return parent_figure(panels[0])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import OptionError
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of, styled
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def plot_overlay(
     if not kinds:
         raise OptionError("`curves` has no curve to draw", option="curves")
     with styled(style):
-        axes = panels_of(ax, len(kinds))
+        axes = check_panels(ax, len(kinds))
         if axes is None:
             columns = min(len(kinds), _ACROSS)
             rows = math.ceil(len(kinds) / columns)
@@ -84,14 +84,14 @@ def plot_overlay(
             for unused in every.flat[len(kinds) :]:
                 unused.set_visible(False)
             axes = list(every.flat[: len(kinds)])
-        for one, channel in zip(axes, kinds, strict=True):
+        for panel, channel in zip(axes, kinds, strict=True):
             present = {name: record[channel] for name, record in curves.items() if channel in record}
             for k, (name, curve) in enumerate(present.items()):
                 factor, text = curve_unit(curve, unit)
                 marker = MARKERS[k % len(MARKERS)] if len(present) < _FADED else ""
-                draw_line(one, name, curve.tau, curve.adev / factor, COLOURS[k % len(COLOURS)], marker)
-            one.set_ylabel(f"Allan deviation σ(τ) [{text}]")
-            one.set_title(channel)
+                draw_line(panel, name, curve.tau, curve.adev / factor, COLOURS[k % len(COLOURS)], marker)
+            panel.set_ylabel(f"Allan deviation σ(τ) [{text}]")
+            panel.set_title(channel)
         if len(curves) < _FADED:
             legend(axes[0])
-        return figure_of(axes[0])
+        return parent_figure(axes[0])

@@ -23,10 +23,10 @@ Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
 Span = tuple[float, float]
 
-LEFT, _RIGHT, _TOP, _BOTTOM = 10.0, 0.5, 0.5, 7.0  # margins of axes
+LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 10.0, 0.5, 0.5, 7.0  # margins of axes
 PITCH = 13.5  # of the channels below each other
 _STRIP = 9.0  # height of one of them; the rest is for its name
-_FAR = 10.0  # edges of an interval are drawn up to this times the value
+_CLIP_RATIO = 10.0  # edges of an interval are drawn up to this times the value
 MARKERS = "os^Dv+"  # by channel, as their colours
 MOST_BANDS = 3  # of densities, whose intervals are as wide as their scatter: more of them hide each other
 _DASHED, _DOTTED = (3.0, 1.5), (0.6, 1.2)  # [points]
@@ -74,16 +74,16 @@ def deviations(curves: Sequence[Columns], spans: Sequence[Span], *, width: float
     width, height : float
     """
     drawing, ax = _figure(width, height)
-    _log_limits(ax, [one["tau"] for one in curves], [one["adev"] for one in curves], least=1.0)
+    _log_limits(ax, [curve["tau"] for curve in curves], [curve["adev"] for curve in curves], decades=1.0)
     if len(curves) == 1:
         _terms(ax, curves[0])
     _bands(ax, curves, "tau", "adev")
-    for one, span, colour, marker in zip(curves, spans, COLOURS, MARKERS, strict=False):
-        x = np.log10(one["tau"])
-        ax.line(x, np.log10(one["adev"]), colour, 0.6)
-        ax.markers(x, np.log10(one["adev"]), marker, colour)
-        if "model" in one:
-            _model(ax, x, one["model"], _inside(one["tau"], span), colour)
+    for curve, span, colour, marker in zip(curves, spans, COLOURS, MARKERS, strict=False):
+        x = np.log10(curve["tau"])
+        ax.line(x, np.log10(curve["adev"]), colour, 0.6)
+        ax.markers(x, np.log10(curve["adev"]), marker, colour)
+        if "model" in curve:
+            _model(ax, x, curve["model"], _inside(curve["tau"], span), colour)
     ax.frame("averaging time τ [s]")
     return drawing.svg()
 
@@ -104,18 +104,18 @@ def densities(
     width, height : float
     """
     drawing, ax = _figure(width, height)
-    _log_limits(ax, [one["frequency"] for one in curves], [one["density"] for one in curves], least=1.0)
+    _log_limits(ax, [curve["frequency"] for curve in curves], [curve["density"] for curve in curves], decades=1.0)
     if len(curves) <= MOST_BANDS:
         _bands(ax, curves, "frequency", "density")
-    for one, last, colour in zip(curves, highest, COLOURS, strict=False):
-        x = np.log10(one["frequency"])
-        ax.line(x, np.log10(one["density"]), colour, 0.5)
-        if "model" in one:
-            _model(ax, x, one["model"], one["frequency"] <= last, colour)
+    for curve, last, colour in zip(curves, highest, COLOURS, strict=False):
+        x = np.log10(curve["frequency"])
+        ax.line(x, np.log10(curve["density"]), colour, 0.5)
+        if "model" in curve:
+            _model(ax, x, curve["model"], curve["frequency"] <= last, colour)
     bottom, top = ax.y
     for k, (frequencies, colour) in enumerate(zip(lines, COLOURS, strict=False)):
-        at = np.full(len(frequencies), top - (0.03 + 0.04 * k) * (top - bottom))
-        ax.markers(np.log10(frequencies), at, "v", colour)
+        heights = np.full(len(frequencies), top - (0.03 + 0.04 * k) * (top - bottom))
+        ax.markers(np.log10(frequencies), heights, "v", colour)
     ax.frame("frequency [Hz]")
     return drawing.svg()
 
@@ -123,18 +123,19 @@ def densities(
 def ratios(curves: Sequence[Columns], spans: Sequence[Span], *, width: float, height: float) -> str:
     """Measured deviations over those of their models, where these were fitted; see `deviations`."""
     drawing, ax = _figure(width, height)
-    inside = [_inside(one["tau"], span) for one, span in zip(curves, spans, strict=True)]
+    inside = [_inside(curve["tau"], span) for curve, span in zip(curves, spans, strict=True)]
     shown = [
-        {"tau": one["tau"][part]} | {name: one[name][part] / one["model"][part] for name in ("adev", "low", "high")}
-        for one, part in zip(curves, inside, strict=True)
+        {"tau": curve["tau"][part]}
+        | {name: curve[name][part] / curve["model"][part] for name in ("adev", "low", "high")}
+        for curve, part in zip(curves, inside, strict=True)
     ]
-    _log_limits(ax, [one["tau"] for one in curves], [one["adev"] for one in shown], least=0.1)
+    _log_limits(ax, [curve["tau"] for curve in curves], [curve["adev"] for curve in shown], decades=0.1)
     reach = max(map(abs, ax.y))
     ax.log_y(-reach, reach)
     ax.line(np.array(ax.x), np.zeros(2), "#555", 0.5)
     _bands(ax, shown, "tau", "adev")
-    for one, colour, marker in zip(shown, COLOURS, MARKERS, strict=False):
-        x, y = np.log10(one["tau"]), np.log10(one["adev"])
+    for curve, colour, marker in zip(shown, COLOURS, MARKERS, strict=False):
+        x, y = np.log10(curve["tau"]), np.log10(curve["adev"])
         ax.line(x, y, colour, 0.6)
         ax.markers(x, y, marker, colour)
     ax.frame("averaging time τ [s]")
@@ -157,47 +158,47 @@ def series(
     drawing, axes = _strips(len(envelopes), width)
     for ax, (low, high), spans, (begin, end), colour in zip(axes, envelopes, outside, times, COLOURS, strict=False):
         ax.linear_x(0.0, last / size)
-        there = np.isfinite(low)
-        bottom, top = (float(low[there].min()), float(high[there].max())) if there.any() else (0.0, 0.0)
+        finite = np.isfinite(low)
+        bottom, top = (float(low[finite].min()), float(high[finite].max())) if finite.any() else (0.0, 0.0)
         spare = 0.08 * (top - bottom) or max(abs(top), 1.0) * 0.1
         ax.linear_y(bottom - spare, top + spare)
         for start, stop in spans:
-            ax.rectangle(start / size, stop / size, *ax.y, _GREY, least=0.4)
+            ax.rectangle(start / size, stop / size, *ax.y, _GREY, smallest=0.4)
         edges = np.linspace(begin / size, end / size, len(low) + 1)
         ax.steps(edges, low, high, colour)
         ax.frame(f"time in the record [{unit}]" if ax is axes[-1] else None)
     return drawing.svg()
 
 
-def maps(found: Sequence[Map], limit: float, *, width: float) -> str:
+def maps(shown: Sequence[Map], limit: float, *, width: float) -> str:
     """Dynamic Allan deviations over their medians, where chance does not explain the ratio, channel below channel.
 
     `limit`: ratio at the end of the colour scale. Windows with too few samples are grey.
     """
-    duration = max(float(one.times[-1]) + one.window / 2 for one in found)
+    duration = max(float(channel.times[-1]) + channel.window / 2 for channel in shown)
     unit, size = clock(duration)
-    drawing, axes = _strips(len(found), width)
-    for ax, one in zip(axes, found, strict=True):
-        half = (one.times[1] - one.times[0]) / 2 if len(one.times) > 1 else one.window / 2
-        across = np.append(one.times - half, one.times[-1] + half) / size
-        logarithm = np.log10(one.tau)
+    drawing, axes = _strips(len(shown), width)
+    for ax, channel in zip(axes, shown, strict=True):
+        half = (channel.times[1] - channel.times[0]) / 2 if len(channel.times) > 1 else channel.window / 2
+        across = np.append(channel.times - half, channel.times[-1] + half) / size
+        logarithm = np.log10(channel.tau)
         middle = (logarithm[1:] + logarithm[:-1]) / 2 if len(logarithm) > 1 else logarithm + 0.15
         up = np.concatenate([[2 * logarithm[0] - middle[0]], middle, [2 * logarithm[-1] - middle[-1]]])
         ax.linear_x(0.0, duration / size)
-        ax.log_y(float(up[0]), float(up[-1]), most=3)
-        for start, stop in runs(one.missing):
+        ax.log_y(float(up[0]), float(up[-1]), count=3)
+        for start, stop in runs(channel.missing):
             ax.rectangle(across[start], across[stop], *ax.y, _GREY)
-        _coloured(ax, across, up, one, limit)
+        _coloured(ax, across, up, channel, limit)
         ax.frame(f"time in the record, middle of the window [{unit}]" if ax is axes[-1] else None, grid=False)
     return drawing.svg()
 
 
-def _coloured(ax: Axes, across: Floats, up: Floats, one: Map, limit: float) -> None:
+def _coloured(ax: Axes, across: Floats, up: Floats, channel: Map, limit: float) -> None:
     """The cells beyond chance, as rectangles of one colour in time."""
-    most = len(MAP_COLOURS) - 1
-    place = np.nan_to_num((np.log(one.ratio) / math.log(limit) + 1) / 2 * most)
-    classes = np.where(one.beyond, np.clip(np.round(place), 0, most), -1).astype(int)
-    for k in range(len(one.tau)):
+    last = len(MAP_COLOURS) - 1
+    place = np.nan_to_num((np.log(channel.ratio) / math.log(limit) + 1) / 2 * last)
+    classes = np.where(channel.beyond, np.clip(np.round(place), 0, last), -1).astype(int)
+    for k in range(len(channel.tau)):
         column = classes[:, k]
         edges = np.flatnonzero(np.diff(column, prepend=-2, append=-2))
         for start, stop in pairwise(edges.tolist()):
@@ -212,48 +213,48 @@ def strips_height(count: int) -> float:
 
 def _figure(width: float, height: float) -> tuple[Drawing, Axes]:
     drawing = Drawing(width, height)
-    return drawing, drawing.axes(LEFT, _TOP, width - LEFT - _RIGHT, height - _TOP - _BOTTOM)
+    return drawing, drawing.axes(LEFT_MARGIN, _TOP, width - LEFT_MARGIN - _RIGHT, height - _TOP - _BOTTOM)
 
 
 def _strips(count: int, width: float) -> tuple[Drawing, list[Axes]]:
     drawing = Drawing(width, strips_height(count))
     tops = (k * PITCH + PITCH - _STRIP for k in range(count))
-    return drawing, [drawing.axes(LEFT, top, width - LEFT - _RIGHT, _STRIP) for top in tops]
+    return drawing, [drawing.axes(LEFT_MARGIN, top, width - LEFT_MARGIN - _RIGHT, _STRIP) for top in tops]
 
 
 def _inside(tau: Floats, span: Span) -> NDArray[np.bool_]:
     return np.asarray((tau >= span[0] * (1 - 1e-9)) & (tau <= span[1] * (1 + 1e-9)))
 
 
-def _log_limits(ax: Axes, x: Sequence[Floats], y: Sequence[Floats], *, least: float) -> None:
+def _log_limits(ax: Axes, x: Sequence[Floats], y: Sequence[Floats], *, decades: float) -> None:
     """Limits around positive numbers, at least so many decades high."""
     ends = []
     for parts in (x, y):
         values = np.log10(np.concatenate(list(parts)))
         values = values[np.isfinite(values)]
         ends.append((float(values.min()), float(values.max())) if len(values) else (0.0, 1.0))
-    (left, right), (bottom, top) = ends
-    margin = 0.02 * max(right - left, 1.0)
-    spare = max(0.06 * (top - bottom), (least - (top - bottom)) / 2)
-    ax.log_x(left - margin, right + margin)
+    (begin, end), (bottom, top) = ends
+    margin = 0.02 * max(end - begin, 1.0)
+    spare = max(0.06 * (top - bottom), (decades - (top - bottom)) / 2)
+    ax.log_x(begin - margin, end + margin)
     ax.log_y(bottom - spare, top + spare)
 
 
 def _bands(ax: Axes, curves: Sequence[Columns], across: str, up: str) -> None:
     """The intervals of all curves, which lie below them."""
-    for one, colour in zip(curves, COLOURS, strict=False):
-        low, high = np.fmax(one["low"], one[up] / _FAR), np.fmin(one["high"], one[up] * _FAR)
-        ax.area(np.log10(one[across]), np.log10(low), np.log10(high), colour)
+    for curve, colour in zip(curves, COLOURS, strict=False):
+        low, high = np.fmax(curve["low"], curve[up] / _CLIP_RATIO), np.fmin(curve["high"], curve[up] * _CLIP_RATIO)
+        ax.area(np.log10(curve[across]), np.log10(low), np.log10(high), colour)
 
 
 def _model(ax: Axes, x: Floats, model: Floats, used: NDArray[np.bool_], colour: str) -> None:
     """Dashed where it was fitted, dotted elsewhere; the pieces share their ends."""
     y = np.log10(model)
     ax.line(x, np.where(used, y, np.nan), colour, 0.7, _DASHED)
-    other = ~used
-    other[:-1] |= ~used[1:]
-    other[1:] |= ~used[:-1]
-    ax.line(x, np.where(other, y, np.nan), colour, 0.7, _DOTTED)
+    unused = ~used
+    unused[:-1] |= ~used[1:]
+    unused[1:] |= ~used[:-1]
+    ax.line(x, np.where(unused, y, np.nan), colour, 0.7, _DOTTED)
 
 
 def _terms(ax: Axes, curve: Columns) -> None:
@@ -269,7 +270,7 @@ def _terms(ax: Axes, curve: Columns) -> None:
         share = np.where(within, part / curve["model"], 0.0)
         if not share.max() > 0:
             continue
-        at = int(np.argmax(share))
+        place = int(np.argmax(share))
         *_, symbol = label.split(" ")
-        falls = y[at] < y[max(at - 1, 0)]  # on the side away from the curve
-        ax.text(float(x[at]), float(y[at]), symbol if len(symbol) == 1 else label, end=bool(falls))
+        falls = y[place] < y[max(place - 1, 0)]  # on the side away from the curve
+        ax.text(float(x[place]), float(y[place]), symbol if len(symbol) == 1 else label, end=bool(falls))

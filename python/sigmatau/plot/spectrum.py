@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.noise.terms import asked_density
 from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
 from sigmatau.units import find, known
 
 if TYPE_CHECKING:
@@ -120,19 +120,19 @@ def draw_spectrum(
     ax.loglog(binned.frequency, density, linewidth=1, linestyle=":", color=colour)
     ax.loglog(binned.frequency[~doubtful], density[~doubtful], linewidth=1.3, color=colour, label=spectrum.channel)
     if expected is not None:
-        there = expected > 0
+        positive = expected > 0
         ax.loglog(
-            spectrum.frequency[there],
-            expected[there] / factor**2,
+            spectrum.frequency[positive],
+            expected[positive] / factor**2,
             color=colour,
             linestyle="--",
             linewidth=1.1,
             zorder=3,
         )
     if without:
-        more = f" and {len(without) - 1} more" if len(without) > 1 else ""
-        text_of = f"{spectrum.channel}: model without {without[0]}{more}"
-        ax.plot([], [], color=colour, linestyle="--", linewidth=1.1, label=text_of)
+        others_words = f" and {len(without) - 1} more" if len(without) > 1 else ""
+        remark = f"{spectrum.channel}: model without {without[0]}{others_words}"
+        ax.plot([], [], color=colour, linestyle="--", linewidth=1.1, label=remark)
     ax.set_xlabel("frequency [Hz]")
     ax.set_ylabel(label)
     ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
@@ -169,7 +169,7 @@ def draw_spectra(
     kinds: dict[tuple[str, str], list[str]] = {}
     for channel, spectrum in spectra.items():
         kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
-    panels = panels_of(ax, len(kinds)) or list(
+    panels = check_panels(ax, len(kinds)) or list(
         new_figure(7 * len(kinds), 4.8).subplots(1, len(kinds), squeeze=False)[0]
     )
     for ax, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
@@ -190,7 +190,7 @@ def draw_spectra(
         if any(channel in expected for channel in channels):
             ax.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
         legend(ax)
-    return figure_of(panels[0])
+    return parent_figure(panels[0])
 
 
 def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colour: str = COLOURS[0]) -> Axes:
@@ -210,7 +210,7 @@ def draw_comparison(comparison: ComparisonLike, *, ax: Axes | None = None, colou
 
 def draw_cross(cross: CrossLike, *, ax: Panels = None, colour: str = COLOURS[0]) -> Figure:
     """Draw the coherence with its 95 % significance level, and the phase where the coherence is above it."""
-    upper, lower = panels_of(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    upper, lower = check_panels(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
     low, high = cross.coherence_interval()
     upper.fill_between(cross.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
     upper.semilogx(cross.frequency, cross.coherence, color=colour, linewidth=1.2)
@@ -219,30 +219,32 @@ def draw_cross(cross: CrossLike, *, ax: Panels = None, colour: str = COLOURS[0])
     upper.set_ylim(0, 1)
     upper.set_ylabel(f"coherence γ² of {cross.a} and {cross.b}")
     legend(upper)
-    seen = cross.coherence > level
+    significant = cross.coherence > level
     begin, end = (np.degrees(edge) for edge in cross.phase_interval())
     phase = np.degrees(cross.phase)
-    errors = np.array([phase - begin, end - phase])[:, seen]
-    lower.errorbar(cross.frequency[seen], phase[seen], errors, fmt="o", markersize=2.5, linewidth=0.8, color=colour)
+    errors = np.array([phase - begin, end - phase])[:, significant]
+    lower.errorbar(
+        cross.frequency[significant], phase[significant], errors, fmt="o", markersize=2.5, linewidth=0.8, color=colour
+    )
     lower.set_ylim(-190, 190)
     lower.set_yticks([-180, -90, 0, 90, 180])
     lower.set_xlabel("frequency [Hz]")
     lower.set_ylabel(f"phase of {cross.b} [deg]")
     for panel in (upper, lower):
         panel.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-    return figure_of(upper)
+    return parent_figure(upper)
 
 
-def draw_filter(found: FilterLike, *, ax: Panels = None, colour: str = COLOURS[0]) -> Figure:
+def draw_filter(fitted: FilterLike, *, ax: Panels = None, colour: str = COLOURS[0]) -> Figure:
     """Draw the magnitude of a filter with its 95 % interval, and its phase."""
-    upper, lower = panels_of(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
-    f = found.frequency[1:]
-    upper.fill_between(f, found.low[1:], found.high[1:], color=colour, alpha=0.25, linewidth=0)
-    upper.loglog(f, found.magnitude[1:], color=colour, linewidth=1.1)
-    upper.set_ylabel(f"|H(f)| of {found.channel}")
-    lower.semilogx(f, np.degrees(found.phase[1:]), color=colour, linewidth=1.1)
+    upper, lower = check_panels(ax, 2) or new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1))
+    f = fitted.frequency[1:]
+    upper.fill_between(f, fitted.low[1:], fitted.high[1:], color=colour, alpha=0.25, linewidth=0)
+    upper.loglog(f, fitted.magnitude[1:], color=colour, linewidth=1.1)
+    upper.set_ylabel(f"|H(f)| of {fitted.channel}")
+    lower.semilogx(f, np.degrees(fitted.phase[1:]), color=colour, linewidth=1.1)
     lower.set_ylabel("phase [deg],\nminimum phase assumed")
     lower.set_xlabel("frequency [Hz]")
     for panel in (upper, lower):
         panel.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
-    return figure_of(upper)
+    return parent_figure(upper)

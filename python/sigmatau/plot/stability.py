@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import runs
 from sigmatau.plot.curves import ChannelLike, curve_unit
-from sigmatau.plot.style import across, figure_of, new_figure, panels_of
+from sigmatau.plot.style import across, check_panels, new_figure, parent_figure
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -48,10 +48,10 @@ class MapLike(ChannelLike, WindowLike, Protocol):
 
 def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
     """Draw one map per channel, three in a row, or in the given axes."""
-    if (given := panels_of(ax, len(maps))) is not None:
-        for panel, dynamic in zip(given, maps.values(), strict=True):
+    if (axes := check_panels(ax, len(maps))) is not None:
+        for panel, dynamic in zip(axes, maps.values(), strict=True):
             draw_dynamic(dynamic, ax=panel)
-        return figure_of(given[0])
+        return parent_figure(axes[0])
     columns = min(len(maps), across())
     down = -(-len(maps) // columns)
     figure = new_figure(1.5 + 6.2 * columns, 0.6 + 3.8 * down)
@@ -89,8 +89,8 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     middle = dynamic.tau[:-1] * steps if len(dynamic.tau) > 1 else np.empty(0)
     up = np.concatenate([[dynamic.tau[0] / steps[0]], middle, [dynamic.tau[-1] * steps[-1]]])
     limit = colour_limit(ratio)
-    seen = np.ma.masked_where(~beyond_chance(ratio, dynamic).T, ratio.T)
-    mesh = ax.pcolormesh(across, up, seen, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True)
+    coloured = np.ma.masked_where(~beyond_chance(ratio, dynamic).T, ratio.T)
+    mesh = ax.pcolormesh(across, up, coloured, norm=LogNorm(1 / limit, limit), cmap="RdBu_r", rasterized=True)
     empty = np.asarray(~np.isfinite(ratio).any(axis=1), dtype=np.bool_)
     for start, stop in runs(empty):
         ax.axvspan(across[start], across[stop], facecolor="0.85", edgecolor="0.5", hatch="///", linewidth=0)
@@ -106,16 +106,18 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g} ×"))
     bar.ax.yaxis.set_minor_formatter(NullFormatter())
     bar.ax.minorticks_off()
-    known = np.flatnonzero(np.isfinite(medians) & (medians > 0))
+    usable = np.flatnonzero(np.isfinite(medians) & (medians > 0))
     chosen = (
-        known[np.unique(np.round(np.linspace(0, len(known) - 1, _MEDIAN_LABELS)).astype(int))] if len(known) else known
+        usable[np.unique(np.round(np.linspace(0, len(usable) - 1, _MEDIAN_LABELS)).astype(int))]
+        if len(usable)
+        else usable
     )
-    beside = ax.secondary_yaxis("right")
-    beside.yaxis.set_major_locator(FixedLocator(dynamic.tau[chosen].tolist()))
-    beside.yaxis.set_major_formatter(_at(dynamic.tau[chosen], medians[chosen] / factor))
-    beside.yaxis.set_minor_formatter(NullFormatter())
-    beside.minorticks_off()
-    beside.set_ylabel(f"median σ(τ) [{text}]")
+    right_axis = ax.secondary_yaxis("right")
+    right_axis.yaxis.set_major_locator(FixedLocator(dynamic.tau[chosen].tolist()))
+    right_axis.yaxis.set_major_formatter(_label_values(dynamic.tau[chosen], medians[chosen] / factor))
+    right_axis.yaxis.set_minor_formatter(NullFormatter())
+    right_axis.minorticks_off()
+    right_axis.set_ylabel(f"median σ(τ) [{text}]")
     return ax
 
 
@@ -150,8 +152,8 @@ def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
         NaN where no window has one, or the median is 0.
     """
     medians = np.full(adev.shape[1], np.nan)
-    there = np.isfinite(adev)
-    some = there.any(axis=0)
+    finite = np.isfinite(adev)
+    some = finite.any(axis=0)
     medians[some] = np.nanmedian(adev[:, some], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where((medians > 0) & (adev > 0), adev / medians, np.nan)
@@ -164,7 +166,7 @@ def colour_limit(ratio: NDArray[np.float64]) -> float:
     return float(np.clip(np.exp(np.quantile(off, 0.9)), *_COLOUR_LIMITS)) if len(off) else _COLOUR_LIMITS[0]
 
 
-def _at(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it
+def _label_values(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it
     """Labels of an axis at the averaging times `tau`: the values there."""
     from matplotlib.ticker import FuncFormatter
 

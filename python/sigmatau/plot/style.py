@@ -101,18 +101,18 @@ def legend(ax: Axes) -> None:
         ax.legend(fontsize=small(), loc="best")
 
 
-def figure_of(ax: Axes) -> Figure:
+def parent_figure(ax: Axes) -> Figure:
     """The figure of axes."""
     return cast("Figure", ax.get_figure(root=True))
 
 
-def panels_of(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one axes, several, or None
+def check_panels(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one axes, several, or None
     """Given axes, one a panel; None if there are none. Raises `OptionError` for another number."""
     if ax is None:
         return None
     several = getattr(ax, "flat", ax)
-    given = [ax] if hasattr(ax, "plot") else list(several) if isinstance(several, Iterable) else []
-    if len(given) != count or not all(hasattr(one, "plot") for one in given):
-        got = f"{ax!r:.80}" if not given else len(given)
+    panels = [ax] if hasattr(ax, "plot") else list(several) if isinstance(several, Iterable) else []
+    if len(panels) != count or not all(hasattr(panel, "plot") for panel in panels):
+        got = f"{ax!r:.80}" if not panels else len(panels)
         raise OptionError(f"{{option}} must be {count} axes, one a panel, not {got}", option="ax")
-    return given
+    return panels

@@ -41,14 +41,14 @@ class Drawing:
         self._parts: list[str] = []
         self._clips = 0
 
-    def axes(self, left: float, top: float, width: float, height: float) -> Axes:
+    def axes(self, x: float, y: float, width: float, height: float) -> Axes:
         """Axes at a place in millimetres from the upper left corner."""
         self._clips += 1
-        return Axes(self._parts, f"c{self._clips}", *(one * _POINTS for one in (left, top, width, height)))
+        return Axes(self._parts, f"c{self._clips}", *(length * _POINTS for length in (x, y, width, height)))
 
     def svg(self) -> str:
         """The picture, lengths in points."""
-        width, height = (f"{one:.1f}" for one in self._size)
+        width, height = (f"{length:.1f}" for length in self._size)
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt"'
             f' viewBox="0 0 {width} {height}" font-family="{escape(self._font)}" stroke-linejoin="round">'
@@ -59,32 +59,32 @@ class Drawing:
 class Axes:
     """A frame in which numbers have places; those of a logarithmic axis are given as logarithms."""
 
-    def __init__(self, parts: list[str], clip: str, left: float, top: float, width: float, height: float) -> None:
+    def __init__(self, parts: list[str], clip: str, x: float, y: float, width: float, height: float) -> None:
         self._parts, self._clip = parts, clip
-        self._left, self._top, self._width, self._height = left, top, width, height
+        self._x0, self._y0, self._width, self._height = x, y, width, height
         self.x: tuple[float, float] = (0.0, 1.0)
         self.y: tuple[float, float] = (0.0, 1.0)
         self._ticks: dict[str, tuple[list[tuple[float, str]], list[float]]] = {"x": ([], []), "y": ([], [])}
         parts.append(
-            f'<clipPath id="{clip}"><rect x="{left:.1f}" y="{top:.1f}" width="{width:.1f}" height="{height:.1f}"/>'
+            f'<clipPath id="{clip}"><rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"/>'
             "</clipPath>"
         )
 
-    def log_x(self, low: float, high: float, *, most: int = 7) -> None:
+    def log_x(self, low: float, high: float, *, count: int = 7) -> None:
         """Limits, and at most so many ticks."""
-        self.x, self._ticks["x"] = (low, high), log_ticks(low, high, most)
+        self.x, self._ticks["x"] = (low, high), log_ticks(low, high, count)
 
-    def log_y(self, low: float, high: float, *, most: int = 7) -> None:
+    def log_y(self, low: float, high: float, *, count: int = 7) -> None:
         """Limits, and at most so many ticks."""
-        self.y, self._ticks["y"] = (low, high), log_ticks(low, high, most)
+        self.y, self._ticks["y"] = (low, high), log_ticks(low, high, count)
 
-    def linear_x(self, low: float, high: float, *, most: int = 7) -> None:
+    def linear_x(self, low: float, high: float, *, count: int = 7) -> None:
         """Limits, and at most so many ticks."""
-        self.x, self._ticks["x"] = (low, high), (_named(even_ticks(low, high, most)), [])
+        self.x, self._ticks["x"] = (low, high), (_named(even_ticks(low, high, count)), [])
 
-    def linear_y(self, low: float, high: float, *, most: int = 3) -> None:
+    def linear_y(self, low: float, high: float, *, count: int = 3) -> None:
         """Limits, and at most so many ticks."""
-        self.y, self._ticks["y"] = (low, high), (_named(even_ticks(low, high, most, _CLOSE)), [])
+        self.y, self._ticks["y"] = (low, high), (_named(even_ticks(low, high, count, _CLOSE)), [])
 
     def line(self, x: Floats, y: Floats, colour: str, width: float, dash: tuple[float, ...] = ()) -> None:
         """A line, interrupted where a number is missing."""
@@ -109,9 +109,9 @@ class Axes:
         path = ""
         for a, b in runs(np.isfinite(low) & np.isfinite(high)):
             x, lower, upper = self._across(edges[a : b + 1]).tolist(), self._up(low[a:b]).tolist(), self._up(high[a:b])
-            there = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[1:], upper.tolist(), strict=True))
+            upper_path = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[1:], upper.tolist(), strict=True))
             back = "".join(f"V{v:.1f}H{u:.1f}" for u, v in zip(x[-2::-1], lower[::-1], strict=True))
-            path += f"M{x[0]:.1f} {lower[0]:.1f}{there}{back}z"
+            path += f"M{x[0]:.1f} {lower[0]:.1f}{upper_path}{back}z"
         if path:
             self._drawn(path, f'fill="{colour}" stroke="{colour}" stroke-width="0.3"')
 
@@ -128,10 +128,12 @@ class Axes:
         if path:
             self._drawn(path, f'fill="{colour}"')
 
-    def rectangle(self, left: float, right: float, low: float, high: float, colour: str, *, least: float = 0.0) -> None:
+    def rectangle(
+        self, start: float, stop: float, low: float, high: float, colour: str, *, smallest: float = 0.0
+    ) -> None:
         """A filled rectangle, at least so many points wide."""
-        (a, b), (c, d) = self._across(np.array([left, right])).tolist(), self._up(np.array([high, low])).tolist()
-        wide = max(b - a, least)
+        (a, b), (c, d) = self._across(np.array([start, stop])).tolist(), self._up(np.array([high, low])).tolist()
+        wide = max(b - a, smallest)
         # A little larger than it is, so that neighbours leave no gap.
         self._parts.append(
             f'<rect x="{a:.2f}" y="{c:.2f}" width="{wide + 0.15:.2f}" height="{d - c + 0.15:.2f}" fill="{colour}"'
@@ -145,35 +147,35 @@ class Axes:
 
     def frame(self, label: str | None, *, grid: bool = True) -> None:
         """The frame, its ticks with numbers, and the label of the horizontal axis; without one, neither its numbers."""
-        left, top, right, bottom = self._left, self._top, self._left + self._width, self._top + self._height
+        x0, y0, x1, y1 = self._x0, self._y0, self._x0 + self._width, self._y0 + self._height
         lines, ticks = "", ""
         for axis in ("x", "y"):
             major, minor = self._ticks[axis]
             places = [value for value, _ in major]
             for values, length in ((places, _MAJOR), (minor, _MINOR)):
-                for at in (self._across if axis == "x" else self._up)(np.array(values, dtype=np.float64)).tolist():
+                for tick in (self._across if axis == "x" else self._up)(np.array(values, dtype=np.float64)).tolist():
                     if axis == "x":
-                        ticks += f"M{at:.1f} {bottom:.1f}v{-length}M{at:.1f} {top:.1f}v{length}"
-                        lines += f"M{at:.1f} {top:.1f}V{bottom:.1f}" if length == _MAJOR else ""
+                        ticks += f"M{tick:.1f} {y1:.1f}v{-length}M{tick:.1f} {y0:.1f}v{length}"
+                        lines += f"M{tick:.1f} {y0:.1f}V{y1:.1f}" if length == _MAJOR else ""
                     else:
-                        ticks += f"M{left:.1f} {at:.1f}h{length}M{right:.1f} {at:.1f}h{-length}"
-                        lines += f"M{left:.1f} {at:.1f}H{right:.1f}" if length == _MAJOR else ""
+                        ticks += f"M{x0:.1f} {tick:.1f}h{length}M{x1:.1f} {tick:.1f}h{-length}"
+                        lines += f"M{x0:.1f} {tick:.1f}H{x1:.1f}" if length == _MAJOR else ""
         if grid:
             # Below what was drawn in these axes before.
-            at = next(k for k, part in enumerate(self._parts) if part.startswith(f'<clipPath id="{self._clip}"'))
-            self._parts.insert(at + 1, f'<path d="{lines}" stroke="#dcdfe3" stroke-width="{_GRID}"/>')
-        box = f"M{left:.1f} {top:.1f}H{right:.1f}V{bottom:.1f}H{left:.1f}z"
+            under = next(k for k, part in enumerate(self._parts) if part.startswith(f'<clipPath id="{self._clip}"'))
+            self._parts.insert(under + 1, f'<path d="{lines}" stroke="#dcdfe3" stroke-width="{_GRID}"/>')
+        box = f"M{x0:.1f} {y0:.1f}H{x1:.1f}V{y1:.1f}H{x0:.1f}z"
         self._parts.append(f'<path d="{box}{ticks}" fill="none" stroke="#000" stroke-width="{_FRAME}"/>')
         for value, text in self._ticks["y"][0]:
-            self._written(left - 2.5, float(self._up(np.array(value))) + 0.33 * _SIZE, text, "end", _SIZE)
+            self._written(x0 - 2.5, float(self._up(np.array(value))) + 0.33 * _SIZE, text, "end", _SIZE)
         if label is not None:
             for value, text in self._ticks["x"][0]:
                 half = (
                     0.26 * _SIZE * len(text)
                 )  # of the number's width; it ends where the axes do, if it would be cut off
-                at = min(float(self._across(np.array(value))), right + 1 - half)
-                self._written(at, bottom + 2.5 + 0.72 * _SIZE, text, "middle", _SIZE)
-            self._written((left + right) / 2, bottom + 3.5 + _SIZE + _LABEL, label, "middle", _LABEL)
+                place = min(float(self._across(np.array(value))), x1 + 1 - half)
+                self._written(place, y1 + 2.5 + 0.72 * _SIZE, text, "middle", _SIZE)
+            self._written((x0 + x1) / 2, y1 + 3.5 + _SIZE + _LABEL, label, "middle", _LABEL)
 
     def _written(self, x: float, y: float, text: str, anchor: str, size: float) -> None:
         self._parts.append(
@@ -184,16 +186,16 @@ class Axes:
         self._parts.append(f'<path d="{path}" {style} clip-path="url(#{self._clip})"/>')
 
     def _across(self, x: Floats) -> Floats:
-        return np.asarray(self._left + (x - self.x[0]) / (self.x[1] - self.x[0]) * self._width)
+        return np.asarray(self._x0 + (x - self.x[0]) / (self.x[1] - self.x[0]) * self._width)
 
     def _up(self, y: Floats) -> Floats:
-        return np.asarray(self._top + (self.y[1] - y) / (self.y[1] - self.y[0]) * self._height)
+        return np.asarray(self._y0 + (self.y[1] - y) / (self.y[1] - self.y[0]) * self._height)
 
 
-def log_ticks(low: float, high: float, most: int) -> tuple[list[tuple[float, str]], list[float]]:
+def log_ticks(low: float, high: float, count: int) -> tuple[list[tuple[float, str]], list[float]]:
     """Places with numbers, and places without, of a logarithmic axis between two logarithms."""
     first, last = math.ceil(low - 1e-9), math.floor(high + 1e-9)
-    step = max(1, math.ceil((last - first + 1) / most))
+    step = max(1, math.ceil((last - first + 1) / count))
     decades = [k for k in range(first, last + 1) if k % step == 0]
     tenths = [k + math.log10(j) for k in range(first - 1, last + 1) for j in range(2, 10)]
     minor = [value for value in (tenths if step == 1 else map(float, range(first, last + 1))) if low <= value <= high]
@@ -202,19 +204,19 @@ def log_ticks(low: float, high: float, most: int) -> tuple[list[tuple[float, str
         return [(float(k), f"{10.0**k:g}" if plain else power(k)) for k in decades], minor
     values = [10.0**k * j for k in range(first - 1, last + 1) for j in (1, 2, 5) if low <= k + math.log10(j) <= high]
     if len(values) < 3:
-        values, minor = even_ticks(10**low, 10**high, most), []
+        values, minor = even_ticks(10**low, 10**high, count), []
     return [(math.log10(value), text) for value, text in _named(values)], minor
 
 
-def even_ticks(low: float, high: float, most: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
+def even_ticks(low: float, high: float, count: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
     """At most so many round numbers at equal distances between two numbers."""
     span = high - low
     if not span > 0:
         return []
-    exponent = math.floor(math.log10(span / most)) - 1
+    exponent = math.floor(math.log10(span / count)) - 1
     for step in (j * 10.0**k for k in range(exponent, exponent + 4) for j in steps):
         first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-        if last - first + 1 <= most:
+        if last - first + 1 <= count:
             return [k * step for k in range(first, last + 1)]
     return []
 

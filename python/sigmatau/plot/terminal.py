@@ -21,10 +21,10 @@ _SPARK_DECADE = 16  # [px]
 
 def sparkline(tau: NDArray[np.float64], adev: NDArray[np.float64]) -> str:
     """A curve as a small picture for a table of a notebook (SVG), log-log, a decade as high as it is wide."""
-    there = adev > 0
-    if there.sum() < 2:
+    positive = adev > 0
+    if positive.sum() < 2:
         return ""
-    x, y = np.log10(tau[there]), np.log10(adev[there])
+    x, y = np.log10(tau[positive]), np.log10(adev[positive])
     size = _SPARK_DECADE * (x - x[0]), _SPARK_DECADE * (y.max() - y)
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(size[0] + 1, size[1] + 1, strict=True))
     width, height = size[0].max() + 2, size[1].max() + 2
@@ -56,11 +56,11 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
     factor, unit = curve_unit(next(iter(drawn.values())), None)
     taus = [curve.tau[curve.adev > 0] for curve in drawn.values()]
     levels = [np.log10(curve.adev[curve.adev > 0] / factor) for curve in drawn.values()]
-    left, right = (math.log10(end(float(end(t)) for t in taus)) for end in (min, max))
+    first, last = (math.log10(end(float(end(t)) for t in taus)) for end in (min, max))
     bottom = math.floor(min(float(level.min()) for level in levels) * 2) / 2
     top = max(math.ceil(max(float(level.max()) for level in levels) * 2) / 2, bottom + 0.5)
     dots = np.zeros((4 * rows, 2 * columns), dtype=np.bool_)
-    grid = np.linspace(left, right, 2 * columns)
+    grid = np.linspace(first, last, 2 * columns)
     for tau, level in zip(taus, levels, strict=True):
         reach = grid <= np.log10(tau[-1]) + 1e-9
         heights = np.interp(grid, np.log10(tau), level)
@@ -71,7 +71,7 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
     label = {0: significant(10**top), rows - 1: significant(10**bottom)}
     lines = [f"{'':{_MARGIN}} σ(τ) [{unit}]   {short_axes(tuple(drawn))}"[:width]]
     lines += [f"{label.get(k, ''):>{_MARGIN}}│{''.join(row)}" for k, row in enumerate(canvas)]
-    ends = significant(10**left), f"{seconds(10**right)} s"
+    ends = significant(10**first), f"{seconds(10**last)} s"
     lines.append(f"{'':{_MARGIN}}└{'─' * columns}")
     lines.append(f"{'':{_MARGIN}} {ends[0]}{' τ':^{max(columns - len(ends[0]) - len(ends[1]), 2)}}{ends[1]}"[:width])
     return lines

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.plot.curves import COLOURS, MARKERS
-from sigmatau.plot.style import figure_of, legend, new_figure, panels_of
+from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +44,7 @@ class TuningLike(Protocol):
 
 def draw_whiteness(tunings: Mapping[str, TuningLike], *, ax: Axes | None = None) -> Figure:
     """Draw the curve of each channel with its interval, and 1/√m with the band in which white noise is."""
-    (panel,) = panels_of(ax, 1) or [new_figure(6.4, 4.6).subplots()]
+    (panel,) = check_panels(ax, 1) or [new_figure(6.4, 4.6).subplots()]
     widest = max((tuning.whiteness for tuning in tunings.values()), key=lambda curve: float(curve.m[-1]))
     level = next(iter(tunings.values())).level
     white = 1 / np.sqrt(widest.m)
@@ -68,4 +68,4 @@ def draw_whiteness(tunings: Mapping[str, TuningLike], *, ax: Axes | None = None)
     panel.set_ylabel("Allan deviation of normalised innovations [1]")
     panel.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
     legend(panel)
-    return figure_of(panel)
+    return parent_figure(panel)

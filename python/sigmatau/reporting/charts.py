@@ -51,7 +51,7 @@ UNITS: Mapping[str, tuple[str, ...]] = {
 TITLES = {"angular_rate": "Gyroscope", "acceleration": "Accelerometer"}
 
 
-def charts_of(analysis: Analysis, record: Record | None, used: Record | None) -> dict[str, Any]:
+def collect_charts(analysis: Analysis, record: Record | None, used: Record | None) -> dict[str, Any]:
     """Sensors with their units and channels, and what is drawn of each channel.
 
     Parameters
@@ -83,7 +83,7 @@ def charts_of(analysis: Analysis, record: Record | None, used: Record | None) ->
     for name, curve in analysis.curves.items():
         channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
     if record is not None and used is not None:
-        samples = in_threads(lambda name: _of_samples(analysis, record, used, name, bins), names)
+        samples = in_threads(lambda name: _sample_charts(analysis, record, used, name, bins), names)
         for name in names:
             channels[name] |= samples[name]
     return {"sensors": list(sensors.values()), "channels": channels}
@@ -100,25 +100,25 @@ class _Kind(Protocol):
 
 def _kinds(analysis: Analysis, record: Record) -> dict[str, _Kind]:
     """Channels of a record, with those that were not analysed: a dead axis or a thermometer is what a reader looks for."""
-    known: dict[str, _Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
-    return {channel: analysis.curves.get(channel, stream) for channel, stream in known.items()}
+    streams: dict[str, _Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
+    return {channel: analysis.curves.get(channel, stream) for channel, stream in streams.items()}
 
 
-def _of_samples(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
+def _sample_charts(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
     """Density, time series and map of a channel; without those that it is too short for, or was not analysed for."""
     whole = record.stream_of(channel)
     mask = analysis.masks.get(channel) if channel in analysis.curves else None
-    found: dict[str, Any] = {"series": _series(whole, channel, mask, bins)}
+    charts: dict[str, Any] = {"series": _series(whole, channel, mask, bins)}
     if mask is None:
-        return found
+        return charts
     part = used.stream_of(channel).only(channel)
     if part.grid.n > LONGEST:
         part = part.cut(0, LONGEST)
     if (density := _density(part, channel, analysis.fits.get(channel))) is not None:
-        found["density"] = density
+        charts["density"] = density
     if (map_ := _map(part, channel)) is not None:
-        found["map"] = map_
-    return found
+        charts["map"] = map_
+    return charts
 
 
 def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]
     shown = _thinned(curve.tau)
     shown = shown[curve.adev[shown] > 0]
     low, high = curve.interval()
-    found: dict[str, Any] = {
+    chart: dict[str, Any] = {
         "tau": digits(curve.tau[shown]),
         "adev": digits(curve.adev[shown]),
         "low": digits(low[shown]),
@@ -135,13 +135,13 @@ def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]
         "missing": float(f"{curve.missing / curve.n:.3g}"),
     }
     if fitted is None or not (fitted.model or fitted.gauss_markov) or fitted.tau_min is None:
-        return found
+        return chart
     m = curve.m[shown]
     with np.errstate(invalid="ignore"):
-        found["model"] = digits(np.sqrt(fitted.avar(m=m)))
-        found["parts"] = {name: digits(np.sqrt(part)) for name, part in _parts(fitted, m).items()}
-    found["from"], found["to"] = fitted.tau_min, fitted.tau_max
-    return found
+        chart["model"] = digits(np.sqrt(fitted.avar(m=m)))
+        chart["parts"] = {name: digits(np.sqrt(part)) for name, part in _parts(fitted, m).items()}
+    chart["from"], chart["to"] = fitted.tau_min, fitted.tau_max
+    return chart
 
 
 def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
@@ -151,8 +151,8 @@ def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
         f"{TERMS[name].label(fitted.quantity)} {TERMS[name].symbols[0]}": terms.avar(name, value, m=m, tau0=tau0)
         for name, value in fitted.model.items()
     }
-    for one in fitted.gauss_markov:
-        sigma, time = one.sigma.value, one.time.value
+    for process in fitted.gauss_markov:
+        sigma, time = process.sigma.value, process.time.value
         parts[f"Gauss-Markov process, {time:.3g} s"] = kernels.gauss_markov_avar(sigma, time, m, tau0)
     for band in fitted.resonance:
         centre, width = band.frequency.value, band.width.value
@@ -176,25 +176,25 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
         (long,) = psd(stream, method="multitaper", f_max=max(short.trusted, 5.0 / stream.grid.duration)).values()
     except RecordTooShortError:
         return None
-    kept = []
+    parts_shown = []
     parts = ((long, _PER_LOW_OCTAVE, long.trusted, short.trusted), (short, _PER_OCTAVE, short.trusted, math.inf))
     for spectrum, per_octave, first, last in parts:
         binned = spectrum.binned(per_octave=per_octave)
         chosen = (binned.frequency >= first) & (binned.frequency < last) & (binned.density > 0)
-        kept.append([column[chosen] for column in (binned.frequency, binned.density, *binned.interval())])
-    frequency, density, low, high = (np.concatenate(columns) for columns in zip(*kept, strict=True))
-    found: dict[str, Any] = {
+        parts_shown.append([column[chosen] for column in (binned.frequency, binned.density, *binned.interval())])
+    frequency, density, low, high = (np.concatenate(columns) for columns in zip(*parts_shown, strict=True))
+    chart: dict[str, Any] = {
         "frequency": digits(frequency),
         "density": digits(density),
         "low": digits(low),
         "high": digits(high),
     }
     if fitted is not None and fitted.quantified:
-        found["model"] = digits(fitted.psd(frequency))
-        found["lines"] = [line.frequency.value for line in fitted.sinusoid]
+        chart["model"] = digits(fitted.psd(frequency))
+        chart["lines"] = [line.frequency.value for line in fitted.sinusoid]
         if fitted.highest is not None:
-            found["highest"] = fitted.highest
-    return found
+            chart["highest"] = fitted.highest
+    return chart
 
 
 def _series(stream: Stream, channel: str, mask: ChannelMask | None, bins: int) -> dict[str, Any]:
@@ -227,20 +227,20 @@ def _map(stream: Stream, channel: str) -> dict[str, Any] | None:
     """The dynamic Allan deviation; None for a record that is too short for a window."""
     window = stream.grid.duration / _WINDOWS
     try:
-        found = dynamic_allan(stream, channel, window=window, step=window / _STEPS_PER_WINDOW, threads=1)
+        dynamic = dynamic_allan(stream, channel, window=window, step=window / _STEPS_PER_WINDOW, threads=1)
     except (RecordTooShortError, ValueError):
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
-        logarithm = np.log10(np.where(found.adev > 0, found.adev, np.nan))
+        logarithm = np.log10(np.where(dynamic.adev > 0, dynamic.adev, np.nan))
     if not np.isfinite(logarithm).any():
         return None
-    low, high = chance_limits(len(found.times), found)
+    low, high = chance_limits(len(dynamic.times), dynamic)
     return {
         "least": digits(low),
         "most": digits(high),
-        "times": digits(found.times),
-        "tau": digits(found.tau),
-        "window": found.window,
+        "times": digits(dynamic.times),
+        "tau": digits(dynamic.tau),
+        "window": dynamic.window,
         "log10": packed(logarithm.ravel()),
     }
 
@@ -254,14 +254,14 @@ def digits(values: ArrayLike) -> list[float | None]:
 
 def packed(values: Floats) -> dict[str, Any]:
     """Numbers as base64 of unsigned sixteen-bit integers, 0 to 65534 from the smallest to the largest; 65535 is NaN."""
-    there = np.isfinite(values)
-    low, high = (float(values[there].min()), float(values[there].max())) if there.any() else (0.0, 0.0)
+    finite = np.isfinite(values)
+    low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
     span = high / 2 - low / 2  # half of it: the difference of two doubles may overflow
     scaled = np.full(len(values), _LOST, dtype="<u2")
     if span > 0:
-        scaled[there] = np.round((values[there] / 2 - low / 2) / span * (_LOST - 1)).astype("<u2")
+        scaled[finite] = np.round((values[finite] / 2 - low / 2) / span * (_LOST - 1)).astype("<u2")
     else:
-        scaled[there] = 0
+        scaled[finite] = 0
     return {"low": low, "high": high, "data": base64.b64encode(scaled.tobytes()).decode("ascii")}
 
 
@@ -269,5 +269,5 @@ def unpacked(values: Mapping[str, Any]) -> Floats:
     """The numbers that `packed` wrote."""
     scaled = np.frombuffer(base64.b64decode(values["data"]), dtype="<u2")
     low, high = values["low"], values["high"]
-    found = low + (high / 2 - low / 2) * (scaled / (_LOST - 1)) * 2
-    return np.where(scaled == _LOST, np.nan, found)
+    numbers = low + (high / 2 - low / 2) * (scaled / (_LOST - 1)) * 2
+    return np.where(scaled == _LOST, np.nan, numbers)

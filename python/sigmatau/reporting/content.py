@@ -26,7 +26,7 @@ from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.mask import only_used
 from sigmatau.record.record import QUANTITIES, Record
 from sigmatau.record.sampling import sampling_text
-from sigmatau.reporting.charts import LONGEST, charts_of
+from sigmatau.reporting.charts import LONGEST, collect_charts
 from sigmatau.results import duration_text, printable, seconds
 
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
@@ -47,7 +47,7 @@ class Coefficients:
 
 
 @frozen
-class Told:
+class FindingText:
     """One finding in words."""
 
     severity: str
@@ -76,7 +76,7 @@ class Content:
     made_by: str
     notes: tuple[tuple[str, str], ...]  # of the user: serial number, operator …
     overview: tuple[tuple[str, ...], ...]  # head and rows, see `sigmatau.fitting.overview.overview_rows`
-    findings: tuple[Told, ...]
+    findings: tuple[FindingText, ...]
     coefficients: tuple[Coefficients, ...]
     legend: str  # what the numbers are
     level: str  # of their intervals, "95 %"; empty without a fit
@@ -86,7 +86,7 @@ class Content:
     charts: Mapping[str, Any]  # plain values, see `sigmatau.reporting.charts`
 
 
-def content_of(
+def collect_content(
     analysis: Analysis,
     record: Record | None,
     *,
@@ -122,14 +122,14 @@ def content_of(
         made_by=f"sigmatau {__version__}",
         notes=tuple((printable(str(key)), printable(str(text))) for key, text in (notes or {}).items()),
         overview=tuple(overview_rows(analysis.fits, analysis.findings)) if analysis.fits else (),
-        findings=tuple(_told(one) for one in analysis.findings),
+        findings=tuple(_finding_text(finding) for finding in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
         legend=analysis.legend(),
         level=_level(analysis),
         done=tuple((name, printable(text)) for name, text in _done(analysis, command) if text),
         files=files,
         no_files=no_files,
-        charts=charts_of(analysis, record, used),
+        charts=collect_charts(analysis, record, used),
     )
 
 
@@ -149,11 +149,13 @@ def _used(analysis: Analysis, record: Record) -> Record:
         curves = [analysis.curves[channel] for channel in stream.channels]
         same = math.isclose(curves[0].tau0, stream.grid.tau0, rel_tol=1e-9)
         # Clusters of several samples at the ends of a record may be half full, and are cut here.
-        if same and all(one.stride is None and (one.m[0] == 1 or not one.missing) for one in curves):
+        if same and all(curve.stride is None and (curve.m[0] == 1 or not curve.missing) for curve in curves):
             # The shortest averaging time tells one record from another.
-            first, of = replace(used, streams=(stream,)), curves[0]
-            found = allan(first, taus=[of.tau[0]], overlap=of.overlap, counting=of.counting)
-            same = all(math.isclose(found[one.channel].avar[0], one.avar[0], rel_tol=_SAME_AVAR) for one in curves)
+            first, reference = replace(used, streams=(stream,)), curves[0]
+            again = allan(first, taus=[reference.tau[0]], overlap=reference.overlap, counting=reference.counting)
+            same = all(
+                math.isclose(again[curve.channel].avar[0], curve.avar[0], rel_tol=_SAME_AVAR) for curve in curves
+            )
         if not same:
             raise OptionError("{option} is not the record of the analysis", option="record")
     return used
@@ -171,16 +173,16 @@ def _verdict(analysis: Analysis) -> str:
     return "assumed" if not analysis.rest.is_usable and analysis.fits else analysis.rest.verdict
 
 
-def _told(finding: Finding) -> Told:
+def _finding_text(finding: Finding) -> FindingText:
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
-    more = len(finding.spans) + finding.more_spans - _MOST_SPANS
+    hidden = len(finding.spans) + finding.more_spans - _MOST_SPANS
     message, action = finding.words_of_files()
-    return Told(
+    return FindingText(
         severity=finding.severity,
         axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),
         message=printable(message),
         action=printable(action),
-        where=", ".join(spans) + (f" and {more} more" if more > 0 else ""),
+        where=", ".join(spans) + (f" and {hidden} more" if hidden > 0 else ""),
     )
 
 
@@ -199,9 +201,9 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
     rows = []
     read: Mapping[str, Coefficient] = analysis.read_off.get(channel, {})
     quantity, rate_unit = analysis.curves[channel].quantity, analysis.curves[channel].unit
-    for term, one in read.items():
-        text, factor = display_units(term, quantity, rate_unit, [one.value])[-1]
-        number = round_to_error(one.value / factor, error=one.error / factor)
+    for term, coefficient in read.items():
+        text, factor = display_units(term, quantity, rate_unit, [coefficient.value])[-1]
+        number = round_to_error(coefficient.value / factor, error=coefficient.error / factor)
         rows.append((TERMS[term].label(quantity), number.value, f"{number.error_text} (1 σ)", text))
     verdict = "read off the curve, as in the paper" if read else "no coefficients"
     return Coefficients(channel=name, verdict=verdict, trust="", rows=tuple(rows), notes=())
@@ -225,7 +227,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
 
     source = analysis.source
     fits = list(analysis.fits.values())
-    methods = dict.fromkeys(one.method for one in fits) or ({"read-off": None} if analysis.read_off else {})
+    methods = dict.fromkeys(fitted.method for fitted in fits) or ({"read-off": None} if analysis.read_off else {})
     return [
         ("File", source.path or ""),
         ("SHA-256", source.sha256 or ""),
@@ -238,7 +240,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         *(_analysed(analysis)),
         ("Curves", _curves_text(analysis)),
         ("Densities, stability", _cut_text(analysis)),
-        ("Coefficients", ", ".join(_METHODS.get(one, one) for one in methods)),
+        ("Coefficients", ", ".join(_METHODS.get(fitted, fitted) for fitted in methods)),
         ("Confidence level", _level(analysis)),
         ("Command", command or ""),
         ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
@@ -246,7 +248,7 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
 
 
 def _level(analysis: Analysis) -> str:
-    return next((f"{100 * one.level:g} %" for one in analysis.fits.values()), "")
+    return next((f"{100 * fitted.level:g} %" for fitted in analysis.fits.values()), "")
 
 
 _METHODS = {
@@ -270,10 +272,10 @@ def _analysed(analysis: Analysis) -> list[tuple[str, str]]:
 
 def _cut_text(analysis: Analysis) -> str:
     """What densities and maps are made of, if that is not all; empty without them."""
-    longest = max((one.n * one.tau0 for one in analysis.curves.values() if one.n > LONGEST), default=0.0)
+    longest = max((curve.n * curve.tau0 for curve in analysis.curves.values() if curve.n > LONGEST), default=0.0)
     if not longest:
         return ""
-    tau0 = next(one.tau0 for one in analysis.curves.values() if one.n > LONGEST)
+    tau0 = next(curve.tau0 for curve in analysis.curves.values() if curve.n > LONGEST)
     return f"of the first {duration_text(LONGEST * tau0)} of {duration_text(longest)}"
 
 
@@ -288,7 +290,7 @@ def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
     """The files for filters and simulators that need no further choice, and why there are none."""
     if not analysis.fits:
         return (), "There are no coefficients to write."
-    found, refused = [], ""
+    files, refused = [], ""
     try:
         source = analysis.to_source()
     except DataError as error:
@@ -300,5 +302,5 @@ def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
             refused = refused or f"No filter values: {error}."
             continue
         if isinstance(text, str) and len(text) <= _LARGEST_FILE:
-            found.append(FilterFile(target=name, text=text))
-    return tuple(found), "" if found else refused
+            files.append(FilterFile(target=name, text=text))
+    return tuple(files), "" if files else refused

@@ -36,7 +36,7 @@ def envelope(stream: Stream, channel: str, bins: int) -> tuple[Floats, Floats, I
     while first < bins:
         last = max(int(np.searchsorted(edges, edges[first] + _PIECE, side="right")) - 1, first + 1)
         x = stream.samples.read(k, int(edges[first]), int(edges[last]))
-        at = edges[first:last] - edges[first]
-        low[first:last], high[first:last] = np.fmin.reduceat(x, at), np.fmax.reduceat(x, at)
+        starts = edges[first:last] - edges[first]
+        low[first:last], high[first:last] = np.fmin.reduceat(x, starts), np.fmax.reduceat(x, starts)
         first = last
     return low, high, edges

@@ -7,9 +7,9 @@ from functools import cache
 from importlib import resources
 
 from sigmatau.digits import two_digits
-from sigmatau.reporting.content import Coefficients, Content, Told
+from sigmatau.reporting.content import Coefficients, Content, FindingText
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
-from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, trust_told
+from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust
 
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
@@ -59,11 +59,10 @@ def asset(path: str, package: str = __package__) -> str:
 
 
 def bundled(*scripts: str) -> str:
-    """UPlot with its licence, and the scripts of a page in one scope."""
-    """uPlot, then our modules, which share one scope."""
-    own = "\n".join(scripts)
+    """UPlot with its licence, then the scripts of a page, which share one scope."""
+    modules = "\n".join(scripts)
     notice = asset("uplot/LICENSE").strip()
-    return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{own}\n}})();'
+    return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{modules}\n}})();'
 
 
 Section = tuple[str, str, Markup]
@@ -100,7 +99,7 @@ def _summary(content: Content) -> Markup:
 
 def _overview(content: Content) -> Markup:
     if not content.overview:
-        if any(one.rows for one in content.coefficients):
+        if any(table.rows for table in content.coefficients):
             return element(
                 "p", "The coefficients were not fitted but read off the curves; see Coefficients.", class_="none"
             )
@@ -118,7 +117,7 @@ def _overview(content: Content) -> Markup:
         values = (element("td", text, class_="value") for text in row[1:-1])
         trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=TRUST.get(row[-1], "")))
         groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
-    legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in trust_told(rows).items())}."
+    legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in explain_trust(rows).items())}."
     table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
     about = (
         f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."
@@ -130,27 +129,27 @@ def _scrolled(table: Markup) -> Markup:
     return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
 
 
-def _findings(findings: Sequence[Told]) -> Markup:
+def _findings(findings: Sequence[FindingText]) -> Markup:
     if not findings:
         return element("p", "Nothing was found wrong with the record.", class_="none")
-    grave = [one for one in findings if one.severity != "info"]
-    notes = [one for one in findings if one.severity == "info"]
+    grave = [finding for finding in findings if finding.severity != "info"]
+    notes = [finding for finding in findings if finding.severity == "info"]
     lists = [element("ul", map(_finding, grave), class_="findings")] if grave else []
     if not grave:
         lists.append(element("p", "No warnings.", class_="none"))
     if notes:
         title = element("summary", f"{len(notes)} note{'s' if len(notes) > 1 else ''} on the record")
-        few = len(notes) <= 3
-        lists.append(element("details", title, element("ul", map(_finding, notes), class_="findings"), open=few))
+        is_short = len(notes) <= 3
+        lists.append(element("details", title, element("ul", map(_finding, notes), class_="findings"), open=is_short))
     return joined(element("h3", "Findings"), lists)
 
 
-def _finding(one: Told) -> Markup:
-    axes = [element("strong", name(one.axes)), " "] if one.axes else []
-    action = [" ", element("em", f"{one.action}.")] if one.action else []
-    where = [element("span", f"At {one.where}.", class_="where")] if one.where else []
-    mark = element("span", SEVERITIES[one.severity], class_=f"chip {one.severity}")
-    return element("li", mark, element("span", axes, raised(f"{one.message}."), action, where))
+def _finding(finding: FindingText) -> Markup:
+    axes = [element("strong", name(finding.axes)), " "] if finding.axes else []
+    action = [" ", element("em", f"{finding.action}.")] if finding.action else []
+    where = [element("span", f"At {finding.where}.", class_="where")] if finding.where else []
+    mark = element("span", SEVERITIES[finding.severity], class_=f"chip {finding.severity}")
+    return element("li", mark, element("span", axes, raised(f"{finding.message}."), action, where))
 
 
 _CHARTS = (
@@ -184,7 +183,7 @@ _CHARTS = (
 )
 
 
-_OF_MODELS = {
+_MODEL_WORDS = {
     "deviation": ", and the fitted model, dashed where it was fitted and dotted elsewhere",
     "density": " Dashed: the fitted model, behind its filter. Triangles: fitted lines.",
 }
@@ -203,8 +202,8 @@ def _charts(content: Content) -> list[Section]:
     for id_, title, about in _CHARTS:
         key = "deviation" if id_ == "residuals" else id_
         if any(key in channel and (id_ != "residuals" or "model" in channel[key]) for channel in channels):
-            model = _OF_MODELS.get(id_, "") if any("model" in channel.get(key, {}) for channel in channels) else ""
-            model = _of_missing(content) if id_ == "residuals" else model
+            model = _MODEL_WORDS.get(id_, "") if any("model" in channel.get(key, {}) for channel in channels) else ""
+            model = _missing_words(content) if id_ == "residuals" else model
             place = element("div", class_="charts", data_chart=id_)
             shown.append(_section(id_, title, element("p", about.format(model=model), class_="about"), place))
         elif id_ != "residuals":
@@ -213,9 +212,11 @@ def _charts(content: Content) -> list[Section]:
     return shown
 
 
-def _of_missing(content: Content) -> str:
+def _missing_words(content: Content) -> str:
     """Why a measured curve lies above a model that holds: a cluster with missing samples averages fewer."""
-    share = max(one["deviation"]["missing"] for one in content.charts["channels"].values() if "deviation" in one)
+    share = max(
+        channel["deviation"]["missing"] for channel in content.charts["channels"].values() if "deviation" in channel
+    )
     if share < _MUCH_MISSING:
         return ""
     return (
@@ -225,11 +226,11 @@ def _of_missing(content: Content) -> str:
 
 
 def _coefficients(content: Content) -> Markup:
-    tables = (_of_channel(one) for one in content.coefficients)
+    tables = (_channel_table(table) for table in content.coefficients)
     return joined(element("div", tables, class_="channels"), element("p", prose(content.legend), class_="legend"))
 
 
-def _of_channel(one: Coefficients) -> Markup:
+def _channel_table(table: Coefficients) -> Markup:
     rows = (
         element(
             "tr",
@@ -238,15 +239,17 @@ def _of_channel(one: Coefficients) -> Markup:
             element("td", raised(symbol), class_="value"),
             element("td", interval, class_="interval"),
         )
-        for term, value, interval, symbol in one.rows
+        for term, value, interval, symbol in table.rows
     )
-    chip = [element("span", one.trust, class_=f"chip {one.trust}")] if one.trust else []
-    notes = [element("ul", (element("li", raised(note)) for note in one.notes), class_="notes")] if one.notes else []
+    chip = [element("span", table.trust, class_=f"chip {table.trust}")] if table.trust else []
+    notes = (
+        [element("ul", (element("li", raised(note)) for note in table.notes), class_="notes")] if table.notes else []
+    )
     return element(
         "article",
-        element("h3", name(one.channel), " ", chip),
-        element("p", one.verdict, class_="verdict"),
-        [_scrolled(element("table", element("tbody", rows)))] if one.rows else [],
+        element("h3", name(table.channel), " ", chip),
+        element("p", table.verdict, class_="verdict"),
+        [_scrolled(element("table", element("tbody", rows)))] if table.rows else [],
         notes,
     )
 
@@ -258,12 +261,12 @@ def _files(content: Content) -> Markup:
     files = (
         element(
             "details",
-            element("summary", one.target),
+            element("summary", file.target),
             element("button", "Copy", type="button", class_="copy quiet", hidden=True),
-            element("pre", one.text, tabindex="0"),
+            element("pre", file.text, tabindex="0"),
             open=k == 0,
         )
-        for k, one in enumerate(content.files)
+        for k, file in enumerate(content.files)
     )
     return joined(element("p", about, class_="about"), element("div", files, class_="files"))
 

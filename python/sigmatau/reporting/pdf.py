@@ -24,8 +24,8 @@ from sigmatau.plot.curves import COLOURS
 from sigmatau.plot.stability import colour_limit
 from sigmatau.plot.svg import power
 from sigmatau.reporting.charts import unpacked
-from sigmatau.reporting.content import Coefficients, Content, Told
-from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, trust_told
+from sigmatau.reporting.content import Coefficients, Content, FindingText
+from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust
 from sigmatau.results import printable
 
 _TEXT_WIDTH = 174.0  # of a page [mm]
@@ -86,23 +86,23 @@ def _values(content: Content) -> dict[str, Any]:
         "checksum": dict(content.done).get("SHA-256", ""),
         "overview": _overview(content),
         "no_overview": "" if content.overview else _no_coefficients(content),
-        "grave": [_told(one) for one in content.findings if one.severity != "info"],
-        "notes": [_told(one) for one in content.findings if one.severity == "info"],
+        "grave": [_finding_values(item) for item in content.findings if item.severity != "info"],
+        "notes": [_finding_values(item) for item in content.findings if item.severity == "info"],
         "notes_at_once": _NOTES_AT_ONCE,
         "figures": _figures(content.charts),
-        "coefficients": [_table(one) for one in content.coefficients if one.rows or one.notes],
+        "coefficients": [_table(item) for item in content.coefficients if item.rows or item.notes],
         "legend": content.legend.replace("\n  ", " ").replace("`", "").split("\n"),
         "done": [(_cut(printable(name), 2 * _MOST_NAME), _cut(text, _MOST_FACT)) for name, text in content.done],
-        "files": [{"name": f"{one.target}.txt", "text": one.text} for one in content.files],
+        "files": [{"name": f"{item.target}.txt", "text": item.text} for item in content.files],
         "no_files": content.no_files,
     }
 
 
-def _cut(text: str, most: int) -> str:
+def _cut(text: str, length: int) -> str:
     """A text of at most so many characters, with … in place of its middle."""
-    if len(text) <= most:
+    if len(text) <= length:
         return text
-    return f"{text[: most - most // 3 - 1]}…{text[-(most // 3) :]}"
+    return f"{text[: length - length // 3 - 1]}…{text[-(length // 3) :]}"
 
 
 def _name(text: str) -> str:
@@ -118,7 +118,7 @@ def _numbers(text: str) -> str:
     '−1.3·10⁻⁵ to 2, 2026-11-23'
     """
     text = re.sub(r"(?<![\w.-])-(?=\d)", "−", text).replace(" = ", "\u00a0=\u00a0")
-    return re.sub(r"(?<![\w.])([\d.]+)e([+-]\d+)\b", lambda found: f"{found[1]}·{power(int(found[2]))}", text)
+    return re.sub(r"(?<![\w.])([\d.]+)e([+-]\d+)\b", lambda match: f"{match[1]}·{power(int(match[2]))}", text)
 
 
 def _overview(content: Content) -> dict[str, Any]:
@@ -137,35 +137,35 @@ def _overview(content: Content) -> dict[str, Any]:
     return {
         "head": list(head[1:-1]),
         "rows": written,
-        "trust": [list(one) for one in trust_told(rows).items()],
+        "trust": [list(item) for item in explain_trust(rows).items()],
     }
 
 
 def _no_coefficients(content: Content) -> str:
     if content.verdict in WITHOUT_COEFFICIENTS:
         return f"No coefficients: {WITHOUT_COEFFICIENTS[content.verdict]}."
-    read = any(one.rows for one in content.coefficients)
+    read = any(table.rows for table in content.coefficients)
     return "No coefficients were fitted; those read off the curves are below." if read else "No coefficients."
 
 
-def _told(one: Told) -> dict[str, str]:
+def _finding_values(finding: FindingText) -> dict[str, str]:
     return {
-        "kind": one.severity,
-        "word": SEVERITIES[one.severity],
-        "axes": _cut(one.axes, 2 * _MOST_NAME),
-        "message": _numbers(_cut(one.message, _MOST_MESSAGE)) + ".",
-        "action": _cut(one.action, _MOST_MESSAGE) + "." if one.action else "",
-        "where": f"At {_cut(one.where, _MOST_MESSAGE)}." if one.where else "",
+        "kind": finding.severity,
+        "word": SEVERITIES[finding.severity],
+        "axes": _cut(finding.axes, 2 * _MOST_NAME),
+        "message": _numbers(_cut(finding.message, _MOST_MESSAGE)) + ".",
+        "action": _cut(finding.action, _MOST_MESSAGE) + "." if finding.action else "",
+        "where": f"At {_cut(finding.where, _MOST_MESSAGE)}." if finding.where else "",
     }
 
 
-def _table(one: Coefficients) -> dict[str, Any]:
+def _table(table: Coefficients) -> dict[str, Any]:
     return {
-        "name": _name(one.channel),
-        "verdict": _numbers(one.verdict),
-        "trust": one.trust,
-        "rows": [[_numbers(text) for text in row] for row in one.rows],
-        "notes": [_numbers(_cut(note, _MOST_MESSAGE)) for note in one.notes],
+        "name": _name(table.channel),
+        "verdict": _numbers(table.verdict),
+        "trust": table.trust,
+        "rows": [[_numbers(text) for text in row] for row in table.rows],
+        "notes": [_numbers(_cut(note, _MOST_MESSAGE)) for note in table.notes],
     }
 
 
@@ -191,52 +191,62 @@ def _panels(sensors: Sequence[Mapping[str, Any]]) -> list[_Panel]:
         units = tuple((unit["text"], unit["factor"]) for unit in group[0]["units"])
         names = [name for sensor in group for name in sensor["channels"]]
         for k in range(0, len(names), _PANEL):
-            own = names[k : k + _PANEL]
-            title = group[0]["title"] if len(group) == 1 else " … ".join(dict.fromkeys((own[0], own[-1])))
-            panels.append(_Panel(title=_cut(printable(title), 2 * _MOST_NAME), units=units, names=tuple(own)))
+            shared = names[k : k + _PANEL]
+            title = group[0]["title"] if len(group) == 1 else " … ".join(dict.fromkeys((shared[0], shared[-1])))
+            panels.append(_Panel(title=_cut(printable(title), 2 * _MOST_NAME), units=units, names=tuple(shared)))
     return panels
 
 
 def _figures(charts: Mapping[str, Any]) -> dict[str, Any]:
     """Sections of figures by kind: panels with their picture, unit and legend."""
     channels = {
-        name: {kind: _columns(values) for kind, values in one.items()} for name, one in charts["channels"].items()
+        name: {kind: _columns(values) for kind, values in charts_by_kind.items()}
+        for name, charts_by_kind in charts["channels"].items()
     }
     panels = _panels(charts["sensors"])
     wide = len(panels) == 1
     width = _TEXT_WIDTH if wide else (_TEXT_WIDTH - _GUTTER) / 2
-    found: dict[str, Any] = {"width": width, "left": printed.LEFT, "pitch": printed.PITCH}
+    figures: dict[str, Any] = {"width": width, "left": printed.LEFT_MARGIN, "pitch": printed.PITCH}
     for kind in ("deviation", "density", "residuals"):
-        found[kind] = []
+        figures[kind] = []
         for panel in panels:
             chart = "deviation" if kind == "residuals" else kind
-            own = {name: channels[name][chart] for name in panel.names if chart in channels[name]}
+            curves = {name: channels[name][chart] for name in panel.names if chart in channels[name]}
             if kind == "residuals":
-                own = {name: one for name, one in own.items() if "model" in one}
-            if own:
-                found[kind].append(_curves(kind, panel, own, width, _HEIGHTS[kind] * (_ONE_COLUMN if wide else 1)))
-    found["series"] = [one for one in (_series(panel, channels, width) for panel in panels) if one]
-    found |= _maps(panels, channels, width)
-    found["fitted"] = bool(found["residuals"])
-    found["bands"] = all(len(panel.names) <= printed.MOST_BANDS for panel in panels)
-    found["first"] = len(panels) <= _WITH_RESULTS
-    found["interval"] = next((one["deviation"]["interval"] for one in channels.values() if "deviation" in one), "")
-    return found
+                curves = {name: charts_by_kind for name, charts_by_kind in curves.items() if "model" in charts_by_kind}
+            if curves:
+                figures[kind].append(_curves(kind, panel, curves, width, _HEIGHTS[kind] * (_ONE_COLUMN if wide else 1)))
+    figures["series"] = [
+        charts_by_kind for charts_by_kind in (_series(panel, channels, width) for panel in panels) if charts_by_kind
+    ]
+    figures |= _maps(panels, channels, width)
+    figures["fitted"] = bool(figures["residuals"])
+    figures["bands"] = all(len(panel.names) <= printed.MOST_BANDS for panel in panels)
+    figures["first"] = len(panels) <= _WITH_RESULTS
+    figures["interval"] = next(
+        (
+            charts_by_kind["deviation"]["interval"]
+            for charts_by_kind in channels.values()
+            if "deviation" in charts_by_kind
+        ),
+        "",
+    )
+    return figures
 
 
 def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
     """A chart with arrays in place of lists and packed numbers; None is NaN."""
-    found: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
     for key, value in values.items():
         if key == "parts":
-            found["parts"] = {name: np.array(part, dtype=np.float64) for name, part in value.items()}
+            columns["parts"] = {name: np.array(part, dtype=np.float64) for name, part in value.items()}
         elif isinstance(value, Mapping):
-            found[key] = unpacked(value)
+            columns[key] = unpacked(value)
         elif isinstance(value, list) and key != "outside":
-            found[key] = np.array(value, dtype=np.float64)
+            columns[key] = np.array(value, dtype=np.float64)
         else:
-            found[key] = value
-    return found
+            columns[key] = value
+    return columns
 
 
 def _legend(kind: str, names: Sequence[str]) -> list[dict[str, str]]:
@@ -248,26 +258,26 @@ def _legend(kind: str, names: Sequence[str]) -> list[dict[str, str]]:
 
 
 def _curves(
-    kind: str, panel: _Panel, own: Mapping[str, Mapping[str, Any]], width: float, height: float
+    kind: str, panel: _Panel, curves: Mapping[str, Mapping[str, Any]], width: float, height: float
 ) -> dict[str, Any]:
     """A panel of curves with a shared pair of axes."""
     text, factor = panel.units[0]
     size = {"width": width, "height": height}
-    spans = [(one.get("from") or 0.0, one.get("to") or 0.0) for one in own.values()]
+    spans = [(curve.get("from") or 0.0, curve.get("to") or 0.0) for curve in curves.values()]
     if kind == "density":
-        highest = [one.get("highest", np.inf) for one in own.values()]
-        lines = [one.get("lines", np.empty(0)) for one in own.values()]
-        scaled = [_scaled(one, ("density", "low", "high", "model"), factor**2) for one in own.values()]
+        highest = [curve.get("highest", np.inf) for curve in curves.values()]
+        lines = [curve.get("lines", np.empty(0)) for curve in curves.values()]
+        scaled = [_scaled(curve, ("density", "low", "high", "model"), factor**2) for curve in curves.values()]
         svg = printed.densities(scaled, highest, lines, **size)
         unit = "1/Hz" if text == "1" else f"({text})²/Hz" if "/" in text else f"{text}²/Hz"
     elif kind == "residuals":
-        scaled = [_scaled(one, ("adev", "low", "high", "model"), 1.0) for one in own.values()]
+        scaled = [_scaled(curve, ("adev", "low", "high", "model"), 1.0) for curve in curves.values()]
         svg, unit = printed.ratios(scaled, spans, **size), ""
     else:
         scaled = [
-            _scaled(one, ("adev", "low", "high", "model"), factor)
-            | {name: part / factor for name, part in one.get("parts", {}).items() if len(own) == 1}
-            for one in own.values()
+            _scaled(curve, ("adev", "low", "high", "model"), factor)
+            | {name: part / factor for name, part in curve.get("parts", {}).items() if len(curves) == 1}
+            for curve in curves.values()
         ]
         svg, unit = printed.deviations(scaled, spans, **size), text
     return {
@@ -275,20 +285,23 @@ def _curves(
         "unit": unit,
         "svg": svg,
         "height": height,
-        "legend": _legend(kind, list(own)),
+        "legend": _legend(kind, list(curves)),
     }
 
 
-def _scaled(one: Mapping[str, Any], names: Sequence[str], factor: float) -> dict[str, Floats]:
-    found = {name: one[name] / factor for name in names if name in one}
-    return found | {name: one[name] for name in ("tau", "frequency") if name in one}
+def _scaled(curve: Mapping[str, Any], names: Sequence[str], factor: float) -> dict[str, Floats]:
+    scaled = {name: curve[name] / factor for name in names if name in curve}
+    return scaled | {name: curve[name] for name in ("tau", "frequency") if name in curve}
 
 
 def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: float) -> dict[str, Any] | None:
-    own = {name: channels[name]["series"] for name in panel.names if "series" in channels[name]}
-    if not own:
+    channels_shown = {name: channels[name]["series"] for name in panel.names if "series" in channels[name]}
+    if not channels_shown:
         return None
-    shown = {name: _fewer(one["low"], one["high"], round(width * _BINS_PER_MM)) for name, one in own.items()}
+    shown = {
+        name: _fewer(channel["low"], channel["high"], round(width * _BINS_PER_MM))
+        for name, channel in channels_shown.items()
+    }
     span = max((_span(low, high) for low, high in shown.values()), default=0.0)
     text, factor = next((unit for unit in panel.units if span / unit[1] < _LARGEST), panel.units[-1])
     drawn, labels = [], []
@@ -296,31 +309,31 @@ def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: flo
         zero, written = _zero(low / factor, high / factor)
         drawn.append((low / factor - zero, high / factor - zero))
         labels.append({"name": _name(name), "more": f"zero at {_numbers(written)} {text}" if zero else ""})
-    outside = [one["outside"] for one in own.values()]
-    times = [(one["from"], one["from"] + one["duration"]) for one in own.values()]
+    outside = [channel["outside"] for channel in channels_shown.values()]
+    times = [(channel["from"], channel["from"] + channel["duration"]) for channel in channels_shown.values()]
     svg = printed.series(drawn, outside, times, width=width)
-    height = printed.strips_height(len(own))
+    height = printed.strips_height(len(channels_shown))
     return {"title": panel.title, "unit": text, "svg": svg, "height": height, "labels": labels}
 
 
-def _fewer(low: Floats, high: Floats, most: int) -> tuple[Floats, Floats]:
+def _fewer(low: Floats, high: Floats, bins: int) -> tuple[Floats, Floats]:
     """An envelope with at most so many bins, of equally many old ones each but for the last."""
-    size = -(-len(low) // most)
-    at = np.arange(0, len(low), size)
-    return np.fmin.reduceat(low, at), np.fmax.reduceat(high, at)
+    size = -(-len(low) // bins)
+    starts = np.arange(0, len(low), size)
+    return np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)
 
 
 def _span(low: Floats, high: Floats) -> float:
-    there = np.isfinite(low)
-    return float(high[there].max() - low[there].min()) if there.any() else 0.0
+    finite = np.isfinite(low)
+    return float(high[finite].max() - low[finite].min()) if finite.any() else 0.0
 
 
 def _zero(low: Floats, high: Floats) -> tuple[float, str]:
     """A round number near the middle of a signal, 0 if the signal is near 0; and its text."""
-    there = np.isfinite(low)
-    if not there.any():
+    finite = np.isfinite(low)
+    if not finite.any():
         return 0.0, ""
-    middle = float(np.median((low[there] + high[there]) / 2))
+    middle = float(np.median((low[finite] + high[finite]) / 2))
     span = _span(low, high) or abs(middle)
     if abs(middle) <= span:
         return 0.0, ""
@@ -330,29 +343,25 @@ def _zero(low: Floats, high: Floats) -> tuple[float, str]:
 
 def _maps(panels: Sequence[_Panel], channels: Mapping[str, Mapping[str, Any]], width: float) -> dict[str, Any]:
     """Panels of the maps on which there is something, which share one scale of colours; and the channels of the others."""
-    found: dict[str, printed.Map] = {}
-    for name, one in channels.items():
-        if "map" in one:
-            times, tau = one["map"]["times"], one["map"]["tau"]
-            adev = 10 ** one["map"]["log10"].reshape(len(times), len(tau))
-            found[name] = printed.Map(times=times, tau=tau, window=one["map"]["window"], adev=adev)
-    plain = {name for name, one in found.items() if not one.beyond.any() and not one.missing.any()}
+    maps: dict[str, printed.Map] = {}
+    for name, channel in channels.items():
+        if "map" in channel:
+            times, tau = channel["map"]["times"], channel["map"]["tau"]
+            adev = 10 ** channel["map"]["log10"].reshape(len(times), len(tau))
+            maps[name] = printed.Map(times=times, tau=tau, window=channel["map"]["window"], adev=adev)
+    plain = {name for name, channel in maps.items() if not channel.beyond.any() and not channel.missing.any()}
     hidden = [
-        name
-        for panel in panels
-        if plain.issuperset(found.keys() & panel.names)
-        for name in panel.names
-        if name in found
+        name for panel in panels if plain.issuperset(maps.keys() & panel.names) for name in panel.names if name in maps
     ]
-    limit = colour_limit(np.concatenate([one.ratio.ravel() for one in found.values()])) if found else 1.0
+    limit = colour_limit(np.concatenate([channel.ratio.ravel() for channel in maps.values()])) if maps else 1.0
     drawn = []
     for panel in panels:
-        own = [name for name in panel.names if name in found and name not in hidden]
-        if own:
-            svg = printed.maps([found[name] for name in own], limit, width=width)
-            labels = [{"name": _name(name), "more": ""} for name in own]
-            height = printed.strips_height(len(own))
+        shown = [name for name in panel.names if name in maps and name not in hidden]
+        if shown:
+            svg = printed.maps([maps[name] for name in shown], limit, width=width)
+            labels = [{"name": _name(name), "more": ""} for name in shown]
+            height = printed.strips_height(len(shown))
             drawn.append({"title": panel.title, "unit": "", "svg": svg, "height": height, "labels": labels})
     listed = ", ".join(_name(name) for name in hidden[:_MOST_LISTED])
-    more = f" and {len(hidden) - _MOST_LISTED} more" if len(hidden) > _MOST_LISTED else ""
-    return {"map": drawn, "limit": limit, "colours": list(printed.MAP_COLOURS), "plain": listed + more}
+    hidden_words = f" and {len(hidden) - _MOST_LISTED} more" if len(hidden) > _MOST_LISTED else ""
+    return {"map": drawn, "limit": limit, "colours": list(printed.MAP_COLOURS), "plain": listed + hidden_words}

@@ -75,9 +75,9 @@ def report(
     file = Path(path)
     if file.suffix.lower() not in ENDINGS:
         raise OptionError(f"{{option}} {file.name!r}: the name must end in {' or '.join(ENDINGS)}", option="path")
-    from sigmatau.reporting.content import content_of
+    from sigmatau.reporting.content import collect_content
 
-    content = content_of(analysis, record, notes=notes, command=command, date=date)
+    content = collect_content(analysis, record, notes=notes, command=command, date=date)
     if file.suffix.lower() == ".html":
         from sigmatau.reporting.html import page
 

@@ -28,7 +28,7 @@ TRUST = {
 SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
-def trust_told(overview: Iterable[tuple[str, ...]]) -> dict[str, str]:
+def explain_trust(overview: Iterable[tuple[str, ...]]) -> dict[str, str]:
     """What each trust means that a row of the overview has."""
-    found = {row[-1] for row in overview}
-    return {word: text for word, text in TRUST.items() if word in found}
+    words = {row[-1] for row in overview}
+    return {word: text for word, text in TRUST.items() if word in words}

@@ -234,16 +234,16 @@ class Imperfections(Printed):
 
     def __post_init__(self) -> None:
         for what in ("level", "saturation", "lsb", "warm_up"):
-            given = getattr(self, what)
-            if not isinstance(given, Mapping):
+            values = getattr(self, what)
+            if not isinstance(values, Mapping):
                 example = "WarmUp(…)" if what == "warm_up" else "0.1"
                 raise OptionError(
-                    f"{{option}} must be by channel or sensor, {{'gyro': {example}}}, not {given!r}", option=what
+                    f"{{option}} must be by channel or sensor, {{'gyro': {example}}}, not {values!r}", option=what
                 )
         for name, warming in self.warm_up.items():
             if not isinstance(warming, WarmUp):
                 raise OptionError(f"the warm-up of {name} must be a WarmUp(amplitude=…, time=…), not {warming!r}")
-        if not isinstance(self.outages, tuple | list) or not all(isinstance(one, Outage) for one in self.outages):
+        if not isinstance(self.outages, tuple | list) or not all(isinstance(outage, Outage) for outage in self.outages):
             raise OptionError(
                 f"{{option}} must be a tuple of Outage(start=…, length=…), not {self.outages!r}", option="outages"
             )
@@ -287,18 +287,18 @@ class Imperfections(Printed):
             record or over all of it, or a jitter above a tenth of the sample interval.
         """
         names = list(channels)
-        known = {*names, *map(stream_name, names)}
+        allowed = {*names, *map(stream_name, names)}
         sensitivity = {} if self.temperature is None else self.temperature.sensitivity
-        given = {
+        named = {
             "level": self.level,
             "warm_up": self.warm_up,
             "saturation": self.saturation,
             "lsb": self.lsb,
             "sensitivity": sensitivity,
         }
-        for what, values in given.items():
+        for what, values in named.items():
             for name in values:
-                if name not in known:
+                if name not in allowed:
                     raise OptionError(
                         f"{{option}} names {name!r}, which is not a channel; channels: {', '.join(names)}", option=what
                     )
@@ -318,9 +318,9 @@ class Imperfections(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, without imperfections that are not set."""
         warm = self.temperature
-        given = {
+        values = {
             "level": self.level,
-            "warm_up": {name: plain(one, "amplitude time_s=time") for name, one in self.warm_up.items()},
+            "warm_up": {name: plain(warm_up, "amplitude time_s=time") for name, warm_up in self.warm_up.items()},
             "temperature": warm
             and plain(
                 warm, "start_degC=start end_degC=end time_s=time swing_K=swing resolution_K=resolution sensitivity"
@@ -328,10 +328,10 @@ class Imperfections(Printed):
             "saturation": self.saturation,
             "lsb": self.lsb,
             "lost": self.lost,
-            "outages": [plain(one, "start_s=start length_s=length") for one in self.outages],
+            "outages": [plain(warm_up, "start_s=start length_s=length") for warm_up in self.outages],
             "jitter_s": self.jitter,
         }
-        return plain(self, "output", **{key: value for key, value in given.items() if value})
+        return plain(self, "output", **{key: value for key, value in values.items() if value})
 
     def __repr__(self) -> str:
         lines = [f"level of {name}: {value:.6g}" for name, value in self.level.items()]

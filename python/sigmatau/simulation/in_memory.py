@@ -80,7 +80,7 @@ def simulate(
     Record of 1 stream
       gyro: gyro_x [rad/s], 60000 samples at 100 Hz (600 s)
     """
-    given = job(
+    task = job(
         model,
         duration=duration,
         rate=rate,
@@ -89,13 +89,13 @@ def simulate(
         flicker=flicker,
         unobserved=unobserved,
     )
-    wrong = given.imperfections
-    there = _rows_there(given)
+    wrong = task.imperfections
+    present = _rows_present(task)
     by_stream: dict[str, dict[str, Floats]] = {}
     for name in model.channels:
-        by_stream.setdefault(stream_name(name), {})[name] = _column(given, name, there)
+        by_stream.setdefault(stream_name(name), {})[name] = _column(task, name, present)
     if wrong.temperature is not None:
-        by_stream["temperature"] = {"temperature": _marked(wrong.temperature.shown(given.times(0, given.rows)), there)}
+        by_stream["temperature"] = {"temperature": _marked(wrong.temperature.shown(task.times(0, task.rows)), present)}
 
     def stream(name: str, columns: dict[str, Floats], unit: str, kind: InputKind) -> Stream:
         return make_stream(
@@ -106,46 +106,46 @@ def simulate(
             kind=kind,
             grid_source=RateSource(kind="simulated"),
             jitter=wrong.jitter or None,
-            finite=there is None,
+            finite=present is None,
         )
 
     streams = [
         stream(name, columns, CELSIUS, "rate")
         if name == "temperature" and wrong.temperature is not None
-        else stream(name, columns, given.unit(next(iter(columns))), wrong.output)
+        else stream(name, columns, task.unit(next(iter(columns))), wrong.output)
         for name, columns in by_stream.items()
     ]
     return Record(
         streams=tuple(streams),
         provenance=Provenance(
             format="simulation",
-            rows=given.rows,
-            conversions=(f"simulated with seed {given.seed}", *unobserved_texts(model, unobserved)),
+            rows=task.rows,
+            conversions=(f"simulated with seed {task.seed}", *unobserved_texts(model, unobserved)),
         ),
     )
 
 
-def _rows_there(given: Job) -> NDArray[np.bool_] | None:
+def _rows_present(task: Job) -> NDArray[np.bool_] | None:
     """Rows that are not lost; None for all rows."""
-    stamps = Stamps(given)
-    pieces = [stamps.next(min(CHUNK, given.rows - start))[1] for start in range(0, given.rows, CHUNK)]
+    stamps = Stamps(task)
+    pieces = [stamps.next(min(CHUNK, task.rows - start))[1] for start in range(0, task.rows, CHUNK)]
     return np.concatenate([p for p in pieces if p is not None]) if pieces[0] is not None else None
 
 
-def _column(given: Job, name: str, there: NDArray[np.bool_] | None) -> Floats:
-    channel = Channel(given, name)
-    column = np.empty(given.rows)
-    at = 0
-    for start in range(0, given.n, CHUNK):
-        piece = channel.next(min(CHUNK, given.n - start))
-        column[at : at + len(piece)] = piece
-        at += len(piece)
-    return _marked(column, there)
+def _column(task: Job, name: str, present: NDArray[np.bool_] | None) -> Floats:
+    channel = Channel(task, name)
+    column = np.empty(task.rows)
+    filled = 0
+    for start in range(0, task.n, CHUNK):
+        piece = channel.next(min(CHUNK, task.n - start))
+        column[filled : filled + len(piece)] = piece
+        filled += len(piece)
+    return _marked(column, present)
 
 
-def _marked(column: Floats, there: NDArray[np.bool_] | None) -> Floats:
+def _marked(column: Floats, present: NDArray[np.bool_] | None) -> Floats:
     """A read-only column with NaN in lost rows."""
-    if there is not None:
-        column[~there] = np.nan
+    if present is not None:
+        column[~present] = np.nan
     column.setflags(write=False)
     return column

@@ -109,31 +109,35 @@ def job(
         seed = int(rng)
     else:
         raise OptionError(f"the seed must be an integer from 0 to 2^64 - 1, not {rng!r}", option="seed")
-    given = imperfections or Imperfections()
-    given.check(model.channels, 1 / rate, duration)
-    if given.output != "rate":
+    imperfect = imperfections or Imperfections()
+    imperfect.check(model.channels, 1 / rate, duration)
+    if imperfect.output != "rate":
         for name, channel in model.channels.items():
             if channel.unit not in QUANTITIES.values():
                 raise OptionError(
-                    f"{name} is a signal in {channel.unit}: its log holds rates, not {given.output}; leave it out of the"
+                    f"{name} is a signal in {channel.unit}: its log holds rates, not {imperfect.output}; leave it out of the"
                     " model, NoiseModel.of, or take rates",
                     option="input",
                 )
-    return Job(model=model, n=n, rate=rate, seed=seed, imperfections=given, flicker=flicker)
+    return Job(model=model, n=n, rate=rate, seed=seed, imperfections=imperfect, flicker=flicker)
 
 
 class Channel:
     """Values of one channel of the log."""
 
     def __init__(self, job: Job, name: str) -> None:
-        given = job.imperfections
+        imperfections = job.imperfections
         self._job = job
-        self._noise = noise_of(job.model, name, n=job.n, tau0=job.tau0, seed=job.seed, flicker=job.flicker)
-        self._level = _own(given.level, name, 0.0)
-        self._warm_up = _own(given.warm_up, name, None)
-        self._sensitivity = 0.0 if given.temperature is None else _own(given.temperature.sensitivity, name, 0.0)
-        self._saturation = _own(given.saturation, name, 0.0)
-        self._lsb = _own(given.lsb, name, 0.0)
+        self._noise = make_noise(job.model, name, n=job.n, tau0=job.tau0, seed=job.seed, flicker=job.flicker)
+        self._level = _channel_value(imperfections.level, name, 0.0)
+        self._warm_up = _channel_value(imperfections.warm_up, name, None)
+        self._sensitivity = (
+            0.0
+            if imperfections.temperature is None
+            else _channel_value(imperfections.temperature.sensitivity, name, 0.0)
+        )
+        self._saturation = _channel_value(imperfections.saturation, name, 0.0)
+        self._lsb = _channel_value(imperfections.lsb, name, 0.0)
         # A sum of many terms keeps its digits in the longest float that the machine has.
         self._sum = np.longdouble(0)
         self._made = 0
@@ -180,39 +184,39 @@ class Stamps:
     """Time stamps of the rows, and which rows are lost."""
 
     def __init__(self, job: Job) -> None:
-        given = job.imperfections
+        imperfections = job.imperfections
         self._job = job
-        self._losses = normal(job.rows, seed=job.seed, channel=_LOSSES) if given.lost else None
-        self._lost_below = float(normal_quantile(given.lost))
-        self._jitter = normal(job.rows, seed=job.seed, channel=_JITTER) if given.jitter else None
+        self._losses = normal(job.rows, seed=job.seed, channel=_LOSSES) if imperfections.lost else None
+        self._lost_below = float(normal_quantile(imperfections.lost))
+        self._jitter = normal(job.rows, seed=job.seed, channel=_JITTER) if imperfections.jitter else None
         self._made = 0
 
     def next(self, n: int) -> tuple[Floats, NDArray[np.bool_] | None]:
         """Stamps of the next `n` rows, and which of them are there; None for all."""
-        job, given = self._job, self._job.imperfections
+        job, imperfections = self._job, self._job.imperfections
         start, self._made = self._made, self._made + n
         t = job.times(start, start + n)
-        there: NDArray[np.bool_] | None = None
-        if self._losses is not None or given.outages:
-            there = np.ones(n, dtype=bool)
+        present: NDArray[np.bool_] | None = None
+        if self._losses is not None or imperfections.outages:
+            present = np.ones(n, dtype=bool)
             if self._losses is not None:
                 drawn = np.empty(n)
                 self._losses.fill(drawn)
-                there = drawn >= self._lost_below
-            for outage in given.outages:
-                there &= (t < outage.start) | (t >= outage.start + outage.length)
+                present = drawn >= self._lost_below
+            for outage in imperfections.outages:
+                present &= (t < outage.start) | (t >= outage.start + outage.length)
             if start == 0:
-                there[0] = True
+                present[0] = True
             if start + n == job.rows:
-                there[-1] = True
+                present[-1] = True
         if self._jitter is not None:
             drawn = np.empty(n)
             self._jitter.fill(drawn)
-            t = t + given.jitter * np.clip(drawn, -_MOST_JITTER_SIGMAS, _MOST_JITTER_SIGMAS)
-        return t, there
+            t = t + imperfections.jitter * np.clip(drawn, -_MOST_JITTER_SIGMAS, _MOST_JITTER_SIGMAS)
+        return t, present
 
 
-def _own(values: Mapping[str, T], channel: str, default: T) -> T:
+def _channel_value(values: Mapping[str, T], channel: str, default: T) -> T:
     """Value given for a channel, or for its sensor."""
     return values.get(channel, values.get(stream_name(channel), default))
 
@@ -223,7 +227,7 @@ _ORDER = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_
 _NO_PIVOT = 1e-8  # correlations are known to fewer digits
 
 
-def noise_of(
+def make_noise(
     model: NoiseModel, channel: str, *, n: int, tau0: float, seed: int, flicker: Flicker
 ) -> generators.Generator:
     """The generator of `n` samples of a channel's noise, in SI. Noise that is correlated between channels is Σ Lᵢⱼ·uⱼ,
@@ -241,14 +245,14 @@ def noise_of(
                 _add_system(made, weight * value, low_pass, tau0, channel=number)
             else:
                 made.add_term(term, weight * value, channel=number, poles=flicker == "poles")
-    own = stream_number(channel)
+    number = stream_number(channel)
     for k, process in enumerate(noise.gauss_markov):
-        made.add_gauss_markov(process.sigma, process.time, index=k, channel=own)
-    for k, one in enumerate(noise.resonance):
-        alone = ChannelModel(resonance=(replace(one, sigma=1.0),))
-        _add_system(made, one.sigma, alone, tau0, channel=stream_number(f"{channel} resonance {k}"))
+        made.add_gauss_markov(process.sigma, process.time, index=k, channel=number)
+    for k, resonance in enumerate(noise.resonance):
+        alone = ChannelModel(resonance=(replace(resonance, sigma=1.0),))
+        _add_system(made, resonance.sigma, alone, tau0, channel=stream_number(f"{channel} resonance {k}"))
     for k, line in enumerate(noise.sinusoid):
-        made.add_sinusoid(line.amplitude, line.frequency, index=k, channel=own)
+        made.add_sinusoid(line.amplitude, line.frequency, index=k, channel=number)
     return made
 
 
@@ -283,9 +287,9 @@ def correlation_root(matrix: Floats) -> Floats:
     size = len(matrix)
     root = np.zeros((size, size))
     for j in range(size):
-        left = matrix[j:, j] - root[j:, :j] @ root[j, :j]
-        if left[0] > _NO_PIVOT:
-            root[j:, j] = left / math.sqrt(left[0])
+        remainder = matrix[j:, j] - root[j:, :j] @ root[j, :j]
+        if remainder[0] > _NO_PIVOT:
+            root[j:, j] = remainder / math.sqrt(remainder[0])
         else:  # all of this channel is in those before it
             root[j] /= math.sqrt(root[j] @ root[j])
     return root

@@ -143,7 +143,7 @@ def simulate_to(
     """
     if isinstance(chunk, bool) or not isinstance(chunk, int | np.integer) or chunk < 1:
         raise OptionError(f"{{option}} must be a positive number of samples, not {chunk!r}", option="chunk")
-    given = job(
+    task = job(
         model,
         duration=duration,
         rate=rate,
@@ -152,39 +152,39 @@ def simulate_to(
         flicker=flicker,
         unobserved=unobserved,
     )
-    warmth = given.imperfections.temperature
-    columns = [("time", "s"), *((name, given.unit(name)) for name in model.channels)]
+    warmth = task.imperfections.temperature
+    columns = [("time", "s"), *((name, task.unit(name)) for name in model.channels)]
     if warmth is not None:
         columns.append(("temperature", CELSIUS))
     target = Path(path)
-    kept = 0
+    written = 0
     threads = max(1, min(len(model.channels), os.cpu_count() or 1))
     with table_writer(target, columns) as put, ThreadPoolExecutor(threads) as pool:
-        channels = [Channel(given, name) for name in model.channels]
-        stamps = Stamps(given)
+        channels = [Channel(task, name) for name in model.channels]
+        stamps = Stamps(task)
         row = 0
-        for start in range(0, given.n, chunk):
-            size = min(chunk, given.n - start)
+        for start in range(0, task.n, chunk):
+            size = min(chunk, task.n - start)
             pieces = list(pool.map(lambda channel, size=size: channel.next(size), channels))
             rows = len(pieces[0])
-            t, there = stamps.next(rows)
+            t, present = stamps.next(rows)
             if warmth is not None:
-                pieces.append(warmth.shown(given.times(row, row + rows)))
+                pieces.append(warmth.shown(task.times(row, row + rows)))
             pieces.insert(0, t)
-            if there is not None:
-                pieces = [piece[there] for piece in pieces]
+            if present is not None:
+                pieces = [piece[present] for piece in pieces]
             if len(pieces[0]):
                 put(pieces)
             row += rows
-            kept += len(pieces[0])
+            written += len(pieces[0])
             if progress is not None:
-                progress((start + size) / given.n)
+                progress((start + size) / task.n)
     return Simulated(
         path=str(target),
         channels=tuple(name for name, _ in columns[1:]),
-        samples=given.n,
-        lost=given.rows - kept,
+        samples=task.n,
+        lost=task.rows - written,
         rate=rate,
-        seed=given.seed,
+        seed=task.seed,
         unobserved=unobserved_texts(model, unobserved),
     )

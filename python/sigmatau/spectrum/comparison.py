@@ -109,9 +109,9 @@ class Comparison(Printed):
         matplotlib figure
         """
         from sigmatau.plot.spectrum import draw_comparison
-        from sigmatau.plot.style import figure_of
+        from sigmatau.plot.style import parent_figure
 
-        return figure_of(draw_comparison(self, ax=ax))
+        return parent_figure(draw_comparison(self, ax=ax))
 
     def statement(self) -> str:
         """Result of the comparison, as a sentence."""

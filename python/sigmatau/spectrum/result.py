@@ -310,12 +310,12 @@ class Spectrum(Printed):
         matplotlib figure
         """
         from sigmatau.plot.spectrum import draw_spectrum
-        from sigmatau.plot.style import figure_of
+        from sigmatau.plot.style import parent_figure
 
         if model is None:
-            return figure_of(draw_spectrum(self, ax=ax, unit=unit))
+            return parent_figure(draw_spectrum(self, ax=ax, unit=unit))
         without = self.left_out(model)
-        return figure_of(draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without))
+        return parent_figure(draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without))
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"

@@ -19,7 +19,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import Spectrum
-from sigmatau.statespace.state_space import check_channel_model, flicker_of
+from sigmatau.statespace.state_space import check_channel_model, find_flicker_poles
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -260,7 +260,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         raise DataError("a ramp alone is no ARMA process: it has no noise")
     processes = [(process.sigma, process.time) for process in model.gauss_markov]
     level = terms.get("bias_instability", 0.0)
-    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    poles = find_flicker_poles(model, dt=dt, tau_max=tau_max, error=flicker_error)
     if poles is not None:
         processes += [(level * math.sqrt(v), t) for t, v in zip(poles.times, poles.variances, strict=True)]
     n = terms.get("random_walk", 0.0)

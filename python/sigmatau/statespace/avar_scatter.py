@@ -90,25 +90,27 @@ def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tupl
         for term, value in model.terms.items()
         if term in _LINEAR and not (filtered and term == "random_walk")
     }
-    beside = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
+    covariances_damped = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
     total = np.zeros((len(m), len(m)))
     # The slowest first: the others of a product are then smooth where the part is not.
     for part in sorted(replace(model, gauss_markov=()).damped(tau0), key=lambda part: part.fastest):
 
-        def rest(lags: Floats, others: tuple[Damped, ...] = tuple(beside)) -> Floats:
+        def rest(lags: Floats, processes: tuple[Damped, ...] = tuple(covariances_damped)) -> Floats:
             phases = [covariances.phase_of_term(term, value, lags, tau0) for term, value in terms.items()]
-            return np.asarray(sum([*phases, *(other.phase(lags, tau0) for other in others)], np.zeros(lags.shape)))
+            return np.asarray(
+                sum([*phases, *(process.phase(lags, tau0) for process in processes)], np.zeros(lags.shape))
+            )
 
         total += covariance_with(
             part,
             n=n,
             m=np.array(m, dtype=np.int64),
             tau0=tau0,
-            beside=rest,
+            rest=rest,
             ramp=model.terms.get("rate_ramp", 0.0),
             together=np.array(together),
         )
-        beside.append(part)
+        covariances_damped.append(part)
     total.setflags(write=False)
     return total
 
@@ -118,13 +120,13 @@ def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) ->
     phase φ at the middle of the record, a mean over M second differences has 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
     variance.
     """
-    found = []
+    lines = []
     for line in model.sinusoid:
         turn = 2 * math.pi * _folded(line.frequency, tau0) * tau0
         terms = n - 2 * m + 1.0
         share = np.sin(terms * turn) / (terms * math.sin(turn)) if math.sin(turn) > _SMALLEST_SINE else np.ones(len(m))
-        found.append((line, kernels.sinusoid_avar(line.amplitude, line.frequency, m, tau0), share))
-    return found
+        lines.append((line, kernels.sinusoid_avar(line.amplitude, line.frequency, m, tau0), share))
+    return lines
 
 
 def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
@@ -178,7 +180,7 @@ def covariance_with(
     n: int,
     m: NDArray[np.int64],
     tau0: float,
-    beside: Phase,
+    rest: Phase,
     ramp: float,
     together: NDArray[np.bool_],
 ) -> Floats:
@@ -206,12 +208,12 @@ def covariance_with(
                 pairs = float(n - 2 * first + 1), float(n - 2 * second + 1)
                 meetings = np.subtract.outer(np.arange(3) * first, np.arange(3) * second).ravel()
                 lags, weights = _lags(meetings, pairs, memory, panels)
-                change, near = np.empty(lags.shape), np.abs(lags[:, None] - meetings).min(axis=1) <= exact
-                own = _differences(own_phase, first, second, lags[near])
-                change[near] = own * (own + 2 * _differences(beside, first, second, lags[near]))
-                change[~near] = _mean_square(part, tau0, first, second, lags[~near])
+                change, exact_lags = np.empty(lags.shape), np.abs(lags[:, None] - meetings).min(axis=1) <= exact
+                corrected = _differences(own_phase, first, second, lags[exact_lags])
+                change[exact_lags] = corrected * (corrected + 2 * _differences(rest, first, second, lags[exact_lags]))
+                change[~exact_lags] = _mean_square(part, tau0, first, second, lags[~exact_lags])
                 change /= 2.0 * (float(first) * second * tau0**2) ** 2
-                change[near] += ramp**2 * own
+                change[exact_lags] += ramp**2 * corrected
                 total[i, j] = total[j, i] = weights @ change / (pairs[0] * pairs[1])
     return total
 
@@ -221,20 +223,20 @@ def _mean_square(part: Damped, tau0: float, first: int, second: int, lags: Float
     decay = complex(part.decays[0])
     size = tau0**2 / 4 * abs(complex(part.weights[0]) / np.sinh(decay / 2) ** 2)
     total = np.zeros(lags.shape, dtype=np.complex128)
-    for a, left in enumerate(_SECOND_DIFFERENCE):
+    for a, weight in enumerate(_SECOND_DIFFERENCE):
         for b, right in enumerate(_SECOND_DIFFERENCE):
             distance = lags + float(b * second - a * first)
             swing = np.exp(-decay * np.abs(distance))
-            total += left * right * np.where(distance < 0, np.conj(swing), swing)
+            total += weight * right * np.where(distance < 0, np.conj(swing), swing)
     return np.asarray((size * np.abs(total)) ** 2 / 2)
 
 
 def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
     """C at lags, which may be fractions."""
     total = np.zeros(lags.shape)
-    for a, left in enumerate(_SECOND_DIFFERENCE):
+    for a, weight in enumerate(_SECOND_DIFFERENCE):
         for b, right in enumerate(_SECOND_DIFFERENCE):
-            total += left * right * phase(np.abs(lags + float(b * second - a * first)))
+            total += weight * right * phase(np.abs(lags + float(b * second - a * first)))
     return total
 
 
@@ -245,16 +247,16 @@ def _lags(
     low = max(-int(pairs[0]), int(meetings.min()) - memory)
     high = min(int(pairs[1]), int(meetings.max()) + memory)
     ends = np.unique(np.concatenate([meetings[(meetings > low) & (meetings < high)], [low, high]]))
-    at, standing = [np.array([float(high)])], [np.ones(1)]
-    for left, right in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-        up = (right - left) // 2
-        for start, sign, inside in ((left, 1.0, up), (right, -1.0, right - left - 1 - up)):
+    lag_parts, standing = [np.array([float(high)])], [np.ones(1)]
+    for begin, end in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        up = (end - begin) // 2
+        for start, sign, inside in ((begin, 1.0, up), (end, -1.0, end - begin - 1 - up)):
             distance, count = _outwards(inside, panels)
-            at.append(start + sign * distance)
+            lag_parts.append(start + sign * distance)
             standing.append(count)
-        at.append(np.array([float(left)]))
+        lag_parts.append(np.array([float(begin)]))
         standing.append(np.ones(1))
-    lags, weights = np.concatenate(at), np.concatenate(standing)
+    lags, weights = np.concatenate(lag_parts), np.concatenate(standing)
     number = np.minimum(pairs[0], pairs[1] - lags) - np.maximum(0.0, -lags)
     return lags, weights * np.maximum(number, 0.0)
 

@@ -82,9 +82,9 @@ def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
         times = 10 ** np.linspace(low, high, math.ceil(per_decade * (high - low)) + 1)
         variances = _closest(_columns(times, sizes) / exact[:, None])
         reached = float(np.abs(np.sqrt(_columns(times, fine) @ variances / finely) - 1).max())
-        kept = variances > 0
+        positive = variances > 0
         if reached < best[2]:
-            best = times[kept], variances[kept], reached
+            best = times[positive], variances[positive], reached
         if reached <= error:
             return best
     raise OptionError(

@@ -169,9 +169,9 @@ class StateSpace(Printed):
         result = []
         for size in sizes.tolist():
             block = step.times(int(size))
-            there = row @ block.transition
-            start = there @ block.transition - 2 * there + row
-            first = there - 2 * row
+            shifted = row @ block.transition
+            start = shifted @ block.transition - 2 * shifted + row
+            first = shifted - 2 * row
             power = start @ before @ start + first @ block.noise @ first + row @ block.noise @ row + 6 * noise
             result.append(power / (2 * (size * self.dt) ** 2))
         return np.array(result)
@@ -282,14 +282,14 @@ def state_space(
             system.low_pass(model.bandwidth.before_sampling(terms["random_walk"]), model.bandwidth)
     if "rate_random_walk" in terms or "rate_ramp" in terms or turn_on:
         system.walk(terms.get("rate_random_walk", 0.0), terms.get("rate_ramp", 0.0), turn_on)
-    poles = flicker_of(model, dt=dt, tau_max=tau_max, error=flicker_error)
+    poles = find_flicker_poles(model, dt=dt, tau_max=tau_max, error=flicker_error)
     if poles is not None:
         for k, (time, variance) in enumerate(zip(poles.times, poles.variances, strict=True), 1):
             system.gauss_markov(f"flicker_{k}", terms["bias_instability"] ** 2 * variance, time)
     for k, process in enumerate(model.gauss_markov, 1):
         system.gauss_markov(f"gauss_markov_{k}", process.sigma**2, process.time)
-    for k, one in enumerate(model.resonance, 1):
-        system.resonance(k, one)
+    for k, resonance in enumerate(model.resonance, 1):
+        system.resonance(k, resonance)
     for k, line in enumerate(model.sinusoid, 1):
         system.sinusoid(k, line.amplitude, line.frequency)
     quantization = terms.get("quantization", 0.0)
@@ -338,7 +338,7 @@ def check_channel_model(model: object, *, function: str) -> None:
     )
 
 
-def flicker_of(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:
+def find_flicker_poles(model: ChannelModel, *, dt: float, tau_max: float | None, error: float) -> FlickerPoles | None:
     """Processes for the bias instability of a model, up to an hour by default; None without bias instability."""
     if "bias_instability" not in model.terms:
         return None
@@ -360,17 +360,17 @@ class _System:
     def _add(
         self, states: list[str], f: Floats, g: Floats, h: Floats, q: Floats, p0: Floats, inputs: list[str]
     ) -> None:
-        self.F, self.P0, self.Qd = _beside(self.F, f), _beside(self.P0, p0), _beside(self.Qd, q)
-        self.G = _beside(self.G, g)
+        self.F, self.P0, self.Qd = _block_diagonal(self.F, f), _block_diagonal(self.P0, p0), _block_diagonal(self.Qd, q)
+        self.G = _block_diagonal(self.G, g)
         self.H = np.concatenate((self.H, h))
         self.states += states
         self.inputs += inputs
 
     def gauss_markov(self, name: str, variance: float, time: float) -> None:
-        kept = math.exp(-self.dt / time)
+        decay = math.exp(-self.dt / time)
         lost = -math.expm1(-2 * self.dt / time)
-        one = np.ones((1, 1))
-        self._add([name], kept * one, one, np.ones(1), variance * lost * one, variance * one, [name])
+        unity = np.ones((1, 1))
+        self._add([name], decay * unity, unity, np.ones(1), variance * lost * unity, variance * unity, [name])
 
     def walk(self, k: float, ramp: float, turn_on: float) -> None:
         if ramp:
@@ -413,14 +413,14 @@ class _System:
         slowest = math.sin(math.pi / (2 * order))
         self._sampled("filter_{}", "random_walk_{}", a, driven, p0, time=corner * self.dt, slowest=slowest)
 
-    def resonance(self, number: int, one: Resonance) -> None:
+    def resonance(self, number: int, process: Resonance) -> None:
         """Add a damped oscillator, its speed first; of equal variances, in units of its frequency."""
-        loss = 2 * one.width / one.frequency
+        loss = 2 * process.width / process.frequency
         a = np.array([[-loss, -1.0], [1.0, 0.0]])
-        driven = np.diag([2 * loss * one.sigma**2, 0.0])
-        time = 2 * math.pi * one.frequency * self.dt
+        driven = np.diag([2 * loss * process.sigma**2, 0.0])
+        time = 2 * math.pi * process.frequency * self.dt
         name = f"resonance_{number}"
-        p0 = np.diag([one.sigma**2, one.sigma**2])
+        p0 = np.diag([process.sigma**2, process.sigma**2])
         self._sampled(f"{name}_{{}}", f"{name}_{{}}", a, driven, p0, time=time, slowest=loss / 2)
 
     def _sampled(
@@ -457,7 +457,7 @@ class _System:
         g[1:] = self.G.reshape(n, k)
         if white:
             g = np.concatenate((np.eye(n + 1, 1), g), axis=1)
-            q = _beside(np.array([[white * self.dt**2]]), q)
+            q = _block_diagonal(np.array([[white * self.dt**2]]), q)
             self.inputs = ["random_walk", *self.inputs]
         self.F, self.G, self.Qd, self.P0 = f, g, q, p0
         self.H = np.eye(1, n + 1)[0]
@@ -481,7 +481,7 @@ def _driven(a: Floats, density: Floats, time: float) -> Floats:
     return Steps(expm(a * step), total).times(2**doublings).noise
 
 
-def _beside(a: Floats, b: Floats) -> Floats:
+def _block_diagonal(a: Floats, b: Floats) -> Floats:
     """Block diagonal matrix of two matrices."""
     result = np.zeros((a.shape[0] + b.shape[0], a.shape[1] + b.shape[1]))
     result[: a.shape[0], : a.shape[1]] = a

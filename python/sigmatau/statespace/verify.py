@@ -102,10 +102,10 @@ class Verification(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values and columns."""
-        known = "misfit freedom p_value tau_min_s=tau_min states flicker_error level ratio low high used"
+        fields = "misfit freedom p_value tau_min_s=tau_min states flicker_error level ratio low high used"
         worst = {"ratio": self.ratio[self.worst], "tau_s": self.curve.tau[self.worst]}
-        of_curve = plain(self.curve, "channel m tau_s=tau adev unit")
-        return plain(self, known, worst=worst, model_adev=np.sqrt(self.avar), **of_curve)
+        curve = plain(self.curve, "channel m tau_s=tau adev unit")
+        return plain(self, fields, worst=worst, model_adev=np.sqrt(self.avar), **curve)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
         """Draw the record's curve with its band, and the model's, in new axes or those given.
@@ -122,9 +122,9 @@ class Verification(Printed):
         matplotlib figure
         """
         from sigmatau.plot.model import draw_verification
-        from sigmatau.plot.style import figure_of
+        from sigmatau.plot.style import parent_figure
 
-        return figure_of(draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit))
+        return parent_figure(draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit))
 
     def __repr__(self) -> str:
         tau, k = self.curve.tau, self.worst
@@ -155,7 +155,7 @@ class Verifications(ByChannel[Verification]):
 
     def to_dict(self) -> dict[str, Any]:
         """Each as plain columns, by channel."""
-        return {channel: found.to_dict() for channel, found in self.items()}
+        return {channel: verification.to_dict() for channel, verification in self.items()}
 
     def plot(self, ax: Panels = None) -> Figure:
         """Draw all of them, one panel each.
@@ -172,7 +172,11 @@ class Verifications(ByChannel[Verification]):
         from sigmatau.plot.model import draw_verifications
 
         return draw_verifications(
-            {name: (one.curve, one.avar, f"model, {_p(one.p_value)}") for name, one in self.items()}, ax=ax
+            {
+                name: (verification.curve, verification.avar, f"model, {_p(verification.p_value)}")
+                for name, verification in self.items()
+            },
+            ax=ax,
         )
 
 
@@ -321,7 +325,7 @@ def _verify_channel(
             " shows in it is not known; take the longest run without a gap, `Record.longest_run`"
         )
     check_noise(model, curve)
-    of_fit = tau_min is None
+    is_fitted = tau_min is None
     tau_min = model.tau_min if tau_min is None else tau_min
     sizes = curve.m[2 * curve.m <= curve.n]
     if len(sizes) > _MOST_TIMES:
@@ -367,7 +371,7 @@ def _verify_channel(
         p_value=float(chi2_above(len(octaves), misfit)),
         worst=int(np.flatnonzero(used)[np.argmax(np.abs(u))]),
         tau_min=tau_min,
-        of_fit=of_fit,
+        of_fit=is_fitted,
         states=len(system.states),
         flicker_error=system.flicker_error,
         level=level,
@@ -376,11 +380,11 @@ def _verify_channel(
 
 def _octaves(sizes: list[int]) -> list[int]:
     """Cluster sizes, each at least twice the previous one."""
-    kept: list[int] = []
+    octaves: list[int] = []
     for size in sizes:
-        if not kept or size >= 2 * kept[-1]:
-            kept.append(size)
-    return kept
+        if not octaves or size >= 2 * octaves[-1]:
+            octaves.append(size)
+    return octaves
 
 
 def _deviates(ratio: Floats, edf: Floats) -> Floats:

@@ -37,24 +37,24 @@ class _Parameter:
     sensor: str
     kind: str
     unit: str
-    least: float  # The documented range, which ground stations may enforce
-    most: float
+    low: float  # The documented range, which ground stations may enforce
+    high: float
     cut: float = 1.0  # Largest value that the filter uses
 
 
 _PX4_PARAMETERS = (  # the first releases of EKF2 replace what is below the least by it
-    _Parameter(name="EKF2_GYR_NOISE", sensor="gyro", kind="noise", unit="rad/s", least=1e-4, most=0.1),
-    _Parameter(name="EKF2_ACC_NOISE", sensor="accel", kind="noise", unit="m/s^2", least=0.01, most=1.0),
-    _Parameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", least=0.0, most=0.01),
-    _Parameter(name="EKF2_ACC_B_NOISE", sensor="accel", kind="walk", unit="m/s^3", least=0.0, most=0.01),
+    _Parameter(name="EKF2_GYR_NOISE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
+    _Parameter(name="EKF2_ACC_NOISE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0),
+    _Parameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", low=0.0, high=0.01),
+    _Parameter(name="EKF2_ACC_B_NOISE", sensor="accel", kind="walk", unit="m/s^3", low=0.0, high=0.01),
 )
 # Initial uncertainty of a bias, with the largest documented value; 0.1 rad/s and 0.2 m/s^2 as delivered.
 _PX4_INITIAL = (("EKF2_GBIAS_INIT", "gyro", "rad/s", 0.2), ("EKF2_ABIAS_INIT", "accel", "m/s^2", 0.5))
 _ARDUPILOT_PARAMETERS = (
-    _Parameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", least=1e-4, most=0.1),
-    _Parameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", least=0.01, most=1.0, cut=5.0),
-    _Parameter(name="EK3_GBIAS_P_NSE", sensor="gyro", kind="walk", unit="rad/s^2", least=1e-5, most=1e-3),
-    _Parameter(name="EK3_ABIAS_P_NSE", sensor="accel", kind="walk", unit="m/s^3", least=1e-5, most=0.02),
+    _Parameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
+    _Parameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0, cut=5.0),
+    _Parameter(name="EK3_GBIAS_P_NSE", sensor="gyro", kind="walk", unit="rad/s^2", low=1e-5, high=1e-3),
+    _Parameter(name="EK3_ABIAS_P_NSE", sensor="accel", kind="walk", unit="m/s^3", low=1e-5, high=0.02),
 )
 
 
@@ -91,16 +91,17 @@ def _write_ardupilot(numbers: Numbers) -> str:
 def _rows(numbers: Numbers, parameters: tuple[_Parameter, ...], step: float) -> list[tuple[str, float, str]]:
     """Name, value and comment of each parameter; N/√dt and K/√dt."""
     result = []
-    for of in parameters:
-        found = numbers.noise(of.sensor) if of.kind == "noise" else numbers.walk(of.sensor)
-        value = found.value / math.sqrt(step)
-        letter = "N" if of.kind == "noise" else "K"
-        words = f"{of.name} [{of.unit}] = {letter}/sqrt(dt), dt = {step:g} s; {found.words}"
-        if value > of.cut:
-            words += f"; the filter limits it to {of.cut:g}"
-        elif not of.least <= value <= of.most:
-            words += f"; outside the documented range, {of.least:g} to {of.most:g}: a ground station may reject it"
-        result.append((of.name, value, comment(words)))
+    for parameter in parameters:
+        number = numbers.noise(parameter.sensor) if parameter.kind == "noise" else numbers.walk(parameter.sensor)
+        value = number.value / math.sqrt(step)
+        letter = "N" if parameter.kind == "noise" else "K"
+        words = f"{parameter.name} [{parameter.unit}] = {letter}/sqrt(dt), dt = {step:g} s; {number.words}"
+        if value > parameter.cut:
+            words += f"; the filter limits it to {parameter.cut:g}"
+        elif not parameter.low <= value <= parameter.high:
+            documented = f"{parameter.low:g} to {parameter.high:g}"
+            words += f"; outside the documented range, {documented}: a ground station may reject it"
+        result.append((parameter.name, value, comment(words)))
     return result
 
 
@@ -130,7 +131,7 @@ def _step(numbers: Numbers, default: float) -> float:
 
 
 def _identity(numbers: Numbers, key: str) -> str:
-    value = number(numbers.name(key, "1"), key, least=1)
+    value = number(numbers.name(key, "1"), key, low=1)
     if value != int(value) or value > 255:
         raise OptionError(f"{{option}} {key}={value:g}: want a whole number from 1 to 255", option="name")
     return str(int(value))

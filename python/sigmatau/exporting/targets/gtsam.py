@@ -18,10 +18,10 @@ _AXES = "xyz"
 def write(numbers: Numbers) -> str:
     """The text of the module: densities; the module squares them for the covariances."""
     rows = [
-        ("ACCELEROMETER_NOISE", "accel", numbers.noise, numbers.noise_of, "N, m/s^2/sqrt(Hz)"),
-        ("GYROSCOPE_NOISE", "gyro", numbers.noise, numbers.noise_of, "N, rad/s/sqrt(Hz)"),
-        ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.walk_of, "K, m/s^3/sqrt(Hz)"),
-        ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.walk_of, "K, rad/s^2/sqrt(Hz)"),
+        ("ACCELEROMETER_NOISE", "accel", numbers.noise, numbers.channel_noise, "N, m/s^2/sqrt(Hz)"),
+        ("GYROSCOPE_NOISE", "gyro", numbers.noise, numbers.channel_noise, "N, rad/s/sqrt(Hz)"),
+        ("ACCELEROMETER_WALK", "accel", numbers.walk, numbers.channel_walk, "K, m/s^3/sqrt(Hz)"),
+        ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.channel_walk, "K, rad/s^2/sqrt(Hz)"),
     ]
     lines = [*map(remark, pair_remarks(numbers, has_turn_on=True)), "# x, y, z"]
     for name, sensor, one, of, unit in rows:
@@ -54,14 +54,14 @@ def _axes(
     """A line per axis: one number for all, or for ``axes="each"`` that of the axis if the model has it."""
     if numbers.choices.axes != "each":
         number = one(sensor)
-        first, *others = [f"    {measured(number.value)}," for _ in _AXES]
-        return [f"{first}  # {comment(f'{unit}; {number.words}')}", *others]
-    found = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
-    worst = max(found.values(), key=lambda number: number.value)
+        first, *repeated = [f"    {measured(number.value)}," for _ in _AXES]
+        return [f"{first}  # {comment(f'{unit}; {number.words}')}", *repeated]
+    axes = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
+    worst = max(axes.values(), key=lambda number: number.value)
     lines = []
     for axis in _AXES:
-        words = unit if axis in found else f"{unit}; {axis}: not in the model, the worst of the others"
-        used = found.get(axis, worst)
+        words = unit if axis in axes else f"{unit}; {axis}: not in the model, the worst of the others"
+        used = axes.get(axis, worst)
         lines.append(f"    {measured(used.value)},  # {comment(f'{words}; {used.words}')}")
     return lines
 

@@ -47,7 +47,7 @@ def write(numbers: Numbers) -> str:
     cells_written: set[str] = set()
     blocks = ["Noise coefficients after IEEE Std 952; two-sided densities. The last column is in SI."]
     for name, model in numbers.model.channels.items():
-        rows = [row for term in TERMS for row in _rows(model, term)] + _others(model)
+        rows = [row for term in TERMS for row in _rows(model, term)] + _process_rows(model)
         cells_written.update(cell for row in rows for cell in row)
         widths = [max(len(row[column]) for row in rows) for column in range(4)]
         lines = [f"{comment(name)} [{comment(model.unit)}]"]
@@ -96,7 +96,7 @@ def _interval_text(model: ChannelModel, term: str, interval: str, size: float) -
     return _NO_INTERVAL if model.adequate else doubt_text(model)
 
 
-def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
+def _process_rows(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
     """Gauss-Markov processes with q_c of the standard, resonances, sinusoids and the bandwidth."""
     units = _UNITS.get(model.quantity, {}).get("bias_instability", ((model.unit, 1.0),))
     text, size = units[0]
@@ -114,11 +114,17 @@ def _others(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
             (f"Tc{k}", "correlation time", f"{process.time:.6g} s", "", f"{measured(process.time)} s"),
             (f"qc{k}", "driving noise", f"{drive:.6g} {model.unit}/√s", "", f"{measured(drive)} {model.unit}/sqrt(s)"),
         ]
-    for k, one in enumerate(model.resonance, 1):
+    for k, resonance in enumerate(model.resonance, 1):
         rows += [
-            (f"σr{k}", "resonance", f"{one.sigma / size:.6g} {text}", "", f"{measured(one.sigma)} {model.unit}"),
-            (f"fr{k}", "its centre", f"{one.frequency:.6g} Hz", "", f"{measured(one.frequency)} Hz"),
-            (f"Δf{k}", "its half width", f"{one.width:.6g} Hz", "", f"{measured(one.width)} Hz"),
+            (
+                f"σr{k}",
+                "resonance",
+                f"{resonance.sigma / size:.6g} {text}",
+                "",
+                f"{measured(resonance.sigma)} {model.unit}",
+            ),
+            (f"fr{k}", "its centre", f"{resonance.frequency:.6g} Hz", "", f"{measured(resonance.frequency)} Hz"),
+            (f"Δf{k}", "its half width", f"{resonance.width:.6g} Hz", "", f"{measured(resonance.width)} Hz"),
         ]
     for k, line in enumerate(model.sinusoid, 1):
         rows += [

@@ -38,7 +38,7 @@ def write(numbers: Numbers) -> str:
         if sensor not in consistent
     }
     time = _time(numbers, consistent, [axis for axes in approximated.values() for axis in axes])
-    biases = {sensor: tuple(axis.at(time) for axis in axes) for sensor, axes in approximated.items()}
+    biases = {sensor: tuple(axis.with_time(time) for axis in axes) for sensor, axes in approximated.items()}
     biases |= {
         sensor: by_axis(numbers, sensor, partial(_consistent, sensor=sensor, time=time)) for sensor in consistent
     }
@@ -65,7 +65,7 @@ def write(numbers: Numbers) -> str:
         lines.append(
             f"  {key}: [{', '.join([digits(ppm)] * 3)}]  # ppm; scale factor, not visible in a static record: {origin}"
         )
-    lines.append(f"  corrtime: {measured(time / 3600)}  # h; {seconds(time)} s, {_of_time(numbers, consistent)}")
+    lines.append(f"  corrtime: {measured(time / 3600)}  # h; {seconds(time)} s, {_time_words(numbers, consistent)}")
     lines += _initial_lines(numbers)
     return "\n".join(lines) + "\n"
 
@@ -99,7 +99,7 @@ def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
     doubts = next(filter(None, map(numbers.doubt, slow)), "")
     states = f"its error after {duration_text(horizon)}"
     words = f"consistent, a filter with it states {states} right"
-    if chosen[worst].least:
+    if chosen[worst].is_floor:
         words = f"the least in use, N alone states {states}"
     origin = f"{axis}: {words}{times}{doubts}"
     return Process(sigma=sigma, time=time, origin=origin, fit="", place="the horizon")
@@ -107,7 +107,7 @@ def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
 
 def _noise(numbers: Numbers, sensor: str, names: Iterable[str]) -> float:
     """N of a filter for some axes, without its factor."""
-    return max(numbers.noise_of(name).value for name in names) / numbers.factor("random_walk", sensor)
+    return max(numbers.channel_noise(name).value for name in names) / numbers.factor("random_walk", sensor)
 
 
 def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
@@ -119,7 +119,7 @@ def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
             numbers.truths([name] if each else names),
             GaussMarkov(sigma=bias.sigma, time=bias.time),
             sensor=sensor,
-            noise=numbers.noise_of(name).value if each else numbers.noise(sensor).value,
+            noise=numbers.channel_noise(name).value if each else numbers.noise(sensor).value,
             horizon=horizon,
             mean=numbers.choices.axes == "mean",
         )
@@ -150,7 +150,7 @@ def _initial_lines(numbers: Numbers) -> list[str]:
 def _time(numbers: Numbers, consistent: list[str], processes: list[Process]) -> float:
     """The one correlation time. [s]"""
     if "corrtime" in numbers.choices.names:
-        return 3600 * number(numbers.choices.names["corrtime"], "corrtime", least=1e-6, most=1e6)
+        return 3600 * number(numbers.choices.names["corrtime"], "corrtime", low=1e-6, high=1e6)
     if consistent:
         return RUN * (numbers.choices.horizon or HORIZON)
     times = [each.time for each in processes]
@@ -159,7 +159,7 @@ def _time(numbers: Numbers, consistent: list[str], processes: list[Process]) -> 
     return math.exp(sum(map(math.log, times)) / len(times))
 
 
-def _of_time(numbers: Numbers, consistent: list[str]) -> str:
+def _time_words(numbers: Numbers, consistent: list[str]) -> str:
     if "corrtime" in numbers.choices.names:
         return "given"
     if consistent:

@@ -14,7 +14,7 @@ import math
 from sigmatau.digits import limit_text, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.axes import by_axis, noises
-from sigmatau.exporting.gauss_markov import exact_at
+from sigmatau.exporting.gauss_markov import find_exact_time
 from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import comment, joined, vector
 from sigmatau.exporting.values import Number, Numbers
@@ -63,10 +63,10 @@ def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
         if numbers.choices.walk.get(sensor) == "horizon":
             return [f"% {key} stays 0: RandomWalk approximates it, as chosen"]
         kinds = {"Gauss-Markov bias": "gauss_markov", "resonances": "resonance"}
-        own = [text for text, kind in kinds.items() if any(getattr(model, kind) for model in channels.values())]
-        more = f"; no field for the {' and '.join(own)} of the model" if own else ""
-        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{more}"]
-    values = by_axis(numbers, sensor, lambda one: _bias_of(one, sensor))
+        omitted = [text for text, kind in kinds.items() if any(getattr(model, kind) for model in channels.values())]
+        omitted_words = f"; no field for the {' and '.join(omitted)} of the model" if omitted else ""
+        return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'bias_instability')}{omitted_words}"]
+    values = by_axis(numbers, sensor, lambda axis: _combine_bias(axis, sensor))
     poles, time = _poles(numbers, sensor)
     return [
         _row(key, values, f"{unit}, B of IEEE Std 952, 1/0.664 of the lowest point"),
@@ -80,9 +80,9 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
     time = numbers.choices.horizon
     if time is None:
         bottoms = [
-            exact_at(numbers, name)[0] for name, m in numbers.channels(sensor).items() if "bias_instability" in m
+            find_exact_time(numbers, name)[0] for name, m in numbers.channels(sensor).items() if "bias_instability" in m
         ]
-        time = max((found for found in bottoms if found is not None), default=None)
+        time = max((bottom for bottom in bottoms if bottom is not None), default=None)
     rate = numbers.known_rate()
     if time is None or rate is None:
         lacking = [Hint("filter_rate")] * (rate is None) + [Hint("horizon")] * (time is None)
@@ -103,23 +103,24 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
     return poles, time
 
 
-def _bias_of(numbers: Numbers, sensor: str) -> Number:
+def _combine_bias(numbers: Numbers, sensor: str) -> Number:
     """B of the channels that have it, by `Choices.axes`; 0 if none has."""
-    found = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
+    values = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
     factor = numbers.factor("rate_random_walk", sensor)
-    if not found:
+    if not values:
         return Number(value=0.0, words=f"{', '.join(numbers.channels(sensor))}: not observed, 0")
     times = "" if factor == 1 else f", times {factor:g}"
-    doubts = next(filter(None, map(numbers.doubt, found)), "")
+    doubts = next(filter(None, map(numbers.doubt, values)), "")
     if numbers.choices.axes == "mean":
-        mean = (sum(value**2 for value in found.values()) / len(found)) ** 0.5
-        return Number(value=factor * mean, words=f"root mean square of {', '.join(found)}{times}{doubts}")
-    axis = max(found, key=lambda name: found[name])
+        mean = (sum(value**2 for value in values.values()) / len(values)) ** 0.5
+        return Number(value=factor * mean, words=f"root mean square of {', '.join(values)}{times}{doubts}")
+    axis = max(values, key=lambda name: values[name])
     model = numbers.model.channels[axis]
     text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
-    worst = f"worst of {len(found)} axes, " if len(found) > 1 else ""
+    worst = f"worst of {len(values)} axes, " if len(values) > 1 else ""
     return Number(
-        value=factor * found[axis], words=f"{worst}{axis}: {found[axis] / size:.4g} {text}{times}{numbers.doubt(axis)}"
+        value=factor * values[axis],
+        words=f"{worst}{axis}: {values[axis] / size:.4g} {text}{times}{numbers.doubt(axis)}",
     )
 
 
@@ -127,7 +128,7 @@ def _walk(numbers: Numbers, sensor: str, unit: str) -> list[str]:
     key = f"{sensor}.RandomWalk"
     if not _has_walk(numbers, sensor):
         return [f"% {key} stays 0: not observed{_below(numbers, sensor, 'rate_random_walk')}"]
-    return [_row(key, by_axis(numbers, sensor, lambda one: _walk_of(one, sensor)), f"({unit})*sqrt(Hz), K")]
+    return [_row(key, by_axis(numbers, sensor, lambda axis: _combine_walk(axis, sensor)), f"({unit})*sqrt(Hz), K")]
 
 
 def _has_walk(numbers: Numbers, sensor: str) -> bool:
@@ -135,7 +136,7 @@ def _has_walk(numbers: Numbers, sensor: str) -> bool:
     return observed or sensor in numbers.choices.walk
 
 
-def _walk_of(numbers: Numbers, sensor: str) -> Number:
+def _combine_walk(numbers: Numbers, sensor: str) -> Number:
     """K; 0 for an axis without K if other axes have it and nothing was chosen."""
     channels = numbers.channels(sensor)
     if not _has_walk(numbers, sensor):

@@ -47,42 +47,42 @@ def write(numbers: Numbers) -> str:
         if not numbers.has(sensor):
             lines.append(f"{field}: {vector(_ABSENT)}  # not in the model")
             continue
-        found = by_axis(numbers, sensor, functools.partial(_variance, sensor=sensor))
-        matrix = np.diag([variance.value for variance in found])
+        variances = by_axis(numbers, sensor, functools.partial(_variance, sensor=sensor))
+        matrix = np.diag([variance.value for variance in variances])
         together = ""
         if numbers.choices.axes == "each" and _shared(numbers, sensor):
             names = [f"{sensor}_{axis}" for axis in "xyz"]
-            for term, of in (("random_walk", _white), ("quantization", _quantization)):
-                deviation = np.sqrt([of(numbers, name) for name in names])
+            for term, term_variance in (("random_walk", _white), ("quantization", _quantization)):
+                deviation = np.sqrt([term_variance(numbers, name) for name in names])
                 matrix += (numbers.model.of(names).correlation_matrix(term) - np.eye(3)) * np.outer(
                     deviation, deviation
                 )
         elif _shared(numbers, sensor):
             each = Hint("axes", value="each")
             together = f"; correlated axes are treated as independent; {each} writes their covariance"
-        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {joined(v.words for v in found)}{together}")
+        lines.append(f"{field}: {vector(matrix.ravel())}  # {unit}; {joined(v.words for v in variances)}{together}")
     return "\n".join(lines) + "\n"
 
 
 def _variance(numbers: Numbers, *, sensor: str) -> Number:
     """Variance of a sample, by `Choices.axes`."""
-    found = {name: _of_channel(numbers, name) for name in numbers.channels(sensor)}
-    if len(found) == 1:
-        return next(iter(found.values()))
+    variances = {name: _channel_variance(numbers, name) for name in numbers.channels(sensor)}
+    if len(variances) == 1:
+        return next(iter(variances.values()))
     if numbers.choices.axes == "mean":
-        words = " | ".join(variance.words for variance in found.values())
-        value = sum(variance.value for variance in found.values()) / len(found)
+        words = " | ".join(variance.words for variance in variances.values())
+        value = sum(variance.value for variance in variances.values()) / len(variances)
         white = (
             f"; in the mean N^2*rate = {numbers.noise(sensor).value ** 2 * numbers.rate():.4g}"
-            if any(_has_value_of_white_noise(numbers, name) for name in found)
+            if any(_has_value_of_white_noise(numbers, name) for name in variances)
             else ""
         )
-        return Number(value=value, words=f"mean of {', '.join(found)} ({words}){white}")
-    worst = max(found.values(), key=lambda variance: variance.value)
-    return Number(value=worst.value, words=f"worst of {len(found)} axes, {worst.words}")
+        return Number(value=value, words=f"mean of {', '.join(variances)} ({words}){white}")
+    worst = max(variances.values(), key=lambda variance: variance.value)
+    return Number(value=worst.value, words=f"worst of {len(variances)} axes, {worst.words}")
 
 
-def _of_channel(numbers: Numbers, name: str) -> Number:
+def _channel_variance(numbers: Numbers, name: str) -> Number:
     """Variance of a sample of one channel: measured, if the source is a record, else from the model."""
     measured = _measured(numbers, name)
     model = numbers.model.channels[name]
@@ -96,7 +96,7 @@ def _of_channel(numbers: Numbers, name: str) -> Number:
     if factor != 1:
         words += f", {measured!r} times {factor:g}^2"
     if "random_walk" in model:
-        independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+        independent = numbers.channel_noise(name).value ** 2 * numbers.rate()
         words += f"; N^2*rate = {independent:.4g} is for a filter that {_INDEPENDENT}"
         _correlated(numbers, name, value, independent)
     return Number(value=value, words=words + numbers.doubt(name))
@@ -120,7 +120,7 @@ def _measured(numbers: Numbers, name: str) -> float | None:
 def _parts(numbers: Numbers, name: str) -> str:
     """The contributions to the variance of the model."""
     model = numbers.model.channels[name]
-    noise = numbers.noise_of(name)
+    noise = numbers.channel_noise(name)
     parts = "N^2*rate" if model.bandwidth is None else "variance behind the low-pass filter"
     parts += " + 2*(Q*rate)^2" if "quantization" in model else ""
     parts += " + sigma^2 of the Gauss-Markov noise" if model.gauss_markov else ""
@@ -147,7 +147,7 @@ def _filtered(numbers: Numbers, name: str) -> str:
     model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
     if corner is None or model.bandwidth is not None:
         return ""
-    independent = numbers.noise_of(name).value ** 2 * numbers.rate()
+    independent = numbers.channel_noise(name).value ** 2 * numbers.rate()
     details = CorrelatedSamples(ratio=None, independent_variance=independent, corner=corner)
     numbers.add_finding(Finding(severity="warning", channels=(name,), details=details))
     return f"; without the low-pass filter of {corner:.3g} Hz that the analysis found"
@@ -168,7 +168,7 @@ def _quantization(numbers: Numbers, name: str) -> float:
 def _white(numbers: Numbers, name: str) -> float:
     """Variance of the random walk in one sample."""
     model = numbers.model.channels[name]
-    noise = numbers.noise_of(name).value  # observed or chosen, including the factor
+    noise = numbers.channel_noise(name).value  # observed or chosen, including the factor
     alone = ChannelModel(
         terms={"random_walk": noise}, bandwidth=model.bandwidth, quantity=model.quantity, unit=model.unit
     )
@@ -179,9 +179,9 @@ def _white(numbers: Numbers, name: str) -> float:
 def _modelled(numbers: Numbers, name: str) -> float:
     """Variance of a sample of the model about a constant bias."""
     model, square = numbers.model.channels[name], numbers.factor("random_walk", stream_name(name)) ** 2
-    more = sum(g.sigma**2 for g in model.gauss_markov) + sum(one.sigma**2 for one in model.resonance)
-    more += sum(line.amplitude**2 / 2 for line in model.sinusoid)
-    return _white(numbers, name) + _quantization(numbers, name) + square * more
+    processes = sum(g.sigma**2 for g in model.gauss_markov) + sum(resonance.sigma**2 for resonance in model.resonance)
+    processes += sum(line.amplitude**2 / 2 for line in model.sinusoid)
+    return _white(numbers, name) + _quantization(numbers, name) + square * processes
 
 
 TARGET = Target(

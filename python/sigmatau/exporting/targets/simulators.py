@@ -32,7 +32,7 @@ _SENSORS = (
 
 def _write_gazebo(numbers: Numbers) -> str:
     """The text of the file."""
-    found = noises_and_processes(numbers)
+    values = noises_and_processes(numbers)
     started = {sensor: turn_on_axes(numbers, sensor, minimum=0.0) or (None, None, None) for sensor, *_ in _SENSORS}
     link = quoteattr(plain_name(numbers.name("link", "imu_link"), "link"))
     lines = [
@@ -46,7 +46,7 @@ def _write_gazebo(numbers: Numbers) -> str:
         "        <imu>",
     ]
     for sensor, element, _, unit in _SENSORS:
-        noise, bias = found[sensor]
+        noise, bias = values[sensor]
         lines += [
             f"          <{element}>",
             _comment(
@@ -60,7 +60,7 @@ def _write_gazebo(numbers: Numbers) -> str:
             *(_axis(numbers.rate(), *row) for row in zip("xyz", noise, bias, started[sensor], strict=True)),
             f"          </{element}>",
         ]
-    lines += ["        </imu>", "      </sensor>", "    </link>", *_plugin(numbers, found), "  </model>", "</sdf>"]
+    lines += ["        </imu>", "      </sensor>", "    </link>", *_plugin(numbers, values), "  </model>", "</sdf>"]
     return "\n".join(lines) + "\n"
 
 
@@ -81,7 +81,7 @@ def _axis(rate: float, axis: str, noise: Number, bias: Process, start: Number | 
 
 
 def _plugin(
-    numbers: Numbers, found: dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]
+    numbers: Numbers, values: dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]
 ) -> list[str]:
     if numbers.choices.axes == "each":
         worst = Hint("axes", value="worst")
@@ -96,7 +96,7 @@ def _plugin(
         f"      <linkName>{plain_name(numbers.name('link', 'imu_link'), 'link')}</linkName>",
     ]
     for sensor, _, word, unit in _SENSORS:
-        (noise, *_), (bias, *_) = found[sensor]
+        (noise, *_), (bias, *_) = values[sensor]
         start = turn_on(numbers, sensor, minimum=0.0)
         lines += [
             _comment("      ", f"{unit}/sqrt(Hz), N, two-sided; {noise.words}"),
@@ -145,7 +145,7 @@ GAZEBO = Target(
 
 def _write_gnss_ins_sim(numbers: Numbers) -> str:
     """The text of a Python file with ``imu_err``."""
-    found = noises_and_processes(numbers)
+    values = noises_and_processes(numbers)
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
         *map(remark, replaced_noise(numbers)),
@@ -157,7 +157,7 @@ def _write_gnss_ins_sim(numbers: Numbers) -> str:
         ("gyro", "gyro_arw", "deg/sqrt(h)", "deg/h"),
         ("accel", "accel_vrw", "m/s/sqrt(h)", "m/s^2"),
     ):
-        noise, bias = found[sensor]
+        noise, bias = values[sensor]
         size, bias_size = find(walk_unit).factor, find(bias_unit).factor
         about = joined(p.words for p in bias)
         lines += [

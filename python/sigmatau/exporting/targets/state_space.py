@@ -115,10 +115,10 @@ def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
 
 
 def _systems(numbers: Numbers) -> dict[str, StateSpace]:
-    return {name: _system_of(numbers, _chosen(numbers, name)) for name in numbers.model.channels}
+    return {name: _make_system(numbers, _chosen(numbers, name)) for name in numbers.model.channels}
 
 
-def _system_of(numbers: Numbers, model: ChannelModel) -> StateSpace:
+def _make_system(numbers: Numbers, model: ChannelModel) -> StateSpace:
     """The system of a model, by the step and the output that were chosen."""
     rates = {name: numbers.source.rates[name] for name in numbers.whole.channels if name in numbers.source.rates}
     dt = filter_step(rates, numbers.choices)
@@ -131,15 +131,15 @@ def _system_of(numbers: Numbers, model: ChannelModel) -> StateSpace:
 def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     """The model of a channel with the chosen coefficients and both factors."""
     model = numbers.model.channels[name]
-    of_white = numbers.factor("random_walk", stream_name(name))
-    of_slow = numbers.factor("rate_random_walk", stream_name(name))
+    white_factor = numbers.factor("random_walk", stream_name(name))
+    slow_factor = numbers.factor("rate_random_walk", stream_name(name))
     terms: dict[str, float] = {}
     for term, value in assume_terms(model, _policy(numbers)).items():
         slow = term in ("bias_instability", "rate_random_walk", "rate_ramp")
-        terms[term] = (of_slow if slow else of_white) * value
+        terms[term] = (slow_factor if slow else white_factor) * value
     terms |= _chosen_terms(numbers, name)
-    processes = tuple(replace(g, sigma=of_slow * g.sigma) for g in model.gauss_markov)
-    resonances = tuple(replace(r, sigma=of_slow * r.sigma) for r in model.resonance)
+    processes = tuple(replace(g, sigma=slow_factor * g.sigma) for g in model.gauss_markov)
+    resonances = tuple(replace(r, sigma=slow_factor * r.sigma) for r in model.resonance)
     return replace(model, terms=terms, gauss_markov=processes, resonance=resonances)
 
 
@@ -161,9 +161,9 @@ def _chosen_terms(numbers: Numbers, name: str) -> dict[str, float]:
                 " or a value",
                 option="rate_random_walk",
             )
-        terms["rate_random_walk"] = numbers.walk_of(name).value
+        terms["rate_random_walk"] = numbers.channel_walk(name).value
     if sensor in choices.noise and "random_walk" not in model:
-        terms["random_walk"] = numbers.noise_of(name).value
+        terms["random_walk"] = numbers.channel_noise(name).value
     return terms
 
 
@@ -187,7 +187,7 @@ def _with_third_state(numbers: Numbers, name: str) -> dict[str, Any]:
         quantity=model.quantity,
         unit=model.unit,
     )
-    system = _system_of(numbers, reduced)
+    system = _make_system(numbers, reduced)
     note = _noted(numbers, [name]).get("note", "")
     return _plain(system) | {"note": "; ".join(filter(None, [f"{name}: {judged.text('with a third state')}", note]))}
 
@@ -204,11 +204,11 @@ def _plain(system: StateSpace) -> dict[str, Any]:
         "dt_s": system.dt,
         "output": system.output,
         "unit_of_y": _unit_of_y(system),
-        **_of_flicker([system]),
+        **_flicker_error([system]),
     }
 
 
-def _of_flicker(systems: Sequence[StateSpace]) -> dict[str, float]:
+def _flicker_error(systems: Sequence[StateSpace]) -> dict[str, float]:
     """Error of the approximation of flicker noise, and the averaging time up to which it holds."""
     times = [system.tau_max for system in systems if system.tau_max is not None]
     return {"flicker_error": max(s.flicker_error for s in systems), "tau_max_s": max(times)} if times else {}
@@ -243,19 +243,19 @@ def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any
             a, b = names.index(first), names.index(second)
             share = rho * chosen[second][term] / chosen[first][term]
             measured = "quantization" if every[a].output == "integrated" else "random_walk"
-            of = {
+            first_rows = {
                 "Qd": [_term(name) == term for name in every[a].inputs],
                 "P0": [_term(name) == term for name in every[a].states],
                 "R": [term == measured],
             }
-            to = {
+            second_rows = {
                 "Qd": [_term(name) == term for name in every[b].inputs],
                 "P0": [_term(name) == term for name in every[b].states],
                 "R": [term == measured],
             }
             for key, start in starts.items():
-                rows = start[a] + np.flatnonzero(of[key])
-                columns = start[b] + np.flatnonzero(to[key])
+                rows = start[a] + np.flatnonzero(first_rows[key])
+                columns = start[b] + np.flatnonzero(second_rows[key])
                 if not rows.size:
                     continue
                 shared = share * blocks[key][np.ix_(rows, rows)]
@@ -269,7 +269,7 @@ def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any
         "dt_s": every[0].dt,
         "output": every[0].output,
         "unit_of_y": np.array([_unit_of_y(system) for system in every], dtype=np.str_),
-        **_of_flicker(every),
+        **_flicker_error(every),
     }
 
 

@@ -115,23 +115,26 @@ def _innovations_of(table: _Table, columns: Mapping[str, str] | None, time: str 
     times = _times(table, time)
     chosen = _stated(table, columns) if columns else _recognised(table)
     result = {}
-    for channel, of_channel in chosen.items():
-        innovation, variance = (table.values[:, k] for k in (of_channel.innovation, of_channel.variance))
+    for channel, select_channel in chosen.items():
+        innovation, variance = (table.values[:, k] for k in (select_channel.innovation, select_channel.variance))
         used = ~(np.isnan(innovation) & np.isnan(variance))
         lines = np.array(table.lines)[used]
-        for k, values in ((of_channel.innovation, innovation), (of_channel.variance, variance)):
+        for k, values in ((select_channel.innovation, innovation), (select_channel.variance, variance)):
             wrong = np.flatnonzero(~np.isfinite(values[used]))
             if wrong.size:
                 raise DataError(
                     f"{table.names[k]} is not a finite number. Remove this row", place=f"line {lines[wrong[0]]}"
                 ).about(str(place))
-        scale, square = _scales(table, of_channel)
+        scale, square = _scales(table, select_channel)
         stated = variance[used] * square
-        if of_channel.is_deviation:
+        if select_channel.is_deviation:
             stated = np.where(stated > 0, stated**2, stated)
         moments = times[used]
         places = (
-            (np.flatnonzero(stated <= 0), f"{table.names[of_channel.variance]} is not positive. Write S = H·P·Hᵀ + R"),
+            (
+                np.flatnonzero(stated <= 0),
+                f"{table.names[select_channel.variance]} is not positive. Write S = H·P·Hᵀ + R",
+            ),
             (
                 1 + np.flatnonzero(np.diff(moments) <= 0),
                 "the time does not increase. Sort the rows, remove repeated ones",

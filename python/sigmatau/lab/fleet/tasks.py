@@ -138,12 +138,12 @@ def _analysed(log: Log, job: Job) -> Outcome:
 
 def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
-    from sigmatau.analysis.options import options_of
+    from sigmatau.analysis.options import parse_options
 
     try:
         analysis, code = result()
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
-        analysis = replace(analysis, source=source, options=options_of(job.options.get("analysis", {})))
+        analysis = replace(analysis, source=source, options=parse_options(job.options.get("analysis", {})))
         return _entered(log, job, analysis, code)
     except Exception as error:  # a defect of the program must not end the other logs
         return failed(log, job, error)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.frozen import frozen
-from sigmatau.plot.style import figure_of, new_figure, panels_of, small
+from sigmatau.plot.style import check_panels, new_figure, parent_figure, small
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,10 +49,10 @@ class ForestPanel:
 def draw_forests(panels: Sequence[ForestPanel], *, ax: Panels = None) -> Figure:
     """Draw panels beside each other, or in the given axes."""
     panels = panels[:_MOST_PANELS]
-    if (given := panels_of(ax, len(panels))) is not None:
-        for axes, panel in zip(given, panels, strict=True):
+    if (chosen := check_panels(ax, len(panels))) is not None:
+        for axes, panel in zip(chosen, panels, strict=True):
             draw_forest(panel, axes, named=True)
-        return figure_of(given[0])
+        return parent_figure(chosen[0])
     places = _places(panels)
     columns = 1 + max(column for _, column in places)
     down = 1 + max(row for row, _ in places)
@@ -74,13 +74,13 @@ def draw_forests(panels: Sequence[ForestPanel], *, ax: Panels = None) -> Figure:
 
 def _places(panels: Sequence[ForestPanel]) -> list[tuple[int, int]]:
     """Row and column of each panel."""
-    found: list[tuple[int, int]] = []
+    places: list[tuple[int, int]] = []
     for k, panel in enumerate(panels):
-        if k and panel.row == panels[k - 1].row and found[-1][1] + 1 < _COLUMNS:
-            found.append((found[-1][0], found[-1][1] + 1))
+        if k and panel.row == panels[k - 1].row and places[-1][1] + 1 < _COLUMNS:
+            places.append((places[-1][0], places[-1][1] + 1))
         else:
-            found.append((found[-1][0] + 1 if found else 0, 0))
-    return found
+            places.append((places[-1][0] + 1 if places else 0, 0))
+    return places
 
 
 def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_LEFT, _RIGHT, _TOP, _BOTTOM = 11.0, 0.5, 0.5, 7.0  # margins of axes [mm]
+_LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 11.0, 0.5, 0.5, 7.0  # margins of axes [mm]
 _FAINT, _RED = "#9aa3ad", "#a3211b"
 _WIDE = 8.0  # ratio of the largest to the smallest value from which on their axis is logarithmic
 
@@ -71,44 +71,44 @@ def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = 
     else:
         places = [ax] if hasattr(ax, "plot") else list(ax)
         figure = places[0].figure
-    for place, one in zip(places, panels, strict=False):
-        named = [name for name in one.units if name in marked]
-        for name, curve in one.units.items():
+    for place, panel in zip(places, panels, strict=False):
+        named = [name for name in panel.units if name in marked]
+        for name, curve in panel.units.items():
             if name not in marked:
-                place.loglog(one.tau, curve, color=_FAINT, linewidth=0.4, alpha=0.5)
-        place.fill_between(one.tau, one.low, one.high, color=COLOURS[0], alpha=0.2, linewidth=0)
-        place.loglog(one.tau, one.median, color=COLOURS[0], linewidth=1.6, label="median, 10–90 %")
-        for limit in one.limits:
-            place.loglog(one.tau, limit, color=_RED, linewidth=1, linestyle="--")
+                place.loglog(panel.tau, curve, color=_FAINT, linewidth=0.4, alpha=0.5)
+        place.fill_between(panel.tau, panel.low, panel.high, color=COLOURS[0], alpha=0.2, linewidth=0)
+        place.loglog(panel.tau, panel.median, color=COLOURS[0], linewidth=1.6, label="median, 10–90 %")
+        for limit in panel.limits:
+            place.loglog(panel.tau, limit, color=_RED, linewidth=1, linestyle="--")
         for name, colour in zip(named, COLOURS[1:], strict=False):
-            place.loglog(one.tau, one.units[name], color=colour, linewidth=1, label=name)
-        place.set_title(one.title)
+            place.loglog(panel.tau, panel.units[name], color=colour, linewidth=1, label=name)
+        place.set_title(panel.title)
         place.set_xlabel("averaging time τ [s]")
-        place.set_ylabel(f"σ(τ) [{one.unit}]")
+        place.set_ylabel(f"σ(τ) [{panel.unit}]")
         place.legend(fontsize=6)
     return figure
 
 
-def curves_svg(one: LotCurves, marked: Sequence[str], *, width: float, height: float) -> str:
+def curves_svg(panel: LotCurves, marked: Sequence[str], *, width: float, height: float) -> str:
     """The curves of a channel as SVG, in millimetres; text of ours alone."""
     drawing, ax = _axes(width, height)
-    every = np.concatenate([*one.units.values(), one.median])
+    every = np.concatenate([*panel.units.values(), panel.median])
     values = np.log10(every[np.isfinite(every) & (every > 0)])
-    x = np.log10(one.tau)
+    x = np.log10(panel.tau)
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     spare = max(0.05 * (high - low), 0.1)
     ax.log_x(float(x.min()) - 0.03, float(x.max()) + 0.03)
     ax.log_y(low - spare, high + spare)
-    for name, curve in one.units.items():
+    for name, curve in panel.units.items():
         if name not in marked:
             ax.line(x, np.log10(curve), _FAINT, 0.2)
-    ax.area(x, np.log10(one.low), np.log10(one.high), COLOURS[0])
-    ax.line(x, np.log10(one.median), COLOURS[0], 0.8)
-    for limit in one.limits:
+    ax.area(x, np.log10(panel.low), np.log10(panel.high), COLOURS[0])
+    ax.line(x, np.log10(panel.median), COLOURS[0], 0.8)
+    for limit in panel.limits:
         ax.line(x, np.log10(limit), _RED, 0.6, (3.0, 1.5))
     for name, colour in zip(marked, COLOURS[1:], strict=False):
-        if name in one.units:
-            ax.line(x, np.log10(one.units[name]), colour, 0.6)
+        if name in panel.units:
+            ax.line(x, np.log10(panel.units[name]), colour, 0.6)
     ax.frame("averaging time τ [s]")
     return drawing.svg()
 
@@ -126,7 +126,7 @@ def values_svg(
     a, b = float(to(low)), float(to(high))
     spare = max(0.06 * (b - a), 1e-3 * max(abs(b), 1e-300))
     ax.linear_x(0.0, last + 1.0)
-    (ax.log_y if log else ax.linear_y)(a - spare, b + spare, most=5)
+    (ax.log_y if log else ax.linear_y)(a - spare, b + spare, count=5)
     for limit in shown:
         ax.line(np.array([0.0, last + 1.0]), to(np.array([limit, limit])), _RED, 0.6, (3.0, 1.5))
     for (number, values), colour in zip(series, COLOURS, strict=False):
@@ -137,4 +137,4 @@ def values_svg(
 
 def _axes(width: float, height: float) -> tuple[Drawing, Any]:
     drawing = Drawing(width, height)
-    return drawing, drawing.axes(_LEFT, _TOP, width - _LEFT - _RIGHT, height - _TOP - _BOTTOM)
+    return drawing, drawing.axes(_LEFT_MARGIN, _TOP, width - _LEFT_MARGIN - _RIGHT, height - _TOP - _BOTTOM)

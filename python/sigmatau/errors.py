@@ -7,6 +7,7 @@ that code which does not know sigmatau can catch them. All of them can be pickle
 
 from __future__ import annotations
 
+import unicodedata
 from typing import Any, Self
 
 from sigmatau.hints import Face, Hint, as_options, hints_in, worded
@@ -104,13 +105,26 @@ class _SourcedError(ValueError):
         return self
 
     def __str__(self) -> str:
-        return worded(self.text)
+        return "\n".join(map(printable, worded(self.text).split("\n")))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({str(self)!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (type(self), self.args, self.__dict__)
+
+
+def printable(text: str) -> str:
+    r"""Text from a file in one line for a terminal: any other character that does not print as ``\n``, ``\x1b``.
+
+    Examples
+    --------
+    >>> print(printable("gyro_x\nforged: 1"))
+    gyro_x\nforged: 1
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
 
 
 def _rebuilt(kind: type[_SourcedError], args: tuple[Any, ...], fields: dict[str, Any]) -> _SourcedError:

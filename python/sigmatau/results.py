@@ -7,9 +7,10 @@ import io
 import math
 import re
 import textwrap
-import unicodedata
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, TypeVar, cast
+
+from sigmatau.errors import printable as printable  # errors are below, and print names from files too
 
 
 class Printed:
@@ -210,19 +211,6 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
         return [_plain(one) for one in value]
     convert = getattr(value, "to_dict", None) or getattr(value, "tolist", None)
     return value if convert is None else convert()
-
-
-def printable(text: str) -> str:
-    r"""Text from a file in one line for a terminal: any other character that does not print as ``\n``, ``\x1b``.
-
-    Examples
-    --------
-    >>> print(printable("gyro_x\nforged: 1"))
-    gyro_x\nforged: 1
-    """
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else " " if unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
 
 
 def lines_text(lines: Iterable[str]) -> str:

@@ -37,6 +37,7 @@ def frames():
     yield "pandas", lambda data: pytest.importorskip("pandas").DataFrame(data)
     yield "pyarrow", lambda data: pytest.importorskip("pyarrow").table(data)
     yield "polars", lambda data: pytest.importorskip("polars").DataFrame(data)
+    yield "polars, lazy", lambda data: pytest.importorskip("polars").LazyFrame(data)
 
 
 @pytest.mark.parametrize("make", [pytest.param(make, id=name) for name, make in frames()])

@@ -205,6 +205,19 @@ def test_compressed_npy(tmp_path):
         read(tmp_path / "a.npy.gz", **OPTIONS)
 
 
+def test_a_negative_shape_is_damaged(tmp_path):
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (-5,)}"
+    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(DataError, match="damaged or truncated"):
+        read(tmp_path / "a.npy", **OPTIONS)
+
+
+def test_names_from_a_file_cannot_write_to_the_terminal(tmp_path):
+    np.savez(tmp_path / "a.npz", **{"gyro\x1b[31m": np.array(["word"])})
+    with pytest.raises(DataError, match=r"gyro\\x1b\[31m"):
+        read(tmp_path / "a.npz", **OPTIONS)
+
+
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.99])
 def test_a_cut_archive_of_several_arrays(tmp_path, share):
     path = tmp_path / "a.npz"

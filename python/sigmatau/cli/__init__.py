@@ -99,8 +99,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail("terminated", 128 + signal.SIGTERM)
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
-    except BrokenPipeError:
-        # The reader of the output has ended (`sigmatau … | head`).
+    except (BrokenPipeError, SystemExit) as error:
+        # The reader of the output has ended (`sigmatau … | head`). Rich leaves with SystemExit then.
+        if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:

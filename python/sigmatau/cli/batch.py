@@ -99,9 +99,11 @@ def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def _may_be_a_log(file: Path) -> bool:
-    """Whether a file found in a folder is read: not if it is empty, a picture, a text without numbers, or a result."""
+    """Whether a file found in a folder is read: not an empty one, a pipe, a picture, prose, or a result."""
     if file.is_dir():
         return True
+    if file.exists() and not file.is_file():  # opening a pipe waits for a writer
+        return False
     if file.suffix.lower() in NOT_LOGS:
         return False
     try:

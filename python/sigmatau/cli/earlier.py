@@ -37,7 +37,9 @@ def curves_path(path: Path) -> Path:
 
 
 def is_result(path: Path) -> bool:
-    """Whether a file is a result of sigmatau, by its content; a simulated log is none."""
+    """Whether a file is a result of sigmatau, by its content; a simulated log or a pipe is not."""
+    if not path.is_file():
+        return False
     try:
         with path.open("rb") as stream:
             head = stream.read(_HEAD)

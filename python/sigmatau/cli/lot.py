@@ -255,7 +255,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             found, left = batch.gather([place])
         except DataError:
             inside = sorted(place.glob("*.json"), key=_natural) if place.is_dir() else []
-            inside = [file for file in inside if not file.name.startswith(".") and _is_unit(file)]
+            inside = [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
             empty = _empty(sorted(place.iterdir())) if place.is_dir() and os.access(place, os.R_OK | os.X_OK) else []
             if not inside and not empty and not (expecting and os.access(place, os.R_OK)):
                 raise

@@ -7,6 +7,7 @@ import io
 import os
 import re
 import sys
+from pathlib import Path
 
 from sigmatau.results import ASCII
 
@@ -17,9 +18,12 @@ _CELL = re.compile(r"(?P<text>(?:[^ \n]| (?! ))*)(?P<gap> {2,}(?=[^ \n]))?")
 
 def plain_streams() -> None:
     """Set up standard output and standard error: what they cannot encode is written in ASCII, and everything is in ASCII if
-    the locale is C, although Python then writes UTF-8.
+    the locale is C, although Python then writes UTF-8. A stream that the caller has closed (`>&-`) discards what is written.
     """
     codecs.register_error(_HANDLER, _plain)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  it stays open until the end
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding="ascii" if _in_c_locale() else None, errors=_HANDLER)

@@ -306,14 +306,18 @@ class SecondExplanation(Details, code="second_explanation"):
     other_filter: float | None = None
 
     def words(self, finding: Finding) -> Words:
-        fitted, other = self._text(self.terms, self.processes), self._text(self.other_terms, self.other_processes)
+        fitted = self._text(self.terms, self.processes) or "the model shown"
+        other = self._text(self.other_terms, self.other_processes)
         if self.other_warm_up is not None:
             other = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
         elif self.other_exponent is not None:
             other = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
             other += f" behind a filter of {two_digits(self.other_filter)} Hz"
-        return Words(f"{fitted}, or {other}", "A longer record tells them apart; curve and predictions hold both")
+        return Words(
+            f"{fitted}, or {other}",
+            "A longer record tells them apart; curve and predictions hold both",
+        )
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []

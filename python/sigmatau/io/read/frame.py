@@ -100,6 +100,8 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
     if isinstance(frame, np.ndarray) and frame.dtype.names and frame.ndim == 1:
         frame = {name: frame[name] for name in frame.dtype.names}
     library = type(frame).__module__.split(".")[0]
+    if library == "polars" and hasattr(frame, "collect"):
+        frame = frame.collect()
     if library == "pyarrow" and hasattr(frame, "schema") and hasattr(frame, "column"):
         yield from _of_arrow(frame)
     elif library == "pandas" and hasattr(frame, "iloc") and hasattr(frame, "columns"):

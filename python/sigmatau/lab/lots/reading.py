@@ -45,10 +45,10 @@ def gather(places: Sequence[Path]) -> list[Path]:
         # Hidden files are no results: a killed run leaves its half-written ones under such names.
         visible = (os.path.join(at, name) for at, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
         inside = sorted(visible, key=_natural)
-        results = [file for file in inside if file[-5:].lower() == ".json"]
+        results = [file for file in inside if file[-5:].lower() == ".json" and Path(file).is_file()]
         named = {file[:-5] for file in results}
         tables = (file for file in inside if file[-4:].lower() == ".csv" and not file.endswith(_CURVES))
-        results += [file for file in tables if file[:-4] not in named and _header(Path(file)) is not None]
+        results += [f for f in tables if f[:-4] not in named and Path(f).is_file() and _header(Path(f)) is not None]
         if not results:
             raise DataError(
                 f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"

@@ -12,7 +12,7 @@ from typing import IO, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.errors import DataError
+from sigmatau.errors import DataError, printable
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import UnreadArrays
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
@@ -20,7 +20,6 @@ from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, fault
 from sigmatau.io.read.table import Column, Head, Table
 from sigmatau.record.on_disk import FileRows
 from sigmatau.record.record import MIN_SAMPLES
-from sigmatau.results import printable
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
@@ -236,6 +235,8 @@ def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.d
         member = io.BytesIO(len(head).to_bytes(4, "little") + head)
     read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read_header(member)
+    if min(shape, default=0) < 0:
+        raise ValueError(f"shape {shape}")
     return shape, "F" if fortran else "C", dtype
 
 

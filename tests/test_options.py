@@ -18,7 +18,7 @@ from sigmatau.errors import OptionError
 from sigmatau.io.read.options import ReadOptions, TableOptions
 from sigmatau.lab.lots.options import CompareOptions
 from sigmatau.options import declared, options_that_differ, stated
-from sigmatau.quality.inspect_options import InspectOptions
+from sigmatau.quality.options import InspectOptions
 
 CALLS = {
     sigmatau.analyze: AnalysisOptions,

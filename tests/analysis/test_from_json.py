@@ -13,7 +13,7 @@ from conftest import ROOT
 from known import seed_of
 from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
-from sigmatau.findings.reasons import BandLeftOut, Misfit, StatedReason
+from sigmatau.findings.reasons import Misfit, StatedReason, UnmodelledBand
 from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -132,7 +132,7 @@ FULL = NoiseFit(
     discrepancy=((1.0, 0.1),),
     model={"random_walk": 1e-4},
     verdict="widened",
-    reasons=(BandLeftOut(highest=18.0), Misfit(p_value=None, tau_min=0.02, tau=1.0, ratio=1.5)),
+    reasons=(UnmodelledBand(highest=18.0), Misfit(p_value=None, tau_min=0.02, tau=1.0, ratio=1.5)),
     unclear=("bias_instability", "rate_random_walk"),
     tau_min=0.04,
     tau_max=80.0,

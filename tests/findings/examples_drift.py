@@ -1,6 +1,6 @@
 """Examples of findings for `test_words`."""
 
-from sigmatau.findings.drift import NoiseChange, NonStationary, SegmentSpread, TemperatureDrift, WarmUp
+from sigmatau.findings.drift import NoiseChange, NonStationary, SegmentSpread, TemperatureDrift, WarmUpDrift
 from sigmatau.findings.finding import Finding
 
 SEGMENTS = SegmentSpread(
@@ -10,7 +10,7 @@ CHANGE = NoiseChange(time=599.04, ratio=1.501)
 
 EXAMPLES = [
     Finding(
-        details=WarmUp(quantity="angular_rate", time_constant=80.0, low=1.95e-3, high=2.05e-3), severity="info",
+        details=WarmUpDrift(quantity="angular_rate", time_constant=80.0, low=1.95e-3, high=2.05e-3), severity="info",
         channels=("gyro_x",), spans=((0.0, 400.0),), size=2e-3, unit="rad/s",
     ),
     Finding(

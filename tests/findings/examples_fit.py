@@ -26,7 +26,6 @@ from sigmatau.findings.fit import (
     Widened,
 )
 from sigmatau.findings.reasons import (
-    BandLeftOut,
     BandsOff,
     CoarseValues,
     IncompleteRecord,
@@ -34,6 +33,7 @@ from sigmatau.findings.reasons import (
     NoCovariance,
     ShortTimesDeviate,
     TooFewTimes,
+    UnmodelledBand,
     VibrationPower,
     ZeroVariance,
 )
@@ -45,7 +45,7 @@ def of_gyro(details, severity="warning", **more):
 
 COUNTED = CountedAngle(quantity="angular_rate", rate_unit="rad/s", step=4.24e-5, by_step=1.224e-5)
 FEW = TooFewTimes(times=7, needed=8, samples=60000)
-FILTER = BandLeftOut(highest=12.5)
+FILTER = UnmodelledBand(highest=12.5)
 OFF = BandsOff(frequency=0.0033, ratio=1.34)
 
 SHAKING = VibrationPower(lines=38, resonances=3, share=0.97, start=75.0, stop=87.5, quietest=5.8e-7)

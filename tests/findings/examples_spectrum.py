@@ -10,15 +10,15 @@ from sigmatau.findings.spectrum import (
     CorrelatedAxes,
     GaussMarkovProcess,
     IdenticalAxes,
-    Line,
     LowPassFilter,
     Mains,
-    Resonance,
+    ResonanceProcess,
+    SpectralLine,
     SpectralLines,
 )
 
-STEADY = Line(frequency=23.30012, amplitude=1.234e-3, low=23.2998, high=23.3005)
-BROAD = Line(frequency=0.55, amplitude=5e-3, low=0.53, high=0.57)
+STEADY = SpectralLine(frequency=23.30012, amplitude=1.234e-3, low=23.2998, high=23.3005)
+BROAD = SpectralLine(frequency=0.55, amplitude=5e-3, low=0.53, high=0.57)
 FAN = replace(STEADY, harmonics=(replace(STEADY, frequency=46.6, low=46.6, high=46.6),))
 FOLDED = replace(STEADY, frequency=20.01, mains=Mains(frequency=60.0, multiple=2, folded=True))
 
@@ -58,7 +58,7 @@ EXAMPLES = [
     found(replace(FILTER, shape="uneven", order=None, corner=None, low=None, high=None), None, "Hz"),
     found(BandLeftOut(highest=12.5), 12.5, "Hz"),
     found(GaussMarkovProcess(quantity="angular_rate", time=24.0, low=13.1, high=49.6), 9.7e-5),
-    found(Resonance(quantity="acceleration", frequency=10.18, width=0.42), 4.7e-3, "m/s^2"),
+    found(ResonanceProcess(quantity="acceleration", frequency=10.18, width=0.42), 4.7e-3, "m/s^2"),
     ALIASING,
     replace(ALIASING, details=replace(STATED, order=2, second_order=None), severity="info"),
     CORRELATED,

@@ -9,7 +9,7 @@ from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau.fitting.block_temperature import between_steps, smoothed
 from sigmatau.fitting.components import LINEAR
-from sigmatau.quality.drift.block_means import block_means
+from sigmatau.quality.samples.common import block_means
 
 
 @pytest.mark.parametrize("term", LINEAR)
@@ -36,7 +36,7 @@ def test_all_lags_make_the_allan_variance_of_many_blocks(term):
 def test_means_with_gaps():
     x = np.arange(1005.0)
     x[:7] = x[20:24] = np.nan
-    means = block_means(Record.from_arrays(rate=1.0, x=x).streams[0], "x", length=10)
+    means = block_means(Record.from_arrays(rate=1.0, x=x).streams[0], "x", 10)
     assert means.shape == (100,)
     assert np.isnan(means[0])  # 3 of 10 samples
     assert means[1] == 14.5

@@ -16,7 +16,7 @@ from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off_at import ReadOffAt
 from sigmatau.options import keywords_of
-from sigmatau.quality import curve_checks
+from sigmatau.quality.curves import strided
 from sigmatau.quality.fit_findings import fit_findings
 from sigmatau.record.record import Provenance, Record
 from sigmatau.record.sampling import Sampling
@@ -101,7 +101,7 @@ def of_curves(
         raise DataError("no channel is left to analyse: all channels are constant")
     return Analysis(
         source=source,
-        findings=ranked([*all_findings, *curve_checks.strided(usable)]),
+        findings=ranked([*all_findings, *strided(usable)]),
         curves=Curves(usable),
         fits=Fits(fits),
         read_off=read_off_curves(usable, fits, ReadOffAt(None)),

@@ -4,7 +4,7 @@ from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.cli.declared import DeclaredOptions, typed_options
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.lab.lots.options import CompareOptions
-from sigmatau.quality.inspect_options import InspectOptions
+from sigmatau.quality.options import InspectOptions
 
 
 @typed_options(AnalysisOptions)

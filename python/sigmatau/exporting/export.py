@@ -20,7 +20,14 @@ from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import target
 from sigmatau.exporting.text import measured, with_head
 from sigmatau.exporting.values import Numbers
-from sigmatau.findings.exporting import ChoiceWithoutPlace, FastestRate, NotAdequate, OnlyLimits, OtherRate, PoorTrust
+from sigmatau.findings.exporting import (
+    ChoiceWithoutPlace,
+    FastestRate,
+    NotAdequate,
+    OnlyLimits,
+    PoorTrust,
+    WrittenForOtherRate,
+)
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint, worded
 from sigmatau.io.atomic import atomic
@@ -358,4 +365,4 @@ def _other_rate(source: Source, choices: Choices) -> Finding | None:
     recorded = common_rate(source.rates)
     if recorded is None or abs(choices.filter_rate / recorded - 1) <= _SAME_RATE:
         return None
-    return Finding(severity="info", details=OtherRate(rate=choices.filter_rate, record_rate=recorded))
+    return Finding(severity="info", details=WrittenForOtherRate(rate=choices.filter_rate, record_rate=recorded))

@@ -12,7 +12,7 @@ from sigmatau.results import duration_text, seconds
 
 
 @frozen
-class WarmUp(Details, code="warm_up"):
+class WarmUpDrift(Details, code="warm_up"):
     """The signal settles exponentially from the first sample on, and the fit allows for it; the size is the
     amplitude.
 

@@ -330,7 +330,7 @@ class FastestRate(Details, code="fastest_rate"):
 
 
 @frozen
-class OtherRate(Details, code="other_rate"):
+class WrittenForOtherRate(Details, code="other_rate"):
     """The file is for another sampling rate than that of the record.
 
     Attributes

@@ -18,7 +18,9 @@ Span = tuple[float, float]
 
 _WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors for which there are no coefficients
 _ON_ALL_AXES = ("not_static", "start_transient")  # findings for which more is left out than the axes that show them
-_DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated", "repeated_samples")
+DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated")
+"""Codes of findings about samples that are not the sensor's noise."""
+
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
 _RANKED_TERMS = ("random_walk", "bias_instability", "rate_random_walk", "quantization", "rate_ramp")
 
@@ -187,7 +189,7 @@ class Finding:
         if self.left_out:
             axes = " on all axes" if self.code in _ON_ALL_AXES else ""
             return stated._replace(message=f"{stated.message}; left out{axes}")
-        if self.severity == "warning" and not stated.action and self.code in _DISTURBANCES:
+        if self.severity == "warning" and not stated.action and self.code in (*DISTURBANCES, "repeated_samples"):
             return stated._replace(action="Find the cause: these samples are part of the analysis")
         return stated
 

@@ -205,7 +205,7 @@ class CoarseCounts:
 
 
 @frozen
-class BandLeftOut:
+class UnmodelledBand:
     """The spectrum from a frequency on has a shape that no model describes, and is left out.
 
     Attributes
@@ -268,7 +268,7 @@ class BandsOff:
 
 
 @frozen
-class LevelChange:
+class ChangingRandomWalk:
     """The white level differs between eighths of the record, and the interval of the random walk is that of its process.
 
     Attributes
@@ -316,8 +316,8 @@ Reason = (
     | CoarseValues
     | CoarseCounts
     | CrowdedLines
-    | LevelChange
-    | BandLeftOut
+    | ChangingRandomWalk
+    | UnmodelledBand
     | BandsOff
     | VibrationPower
     | StatedReason

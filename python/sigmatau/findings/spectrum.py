@@ -36,7 +36,7 @@ class Mains:
 
 
 @frozen
-class Line:
+class SpectralLine:
     """A line in the spectrum of a channel, which the fit leaves out, or follows as a sinusoid if it is slow.
 
     Attributes
@@ -47,7 +47,7 @@ class Line:
         Of a sinusoid with the same power. [unit of the finding]
     low, high : float
         The band that was left out, or the interval of the frequency of a slow line. [Hz]
-    harmonics : tuple of Line
+    harmonics : tuple of SpectralLine
         Lines at multiples of its frequency, folded at half the sampling rate.
     mains : Mains or None
         None if it is not near a multiple of the mains frequency.
@@ -59,7 +59,7 @@ class Line:
     amplitude: float
     low: float
     high: float
-    harmonics: tuple[Line, ...] = ()
+    harmonics: tuple[SpectralLine, ...] = ()
     mains: Mains | None = None
     weakest: float | None = None
     strongest: float | None = None
@@ -71,11 +71,11 @@ class SpectralLines(Details, code="spectral_line"):
 
     Attributes
     ----------
-    lines : tuple of Line
+    lines : tuple of SpectralLine
         Strongest first, each with its harmonics.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[SpectralLine, ...]
 
     def words(self, finding: Finding) -> Words:
         strongest = self.lines[0]
@@ -171,7 +171,7 @@ class GaussMarkovProcess(Details, code="gauss_markov_process"):
 
 
 @frozen
-class Resonance(Details, code="resonance"):
+class ResonanceProcess(Details, code="resonance"):
     """Noise of a band is part of the fit; the size of the finding is its standard deviation.
 
     Attributes
@@ -314,7 +314,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
         )
 
 
-def _mains(line: Line) -> str:
+def _mains(line: SpectralLine) -> str:
     if line.mains is None:
         return ""
     multiple = f"{line.mains.multiple} × " if line.mains.multiple > 1 else ""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from sigmatau.findings.reasons import BandLeftOut
+from sigmatau.findings.reasons import UnmodelledBand
 from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -84,7 +84,7 @@ def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
     """The reasons of the fit: what hides most comes first."""
     reasons = () if "reasons" in adjustment.without else fitted.reasons
     if "highest" in adjustment.without:
-        reasons = tuple(reason for reason in reasons if not isinstance(reason, BandLeftOut))
+        reasons = tuple(reason for reason in reasons if not isinstance(reason, UnmodelledBand))
     if adjustment.reason is None or adjustment.reason in reasons:
         return reasons
     return (*reasons, adjustment.reason) if adjustment.cause in _LESS else (adjustment.reason, *reasons)

@@ -15,7 +15,7 @@ import numpy as np
 
 from sigmatau._native.distributions import chi2_above, normal_below
 from sigmatau.arrays import Floats
-from sigmatau.findings.reasons import LevelChange
+from sigmatau.findings.reasons import ChangingRandomWalk
 from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
@@ -85,7 +85,7 @@ def changing_level(
         cause="changing_level",
         findings=("changing_level",),
         changes=(Change.widening(_WALK, Ends.of(walk), Ends(low, high, None)),),
-        reason=LevelChange(
+        reason=ChangingRandomWalk(
             lowest=min(sizes), highest=max(sizes), next_lowest=next_low, next_highest=next_high, p_value=p_value
         ),
     )

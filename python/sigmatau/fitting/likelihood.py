@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.likelihood import ChannelFit, FilterEstimate
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.reasons import BandLeftOut, BandsOff, Reason
+from sigmatau.findings.reasons import BandsOff, Reason, UnmodelledBand
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import crowded_lines
@@ -156,7 +156,7 @@ def noise_fit_of(
 ) -> NoiseFit:
     """The fit of a channel, with names and units."""
     unit = stream.unit
-    reasons: tuple[Reason, ...] = () if fit.highest is None else (BandLeftOut(highest=fit.highest),)
+    reasons: tuple[Reason, ...] = () if fit.highest is None else (UnmodelledBand(highest=fit.highest),)
     if fit.worst_band is not None:
         frequency, ratio = fit.worst_band
         reasons = (*reasons, BandsOff(frequency=frequency, ratio=ratio))

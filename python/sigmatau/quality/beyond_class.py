@@ -43,9 +43,7 @@ class ClassThresholds:
 THRESHOLDS = ClassThresholds()
 
 
-def beyond_class(
-    fitted: NoiseFit, *, beside: Sequence[Finding] = (), thresholds: ClassThresholds = THRESHOLDS
-) -> list[Finding]:
+def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Finding]:
     """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
     All terms, processes and resonances count together, because motion is divided among them in any way. Lines and warm-up
@@ -61,9 +59,9 @@ def beyond_class(
         )
     ):
         return []
-    highest = min(thresholds.highest, thresholds.share_of_rate / fitted.tau0, fitted.highest or math.inf)
-    lowest = min(thresholds.cycles / (fitted.n * fitted.tau0), highest)
-    frequencies = np.geomspace(lowest, highest, thresholds.frequencies)
+    highest = min(THRESHOLDS.highest, THRESHOLDS.share_of_rate / fitted.tau0, fitted.highest or math.inf)
+    lowest = min(THRESHOLDS.cycles / (fitted.n * fitted.tau0), highest)
+    frequencies = np.geomspace(lowest, highest, THRESHOLDS.frequencies)
     density = fitted.psd(frequencies)
     allowed = sum(terms.psd(name, limits.noisiest[name], frequencies, tau0=fitted.tau0) for name in _JUDGED)
     ratios = np.sqrt(density / allowed)
@@ -76,7 +74,7 @@ def beyond_class(
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
     if (of_ramp := ramp / limits.noisiest["rate_ramp"]) > times:
         times, frequency, size = of_ramp, 0.0, ramp
-    if not times > thresholds.beyond:
+    if not times > THRESHOLDS.beyond:
         return []
     factors = tuple(
         (name, fitted.observed[name] / limits.noisiest[name])

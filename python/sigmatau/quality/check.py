@@ -13,7 +13,7 @@ import numpy as np
 from sigmatau.arrays import Bools, runs
 from sigmatau.errors import OptionError
 from sigmatau.findings.curves import CheckedInPart
-from sigmatau.findings.finding import Finding, Span
+from sigmatau.findings.finding import DISTURBANCES, Finding, Span
 from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.units import ImplausibleUnit
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -22,8 +22,8 @@ from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
 from sigmatau.quality.facts import facts_kept, forget, in_threads
+from sigmatau.quality.fit_findings import other_axes_disturbed
 from sigmatau.quality.options import Bandwidth
-from sigmatau.quality.other_axes_disturbed import other_axes_disturbed
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_of, masked
@@ -34,9 +34,6 @@ from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.mask import Exclusion, exclusions
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
-
-DISTURBANCES = ("dropout", "saturation", "stuck_samples", "interpolated", "not_static", "start_transient", "spikes")
-"""Codes of findings about samples that are not the sensor's noise."""
 
 _PARTS = 2  # of a bandwidth: frequency, order
 
@@ -300,15 +297,15 @@ def _checked_in_part(stream: Stream, part: Stream) -> Finding:
     return Finding(details=details, severity="info", channels=(stream.name,))
 
 
-def _usable(stream: Stream, *, thresholds: UsableThresholds = THRESHOLDS) -> Stream | None:
+def _usable(stream: Stream) -> Stream | None:
     """The channels that can be checked: with enough samples, not constant, and within the range of double precision."""
-    if stream.grid.n < thresholds.least_samples:
+    if stream.grid.n < THRESHOLDS.least_samples:
         return None
     channels = []
     for channel in stream.channels:
         x = stream.column(channel)
         low, high = np.fmin.reduce(x), np.fmax.reduce(x)
-        if -thresholds.largest < low < high < thresholds.largest and high - low > thresholds.smallest:
+        if -THRESHOLDS.largest < low < high < THRESHOLDS.largest and high - low > THRESHOLDS.smallest:
             channels.append(channel)
     return stream.of(channels) if channels else None
 

@@ -88,12 +88,12 @@ class _Shift:
     marks: int
 
 
-def marks_of(fits: Mapping[str, NoiseFit], *, thresholds: ClockThresholds = THRESHOLDS) -> tuple[Mark, ...]:
+def marks_of(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
     marks: list[Mark] = []
     for channel, fitted in fits.items():
-        for line in fitted.sinusoid[: thresholds.strongest]:
-            marks += _mark(channel, "line", _ends(line.frequency), thresholds.foot)
+        for line in fitted.sinusoid[: THRESHOLDS.strongest]:
+            marks += _mark(channel, "line", _ends(line.frequency), THRESHOLDS.foot)
         for process in fitted.resonance:
             marks += _mark(channel, "resonance", _ends(process.frequency), 0.5)
         if fitted.response is not None:
@@ -117,7 +117,7 @@ def _mark(
         yield Mark(channel, kind, value, part * (high - low) / value)
 
 
-def clocks(records: Mapping[str, Sequence[Mark]], *, thresholds: ClockThresholds = THRESHOLDS) -> dict[str, Finding]:
+def clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
     """The records whose clock is off, by name, with the finding that says by how much.
 
     Parameters
@@ -125,7 +125,7 @@ def clocks(records: Mapping[str, Sequence[Mark]], *, thresholds: ClockThresholds
     records : mapping of str to sequence of Mark
         Marks of each record. With fewer than three records nothing tells which clock is off.
     """
-    shifts = {(a, b): _shift(records[a], records[b], thresholds=thresholds) for a, b in combinations(records, 2)}
+    shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
     found: dict[str, Finding] = {}
     for name in records:
         others = [other for other in records if other != name]
@@ -157,28 +157,24 @@ def _reversed(shift: _Shift) -> _Shift:
     return _Shift(shift.same, factor, shift.error, shift.marks)
 
 
-def _shift(ours: Sequence[Mark], theirs: Sequence[Mark], *, thresholds: ClockThresholds) -> _Shift:
+def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
     """The factor that the frequencies of one record have to those of another."""
     pairs = [
         (k, math.log(a.frequency / b.frequency), a.error + b.error)
         for k, a in enumerate(ours)
         for b in theirs
-        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < thresholds.farthest
+        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < THRESHOLDS.farthest
     ]
     most = min(len(ours), len(theirs))
     here = _near(pairs, 0.0)
-    same = bool(here) and len(here) >= thresholds.agree * most
-    if most < thresholds.min_marks or not pairs:
+    same = bool(here) and len(here) >= THRESHOLDS.agree * most
+    if most < THRESHOLDS.min_marks or not pairs:
         return _Shift(same, None, 0.0, 0)
     shift = max((d for _, d, _ in pairs), key=lambda d: (len(_near(pairs, d) - here), -abs(d)))
     there = _near(pairs, shift)
     moved, contrary = there - here, here - there
-    enough = len(moved) >= thresholds.min_marks and len(there) >= thresholds.most_marks_of_all * most
-    if (
-        not enough
-        or len(contrary) > thresholds.contrary * len(moved)
-        or _one_origin([ours[k] for k in moved], thresholds=thresholds)
-    ):
+    enough = len(moved) >= THRESHOLDS.min_marks and len(there) >= THRESHOLDS.most_marks_of_all * most
+    if not enough or len(contrary) > THRESHOLDS.contrary * len(moved) or _one_origin([ours[k] for k in moved]):
         return _Shift(same, None, 0.0, 0)
     known = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
     weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in known])
@@ -191,7 +187,7 @@ def _near(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
     return {k for k, d, e in pairs if abs(d - shift) <= e}
 
 
-def _one_origin(marks: Sequence[Mark], *, thresholds: ClockThresholds) -> bool:
+def _one_origin(marks: Sequence[Mark]) -> bool:
     """Whether all marks may be a line and its multiples: a fan whose speed differs is not a clock."""
     if any(mark.kind != "line" for mark in marks):
         return False
@@ -199,6 +195,6 @@ def _one_origin(marks: Sequence[Mark], *, thresholds: ClockThresholds) -> bool:
     for mark in marks:
         times = mark.frequency / lowest.frequency
         nearest = round(times)
-        if nearest > thresholds.highest_multiple or abs(times - nearest) > times * (mark.error + lowest.error):
+        if nearest > THRESHOLDS.highest_multiple or abs(times - nearest) > times * (mark.error + lowest.error):
             return False
     return True

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields, replace
 
 from sigmatau.findings.disturbances import NotStatic
-from sigmatau.findings.drift import TemperatureDrift, WarmUp
-from sigmatau.findings.finding import Finding, Severity
+from sigmatau.findings.drift import TemperatureDrift, WarmUpDrift
+from sigmatau.findings.finding import DISTURBANCES, Details, Finding, Severity, Span
 from sigmatau.findings.fit import (
     ChangingLevel,
     CountedAngle,
     Disturbed,
     FewDegreesOfFreedom,
     NoAdequateModel,
+    OtherAxesDisturbed,
     SecondExplanation,
     ShortTimesLeftOut,
     TooShort,
     Widened,
 )
-from sigmatau.findings.reasons import BandsOff, CrowdedLines, LevelChange, VibrationPower
+from sigmatau.findings.reasons import BandsOff, ChangingRandomWalk, CrowdedLines, Reason, VibrationPower
 from sigmatau.findings.spectrum import (
     BandLeftOut,
     CorrelatedAxes,
     GaussMarkovProcess,
-    Line,
     LowPassFilter,
     Mains,
-    Resonance,
+    ResonanceProcess,
+    SpectralLine,
     SpectralLines,
 )
 from sigmatau.findings.values import CoarseResolution
@@ -37,7 +38,6 @@ from sigmatau.fitting.fitted_values import Sinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
-from sigmatau.quality.check import DISTURBANCES
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
 
@@ -89,12 +89,7 @@ THRESHOLDS = FitThresholds()
 
 
 def fit_findings(
-    fitted: NoiseFit,
-    *,
-    start: float = 0.0,
-    missing: float = 0.0,
-    beside: Sequence[Finding] = (),
-    thresholds: FitThresholds = THRESHOLDS,
+    fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, beside: Sequence[Finding] = ()
 ) -> list[Finding]:
     """What a fit says of its channel beside the coefficients.
 
@@ -109,55 +104,67 @@ def fit_findings(
         Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named. Where a
         disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
     """
-    channels = (fitted.channel,)
     disturbed = any(
-        one.code in DISTURBANCES and not one.left_out
-        for one in beside
-        if one.severity == "warning" and fitted.channel in one.channels
+        finding.code in DISTURBANCES and not finding.left_out
+        for finding in beside
+        if finding.severity == "warning" and fitted.channel in finding.channels
     )
-    of_misfit: Severity = "info" if disturbed else "warning"
+    severity_of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":
-        size = missing if missing > thresholds.many_missing else None
-        details = TooShort(reasons=fitted.reasons, missing=missing)
-        return [Finding(details=details, severity="warning", channels=channels, size=size)]
+        size = missing if missing > THRESHOLDS.many_missing else None
+        return [_finding(fitted, TooShort(reasons=fitted.reasons, missing=missing), "warning", size=size)]
     if fitted.verdict == "descriptive":
-        return [Finding(details=NoAdequateModel(reasons=fitted.reasons), severity=of_misfit, channels=channels)]
-    findings: list[Finding] = []
+        return [_finding(fitted, NoAdequateModel(reasons=fitted.reasons), severity_of_misfit)]
     if fitted.verdict == "disturbed":
-        return [*disturbed_findings(fitted), *_lines(fitted, thresholds=thresholds)]
-    if (freedom := walk_freedom(fitted)) < thresholds.least_freedom:
+        return [*disturbed_findings(fitted), *_lines(fitted)]
+    findings: list[Finding] = []
+    if (freedom := walk_freedom(fitted)) < THRESHOLDS.least_freedom:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
-        findings.append(Finding(details=short, severity="warning", channels=channels, size=freedom))
+        findings.append(_finding(fitted, short, "warning", size=freedom))
     if fitted.verdict == "widened":
-        findings.append(_widened(fitted, of_misfit))
+        findings.append(_widened(fitted, severity_of_misfit))
     findings += _changing_level(fitted)
-    between = {
-        c for one in beside if one.code in ("interpolated", "repeated_samples") for c in one.channels or channels
-    }
-    response = fitted.response
-    if response is not None and fitted.channel not in between and not disturbed:
-        details_ = LowPassFilter(
-            shape=response.shape, order=response.order, corner=response.corner, low=response.low, high=response.high
-        )
-        findings.append(Finding(details=details_, severity="info", channels=channels, size=response.corner, unit="Hz"))
+    if (response := fitted.response) is not None and not disturbed and not _between_samples(fitted.channel, beside):
+        fields = {name: getattr(response, name) for name in ("shape", "order", "corner", "low", "high")}
+        findings.append(_finding(fitted, LowPassFilter(**fields), size=response.corner, unit="Hz"))
     if fitted.highest is not None:
-        band = BandLeftOut(highest=fitted.highest)
-        findings.append(Finding(details=band, severity="info", channels=channels, size=fitted.highest, unit="Hz"))
+        findings.append(_finding(fitted, BandLeftOut(highest=fitted.highest), size=fitted.highest, unit="Hz"))
     findings += _counted_angle(fitted, beside)
-    findings += _lines(fitted, thresholds=thresholds)
+    findings += _lines(fitted)
+    quantity, unit = fitted.quantity, fitted.rate_unit
     for process in () if disturbed else fitted.gauss_markov:
         time = process.time
-        kind = GaussMarkovProcess(quantity=fitted.quantity, time=time.value, low=time.low, high=time.high)
-        findings.append(_sized(kind, fitted, process.sigma.value))
-    for one in () if disturbed else fitted.resonance:
-        resonance = Resonance(quantity=fitted.quantity, frequency=one.frequency.value, width=one.width.value)
-        findings.append(_sized(resonance, fitted, one.sigma.value))
-    findings += _second_explanation(fitted, thresholds=thresholds)
+        markov = GaussMarkovProcess(quantity=quantity, time=time.value, low=time.low, high=time.high)
+        findings.append(_finding(fitted, markov, size=process.sigma.value, unit=unit))
+    for band in () if disturbed else fitted.resonance:
+        resonance = ResonanceProcess(quantity=quantity, frequency=band.frequency.value, width=band.width.value)
+        findings.append(_finding(fitted, resonance, size=band.sigma.value, unit=unit))
+    findings += _second_explanation(fitted)
     findings += _drifts(fitted, start)
-    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > thresholds.longer_start * fitted.tau0:
-        late = ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)
-        findings.append(Finding(details=late, severity="info", channels=channels))
+    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > THRESHOLDS.longer_start * fitted.tau0:
+        findings.append(_finding(fitted, ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)))
     return findings
+
+
+def _finding(
+    fitted: NoiseFit,
+    details: Details,
+    severity: Severity = "info",
+    *,
+    size: float | None = None,
+    unit: str = "",
+    spans: tuple[Span, ...] = (),
+) -> Finding:
+    """A finding about the channel of a fit."""
+    return Finding(details=details, severity=severity, channels=(fitted.channel,), spans=spans, size=size, unit=unit)
+
+
+def _between_samples(channel: str, beside: Sequence[Finding]) -> bool:
+    """Whether samples of a channel are held or interpolated, which has the spectrum of a filter."""
+    return any(
+        finding.code in ("interpolated", "repeated_samples") and channel in (finding.channels or (channel,))
+        for finding in beside
+    )
 
 
 def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]:
@@ -168,42 +175,34 @@ def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]
         if term is None or fitted.channel not in finding.channels or not isinstance(steps, CoarseResolution):
             continue
         if steps.rounding == "quantization" and steps.added is not None:
+            seen = {name: getattr(term, name) for name in ("value", "low", "high")} if term.observed else {}
             details = CountedAngle(
                 quantity=fitted.quantity,
                 rate_unit=fitted.rate_unit,
                 step=steps.added * math.sqrt(12),
                 by_step=steps.added,
-                value=term.value if term.observed else None,
-                low=term.low if term.observed else None,
-                high=term.high if term.observed else None,
                 limit=None if term.observed else term.upper_limit,
+                **seen,
             )
-            return [Finding(details=details, severity="info", channels=(fitted.channel,), size=steps.added)]
+            return [_finding(fitted, details, size=steps.added)]
     return []
 
 
 def _changing_level(fitted: NoiseFit) -> list[Finding]:
-    changes = [reason for reason in fitted.reasons if isinstance(reason, LevelChange)]
+    changes = [reason for reason in fitted.reasons if isinstance(reason, ChangingRandomWalk)]
     return [
-        Finding(
-            details=ChangingLevel(
-                quantity=fitted.quantity,
-                rate_unit=fitted.rate_unit,
-                lowest=change.lowest,
-                highest=change.highest,
-                next_lowest=change.next_lowest,
-                next_highest=change.next_highest,
-                p_value=change.p_value,
-            ),
-            severity="info",
-            channels=(fitted.channel,),
-            size=change.highest / change.lowest,
-        )
+        _finding(fitted, _with_fields_of(change, ChangingLevel, fitted), size=change.highest / change.lowest)
         for change in changes
     ]
 
 
-def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
+def _with_fields_of(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit) -> Details:
+    """The details of a finding that has the fields of a reason, beside the quantity and the unit of the channel."""
+    values = {field.name: getattr(reason, field.name) for field in fields(reason) if field.init}
+    return kind(quantity=fitted.quantity, rate_unit=fitted.rate_unit, **values)
+
+
+def _second_explanation(fitted: NoiseFit) -> list[Finding]:
     """The first other model that explains the record as well, if each of the two has something that the other lacks."""
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
     for explanation in fitted.second:
@@ -214,7 +213,7 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
         added = tuple(
             (name, value)
             for name, value in explanation.terms.items()
-            if name not in fitted.model or (fewer and value > thresholds.much_larger * fitted.model[name])
+            if name not in fitted.model or (fewer and value > THRESHOLDS.much_larger * fitted.model[name])
         )
         details = SecondExplanation(
             quantity=fitted.quantity,
@@ -227,7 +226,7 @@ def _second_explanation(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[
             other_filter=explanation.filter,
         )
         if (lacking or details.processes) and (added or details.other_processes or explanation.warm_up is not None):
-            return [Finding(details=details, severity="info", channels=(fitted.channel,))]
+            return [_finding(fitted, details)]
     return []
 
 
@@ -254,67 +253,45 @@ def walk_freedom(fitted: NoiseFit) -> float:
 
 def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
     """Vibration that hides the noise of a fit, and its quietest stretch."""
-    details = [
-        Disturbed(
-            quantity=fitted.quantity,
-            rate_unit=fitted.rate_unit,
-            lines=reason.lines,
-            resonances=reason.resonances,
-            share=reason.share,
-            start=reason.start,
-            stop=reason.stop,
-            quietest=reason.quietest,
+    return [
+        _finding(
+            fitted,
+            _with_fields_of(reason, Disturbed, fitted),
+            "warning",
+            spans=((reason.start, reason.stop),),
+            size=reason.share,
         )
         for reason in fitted.reasons
         if isinstance(reason, VibrationPower)
     ]
-    return [
-        Finding(
-            details=vibration,
-            severity="warning",
-            channels=(fitted.channel,),
-            spans=((vibration.start, vibration.stop),),
-            size=vibration.share,
-        )
-        for vibration in details
-    ]
 
 
-def _lines(fitted: NoiseFit, *, thresholds: FitThresholds) -> list[Finding]:
+def _lines(fitted: NoiseFit) -> list[Finding]:
     if not fitted.sinusoid:
         return []
-    groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0, thresholds=thresholds)
-    return [
-        Finding(
-            details=SpectralLines(lines=groups),
-            severity="info",
-            channels=(fitted.channel,),
-            size=groups[0].amplitude,
-            unit=fitted.rate_unit,
-        )
-    ]
+    groups = grouped(fitted.sinusoid, rate=1 / fitted.tau0)
+    return [_finding(fitted, SpectralLines(lines=groups), size=groups[0].amplitude, unit=fitted.rate_unit)]
 
 
-def grouped(lines: Sequence[Sinusoid], *, rate: float, thresholds: FitThresholds = THRESHOLDS) -> tuple[Line, ...]:
+def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[SpectralLine, ...]:
     """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
     remaining = sorted(lines, key=lambda line: line.frequency.value)
     groups = []
     while remaining:
         first = remaining.pop(0)
-        members = [other for other in remaining if _is_harmonic(other, first, rate, thresholds=thresholds)]
-        remaining = [other for other in remaining if other not in members]
-        harmonics = tuple(_line(harmonic, rate, thresholds=thresholds) for harmonic in members)
-        groups.append(_line(first, rate, harmonics, thresholds=thresholds))
+        members = [line for line in remaining if _is_harmonic(line, first, rate)]
+        remaining = [line for line in remaining if line not in members]
+        harmonics = tuple(_line(harmonic, rate) for harmonic in members)
+        groups.append(_line(first, rate, harmonics))
     return tuple(sorted(groups, key=lambda line: -line.amplitude))
 
 
-def _is_harmonic(line: Sinusoid, first: Sinusoid, rate: float, *, thresholds: FitThresholds) -> bool:
+def _is_harmonic(line: Sinusoid, first: Sinusoid, rate: float) -> bool:
     base, frequency = first.frequency.value, line.frequency.value
     order = max(round(frequency / base), 2)
-    error = min((abs(_folded(k * base, rate) - frequency), k) for k in {order, 2, 3, 4, 5})
-    return error[1] <= thresholds.highest_multiple and error[0] <= min(
-        error[1] * _half_width(first), thresholds.part_of_base * base
-    )
+    error, multiple = min((abs(_folded(k * base, rate) - frequency), k) for k in {order, 2, 3, 4, 5})
+    allowed = min(multiple * _half_width(first), THRESHOLDS.part_of_base * base)
+    return multiple <= THRESHOLDS.highest_multiple and error <= allowed
 
 
 def _half_width(line: Sinusoid) -> float:
@@ -322,30 +299,27 @@ def _half_width(line: Sinusoid) -> float:
     return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with it
 
 
-def _line(line: Sinusoid, rate: float, harmonics: tuple[Line, ...] = (), *, thresholds: FitThresholds) -> Line:
-    return Line(
+def _line(line: Sinusoid, rate: float, harmonics: tuple[SpectralLine, ...] = ()) -> SpectralLine:
+    return SpectralLine(
         frequency=line.frequency.value,
         amplitude=line.amplitude.value,
         low=line.frequency.low or line.frequency.value,
         high=line.frequency.high or line.frequency.value,
         harmonics=harmonics,
-        mains=_mains(line.frequency.value, rate, _half_width(line), thresholds=thresholds),
+        mains=_mains(line.frequency.value, rate, _half_width(line)),
         weakest=line.amplitude.low,
         strongest=line.amplitude.high,
     )
 
 
-def _mains(frequency: float, rate: float, half: float, *, thresholds: FitThresholds) -> Mains | None:
-    if half > thresholds.mains_error:
+def _mains(frequency: float, rate: float, half: float) -> Mains | None:
+    if half > THRESHOLDS.mains_error:
         return None
     for multiple in (1, 2, 3):
-        for mains in thresholds.mains:
+        for mains in THRESHOLDS.mains:
             shown = _folded(multiple * mains, rate)
-            if (
-                shown > thresholds.mains_from
-                and abs(frequency - shown)
-                <= multiple * thresholds.mains_wander + thresholds.clock_error * multiple * mains + half
-            ):
+            wander = multiple * (THRESHOLDS.mains_wander + THRESHOLDS.clock_error * mains) + half
+            if shown > THRESHOLDS.mains_from and abs(frequency - shown) <= wander:
                 return Mains(frequency=mains, multiple=multiple, folded=shown != multiple * mains)
     return None
 
@@ -354,18 +328,14 @@ def _folded(frequency: float, rate: float) -> float:
     return abs(frequency - rate * round(frequency / rate))
 
 
-def _sized(details: GaussMarkovProcess | Resonance, fitted: NoiseFit, sigma: float) -> Finding:
-    return Finding(details=details, severity="info", channels=(fitted.channel,), size=sigma, unit=fitted.rate_unit)
-
-
 def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
     walk = fitted.terms.get("random_walk")
-    worst = max(fitted.discrepancy, key=lambda band_off: band_off[1], default=(0.0, 0.0))
+    frequency, allowed = max(fitted.discrepancy, key=lambda band_off: band_off[1], default=(0.0, 0.0))
     band = next((reason for reason in fitted.reasons if isinstance(reason, BandsOff)), None)
     details = Widened(
-        frequency=worst[0] if band is None else band.frequency,
+        frequency=frequency if band is None else band.frequency,
         ratio=1.0 if band is None else band.ratio,
-        allowed=worst[1],
+        allowed=allowed,
         lines=len(fitted.sinusoid),
         crowded=next((reason.share for reason in fitted.reasons if isinstance(reason, CrowdedLines)), 0.0),
         only_walk=fitted.is_misfit,
@@ -373,50 +343,28 @@ def _widened(fitted: NoiseFit, severity: Severity) -> Finding:
     size = None
     if walk is not None and walk.value and walk.low is not None and walk.high is not None:
         size = (walk.high - walk.low) / (2 * walk.value)
-    return Finding(details=details, severity=severity, channels=(fitted.channel,), size=size)
+    return _finding(fitted, details, severity, size=size)
 
 
 def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
-    findings, channels = [], (fitted.channel,)
-    if fitted.warm_up is not None:
-        amplitude = fitted.warm_up.amplitude
-        details = WarmUp(
-            quantity=fitted.quantity,
-            time_constant=fitted.warm_up.time,
-            low=amplitude.low or 0.0,
-            high=amplitude.high or 0.0,
-        )
-        span = (start, start + min(5 * fitted.warm_up.time, fitted.n * fitted.tau0))
-        findings.append(
-            Finding(
-                details=details,
-                severity="info",
-                channels=channels,
-                spans=(span,),
-                size=amplitude.value,
-                unit=fitted.rate_unit,
-            )
-        )
+    findings, quantity, unit = [], fitted.quantity, fitted.rate_unit
+    if (warm_up := fitted.warm_up) is not None:
+        low, high = warm_up.amplitude.low or 0.0, warm_up.amplitude.high or 0.0
+        details = WarmUpDrift(quantity=quantity, time_constant=warm_up.time, low=low, high=high)
+        span = (start, start + min(5 * warm_up.time, fitted.n * fitted.tau0))
+        findings.append(_finding(fitted, details, spans=(span,), size=warm_up.amplitude.value, unit=unit))
     if follows_temperature(fitted):
         kelvin = fitted.regressors[TEMPERATURE]
-        drift = TemperatureDrift(
-            quantity=fitted.quantity, rate_unit=fitted.rate_unit, low=kelvin.low or 0.0, high=kelvin.high or 0.0
-        )
-        unit = f"{fitted.rate_unit}/K"
-        findings.append(Finding(details=drift, severity="info", channels=channels, size=kelvin.value, unit=unit))
+        low, high = kelvin.low or 0.0, kelvin.high or 0.0
+        drift = TemperatureDrift(quantity=quantity, rate_unit=unit, low=low, high=high)
+        findings.append(_finding(fitted, drift, size=kelvin.value, unit=f"{unit}/K"))
     return findings
 
 
-def by_channel(
-    fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record, *, thresholds: FitThresholds = THRESHOLDS
-) -> list[Finding]:
+def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record) -> list[Finding]:
     """The findings of all fits of a record."""
     starts = {channel: stream.grid.lead for stream in record.streams for channel in stream.channels}
-    return [
-        finding
-        for c, fitted in fits.items()
-        for finding in fit_findings(fitted, start=starts[c], beside=beside, thresholds=thresholds)
-    ]
+    return [finding for c, fitted in fits.items() for finding in fit_findings(fitted, start=starts[c], beside=beside)]
 
 
 def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
@@ -436,3 +384,18 @@ def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFi
             finding = replace(finding, severity="info")
         remaining.append(finding)
     return remaining
+
+
+def other_axes_disturbed(fits: Iterable[NoiseFit]) -> list[Finding]:
+    """The quantified axes of a sensor whose other axes are disturbed: at most one finding.
+
+    Which axes are disturbed beyond use is chance where all are shaken: see docs/study/rest.md.
+    """
+    fits = tuple(fits)
+    disturbed = tuple(
+        fitted.channel for fitted in fits if any(isinstance(reason, VibrationPower) for reason in fitted.reasons)
+    )
+    quantified = tuple(fitted.channel for fitted in fits if fitted.quantified and fitted.channel not in disturbed)
+    if not disturbed or not quantified:
+        return []
+    return [Finding(details=OtherAxesDisturbed(disturbed=disturbed), severity="warning", channels=quantified)]

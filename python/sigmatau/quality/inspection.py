@@ -17,12 +17,11 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.options import keywords_of
-from sigmatau.quality import curve_checks
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, THRESHOLDS, check_fits, examine
+from sigmatau.quality.curves import constant_channels, rounding
 from sigmatau.quality.facts import facts_kept
 from sigmatau.quality.fit_findings import by_channel, without_consequences
-from sigmatau.quality.inspect_options import InspectOptions
-from sigmatau.quality.options import Bandwidth
+from sigmatau.quality.options import Bandwidth, InspectOptions
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory
@@ -82,7 +81,7 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
     excluded: list[Finding] = []
     if options.leave_out is not None:
         record, excluded = leave_out(record, options.leave_out)
-    constant = [finding for stream in record.streams for finding in curve_checks.constant_channels(stream)]
+    constant = [finding for stream in record.streams for finding in constant_channels(stream)]
     resting = rest(record)
     record, motion = at_rest_only(record, resting, assumed=False)
     if not resting.is_usable:
@@ -134,4 +133,4 @@ def _varies(stream: Stream, channel: str) -> bool:
     x = stream.column(channel)
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     largest = THRESHOLDS.largest
-    return -largest < low < high < largest and high - low > max(curve_checks.rounding(stream, channel), 1 / largest)
+    return -largest < low < high < largest and high - low > max(rounding(stream, channel), 1 / largest)

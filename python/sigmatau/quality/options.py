@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 from sigmatau.frozen import frozen
-from sigmatau.options import option
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.options import option, same_option
 from sigmatau.quality.selection.exclusion import causes_to_keep
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
@@ -59,3 +60,12 @@ class CheckOptions:
     def causes_kept(self) -> tuple[str, ...]:
         """Causes of disturbances that are not left out."""
         return causes_to_keep(self.keep)
+
+
+@frozen
+class InspectOptions(ReadOptions):
+    """Options of `sigmatau.inspect`: those of reading, and those of the checks that need no fit."""
+
+    leave_out: str | Sequence[str] | None = same_option(CheckOptions, "leave_out")
+    keep: str | Sequence[str] = same_option(CheckOptions, "keep")
+    bandwidth: Bandwidth | None = same_option(CheckOptions, "bandwidth")

@@ -45,12 +45,7 @@ SENSOR_CLASSES: dict[str, SensorClass] = {
     # piezoelectric accelerometer at 100 Hz, 37 ng/√Hz at 1 Hz (F. A. Levinzon, in Earthquakes, InTech 2017,
     # doi:10.5772/65925).
     "acceleration": SensorClass(
-        noisiest={
-            "random_walk": 0.015,
-            "bias_instability": 0.02,
-            "rate_random_walk": 0.002,
-            "rate_ramp": 0.005,
-        },
+        noisiest={"random_walk": 0.015, "bias_instability": 0.02, "rate_random_walk": 0.002, "rate_ramp": 0.005},
         quietest=3e-9 * STANDARD_GRAVITY / math.sqrt(2),  # two-sided density
     ),
 }

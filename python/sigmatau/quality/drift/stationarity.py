@@ -87,9 +87,7 @@ class SegmentTest:
     p_values: Floats  # of each octave alone
 
 
-def non_stationary(
-    stream: Stream, fits: Mapping[str, NoiseFit], *, thresholds: StationarityThresholds = THRESHOLDS
-) -> list[Finding]:
+def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
     """Channels whose noise changes during the record: at most one ``"non_stationary"`` for each.
 
     The span is the segment with the largest deviation, or the time of the change if the cusum found it.
@@ -100,40 +98,37 @@ def non_stationary(
         Segments with missing samples are left out.
     fits : mapping of str to NoiseFit
         Determine the law of the segments' variances. A channel without a fit is tested by the cusum only.
-    thresholds : StationarityThresholds
     """
     findings = []
     for channel in stream.channels:
         x, fitted = stream.column(channel), fits.get(channel)
-        spread = None if fitted is None else _segment_spread(x, fitted, stream.grid, thresholds=thresholds)
+        spread = None if fitted is None else _segment_spread(x, fitted, stream.grid)
         ratio = 1.0 if spread is None else spread.ratio
         spans: tuple[Span, ...] = () if spread is None else ((spread.largest_at, spread.largest_at + spread.length),)
-        change = _noise_change(x, stream.grid, thresholds=thresholds)
+        change = _noise_change(x, stream.grid)
         if change is not None:
             size = max(change.ratio, 1 / change.ratio) if change.ratio > 0 else np.inf
-            if spread is not None and size < thresholds.min_ratio:
+            if spread is not None and size < THRESHOLDS.min_ratio:
                 change = None
             else:
                 ratio, spans = max(ratio, size), ((change.time, change.time),)
-        if thresholds.min_ratio <= ratio < np.inf and (spread is not None or change is not None):
+        if THRESHOLDS.min_ratio <= ratio < np.inf and (spread is not None or change is not None):
             details = NonStationary(segments=spread, change=change)
-            severity: Severity = "warning" if ratio >= thresholds.warning_ratio else "info"
+            severity: Severity = "warning" if ratio >= THRESHOLDS.warning_ratio else "info"
             findings.append(Finding(details=details, severity=severity, channels=(channel,), spans=spans, size=ratio))
     return findings
 
 
-def _segment_spread(
-    x: Floats, fitted: NoiseFit, grid: Grid, *, thresholds: StationarityThresholds
-) -> SegmentSpread | None:
+def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | None:
     """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
-    tested = segment_test(x, fitted, thresholds=thresholds)
-    if tested is None or not tested.p_value < thresholds.false_alarm:
+    tested = segment_test(x, fitted)
+    if tested is None or not tested.p_value < THRESHOLDS.false_alarm:
         return None
     tau0 = fitted.tau0
     k = int(np.argmax(tested.evidence))
     deviation = np.sqrt(tested.avar[:, k])
     tau = float(tested.m[k]) * tau0
-    significant = tested.m[tested.p_values < thresholds.false_alarm / len(tested.m)] * tau0
+    significant = tested.m[tested.p_values < THRESHOLDS.false_alarm / len(tested.m)] * tau0
     return SegmentSpread(
         ratio=float(deviation.max() / deviation.min()),
         tau=tau,
@@ -141,25 +136,25 @@ def _segment_spread(
         tau_max=float(significant[-1]) if len(significant) else tau,
         largest_at=grid.time(int(tested.starts[np.argmax(deviation)])),
         smallest_at=grid.time(int(tested.starts[np.argmin(deviation)])),
-        length=len(x) // thresholds.segments * tau0,
+        length=len(x) // THRESHOLDS.segments * tau0,
     )
 
 
-def _noise_change(x: Floats, grid: Grid, *, thresholds: StationarityThresholds) -> NoiseChange | None:
-    found = cusum(x, thresholds=thresholds)
-    if found is None or not found.p_value < thresholds.false_alarm:
+def _noise_change(x: Floats, grid: Grid) -> NoiseChange | None:
+    found = cusum(x)
+    if found is None or not found.p_value < THRESHOLDS.false_alarm:
         return None
     return NoiseChange(time=grid.time(found.at), ratio=float(np.sqrt(found.ratio)))
 
 
-def segment_test(x: Floats, fitted: NoiseFit, *, thresholds: StationarityThresholds = THRESHOLDS) -> SegmentTest | None:
+def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments."""
-    size = len(x) // thresholds.segments
-    if size < thresholds.least_samples or not fitted.model:
+    size = len(x) // THRESHOLDS.segments
+    if size < THRESHOLDS.least_samples or not fitted.model:
         return None
-    starts = np.arange(thresholds.segments) * size
+    starts = np.arange(THRESHOLDS.segments) * size
     starts = np.array([s for s in starts if np.isfinite(np.add.reduce(x[s : s + size]))], dtype=np.int64)
-    if len(starts) < thresholds.least_segments:
+    if len(starts) < THRESHOLDS.least_segments:
         return None
     sizes = 2 ** np.arange(0, int(np.log2(size // 4)) + 1, dtype=np.int64)
     # Below τ_min the model does not hold: filtered noise has fewer degrees of freedom than white noise.
@@ -175,10 +170,10 @@ def segment_test(x: Floats, fitted: NoiseFit, *, thresholds: StationarityThresho
         )[0]
     )
     mean = avar.mean(axis=0)
-    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < thresholds.max_misfit + 3 * np.sqrt(
+    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < THRESHOLDS.max_misfit + 3 * np.sqrt(
         2 / freedom / len(starts)
     )
-    use = (freedom >= thresholds.least_freedom) & followed & (avar.min(axis=0) > 0)
+    use = (freedom >= THRESHOLDS.least_freedom) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
     roots = np.cbrt(avar[:, use])
@@ -247,14 +242,14 @@ class Cusum:
     ratio: float  # mean square after over that before
 
 
-def cusum(x: Floats, *, thresholds: StationarityThresholds = THRESHOLDS) -> Cusum | None:
+def cusum(x: Floats) -> Cusum | None:
     """Cusum of squared first differences over blocks; None if the record is too short.
 
     The scatter is that between neighbouring blocks, which neither correlated samples nor the change itself affect.
     """
-    length = max(-(-len(x) // thresholds.cusum_blocks), thresholds.least_in_block)
+    length = max(-(-len(x) // THRESHOLDS.cusum_blocks), THRESHOLDS.least_in_block)
     count = len(x) // length
-    if count < thresholds.least_samples:
+    if count < THRESHOLDS.least_samples:
         return None
     d = np.diff(x[: count * length].reshape(count, length), axis=1)
     squares = np.einsum("ij,ij->i", d, d)
@@ -265,7 +260,7 @@ def cusum(x: Floats, *, thresholds: StationarityThresholds = THRESHOLDS) -> Cusu
         number[bad] = known.sum(axis=1)
         squares[bad] = np.where(known, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
-    if len(keep) < thresholds.least_samples:
+    if len(keep) < THRESHOLDS.least_samples:
         return None
     # Cube roots are nearly normal, so that single blocks do not dominate.
     level = np.cbrt(squares[keep] / number[keep])

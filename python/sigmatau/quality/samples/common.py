@@ -81,12 +81,25 @@ class SharedThresholds:
     min_tail: int = 20
     """Runs in a tail, at least. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %."""
 
+    sigmas: float = 6.0
+    """Standard errors that are added to a number by chance. [1] Judgement: no record reaches six standard errors by
+    chance."""
+
+    times_chance: float = 10.0
+    """Equal or zero rows over those by chance, from which on they are a fault. [1] Judgement: axes whose numbers are
+    coarse are equal or 0 together without one."""
+
     few_steps: float = 32.0
     """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: pulses of up to 16
     counts each."""
 
 
 THRESHOLDS = SharedThresholds()
+
+
+def beyond_chance(by_chance: float, *, times: float) -> float:
+    """The number of samples from which on there are more than chance makes: some times as many, and 6 standard errors."""
+    return times * by_chance + THRESHOLDS.sigmas * math.sqrt(by_chance)
 
 
 def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
@@ -96,13 +109,13 @@ def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[
         yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
 
 
-def sample_of(stream: Stream, channel: str, *, most: int, thresholds: SharedThresholds = THRESHOLDS) -> Floats:
+def sample_of(stream: Stream, channel: str, *, most: int) -> Floats:
     """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= most:
         return stream.samples.read(c, 0, n)
-    length = most // thresholds.stretches
-    starts = np.linspace(0, n - length, thresholds.stretches).astype(int)
+    length = most // THRESHOLDS.stretches
+    starts = np.linspace(0, n - length, THRESHOLDS.stretches).astype(int)
     return np.concatenate(stream.samples.read_stretches(c, starts.tolist(), length))
 
 
@@ -128,6 +141,14 @@ def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
     return np.asarray(means)
 
 
+def block_means(stream: Stream, channel: str, length: int) -> Floats:
+    """Means of a channel over blocks of samples, NaN where half of one is missing; shape (n_blocks,)."""
+    c, n = stream.channels.index(channel), stream.grid.n // length * length
+    many = max(CHUNK // length, 1) * length
+    parts = [row_means(stream.samples.read(c, a, min(a + many, n)).reshape(-1, length)) for a in range(0, n, many)]
+    return np.concatenate([np.zeros(0), *parts])
+
+
 def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
     """Means, and those of each next octave of averaging time: of two neighbours each."""
     by_octave = [means]
@@ -137,45 +158,45 @@ def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
     return by_octave
 
 
-def block_rms(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
+def block_rms(x: Floats) -> float:
     """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
-    block = thresholds.block
+    block = THRESHOLDS.block
     if len(x) < 2 * block:
         x = present(x)
         return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
     blocks = x[: len(x) // block * block].reshape(-1, block)
     power = present(np.einsum("ij,ij->i", blocks, blocks)) / block
     if len(power) == 0:
-        return block_rms(present(x), thresholds=thresholds)
+        return block_rms(present(x))
     power.sort()
     quarter = len(power) // 4
     return float(np.sqrt(np.mean(power[quarter : len(power) - quarter])))
 
 
-def rounding_dust(x: Floats, n: int, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
+def rounding_dust(x: Floats, n: int) -> float:
     """Below this, changes of n increments x may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
 
     An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
     """
-    return thresholds.started * float(np.finfo(float).eps) * n * block_rms(x, thresholds=thresholds)
+    return THRESHOLDS.started * float(np.finfo(float).eps) * n * block_rms(x)
 
 
 @stream_fact
-def without_dust(stream: Stream, *, thresholds: SharedThresholds = THRESHOLDS) -> Stream:
+def without_dust(stream: Stream) -> Stream:
     """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
     columns, changed = [], False
     if stream.samples.transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
-        sample = sample_of(stream, channel, most=thresholds.examined, thresholds=thresholds)
+        sample = sample_of(stream, channel, most=THRESHOLDS.examined)
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
-            some[some > rounding_dust(sample, stream.grid.n, thresholds=thresholds)], thresholds=thresholds
+            some[some > rounding_dust(sample, stream.grid.n)]
         )  # of coarse counts most changes may be dust
-        if scale > 0 and np.count_nonzero(some < thresholds.dust * scale) > thresholds.dusty * len(some):
-            x, changed = _joined(x, thresholds.dust * scale), True
+        if scale > 0 and np.count_nonzero(some < THRESHOLDS.dust * scale) > THRESHOLDS.dusty * len(some):
+            x, changed = _joined(x, THRESHOLDS.dust * scale), True
         columns.append(x)
     return stream.with_rates(columns) if changed else stream
 
@@ -188,33 +209,33 @@ def _joined(x: Floats, apart: float) -> Floats:
     return np.asarray(values[first][group][which], dtype=np.float64)
 
 
-def growing_step(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> float:
+def growing_step(x: Floats) -> float:
     """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
 
     The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
     """
-    if len(x) < thresholds.step_parts * thresholds.least_in_part:
+    if len(x) < THRESHOLDS.step_parts * THRESHOLDS.least_in_part:
         return 0.0
     steps, coarse = [], 0.0
-    for part in np.array_split(x, thresholds.step_parts):
+    for part in np.array_split(x, THRESHOLDS.step_parts):
         changes = np.abs(np.diff(part))
         changes = changes[changes > 0]
-        if len(changes) < thresholds.least_in_part // 10:
+        if len(changes) < THRESHOLDS.least_in_part // 10:
             continue
         nearest = float(changes.min())
         steps.append(nearest)
-        if block_rms(changes, thresholds=thresholds) < thresholds.fine * nearest:
+        if block_rms(changes) < THRESHOLDS.fine * nearest:
             coarse = max(coarse, nearest)
-    return coarse if steps and coarse > thresholds.step_growth * min(steps) else 0.0
+    return coarse if steps and coarse > THRESHOLDS.step_growth * min(steps) else 0.0
 
 
-def full_ends(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> list[float]:
+def full_ends(x: Floats) -> list[float]:
     """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     ends = []
     for end, sign in ((low, 1.0), (high, -1.0)):
         count = int(np.count_nonzero(x == end))
-        if not low < high or count < max(thresholds.full * len(x), 2):
+        if not low < high or count < max(THRESHOLDS.full * len(x), 2):
             continue
         inside = x[sign * x > sign * end]
         next_value = inside.min() if sign > 0 else inside.max()
@@ -223,29 +244,29 @@ def full_ends(x: Floats, *, thresholds: SharedThresholds = THRESHOLDS) -> list[f
     return ends
 
 
-def white_level(x: Floats, tau0: float, *, thresholds: SharedThresholds = THRESHOLDS) -> tuple[float, int]:
+def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
     levels = [
-        (tau0 * m * avar * (1 + thresholds.pair_errors * math.sqrt(3 / pairs)), tau0 * m * avar, m)
+        (tau0 * m * avar * (1 + THRESHOLDS.pair_errors * math.sqrt(3 / pairs)), tau0 * m * avar, m)
         for m, avar, pairs in octaves(x)
-        if pairs >= thresholds.least_pairs or m == 1
+        if pairs >= THRESHOLDS.least_pairs or m == 1
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m
 
 
-def longest_of_tail(lengths: Ints, *, false_alarm: float, thresholds: SharedThresholds = THRESHOLDS) -> float:
+def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
     """The length that the longest of these runs exceeds with probability `false_alarm`, by the others; 0 for too few runs.
 
     The tail of waiting times is exponential: of the m runs beyond a length u the excess has the median e·ln 2, and the
     longest is beyond u + e·ln(m/p) with probability p. A median, so that runs that are faults do not make others normal.
     """
-    if len(lengths) < thresholds.min_runs:
+    if len(lengths) < THRESHOLDS.min_runs:
         return 0.0
-    m = max(len(lengths) // thresholds.tail_part, thresholds.min_tail)
+    m = max(len(lengths) // THRESHOLDS.tail_part, THRESHOLDS.min_tail)
     tail = np.sort(lengths)[-m - 1 :].astype(float)
     scale = max(median(tail[1:] - tail[0]), 1.0) / math.log(2)
     return float(tail[0]) + scale * math.log(m / false_alarm)
@@ -279,18 +300,18 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
             strongest,
             severity="warning" if any(one.severity == "warning" for _, one in findings) else "info",
             channels=tuple(channel for _, one in findings for channel in one.channels),
-            spans=_united(span for _, one in findings for span in one.spans),
+            spans=united(span for _, one in findings for span in one.spans),
             more_spans=sum(one.more_spans for _, one in findings),
         )
     ]
 
 
-def _united(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Spans in order of time, with those that overlap as one."""
-    united: list[Span] = []
+def united(spans: Iterable[Span], *, gap: float = 0.0) -> tuple[Span, ...]:
+    """Spans in order of time; those that overlap, or are no more than a gap [s] apart, are one."""
+    joined: list[Span] = []
     for start, stop in sorted(spans):
-        if united and start <= united[-1][1]:
-            united[-1] = united[-1][0], max(stop, united[-1][1])
+        if joined and start <= joined[-1][1] + gap:
+            joined[-1] = joined[-1][0], max(stop, joined[-1][1])
         else:
-            united.append((start, stop))
-    return tuple(united)
+            joined.append((start, stop))
+    return tuple(joined)

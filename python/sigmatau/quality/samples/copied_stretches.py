@@ -53,28 +53,28 @@ class StretchThresholds:
 THRESHOLDS = StretchThresholds()
 
 
-def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOLDS) -> list[Finding]:
+def copied_stretches(stream: Stream) -> list[Finding]:
     """The longest stretch of rows that are equal, on all axes, to rows elsewhere in the stream. At most one finding.
 
     Reported from L rows on, where n²·∏p_c^L < 1e-6 and p_c is the part of the samples of axis c that equal another by
     chance. Stretches that overlap their copy are those of a signal that repeats itself, and are not reported.
     """
     n = stream.grid.n
-    if n < 2 * thresholds.least_rows:
+    if n < 2 * THRESHOLDS.least_rows:
         return []
     axis = max(
-        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: thresholds.examined])))
+        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: THRESHOLDS.examined])))
     )
     best = (0, 0, 0)
-    for lag in _frequent_lags(stream.column(axis), thresholds=thresholds):
+    for lag in _frequent_lags(stream.column(axis)):
         first, length = _longest_equal(stream, lag)
         best = max(best, (length, first, lag)) if length <= lag else best
     length, first, lag = best
-    if length < thresholds.least_rows:
+    if length < THRESHOLDS.least_rows:
         return []
     chances = [equal_by_chance(stream, channel) for channel in stream.channels]
-    by_chance = sum(math.log(min(max(chance, thresholds.least_chance), 1.0)) for chance in chances)
-    if 2 * math.log(n) + length * by_chance > math.log(thresholds.false_alarm):
+    by_chance = sum(math.log(min(max(chance, THRESHOLDS.least_chance), 1.0)) for chance in chances)
+    if 2 * math.log(n) + length * by_chance > math.log(THRESHOLDS.false_alarm):
         return []
     time = stream.grid.time
     details = CopiedStretch(start=time(first), copy=time(first + lag), duration=length * stream.grid.tau0, rows=length)
@@ -91,11 +91,11 @@ def copied_stretches(stream: Stream, *, thresholds: StretchThresholds = THRESHOL
     ]
 
 
-def _frequent_lags(x: Floats, *, thresholds: StretchThresholds) -> list[int]:
+def _frequent_lags(x: Floats) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
     parts = [
-        _keys_of(x[start : start + _CHUNK + thresholds.key - 1], start, thresholds=thresholds)
-        for start in range(0, len(x) - thresholds.key + 1, _CHUNK)
+        _keys_of(x[start : start + _CHUNK + THRESHOLDS.key - 1], start)
+        for start in range(0, len(x) - THRESHOLDS.key + 1, _CHUNK)
     ]
     at, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(keys, kind="stable")
@@ -104,20 +104,20 @@ def _frequent_lags(x: Floats, *, thresholds: StretchThresholds) -> list[int]:
     if not len(same):
         return []
     lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)
-    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[: thresholds.lags]]]
+    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[: THRESHOLDS.lags]]]
 
 
-def _keys_of(x: Floats, start: int, *, thresholds: StretchThresholds) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
+def _keys_of(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
     """Places of the keys that are looked at, from the first sample of the stream, and these keys; `start`: place of x[0]."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
     places = np.flatnonzero(
-        (fours[: len(x) - thresholds.key + 1] >> np.uint64(_HIGH)) & np.uint64(thresholds.part_of_keys - 1) == 0
+        (fours[: len(x) - THRESHOLDS.key + 1] >> np.uint64(_HIGH)) & np.uint64(THRESHOLDS.part_of_keys - 1) == 0
     )
-    places = places[(x[places] != x[places + thresholds.key - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
+    places = places[(x[places] != x[places + THRESHOLDS.key - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
     keys = fours[places]
-    for k in range(4, thresholds.key):
+    for k in range(4, THRESHOLDS.key):
         keys = (keys ^ mixed[places + k]) * np.uint64(_MIX)
     return places + start, keys
 

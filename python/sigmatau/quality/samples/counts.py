@@ -52,25 +52,23 @@ _NOISE = np.geomspace(1e-5, 30.0, 150)  # variances of a sample before rounding 
 _HARMONICS = np.arange(1, 33)[:, None]  # of the rounding error, a sawtooth: the rest has 1 % of its power
 
 
-def rounding_by_sums(
-    samples: Floats, *, thresholds: CountThresholds = THRESHOLDS
-) -> Literal["of_sums", "of_samples"] | None:
+def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None:
     """Whether the sum of samples was rounded, or each sample by itself; None if the record does not show it.
 
     `samples` in steps, from any offset. If each was rounded by itself, the sum of m samples has m times the variance of one,
     more with slow noise or a filter. If the angle was rounded, only the two ends of a sum have rounding errors. How its
     variance grows then follows from the mean rate and the noise before rounding, of which the noise alone is free.
     """
-    samples = samples[: thresholds.examined]
+    samples = samples[: THRESHOLDS.examined]
     sizes, variances, errors = [], [], []
     size = 1
-    while len(samples) // size >= thresholds.least_sums:
+    while len(samples) // size >= THRESHOLDS.least_sums:
         sums = samples if size == 1 else samples[: len(samples) // size * size].reshape(-1, size).sum(axis=1)
         variance, error = _variance(sums)
         sizes.append(size)
         variances.append(variance)
-        errors.append(thresholds.errors * error)
-        if size >= thresholds.shortest and variance > thresholds.enough:
+        errors.append(THRESHOLDS.errors * error)
+        if size >= THRESHOLDS.shortest and variance > THRESHOLDS.enough:
             break
         size *= 2
     if len(sizes) < 2 or not variances[0] > 0:
@@ -79,15 +77,15 @@ def rounding_by_sums(
     missing = measured[0] - measured / m
     expected = np.minimum(_ROUNDING, measured[0]) * (1 - 1 / m)
     unsure = np.hypot(chance[0], chance / m)
-    if (missing[1:] > np.maximum(unsure, thresholds.least * expected)[1:]).any():
-        allowed = chance + thresholds.off * np.minimum(_ROUNDING, measured)
+    if (missing[1:] > np.maximum(unsure, THRESHOLDS.least * expected)[1:]).any():
+        allowed = chance + THRESHOLDS.off * np.minimum(_ROUNDING, measured)
         predicted = _of_rounded_sums(m, steps_a_sample(samples))
-        if measured[0] < thresholds.rare:
+        if measured[0] < THRESHOLDS.rare:
             predicted = predicted * (measured[0] / predicted[0])
         # In units of what is allowed, of each size and each noise that is tried.
-        off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * thresholds.rare)[:, None]
+        off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * THRESHOLDS.rare)[:, None]
         return "of_sums" if off.max(axis=0).min() < 1 else None
-    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < thresholds.least * expected[-1]
+    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < THRESHOLDS.least * expected[-1]
     return "of_samples" if by_themselves else None
 
 

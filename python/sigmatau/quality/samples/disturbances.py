@@ -61,14 +61,14 @@ class Disturbance:
 
 
 @stream_fact
-def disturbances(stream: Stream, *, thresholds: DisturbanceThresholds = THRESHOLDS) -> tuple[Disturbance, ...]:
+def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
     """The disturbances of a stream, in the order of `CAUSES`."""
     collected: list[Disturbance] = []
     even = without_dust(stream)
     for cause, looked_for in CAUSES.items():
         here = masked_by(even if cause in _EQUAL else stream, collected)
         for finding, mask in looked_for(here):
-            usable = mask is not None and mask.mean(axis=0).max() <= thresholds.most_left_out
+            usable = mask is not None and mask.mean(axis=0).max() <= THRESHOLDS.most_left_out
             collected.append(Disturbance(cause, finding, mask if usable else None))
     return tuple(collected)
 
@@ -81,11 +81,9 @@ def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
     return stream
 
 
-def without(
-    stream: Stream, *, keep: Iterable[str] = (), thresholds: DisturbanceThresholds = THRESHOLDS
-) -> tuple[Stream, list[Finding]]:
+def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[Finding]]:
     """The stream without its disturbances, except for the causes to `keep`, and the findings about all of them."""
-    causes, disturbed = set(keep), disturbances(stream, thresholds=thresholds)
+    causes, disturbed = set(keep), disturbances(stream)
     findings = []
     for disturbance in disturbed:
         if disturbance.mask is None or disturbance.cause in causes:

@@ -9,7 +9,8 @@ import numpy as np
 from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.values import Dropout
 from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import block_rms, mask_of_runs, present, sample_of
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
+from sigmatau.quality.samples.common import beyond_chance, block_rms, mask_of_runs, present, sample_of
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
@@ -33,13 +34,6 @@ class DropoutThresholds:
     """Rows in which all axes are 0, at least; fewer only where chance makes less than `no_chance`. [samples]
     Judgement: one or two may be true zeros."""
 
-    times_chance: float = 10.0
-    """Such rows over those by chance. [1] Judgement: axes whose numbers are coarse are 0 together without a fault."""
-
-    sigmas: float = 6.0
-    """Standard errors of the number by chance that are added to it. [1] Judgement: no record reaches six standard
-    errors by chance."""
-
     no_chance: float = 1e-3
     """Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000
     such records."""
@@ -51,7 +45,7 @@ class DropoutThresholds:
 THRESHOLDS = DropoutThresholds()
 
 
-def zero_rows(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> Bools | None:
+def zero_rows(stream: Stream) -> Bools | None:
     """Samples that are 0 on all axes of a stream at once more often than by chance; None if there are none.
 
     The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
@@ -68,36 +62,34 @@ def zero_rows(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> 
         if not together.any():
             return None
     count = int(np.count_nonzero(together))
-    chances = [_chance_of_zero(stream, channel, thresholds=thresholds) for channel in stream.channels]
+    chances = [_chance_of_zero(stream, channel) for channel in stream.channels]
     if len(stream.channels) == 1 and chances[0] > 0:
         return None
     # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
     beside = [(each - count) / max(len(together) - count, 1) for each in counts]
     by_chance = len(together) * max(math.prod(chances), math.prod(beside))
-    beyond_chance = thresholds.times_chance * by_chance + thresholds.sigmas * math.sqrt(by_chance)
-    if count < beyond_chance or count > len(together) / 2:
+    if count < beyond_chance(by_chance, times=SHARED.times_chance) or count > len(together) / 2:
         return None
-    if count < thresholds.min_rows and by_chance > thresholds.no_chance:
+    if count < THRESHOLDS.min_rows and by_chance > THRESHOLDS.no_chance:
         return None
     return together
 
 
-def _chance_of_zero(stream: Stream, channel: str, *, thresholds: DropoutThresholds) -> float:
+def _chance_of_zero(stream: Stream, channel: str) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
-    x = present(sample_of(stream, channel, most=thresholds.examined))
+    x = present(sample_of(stream, channel, most=THRESHOLDS.examined))
     if len(x) < 2:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
     found = resolution(stream, channel)
     if found is not None:  # of coarse numbers more than half may be equal
         spread = max(spread, found.step)
-    if zero is not None and spread > 0 and abs(middle - zero) > thresholds.beyond_noise * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_noise * spread:
         return 0.0
-    if zero is not None and spread > 0 and abs(middle - zero) > thresholds.beyond_tail * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_tail * spread:
         lost = int(np.count_nonzero(x == zero))
         about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
-        beyond_chance = thresholds.times_chance * about + thresholds.sigmas * math.sqrt(about)
-        if lost >= thresholds.min_rows and lost > beyond_chance:
+        if lost >= THRESHOLDS.min_rows and lost > beyond_chance(about, times=SHARED.times_chance):
             return 0.0
     if found is None:
         # Where half of n numbers occur once, none has a larger part than some 1/n.
@@ -107,9 +99,9 @@ def _chance_of_zero(stream: Stream, channel: str, *, thresholds: DropoutThreshol
     return min(max(chance, usual_value(stream, channel)), 1.0)
 
 
-def dropouts(stream: Stream, *, thresholds: DropoutThresholds = THRESHOLDS) -> list[Found]:
+def dropouts(stream: Stream) -> list[Found]:
     """Zeros for lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one finding."""
-    rows = zero_rows(stream, thresholds=thresholds)
+    rows = zero_rows(stream)
     masks = [mask_of_runs(stream.grid.n, *zero_runs(stream, channel)) for channel in stream.channels]
     mask = np.stack(masks if rows is None else [runs | rows for runs in masks], axis=1)
     return held(Dropout, stream, mask)

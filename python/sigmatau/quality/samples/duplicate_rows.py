@@ -10,7 +10,8 @@ from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
 from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import mask_of_runs, spans_of_runs
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
+from sigmatau.quality.samples.common import beyond_chance, mask_of_runs, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
@@ -23,13 +24,6 @@ class CopyThresholds:
     min_rows: int = 3
     """Rows that are equal on all axes, at least. [samples] Judgement: one or two may be equal by chance."""
 
-    times_chance: float = 10.0
-    """Such rows over those by chance. [1] Judgement: see `DropoutThresholds`."""
-
-    sigmas: float = 6.0
-    """Standard errors of the number by chance that are added to it. [1] Judgement: no record reaches six standard
-    errors by chance."""
-
     max_chance: float = 1e-3
     """Part of all rows in which neighbours on the finest axis are equal by chance, at most. [1] Judgement: coarser
     axes rest on a value together."""
@@ -41,7 +35,7 @@ class CopyThresholds:
 THRESHOLDS = CopyThresholds()
 
 
-def copied_rows(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> Bools | None:
+def copied_rows(stream: Stream) -> Bools | None:
     """Samples that are equal to the one before on all axes of a stream, where chance does not make them; None if none are.
 
     If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c. A stream of one
@@ -55,7 +49,7 @@ def copied_rows(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> B
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         together = equal if together is None else together & equal
-        if np.count_nonzero(together) < thresholds.min_rows:
+        if np.count_nonzero(together) < THRESHOLDS.min_rows:
             return None
         counts.append(int(np.count_nonzero(equal)))
     if together is None:
@@ -63,19 +57,18 @@ def copied_rows(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> B
     n, count = len(together), int(np.count_nonzero(together))
     chances = [(each - count) / max(n - count, 1) for each in counts]
     by_chance = n * math.prod(chances)
-    beyond_chance = thresholds.times_chance * by_chance + thresholds.sigmas * math.sqrt(by_chance)
-    if min(chances) > thresholds.max_chance or count < beyond_chance:
+    if min(chances) > THRESHOLDS.max_chance or count < beyond_chance(by_chance, times=SHARED.times_chance):
         return None
     rows = np.concatenate(([False], together))
     first, lengths = runs_of_places(np.flatnonzero(rows))
-    long = lengths > thresholds.max_run
+    long = lengths > THRESHOLDS.max_run
     rows &= ~mask_of_runs(len(rows), first[long], lengths[long])
-    return rows if np.count_nonzero(rows) >= thresholds.min_rows else None
+    return rows if np.count_nonzero(rows) >= THRESHOLDS.min_rows else None
 
 
-def copies(stream: Stream, *, thresholds: CopyThresholds = THRESHOLDS) -> list[Found]:
+def copies(stream: Stream) -> list[Found]:
     """Rows that are in the log twice, where they are too few to be a sensor slower than its log. At most one finding."""
-    rows = copied_rows(stream, thresholds=thresholds)
+    rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:
         return []
     share, rate = float(rows.mean()), stream.grid.rate

@@ -53,28 +53,26 @@ class TiltThresholds:
 THRESHOLDS = TiltThresholds()
 
 
-def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool, thresholds: TiltThresholds = THRESHOLDS) -> bool:
+def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
     """Whether three axes measure gravity: in m/s², or in any unit."""
     if len(means) != 3 or means[0].quantity != "acceleration":
         return False
     second = [axis.by_octave[axis.second] for axis in means]
     length = median(present(np.asarray(np.sqrt(sum(x * x for x in second)))))
     if in_si:
-        return abs(length / STANDARD_GRAVITY - 1) < thresholds.tolerance
+        return abs(length / STANDARD_GRAVITY - 1) < THRESHOLDS.tolerance
     noise = max(axis.floor for axis in means) / math.sqrt(means[0].tau(means[0].second))
-    return length > thresholds.over_noise * noise and (
-        length > thresholds.least_gravity or abs(length / thresholds.in_g - 1) < thresholds.tolerance
+    return length > THRESHOLDS.over_noise * noise and (
+        length > THRESHOLDS.least_gravity or abs(length / THRESHOLDS.in_g - 1) < THRESHOLDS.tolerance
     )
 
 
-def gravity_tilts(
-    means: Sequence[OctaveMeans], *, thresholds: TiltThresholds = THRESHOLDS
-) -> list[tuple[Span, Motion]]:
+def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
     """Stretches in which the direction of gravity changes, within a minute or from one end to another, with its motion."""
-    if not measures_gravity(means, in_si=False, thresholds=thresholds):
+    if not measures_gravity(means, in_si=False):
         return []
     x = np.stack([mean.by_octave[mean.second] for mean in means])
-    size = max(min(x.shape[1] // thresholds.least_blocks, thresholds.block), 1)
+    size = max(min(x.shape[1] // THRESHOLDS.least_blocks, THRESHOLDS.block), 1)
     blocks = np.stack([row_means(axis[: len(axis) // size * size].reshape(-1, size)) for axis in x])
     with np.errstate(invalid="ignore"):
         unit = blocks / np.sqrt((blocks * blocks).sum(axis=0))
@@ -83,21 +81,21 @@ def gravity_tilts(
     edges = np.flatnonzero(np.diff(np.isfinite(unit[0]), prepend=False, append=False)).reshape(-1, 2)
     for a, b in edges.tolist():
         run = unit[:, a:b]
-        apart = min(thresholds.apart, b - a - 1)
+        apart = min(THRESHOLDS.apart, b - a - 1)
         if apart < 1:
             continue
         cosines = [(run[:, k:] * run[:, : b - a - k]).sum(axis=0) for k in range(1, apart + 1)]
         angles = [math.acos(min(float(c.min()), 1.0)) for c in cosines]
         lag = 1 + angles.index(max(angles))
         place = int(cosines[lag - 1].argmin())
-        if angles[lag - 1] <= thresholds.tilt:
+        if angles[lag - 1] <= THRESHOLDS.tilt:
             place, lag = _farthest(run)
             angles = [_angle(run[:, place], run[:, place + lag])]
-        if max(angles) <= thresholds.tilt:
+        if max(angles) <= THRESHOLDS.tilt:
             continue
         change = np.abs(run[:, place + lag] - run[:, place])
         axis = means[int(change.argmax())]
-        motion = axis.motion("tilts", max(angles), max(angles) / thresholds.tilt, lag * length)
+        motion = axis.motion("tilts", max(angles), max(angles) / THRESHOLDS.tilt, lag * length)
         tilts.append((axis.span(a * length, b * length), motion))
     return tilts
 

@@ -12,6 +12,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples import straight_lines
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import mask_of_runs, sample_of, spans_of_runs
 from sigmatau.quality.samples.masking import Found
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -31,10 +32,6 @@ class InterpolationThresholds:
     """Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
     resampled has far more."""
 
-    sigmas: float = 6.0
-    """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
-    chance."""
-
     max_share: float = 0.995
     """Part from which on a channel is one line and not interpolated. [1] Judgement: a sensor at 1/200 of the rate of
     its log is not read."""
@@ -42,10 +39,6 @@ class InterpolationThresholds:
     right_from: int = 8
     """Averaging time from which on σ is right. [samples of the sensor] Judgement: interpolation changes σ within a
     few samples."""
-
-    too_coarse: float = straight_lines.THRESHOLDS.too_coarse
-    """Part of all second differences that are 0 by chance, beyond which lines are not told. [1] Judgement: see
-    `LineThresholds`."""
 
     examined: int = 1 << 15
     """Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %."""
@@ -74,12 +67,12 @@ class Upsampling:
         return math.sqrt((1.0 if self.aligned else 1 - 1 / (2 * r)) / r**3)
 
 
-def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresholds = THRESHOLDS) -> Upsampling | None:
+def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     """Whether a channel was interpolated linearly, by the second differences that are zero to rounding; None if not.
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
-    x = sample_of(stream, channel, most=thresholds.examined)
+    x = sample_of(stream, channel, most=THRESHOLDS.examined)
     zero = tolerance(stream, channel, x)
     if zero is None:
         return None
@@ -88,15 +81,11 @@ def upsampling(stream: Stream, channel: str, *, thresholds: InterpolationThresho
     count = int(np.count_nonzero(known))
     # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
-    if chance > thresholds.too_coarse:
+    if chance > straight_lines.THRESHOLDS.too_coarse:
         return None
     straight = (np.abs(second) <= zero.largest) & (np.abs(first[1:]) > zero.largest / 2)
     share = float(np.count_nonzero(straight)) / count
-    if (
-        not thresholds.min_share + 3 * chance + thresholds.sigmas * math.sqrt(chance / count)
-        < share
-        < thresholds.max_share
-    ):
+    if not THRESHOLDS.min_share + 3 * chance + SHARED.sigmas * math.sqrt(chance / count) < share < THRESHOLDS.max_share:
         return None
     knots = np.flatnonzero(known & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
@@ -129,25 +118,21 @@ def filled_outages(stream: Stream) -> list[Found]:
     return [(finding, np.stack(masks, axis=1))]
 
 
-def interpolated(stream: Stream, *, thresholds: InterpolationThresholds = THRESHOLDS) -> list[Finding]:
+def interpolated(stream: Stream) -> list[Finding]:
     """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
 
     Where all samples were made from a lower rate, `factors` holds the random walk read at one sample over the sensor's own;
     at long τ it is right.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
-    found = {
-        c: u
-        for c in stream.channels
-        if c not in gaps and (u := upsampling(stream, c, thresholds=thresholds)) is not None
-    }
+    found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
     if found:  # what is wrong everywhere counts for more than what is wrong here and there
-        return [_from_lower_rate(stream, found, thresholds=thresholds)]
+        return [_from_lower_rate(stream, found)]
     singles = {c: f for c, f in gaps.items() if f.singles}
-    return [_in_place_of_lost(stream, singles, thresholds=thresholds)] if singles else []
+    return [_in_place_of_lost(stream, singles)] if singles else []
 
 
-def _from_lower_rate(stream: Stream, found: dict[str, Upsampling], *, thresholds: InterpolationThresholds) -> Finding:
+def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     strongest, first = next(iter(found.items()))
     rate = stream.grid.rate / first.factor
     how = Upsampled(
@@ -155,21 +140,21 @@ def _from_lower_rate(stream: Stream, found: dict[str, Upsampling], *, thresholds
         log_rate=stream.grid.rate,
         aligned=first.aligned,
         sigma_one_sample=first.shortest,
-        right_from=thresholds.right_from / rate,
+        right_from=THRESHOLDS.right_from / rate,
     )
     details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
     factors = (("random_walk", first.shortest),)
     return Finding(details=details, severity="warning", channels=tuple(found), size=first.factor, factors=factors)
 
 
-def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled], *, thresholds: InterpolationThresholds) -> Finding:
+def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
     strongest = max(gaps, key=lambda c: gaps[c].singles)
     one = gaps[strongest]
     spans, more_spans = spans_of_runs(stream, one.first, one.lengths)
     singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
     return Finding(
         details=Interpolated(strongest=strongest, share=one.singles, singles=singles),
-        severity="warning" if max(one.random_walk, 1 / one.short) > thresholds.warn_factor else "info",
+        severity="warning" if max(one.random_walk, 1 / one.short) > THRESHOLDS.warn_factor else "info",
         channels=tuple(gaps),
         spans=spans,
         more_spans=more_spans,

@@ -45,35 +45,35 @@ THRESHOLDS = LightShockThresholds()
 
 
 @stream_fact
-def light_shocks(stream: Stream, *, thresholds: LightShockThresholds = THRESHOLDS) -> list[Burst]:
+def light_shocks(stream: Stream) -> list[Burst]:
     """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row: a burst per axis.
 
     A corrupt row makes spikes on all axes in that row only; a shock rings.
     """
-    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < thresholds.least_axes:
+    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < THRESHOLDS.least_axes:
         return []
     places = [np.flatnonzero(spike_mask(stream, channel)) for channel in stream.channels]
     at = np.concatenate(places)
     axis = np.repeat(np.arange(len(places)), [len(p) for p in places])
-    if len(at) < thresholds.least_spikes:
+    if len(at) < THRESHOLDS.least_spikes:
         return []
     order = np.argsort(at, kind="stable")
     at, axis = at[order], axis[order]
     tau0 = stream.grid.tau0
-    cuts = np.flatnonzero(np.diff(at) * tau0 > thresholds.group_gap) + 1
+    cuts = np.flatnonzero(np.diff(at) * tau0 > THRESHOLDS.group_gap) + 1
     groups = [
         (rows, on)
         for rows, on in zip(np.split(at, cuts), np.split(axis, cuts), strict=True)
-        if len(rows) >= thresholds.least_spikes
-        and len(np.unique(on)) >= thresholds.least_axes
-        and len(np.unique(rows)) >= thresholds.least_times
+        if len(rows) >= THRESHOLDS.least_spikes
+        and len(np.unique(on)) >= THRESHOLDS.least_axes
+        and len(np.unique(rows)) >= THRESHOLDS.least_times
     ]
-    if len(at) - sum(len(rows) for rows, _ in groups) > thresholds.most_single * len(at):
+    if len(at) - sum(len(rows) for rows, _ in groups) > THRESHOLDS.most_single * len(at):
         return []
     found = []
     for rows, on in groups:
-        start = max(int(rows[0]) - round(thresholds.before / tau0), 0)
-        stop = min(int(rows[-1]) + round(thresholds.after / tau0), stream.grid.n)
+        start = max(int(rows[0]) - round(THRESHOLDS.before / tau0), 0)
+        stop = min(int(rows[-1]) + round(THRESHOLDS.after / tau0), stream.grid.n)
         for k in np.unique(on).tolist():
             channel = stream.channels[k]
             changes = np.diff(stream.column(channel))

@@ -46,7 +46,7 @@ def masked(stream: Stream, mask: Bools) -> Stream:
     return replace(stream, samples=replace(stream.samples, missing=missing), mask=missing)
 
 
-def bridged(stream: Stream, *, thresholds: MaskingThresholds = THRESHOLDS) -> Stream:
+def bridged(stream: Stream) -> Stream:
     """The stream with good samples nearby in place of up to four missing ones, because spectra cannot use such gaps.
 
     The seventh good sample before: no neighbour, so that noise stays as rough as it is.
@@ -58,11 +58,11 @@ def bridged(stream: Stream, *, thresholds: MaskingThresholds = THRESHOLDS) -> St
         x = stream.column(channel)
         absent = ~np.isfinite(x)
         good = np.flatnonzero(~absent)
-        short = [(start, stop) for start, stop in runs(absent) if stop - start <= thresholds.short]
-        if short and len(good) > 2 * thresholds.apart:
+        short = [(start, stop) for start, stop in runs(absent) if stop - start <= THRESHOLDS.short]
+        if short and len(good) > 2 * THRESHOLDS.apart:
             at, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
             which = np.searchsorted(good, at)
-            x[at] = x[good[np.where(which >= thresholds.apart, which - thresholds.apart, which + thresholds.apart)]]
+            x[at] = x[good[np.where(which >= THRESHOLDS.apart, which - THRESHOLDS.apart, which + THRESHOLDS.apart)]]
         columns.append(x)
     filled = stream.with_rates(columns)
     mask = np.stack([~np.isfinite(x) for x in columns], axis=1)
@@ -83,7 +83,7 @@ def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]]) -> tuple[Span, 
 
 
 def without_steps(
-    stream: Stream, steps: Sequence[tuple[int, int, float]], *, thresholds: MaskingThresholds = THRESHOLDS
+    stream: Stream, steps: Sequence[tuple[int, int, float]]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
     """What to leave out, or else what to keep, of a record with steps: sample, uncertainty in samples, and size of each.
 
@@ -93,7 +93,7 @@ def without_steps(
     n = stream.grid.n
     if len(steps) == 2:
         (first, near, up), (second, wide, down) = steps
-        if abs(up + down) < thresholds.cancels * max(abs(up), abs(down)):
+        if abs(up + down) < THRESHOLDS.cancels * max(abs(up), abs(down)):
             return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))]), None
     edges = [(0, 0), *((at, about) for at, about, _ in steps), (n, 0)]
     k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])

@@ -109,7 +109,7 @@ class Burst:
 
 
 @dataclass(frozen=True, slots=True)
-class LevelChange:
+class MeanStep:
     """A lasting step of the mean."""
 
     channel: str
@@ -133,9 +133,9 @@ class Summary:
 
 
 @channel_fact
-def summary(stream: Stream, channel: str, *, thresholds: MotionThresholds = THRESHOLDS) -> Summary:
+def summary(stream: Stream, channel: str) -> Summary:
     """A channel by windows of 1 s, or of 16 samples if that is longer."""
-    w = max(round(thresholds.window_length / stream.grid.tau0), thresholds.window)
+    w = max(round(THRESHOLDS.window_length / stream.grid.tau0), THRESHOLDS.window)
     c, n = stream.channels.index(channel), stream.grid.n // w * w
     many = max(CHUNK // w, 1) * w
     means, powers = [np.zeros(0)], [np.zeros(0)]
@@ -166,42 +166,42 @@ def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     return np.where(is_present, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
-def bursts(stream: Stream, windows: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[Burst]:
+def bursts(stream: Stream, windows: Summary) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
     its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
     channel, power, w = windows.channel, windows.power, windows.window
-    if np.count_nonzero(np.isfinite(power)) < thresholds.least_windows:
+    if np.count_nonzero(np.isfinite(power)) < THRESHOLDS.least_windows:
         return []
     root = np.cbrt(power)
     centre, spread = median_and_spread(present(root))
     usual = centre**3
-    limit = max(centre + thresholds.burst_spreads * spread, np.cbrt(thresholds.burst_power * usual))
+    limit = max(centre + THRESHOLDS.burst_spreads * spread, np.cbrt(THRESHOLDS.burst_power * usual))
     if not np.any(root > limit):
         return []
     step = step_of(stream, channel)
     # Values that alternate between two steps change by one step at each sample.
-    loud = np.flatnonzero(power > max(limit**3, thresholds.burst_power * step**2))
-    loud = loud[[_without_peaks(stream, channel, int(i), w, thresholds=thresholds) > limit**3 for i in loud]]
+    loud = np.flatnonzero(power > max(limit**3, THRESHOLDS.burst_power * step**2))
+    loud = loud[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in loud]]
     if len(loud) == 0:
         return []
-    apart = max(round(thresholds.burst_gap / (w * stream.grid.tau0)), 1)
+    apart = max(round(THRESHOLDS.burst_gap / (w * stream.grid.tau0)), 1)
     groups = np.split(loud, np.flatnonzero(np.diff(loud) > apart) + 1)
     floor = max(usual, step**2 / 12)
     ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
     return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
 
 
-def _without_peaks(stream: Stream, channel: str, window: int, w: int, *, thresholds: MotionThresholds) -> float:
+def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
     """Mean square of the changes in a window but for the largest four, which one or two spikes make."""
     x = stream.samples.read(stream.channels.index(channel), window * w, (window + 1) * w)
-    squares = np.sort(present(np.diff(x)) ** 2)[: -thresholds.peaks]
+    squares = np.sort(present(np.diff(x)) ** 2)[: -THRESHOLDS.peaks]
     return float(squares.mean()) if len(squares) else 0.0
 
 
-def level_changes(stream: Stream, windows: Summary, *, thresholds: MotionThresholds = THRESHOLDS) -> list[LevelChange]:
+def level_changes(stream: Stream, windows: Summary) -> list[MeanStep]:
     """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
@@ -210,42 +210,40 @@ def level_changes(stream: Stream, windows: Summary, *, thresholds: MotionThresho
     others as far apart, because slow noise continues where nothing is recorded.
     """
     channel, mean, w = windows.channel, windows.mean, windows.window
-    candidates: list[LevelChange] = []
+    candidates: list[MeanStep] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
-    while len(half) >= 2 * thresholds.least_windows:
+    while len(half) >= 2 * THRESHOLDS.least_windows:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
-        judged = _departures(stream, channel, differences, thresholds.step_spreads, thresholds=thresholds)
+        judged = _departures(stream, channel, differences, THRESHOLDS.step_spreads)
         if judged is None:
             break
         distances, spread, limit = judged
-        farthest = np.argsort(-distances)[: thresholds.most_steps]  # NaN last
+        farthest = np.argsort(-distances)[: THRESHOLDS.most_steps]  # NaN last
         for i in farthest[distances[farthest] > limit].tolist():
-            before = present(half[max(i + 2 - thresholds.half_windows, 0) : i + 2])
-            after = present(half[i + 2 : i + 2 + thresholds.half_windows])
+            before = present(half[max(i + 2 - THRESHOLDS.half_windows, 0) : i + 2])
+            after = present(half[i + 2 : i + 2 + THRESHOLDS.half_windows])
             if len(before) < 2 or len(after) < 2:
                 continue
             size = median(after) - median(before)
-            if size * differences[i] > 0 and abs(size) > thresholds.lasts * abs(differences[i]):
+            if size * differences[i] > 0 and abs(size) > THRESHOLDS.lasts * abs(differences[i]):
                 times = float(distances[i]) / spread if spread > 0 else math.inf
                 place = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                gradual = _gradual(mean, place // shortest, 2 * w // shortest, thresholds=thresholds)
+                gradual = _gradual(mean, place // shortest, 2 * w // shortest)
                 half_width = 2 * w if gradual else max(2 * shortest, w // 8)
-                candidates.append(LevelChange(channel, place, size, 2 * w, times, half_width, gradual))
-        candidates += _across_gaps(stream, channel, half, w, thresholds=thresholds)
+                candidates.append(MeanStep(channel, place, size, 2 * w, times, half_width, gradual))
+        candidates += _across_gaps(stream, channel, half, w)
         even = len(half) // 2 * 2
         half = (half[0:even:2] + half[1:even:2]) / 2
         w *= 2
-    changes: list[LevelChange] = []
+    changes: list[MeanStep] = []
     for change in sorted(candidates, key=lambda change: -change.times):
         if all(abs(change.sample - stronger.sample) > 3 * max(change.window, stronger.window) for stronger in changes):
             changes.append(change)
     return sorted(changes, key=lambda change: change.sample)
 
 
-def _across_gaps(
-    stream: Stream, channel: str, half: Floats, w: int, *, thresholds: MotionThresholds
-) -> Iterator[LevelChange]:
+def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
     """Steps of the mean between the two sides of missing half windows of w samples.
 
     A gap that is too long for a distribution of differences as far apart is judged by the longest lag that has one: of slow
@@ -254,15 +252,15 @@ def _across_gaps(
     missing = np.flatnonzero(np.diff(np.concatenate([[0], np.isnan(half).astype(np.int8), [0]])))
     runs = sorted(zip(missing[::2].tolist(), missing[1::2].tolist(), strict=True), key=lambda run: run[0] - run[1])
     window = (half[:-1] + half[1:]) / 2
-    for a, b in runs[: thresholds.most_gaps]:
+    for a, b in runs[: THRESHOLDS.most_gaps]:
         lag = b - a + 2
         if a < 2 or b + 2 > len(half):
             continue
-        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (thresholds.least_windows + 2))
-        if judged_lag < 2 or lag > thresholds.longer * judged_lag:
+        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (THRESHOLDS.least_windows + 2))
+        if judged_lag < 2 or lag > THRESHOLDS.longer * judged_lag:
             continue  # too long for a distribution of others
         usual = window[judged_lag:] - window[:-judged_lag]
-        judged = _departures(stream, channel, usual, thresholds.gap_spreads, apart=judged_lag, thresholds=thresholds)
+        judged = _departures(stream, channel, usual, THRESHOLDS.gap_spreads, apart=judged_lag)
         if judged is None:
             continue
         _, spread, limit = judged
@@ -270,55 +268,51 @@ def _across_gaps(
         centre = median(present(usual)) * growth
         distance = abs(float(window[b]) - float(window[a - 2]) - centre)
         before, after = (
-            present(half[max(a - thresholds.half_windows, 0) : a]),
-            present(half[b : b + thresholds.half_windows]),
+            present(half[max(a - THRESHOLDS.half_windows, 0) : a]),
+            present(half[b : b + THRESHOLDS.half_windows]),
         )
         if distance > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
             size = float(np.median(after) - np.median(before))
-            if abs(size) > thresholds.lasts * distance:
+            if abs(size) > THRESHOLDS.lasts * distance:
                 times = distance / spread / math.sqrt(growth) if spread > 0 else math.inf
-                gradual = _gradual(
-                    half, (a + b) // 2, (b - a) // 2 + 2 * thresholds.half_windows, thresholds=thresholds
-                )
-                yield LevelChange(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
+                gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * THRESHOLDS.half_windows)
+                yield MeanStep(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
 
 
 def _departures(
-    stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1, thresholds: MotionThresholds
+    stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
 ) -> tuple[Floats, float, float] | None:
     """Distances of differences from their median, their spread, and the distance that noise and rounding may reach; one
     difference of `apart` is independent.
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
-    if independent < thresholds.least_windows:
+    if independent < THRESHOLDS.least_windows:
         return None
     centre, spread = median_and_spread(x[finite])
     distances = np.abs(x - centre)
-    limit = spreads * (1 + thresholds.few_windows / independent) * spread
+    limit = spreads * (1 + THRESHOLDS.few_windows / independent) * spread
     if np.any(distances > limit):
-        limit = max(limit, thresholds.rounding * step_of(stream, channel))
+        limit = max(limit, THRESHOLDS.rounding * step_of(stream, channel))
     return distances, spread, limit
 
 
-def _not_of_peaks(
-    stream: Stream, channel: str, start: int, w: int, base: float, *, thresholds: MotionThresholds
-) -> float:
+def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
     """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
     x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
-    inner = x[np.argsort(np.abs(x))][: -thresholds.peaks]
+    inner = x[np.argsort(np.abs(x))][: -THRESHOLDS.peaks]
     return abs(float(inner.mean())) if len(inner) else 0.0
 
 
-def _gradual(mean: Floats, place: int, half_width: int, *, thresholds: MotionThresholds) -> bool:
+def _gradual(mean: Floats, place: int, half_width: int) -> bool:
     """Whether a line fits better about a place than two constant parts."""
     start = max(place - half_width, 0)
     x = mean[start : place + half_width]
     is_present = np.isfinite(x)
     k = place - start
     if (
-        np.count_nonzero(is_present[:k]) < thresholds.least_on_side
-        or np.count_nonzero(is_present[k:]) < thresholds.least_on_side
+        np.count_nonzero(is_present[:k]) < THRESHOLDS.least_on_side
+        or np.count_nonzero(is_present[k:]) < THRESHOLDS.least_on_side
     ):
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
@@ -328,9 +322,7 @@ def _gradual(mean: Floats, place: int, half_width: int, *, thresholds: MotionThr
     return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[is_present] ** 2))
 
 
-def excursions(
-    stream: Stream, windows: Summary, changes: Sequence[LevelChange] = (), *, thresholds: MotionThresholds = THRESHOLDS
-) -> list[Burst]:
+def excursions(stream: Stream, windows: Summary, changes: Sequence[MeanStep] = ()) -> list[Burst]:
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
@@ -339,16 +331,16 @@ def excursions(
     """
     mean, w = windows.mean, windows.window
     candidates: list[Burst] = []
-    for _ in range(thresholds.excursion_lengths):
-        if len(mean) < 2 * thresholds.least_windows:
+    for _ in range(THRESHOLDS.excursion_lengths):
+        if len(mean) < 2 * THRESHOLDS.least_windows:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        judged = _departures(stream, windows.channel, away, thresholds.step_spreads, thresholds=thresholds)
+        judged = _departures(stream, windows.channel, away, THRESHOLDS.step_spreads)
         if judged is None:
             break
         distances, spread, limit = judged
         # Beside what goes away half of it shows with the other sign.
-        places = np.flatnonzero(distances > max(limit, thresholds.part_of_farthest * float(np.nanmax(distances))))
+        places = np.flatnonzero(distances > max(limit, THRESHOLDS.part_of_farthest * float(np.nanmax(distances))))
         for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
             k = int(group[np.argmax(distances[group])])
             farthest = float(distances[k])
@@ -356,8 +348,7 @@ def excursions(
             base = windows.first + float((mean[k] + mean[k + 4]) / 2)
             if (
                 not any(overlaps)
-                and _not_of_peaks(stream, windows.channel, (k + 2) * w, w, base, thresholds=thresholds)
-                > thresholds.lasts * farthest
+                and _not_of_peaks(stream, windows.channel, (k + 2) * w, w, base) > THRESHOLDS.lasts * farthest
             ):
                 times = farthest / spread if spread > 0 else math.inf
                 candidates.append(

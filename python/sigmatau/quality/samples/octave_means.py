@@ -13,10 +13,10 @@ from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import means_by_octave, present, row_means
+from sigmatau.quality.samples.common import block_means, means_by_octave, present, row_means
 from sigmatau.quality.samples.resolution import step_of
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
-from sigmatau.record.streams import CHUNK, PLAUSIBLE_RATES, Stream
+from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
 
@@ -87,21 +87,16 @@ class OctaveMeans:
     The octaves of a stream below 1 Hz begin at its samples, and its "second" lasts four of them.
     """
 
-    def __init__(
-        self, stream: Stream, channel: str, base: int, first: int, *, thresholds: OctaveThresholds = THRESHOLDS
-    ) -> None:
-        self.thresholds: OctaveThresholds = thresholds
+    def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
         self.stream: Stream = stream
         self.channel: str = channel
         self.first: int = first
         self.quantity: str = stream.quantity
         self.shortest: float = base * stream.grid.tau0
-        self.slow: bool = (
-            first > self.thresholds.second or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-        )
-        self.second: int = first + self.thresholds.slow_second if self.slow else self.thresholds.second
-        octaves = range(first, first + self.thresholds.slow_octaves if self.slow else self.thresholds.octaves)
-        means = means_by_octave(_means(stream, channel, base), len(octaves))
+        self.slow: bool = first > THRESHOLDS.second or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+        self.second: int = first + THRESHOLDS.slow_second if self.slow else THRESHOLDS.second
+        octaves = range(first, first + THRESHOLDS.slow_octaves if self.slow else THRESHOLDS.octaves)
+        means = means_by_octave(block_means(stream, channel, base), len(octaves))
         self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
         self.step: float = step_of(stream, channel) or 0.0
         self.floor: float = self._floor()
@@ -129,13 +124,13 @@ class OctaveMeans:
         d = present(self.differences(octave, start, stop))
         return (
             median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
-            if len(d) >= self.thresholds.least_differences
+            if len(d) >= THRESHOLDS.least_differences
             else math.nan
         )
 
     def rounding_level(self, octave: int) -> float:
         """Median level below which rounding may make the second differences. [unit/√Hz]"""
-        return self.thresholds.steps * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
+        return THRESHOLDS.steps * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
 
     def reach(self, limit: float, edges: Floats) -> Bools:
         """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
@@ -157,17 +152,16 @@ class OctaveMeans:
 
         A short record has no quiet tenth: the medians of its second differences leave a moment of motion out.
         """
-        octave = max(self.thresholds.floor, self.first)
+        octave = max(THRESHOLDS.floor, self.first)
         d, tau = self.differences(octave), self.tau(octave)
-        size = min(max(round(self.thresholds.floor_length / tau), self.thresholds.least_differences), max(len(d), 1))
+        size = min(max(round(THRESHOLDS.floor_length / tau), THRESHOLDS.least_differences), max(len(d), 1))
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = 0.0
         if len(level):  # as NumPy's quantile, which imports masked arrays
             quiet = (
-                float(np.interp(self.thresholds.floor_share * (len(level) - 1), np.arange(len(level)), np.sort(level)))
-                * tau
+                float(np.interp(THRESHOLDS.floor_share * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
             )
-        if len(level) < self.thresholds.least_floor_blocks:
+        if len(level) < THRESHOLDS.least_floor_blocks:
             usual = self.median_level(octave)
             quiet = min(quiet, usual * usual) if usual > self.rounding_level(octave) else quiet
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
@@ -180,18 +174,16 @@ class OctaveMeans:
 
     def _is_white(self) -> bool:
         """Whether neighbouring means of 1/4 s are not correlated, within stretches that no drift moves."""
-        x = self.by_octave[max(self.thresholds.floor, self.first)]
-        size = min(self.thresholds.correlated_means, len(x))
-        if size < self.thresholds.least_differences:
+        x = self.by_octave[max(THRESHOLDS.floor, self.first)]
+        size = min(THRESHOLDS.correlated_means, len(x))
+        if size < THRESHOLDS.least_differences:
             return True
         rows = x[: len(x) // size * size].reshape(-1, size)
         rows = rows - row_means(rows, least=0.0)[:, None]
         power, pairs = present((rows * rows).ravel()), present((rows[:, 1:] * rows[:, :-1]).ravel())
         total = float(power.sum())
         correlation = float(pairs.sum()) / total if total > 0 else 0.0
-        return correlation < max(
-            self.thresholds.correlated, self.thresholds.correlated_errors / math.sqrt(max(len(pairs), 1))
-        )
+        return correlation < max(THRESHOLDS.correlated, THRESHOLDS.correlated_errors / math.sqrt(max(len(pairs), 1)))
 
     def span(self, start: float, stop: float) -> Span:
         """A stretch from the first sample on as one of the log."""
@@ -217,10 +209,3 @@ def _before(flags: Bools) -> Counts:
     before = np.zeros(len(flags) + 1, dtype=np.int64)
     np.cumsum(flags, out=before[1:])
     return before
-
-
-def _means(stream: Stream, channel: str, base: int) -> Floats:
-    c, n = stream.channels.index(channel), stream.grid.n // base * base
-    many = max(CHUNK // base, 1) * base
-    parts = [row_means(stream.samples.read(c, a, min(a + many, n)).reshape(-1, base)) for a in range(0, n, many)]
-    return np.concatenate(parts)

@@ -13,7 +13,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples import common
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of
 from sigmatau.record.streams import Stream
@@ -27,10 +27,6 @@ class RepeatThresholds:
     """Part of the record that is repeated beyond chance, at least. [1] Derived: samples that count twice raise N² by
     twice their share, N by 2 %."""
 
-    sigmas: float = 6.0
-    """Standard errors of that part that are added to it. [1] Judgement: no record reaches six standard errors by
-    chance."""
-
     min_equal: int = 20
     """Equal neighbours, at least. [samples] Judgement: their number is known to a quarter."""
 
@@ -41,9 +37,6 @@ class RepeatThresholds:
     min_steps: float = 3.0
     """Size of the changes below which a channel is not judged. [steps] Judgement: coarser numbers repeat by
     themselves."""
-
-    few_steps: float = common.THRESHOLDS.few_steps
-    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
 
     copies_in_stretch: int = 20
     """Copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
@@ -131,7 +124,7 @@ def _runs(equal: Bools, least: int) -> Runs:
 
 
 @stream_fact
-def repeats(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> Repeats | None:
+def repeats(stream: Stream) -> Repeats | None:
     """Whether samples occur several times, on all channels at once or on some; None if not, or if it cannot be told.
 
     On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
@@ -150,11 +143,11 @@ def repeats(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> Rep
         count = int(np.count_nonzero(equal))
         if count == len(equal):
             continue
-        if count < thresholds.min_equal:
+        if count < THRESHOLDS.min_equal:
             whole = False
             continue
         counted = _inside(x)
-        share = _share_alone(stream, channel, x, equal, counted, thresholds=thresholds)
+        share = _share_alone(stream, channel, x, equal, counted)
         if share > 0:
             alone[channel] = share
         if counted is not None:
@@ -168,22 +161,20 @@ def repeats(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> Rep
             equals, together = [equal[inside] for equal in equals], together[inside]
             n = len(together)
         shares = [int(np.count_nonzero(equal)) / (n + 1) for equal in equals]
-        share = (
-            _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n, thresholds=thresholds) if n else 0.0
-        )
-        if share > 0 and _in_all_parts(equals, together, share, thresholds=thresholds):
-            return _repeats(tuple(used), share, together, thresholds=thresholds)
-    return _of_alone(stream, alone, thresholds=thresholds)
+        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n) if n else 0.0
+        if share > 0 and _in_all_parts(equals, together, share):
+            return _repeats(tuple(used), share, together)
+    return _of_alone(stream, alone)
 
 
-def _in_all_parts(equals: list[Bools], together: Bools, share: float, *, thresholds: RepeatThresholds) -> bool:
+def _in_all_parts(equals: list[Bools], together: Bools, share: float) -> bool:
     """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
     found = 0
-    edges = np.linspace(0, len(together), thresholds.parts + 1).astype(int).tolist()
+    edges = np.linspace(0, len(together), THRESHOLDS.parts + 1).astype(int).tolist()
     for a, b in pairwise(edges):
         shares = [int(np.count_nonzero(equal[a:b])) / (b - a) for equal in equals]
         found += _solved(shares, int(np.count_nonzero(together[a:b])) / (b - a)) > share / 3
-    return 2 * found > thresholds.parts
+    return 2 * found > THRESHOLDS.parts
 
 
 def _inside(x: Floats) -> Bools | None:
@@ -197,16 +188,16 @@ def _inside(x: Floats) -> Bools | None:
     return inside
 
 
-def _of_alone(stream: Stream, alone: dict[str, float], *, thresholds: RepeatThresholds) -> Repeats | None:
+def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
     if not alone:
         return None
     channel = max(alone, key=lambda c: alone[c])
     x = stream.column(channel)
     equal, inside = x[1:] == x[:-1], _inside(x)
-    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside], thresholds=thresholds)
+    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
 
 
-def _repeats(channels: tuple[str, ...], share: float, equal: Bools, *, thresholds: RepeatThresholds) -> Repeats:
+def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
     _, lengths = _runs(equal, 2)
     single = max(len(equal) + 1 - int(lengths.sum()), 0)
     counts = np.bincount(lengths)
@@ -214,31 +205,29 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools, *, threshold
     part = np.cumsum(counts) / counts.sum()
     shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
     whole = round(1 / (1 - share))
-    if shortest == whole and abs((1 - share) * whole - 1) < thresholds.whole:
+    if shortest == whole and abs((1 - share) * whole - 1) < THRESHOLDS.whole:
         longest = whole  # what is longer is equal by chance
     rows = single + int(lengths.sum())
     squares = (single + float(lengths.astype(float) @ lengths)) / rows
     if whole == longest and shortest == longest:
         squares = float(whole)
-    return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share, thresholds=thresholds))
+    return Repeats(channels, share, shortest, longest, squares, _evenly(equal, share))
 
 
-def _evenly(equal: Bools, share: float, *, thresholds: RepeatThresholds) -> bool:
+def _evenly(equal: Bools, share: float) -> bool:
     """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
-    size = max(math.ceil(thresholds.copies_in_stretch / min(share, 1 - share)), 1)
+    size = max(math.ceil(THRESHOLDS.copies_in_stretch / min(share, 1 - share)), 1)
     count = len(equal) // size
-    if count < thresholds.min_stretches:
+    if count < THRESHOLDS.min_stretches:
         return True
     copies = equal[: count * size].reshape(count, size).sum(axis=1)
     # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
     low, high = np.quantile(copies, [0.25, 0.75])
     spread = float(high - low) / 1.349
-    return spread < thresholds.max_spread * math.sqrt(size * share * (1 - share))
+    return spread < THRESHOLDS.max_spread * math.sqrt(size * share * (1 - share))
 
 
-def _share_alone(
-    stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None, *, thresholds: RepeatThresholds
-) -> float:
+def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
     equal_all = equal
     if inside is not None:
         equal = equal[inside]
@@ -248,7 +237,7 @@ def _share_alone(
     step = step_of(stream, channel)
     differences = np.diff(x[: 1 << 18])
     scale = block_rms(differences[differences != 0])
-    if scale < thresholds.min_steps * step or growing_step(x) > 0:
+    if scale < THRESHOLDS.min_steps * step or growing_step(x) > 0:
         return 0.0
     chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
     chance = max(chance, equal_by_chance(stream, channel))
@@ -258,37 +247,31 @@ def _share_alone(
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
     spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
-    surely = share > thresholds.min_share + chance + thresholds.sigmas * math.sqrt(chance / n)
-    return (
-        share
-        if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share, thresholds=thresholds)
-        else 0.0
-    )
+    surely = share > THRESHOLDS.min_share + chance + SHARED.sigmas * math.sqrt(chance / n)
+    return share if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share) else 0.0
 
 
-def _repeats_beside_mode(
-    stream: Stream, channel: str, x: Floats, equal: Bools, share: float, *, thresholds: RepeatThresholds
-) -> bool:
+def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
     """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
     found = resolution(stream, channel)
-    if found is None or found.ratio >= thresholds.few_steps:
+    if found is None or found.ratio >= SHARED.few_steps:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
-    return int(np.count_nonzero(equal & moving)) > thresholds.alike * share * int(np.count_nonzero(moving))
+    return int(np.count_nonzero(equal & moving)) > THRESHOLDS.alike * share * int(np.count_nonzero(moving))
 
 
-def _share_together(shares: list[float], all_at_once: float, n: int, *, thresholds: RepeatThresholds) -> float:
+def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
     """The h at which all equations hold, by halving; 0 if it is not surely above it."""
     f = np.array(shares)
-    if all_at_once * n < thresholds.min_equal:
+    if all_at_once * n < THRESHOLDS.min_equal:
         return 0.0
     h = _solved(shares, all_at_once)
     chance = (f - h) / (1 - h)
-    if chance.max() > thresholds.max_chance:
+    if chance.max() > THRESHOLDS.max_chance:
         return 0.0
     noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
-    return h if h > thresholds.min_share + thresholds.sigmas * noise else 0.0
+    return h if h > THRESHOLDS.min_share + SHARED.sigmas * noise else 0.0
 
 
 def _solved(shares: list[float], all_at_once: float) -> float:
@@ -301,12 +284,12 @@ def _solved(shares: list[float], all_at_once: float) -> float:
     return (low + high) / 2
 
 
-def repeated_samples(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLDS) -> list[Finding]:
+def repeated_samples(stream: Stream) -> list[Finding]:
     """Samples that are copies of the one before: sample and hold, duplicated messages. At most one finding.
 
     `factors` holds more than the random walk only where the rate was given by the user: it may then be the sensor's.
     """
-    found = repeats(stream, thresholds=thresholds)
+    found = repeats(stream)
     if found is None:
         return []
     k, rate, given = found.times, stream.grid.rate, stream.grid.source.given_alone
@@ -322,7 +305,7 @@ def repeated_samples(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLD
             ("rate_random_walk", 1 / math.sqrt(k)),
             ("rate_ramp", 1 / k),
         )
-    elif at_sensor_rate > thresholds.min_factor:
+    elif at_sensor_rate > THRESHOLDS.min_factor:
         factors = (("random_walk", at_sensor_rate),)
     details = RepeatedSamples(
         pattern="held" if found.regular else "irregular",
@@ -335,7 +318,7 @@ def repeated_samples(stream: Stream, *, thresholds: RepeatThresholds = THRESHOLD
         sensor_rate=rate / k,
         rate_given=given,
         sigma_one_sample=1 / k,
-        right_from=max(thresholds.right_from, math.ceil(thresholds.right_from_times * k)),
+        right_from=max(THRESHOLDS.right_from, math.ceil(THRESHOLDS.right_from_times * k)),
         walk_at_log_rate=at_log_rate,
         walk_at_sensor_rate=at_sensor_rate,
     )

@@ -118,7 +118,7 @@ class Resolution:
         return self.noise / self.step
 
 
-def common_step(x: Floats, *, rounding: float = 0.0, thresholds: ResolutionThresholds = THRESHOLDS) -> float | None:
+def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
 
     Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the
@@ -131,7 +131,7 @@ def common_step(x: Floats, *, rounding: float = 0.0, thresholds: ResolutionThres
     gaps = np.diff(values)
     least = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
     gaps = gaps[gaps > least]
-    if len(gaps) == 0 or (len(gaps) < thresholds.min_values and 2 * (len(gaps) + 1) > len(x)):
+    if len(gaps) == 0 or (len(gaps) < THRESHOLDS.min_values and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
@@ -144,21 +144,21 @@ def common_step(x: Floats, *, rounding: float = 0.0, thresholds: ResolutionThres
     # Not by BLAS, whose threads would take ten times as long for so few.
     slope = float(np.einsum("i,i", centred, levels) / np.einsum("i,i", centred, centred))
     off = levels - levels.mean() - slope * centred
-    return slope if np.abs(off).max() <= thresholds.max_off * slope else None
+    return slope if np.abs(off).max() <= THRESHOLDS.max_off * slope else None
 
 
-def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOLDS) -> int | None:
+def white_sum(increments: Floats) -> int | None:
     """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two.
 
     The rounding of an angle that moves by much less than a step from sample to sample is nearly the same in both, and its
     density rises with the frequency like no term's. None if no sum of which the record has enough is long enough.
     """
     previous, size = False, 1
-    while len(increments) // size >= thresholds.min_sums:
+    while len(increments) // size >= THRESHOLDS.min_sums:
         whole = len(increments) // size * size
         sums = np.diff(increments[:whole].reshape(-1, size).sum(axis=1))
         # A steady rate of half a step a sum has the same variance: then sums of twice the size have none.
-        white = float(np.nanmean(sums * sums)) / 2 >= thresholds.white_from if np.isfinite(sums).any() else False
+        white = float(np.nanmean(sums * sums)) / 2 >= THRESHOLDS.white_from if np.isfinite(sums).any() else False
         if white and previous:
             return size // 2
         previous, size = white, 2 * size
@@ -166,14 +166,12 @@ def white_sum(increments: Floats, *, thresholds: ResolutionThresholds = THRESHOL
 
 
 @channel_fact
-def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> Resolution | None:
+def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
-    x = sample_of(stream, channel, most=thresholds.examined)
+    x = sample_of(stream, channel, most=THRESHOLDS.examined)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
-    step = common_step(x, rounding=rounding, thresholds=thresholds) or step_of_changes(
-        np.diff(x), thresholds=thresholds
-    )
+    step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
     if not step:
         return None
     differences = np.diff(x)
@@ -184,57 +182,57 @@ def resolution(stream: Stream, channel: str, *, thresholds: ResolutionThresholds
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
-def step_of_changes(changes: Floats, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
+def step_of_changes(changes: Floats) -> float:
     """The step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
 
     The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
     changes d is nearly their number.
     """
-    size = np.abs(present(changes))[: thresholds.changes]
+    size = np.abs(present(changes))[: THRESHOLDS.changes]
     size = size[size > 0]
-    if len(size) < thresholds.min_values:
+    if len(size) < THRESHOLDS.min_values:
         return 0.0
     usual = median(size)
     size = size[size > usual / 4] / usual  # less is the compensation
-    steps = np.geomspace(thresholds.largest_step, thresholds.smallest_step, thresholds.steps_tried)
+    steps = np.geomspace(THRESHOLDS.largest_step, THRESHOLDS.smallest_step, THRESHOLDS.steps_tried)
     whole = steps
-    for count, least in thresholds.stages:
+    for count, least in THRESHOLDS.stages:
         whole = np.cos(np.multiply.outer(2 * np.pi / steps, size[:count])).mean(axis=1)
         steps, whole = steps[whole > least], whole[whole > least]
         if len(steps) == 0:
             return 0.0
-    alike = steps > steps[0] * thresholds.same_step
+    alike = steps > steps[0] * THRESHOLDS.same_step
     return usual * float(steps[alike][np.argmax(whole[alike])])
 
 
 @channel_fact
-def equal_by_chance(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
+def equal_by_chance(stream: Stream, channel: str) -> float:
     """Part of the samples that equal another one far away: what coarse noise makes equal without a fault.
 
     A median of blocks, so that a stuck or lost part of the record does not count.
     """
     x = stream.column(channel)
-    lag = min(thresholds.lag, len(x) // 4)
+    lag = min(THRESHOLDS.lag, len(x) // 4)
     same = x[lag:] == x[:-lag]
-    return median(np.array([block.mean() for block in np.array_split(same, min(thresholds.blocks, len(same)))]))
+    return median(np.array([block.mean() for block in np.array_split(same, min(THRESHOLDS.blocks, len(same)))]))
 
 
-def usual_value(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
+def usual_value(stream: Stream, channel: str) -> float:
     """The largest part of the samples that one value has, from the equal ones: Σp² of normal noise is p/√2."""
-    equal = equal_by_chance(stream, channel, thresholds=thresholds)
+    equal = equal_by_chance(stream, channel)
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
 
-def step_of(stream: Stream, channel: str, *, thresholds: ResolutionThresholds = THRESHOLDS) -> float:
+def step_of(stream: Stream, channel: str) -> float:
     """Step of a channel's numbers; 0 if it has none."""
-    found = resolution(stream, channel, thresholds=thresholds)
+    found = resolution(stream, channel)
     return 0.0 if found is None else found.step
 
 
-def hides_noise(stream: Stream, *, thresholds: ResolutionThresholds = THRESHOLDS) -> bool:
+def hides_noise(stream: Stream) -> bool:
     """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
-    found = (resolution(stream, channel, thresholds=thresholds) for channel in stream.channels)
-    return any(one is not None and one.ratio < thresholds.min_noise_steps for one in found)
+    found = (resolution(stream, channel) for channel in stream.channels)
+    return any(one is not None and one.ratio < THRESHOLDS.min_noise_steps for one in found)
 
 
 def rounded(finding: Finding) -> bool:
@@ -242,22 +240,22 @@ def rounded(finding: Finding) -> bool:
     return isinstance(finding.details, CoarseResolution) and finding.details.rounding != "quantization"
 
 
-def coarse_resolution(stream: Stream, *, thresholds: ResolutionThresholds = THRESHOLDS) -> list[Finding]:
+def coarse_resolution(stream: Stream) -> list[Finding]:
     """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise. Rounding of an angle
     is quantization noise, also in a log of rates: see `sigmatau.quality.samples.counts`. Below half a step of noise it is
     not known how much the rounding of a rate adds.
     """
-    findings = (_coarse(stream, channel, thresholds=thresholds) for channel in stream.channels)
+    findings = (_coarse(stream, channel) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]
 
 
-def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -> Finding | None:
-    found = resolution(stream, channel, thresholds=thresholds)
-    if found is None or found.ratio > thresholds.max_noise_steps:
+def _coarse(stream: Stream, channel: str) -> Finding | None:
+    found = resolution(stream, channel)
+    if found is None or found.ratio > THRESHOLDS.max_noise_steps:
         return None
-    sample = present(sample_of(stream, channel, most=thresholds.examined))
+    sample = present(sample_of(stream, channel, most=THRESHOLDS.examined))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
@@ -271,21 +269,21 @@ def _coarse(stream: Stream, channel: str, *, thresholds: ResolutionThresholds) -
     if _counted(stream, channel, found.step):
         rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
         samples = stream.column(channel) / found.step
-        summed, passing = white_sum(samples, thresholds=thresholds), abs(steps_a_sample(samples)) / tau0
-        if summed is None or stream.grid.n < thresholds.least_sums * summed:
-            severity, needed = "warning", None if summed is None else thresholds.least_sums * summed * tau0
+        summed, passing = white_sum(samples), abs(steps_a_sample(samples)) / tau0
+        if summed is None or stream.grid.n < THRESHOLDS.least_sums * summed:
+            severity, needed = "warning", None if summed is None else THRESHOLDS.least_sums * summed * tau0
     else:
         square = found.step**2 * tau0 / 12
-        level, _ = white_level(sample_of(stream, channel, most=thresholds.level_from), tau0)
+        level, _ = white_level(sample_of(stream, channel, most=THRESHOLDS.level_from), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
-        if found.ratio < thresholds.min_noise_steps or factor > thresholds.max_factor:
+        if found.ratio < THRESHOLDS.min_noise_steps or factor > THRESHOLDS.max_factor:
             rounding, severity, added = "unknown", "warning", None
-        elif factor < thresholds.report_factor:
+        elif factor < THRESHOLDS.report_factor:
             return None
         else:
             rounding, severity, added = (
                 "white",
-                "warning" if factor > thresholds.warn_factor else "info",
+                "warning" if factor > THRESHOLDS.warn_factor else "info",
                 math.sqrt(square),
             )
             factors = (("random_walk", factor),)

@@ -61,7 +61,7 @@ class SaturationThresholds:
 THRESHOLDS = SaturationThresholds()
 
 
-def saturation(stream: Stream, *, thresholds: SaturationThresholds = THRESHOLDS) -> list[Found]:
+def saturation(stream: Stream) -> list[Found]:
     """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding each way.
 
     Stretches at an end of the range can be left out. Where noise touches an end all over the record, leaving out would take
@@ -75,24 +75,24 @@ def saturation(stream: Stream, *, thresholds: SaturationThresholds = THRESHOLDS)
         if not low < high:
             continue
         ends = [np.flatnonzero(x == low), np.flatnonzero(x == high)]
-        if max(map(len, ends)) < thresholds.levels or growing_step(x) > 0:
+        if max(map(len, ends)) < THRESHOLDS.levels or growing_step(x) > 0:
             continue
         found = resolution(stream, channel)
         step = 0.0 if found is None else found.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
         judged = found is None or (
-            found.ratio >= thresholds.min_noise_steps
-            and high - low >= thresholds.levels * step
-            and not (high - low < thresholds.pulse_steps * step and _is_rounded_angle(x, thresholds=thresholds))
+            found.ratio >= THRESHOLDS.min_noise_steps
+            and high - low >= THRESHOLDS.levels * step
+            and not (high - low < THRESHOLDS.pulse_steps * step and _is_rounded_angle(x))
         )
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
         for end, at in ((low, ends[0]), (high, ends[1])):
-            often = judged and _too_often(x, end, step, thresholds=thresholds)
+            often = judged and _too_often(x, end, step)
             clipped.append(at if often or np.any(x[runs] == end) else at[:0])
         if any(map(len, clipped)):
             longest = int(lengths.max(initial=0)) * stream.grid.tau0
-            finding = _finding(stream, channel, x, clipped, (low, high), found, longest, thresholds=thresholds)
+            finding = _finding(stream, channel, x, clipped, (low, high), found, longest)
             if cast("Saturation", finding.details).spread:
                 spread.append((max((factor for _, factor in finding.factors), default=0.0), finding))
             else:
@@ -104,30 +104,30 @@ def saturation(stream: Stream, *, thresholds: SaturationThresholds = THRESHOLDS)
     ]
 
 
-def _too_often(x: Floats, end: float, step: float, *, thresholds: SaturationThresholds) -> bool:
+def _too_often(x: Floats, end: float, step: float) -> bool:
     values = np.unique(present(x))
     edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
-    tail = slice(None, -thresholds.levels - 1, -1) if end == values[-1] else slice(thresholds.levels)
+    tail = slice(None, -THRESHOLDS.levels - 1, -1) if end == values[-1] else slice(THRESHOLDS.levels)
     outer = tuple(zip(firsts[tail], lasts[tail], strict=True))
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
     # A long stay is one visit; but where others stay, as pulses that fall between two samples do, all samples count.
     part = min(visits[0] / total, samples[0] / sum(samples))
-    if part <= 1 / thresholds.levels:
+    if part <= 1 / THRESHOLDS.levels:
         return False
-    distance = part * math.log(part * thresholds.levels)
+    distance = part * math.log(part * THRESHOLDS.levels)
     if part < 1:
-        distance += (1 - part) * math.log((1 - part) / (1 - 1 / thresholds.levels))
-    return total * distance > -math.log(thresholds.false_alarm)
+        distance += (1 - part) * math.log((1 - part) / (1 - 1 / THRESHOLDS.levels))
+    return total * distance > -math.log(THRESHOLDS.false_alarm)
 
 
-def _is_rounded_angle(x: Floats, *, thresholds: SaturationThresholds) -> bool:
+def _is_rounded_angle(x: Floats) -> bool:
     """Whether samples are for the most part the changes of a rounded angle: what one has more, its neighbours have less."""
-    sums = present(x[: len(x) // thresholds.summed * thresholds.summed].reshape(-1, thresholds.summed).sum(axis=1))
-    independent = 2 * thresholds.summed * block_rms(present(x) - median(present(x))) ** 2
-    return block_rms(np.diff(sums)) ** 2 < thresholds.least_of_sums * independent
+    sums = present(x[: len(x) // THRESHOLDS.summed * THRESHOLDS.summed].reshape(-1, THRESHOLDS.summed).sum(axis=1))
+    independent = 2 * THRESHOLDS.summed * block_rms(present(x) - median(present(x))) ** 2
+    return block_rms(np.diff(sums)) ** 2 < THRESHOLDS.least_of_sums * independent
 
 
 def _visits(at: Ints) -> int:
@@ -154,15 +154,13 @@ def _finding(
     ends: tuple[float, float],
     found: Resolution | None,
     longest: float,
-    *,
-    thresholds: SaturationThresholds,
 ) -> Finding:
     n = int(np.count_nonzero(np.isfinite(x)))
     low, high = (len(at) / n for at in clipped)
     at = np.sort(np.concatenate(clipped))
     share = len(at) / n
     tenths = np.bincount(at * 10 // len(x), minlength=10)
-    spread = bool(np.all(tenths > thresholds.min_part_of_mean * tenths.mean())) and share < thresholds.max_share
+    spread = bool(np.all(tenths > THRESHOLDS.min_part_of_mean * tenths.mean())) and share < THRESHOLDS.max_share
     factors: tuple[tuple[str, float], ...] = ()
     if spread:
         factor = 1.0

@@ -16,7 +16,7 @@ from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.light_shocks import light_shocks
 from sigmatau.quality.samples.masking import Found, in_seconds, mask_of, masked, without_steps
-from sigmatau.quality.samples.motion import Burst, LevelChange, Summary, bursts, excursions, level_changes, summary
+from sigmatau.quality.samples.motion import Burst, MeanStep, Summary, bursts, excursions, level_changes, summary
 from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
@@ -41,7 +41,7 @@ class ShockThresholds:
 THRESHOLDS = ShockThresholds()
 
 
-def shocks(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> list[Found]:
+def shocks(stream: Stream) -> list[Found]:
     """Shocks and other motion after which the mean is what it was before: at most one finding, of all axes.
 
     Their samples are those of all axes, with a margin: a shock of one axis reaches the others. They are looked for beside
@@ -50,23 +50,16 @@ def shocks(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> list[
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
     light, alone = light_shocks(stream), spikes_missing(stream)
-    movement = movements(alone, thresholds=thresholds)
+    movement = movements(alone)
     moved = [*movement.moved, *_not_in(light, movement.moved)]
     if not moved:
         return []
     margins = ((b, max(movement.window, b.stop - b.start) if b.away else movement.window) for b in moved)
     bad = mask_of(stream.grid.n, [(b.start - margin, b.stop + margin) for b, margin in margins])
-    return [
-        (
-            _motion(stream, moved, movement.window, thresholds=thresholds),
-            np.repeat(bad[:, None], len(stream.channels), axis=1),
-        )
-    ]
+    return [(_motion(stream, moved, movement.window), np.repeat(bad[:, None], len(stream.channels), axis=1))]
 
 
-def not_static(
-    stream: Stream, *, still: Stream | None = None, thresholds: ShockThresholds = THRESHOLDS
-) -> list[Finding]:
+def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
     """Motion of a sensor that should rest and that is not left out: steps of the mean (tilt), by channel.
 
     Parameters
@@ -79,25 +72,21 @@ def not_static(
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    movement = movements(spikes_missing(stream), thresholds=thresholds)
+    movement = movements(spikes_missing(stream))
     findings = []
     for channel, changes in movement.changed.items():
-        if lasting := [
-            change
-            for change in changes
-            if still is None or _remains(summary(still, channel), change, thresholds=thresholds)
-        ]:
+        if lasting := [change for change in changes if still is None or _remains(summary(still, channel), change)]:
             findings.append(level_finding(stream, channel, lasting))
     return findings
 
 
-def _remains(windows: Summary, change: LevelChange, *, thresholds: ShockThresholds) -> bool:
+def _remains(windows: Summary, change: MeanStep) -> bool:
     """Whether the mean before a step and after it differ without the shocks beside it."""
-    place, size = change.sample // windows.window, thresholds.side_windows * change.window // windows.window
+    place, size = change.sample // windows.window, THRESHOLDS.side_windows * change.window // windows.window
     before, after = present(windows.mean[:place])[-size:], present(windows.mean[place:])[:size]
     if not (len(before) and len(after)):
         return True
-    return abs(median(after) - median(before)) > thresholds.returned * abs(change.size)
+    return abs(median(after) - median(before)) > THRESHOLDS.returned * abs(change.size)
 
 
 def between_steps(stream: Stream, findings: Sequence[Finding]) -> Stream:
@@ -116,7 +105,7 @@ class Movements:
     """Motion of the channels of a stream."""
 
     moved: list[Burst]
-    changed: dict[str, list[LevelChange]]  # steps of the mean, of the channels that have any
+    changed: dict[str, list[MeanStep]]  # steps of the mean, of the channels that have any
     window: int  # samples in a window
 
 
@@ -130,10 +119,10 @@ def _not_in(shocks: Sequence[Burst], moved: Sequence[Burst]) -> list[Burst]:
 
 
 @stream_fact
-def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Movements:
+def movements(stream: Stream) -> Movements:
     """Bursts, excursions and steps of the mean of each channel."""
     moved: list[Burst] = []
-    changed: dict[str, list[LevelChange]] = {}
+    changed: dict[str, list[MeanStep]] = {}
     window = 0
     for channel in stream.channels:
         windows = summary(stream, channel)
@@ -144,7 +133,7 @@ def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Mo
             mean = windows.mean.copy()
             for burst in here:
                 first, last = burst.start // window, burst.stop // window
-                short = last - first <= thresholds.shock_windows and first > 0 and last < len(mean)
+                short = last - first <= THRESHOLDS.shock_windows and first > 0 and last < len(mean)
                 middle = (first + last) // 2
                 mean[first:middle] = mean[first - 1] if short else np.nan
                 mean[middle:last] = mean[last] if short else np.nan
@@ -153,9 +142,7 @@ def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Mo
         if changes:  # the two edges of an excursion of some seconds are not steps
             gone = excursions(stream, windows)
             changes = [
-                change
-                for change in changes
-                if not any(_comes_back(windows, change, burst_away, thresholds=thresholds) for burst_away in gone)
+                change for change in changes if not any(_comes_back(windows, change, burst_away) for burst_away in gone)
             ]
         if changes:
             changed[channel] = changes
@@ -163,7 +150,7 @@ def movements(stream: Stream, *, thresholds: ShockThresholds = THRESHOLDS) -> Mo
     return Movements(moved=moved, changed=changed, window=window)
 
 
-def _comes_back(windows: Summary, change: LevelChange, excursion: Burst, *, thresholds: ShockThresholds) -> bool:
+def _comes_back(windows: Summary, change: MeanStep, excursion: Burst) -> bool:
     """Whether a step is an edge of an excursion after which the mean is what it was before."""
     size = excursion.stop - excursion.start
     if not excursion.start - 2 * size <= change.sample <= excursion.stop + 2 * size:
@@ -173,10 +160,10 @@ def _comes_back(windows: Summary, change: LevelChange, excursion: Burst, *, thre
     after = present(windows.mean[(excursion.stop + 2 * size) // w : (excursion.stop + 6 * size) // w])
     if not (len(before) and len(after)):
         return False
-    return abs(median(after) - median(before)) < thresholds.returned * abs(change.size)
+    return abs(median(after) - median(before)) < THRESHOLDS.returned * abs(change.size)
 
 
-def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, thresholds: ShockThresholds) -> Finding:
+def _motion(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
     """All bursts of a stream in one finding."""
     groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
@@ -191,7 +178,7 @@ def _motion(stream: Stream, moved: Sequence[Burst], window: int, *, thresholds: 
             stream,
             group,
             span,
-            shock=stop - start <= thresholds.shock_windows * window and not all(b.away for b in group),
+            shock=stop - start <= THRESHOLDS.shock_windows * window and not all(b.away for b in group),
         )
         for group, span, (start, stop) in zip(groups, times, spans, strict=True)
     )
@@ -218,9 +205,7 @@ def _burst(stream: Stream, group: Sequence[Burst], span: Span, *, shock: bool) -
     )
 
 
-def level_finding(
-    stream: Stream, channel: str, changes: Sequence[LevelChange], *, beside_drift: bool = False
-) -> Finding:
+def level_finding(stream: Stream, channel: str, changes: Sequence[MeanStep], *, beside_drift: bool = False) -> Finding:
     """Finding about one or more steps of the mean: when, how large, and what they add to the rate random walk."""
     largest = max(changes, key=lambda change: abs(change.size))
     tau0 = stream.grid.tau0

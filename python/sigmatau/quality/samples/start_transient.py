@@ -53,18 +53,18 @@ class TransientThresholds:
 THRESHOLDS = TransientThresholds()
 
 
-def settled_from(stream: Stream, channel: str, *, thresholds: TransientThresholds = THRESHOLDS) -> int:
+def settled_from(stream: Stream, channel: str) -> int:
     """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(thresholds.window / tau0), thresholds.least_window)
+    w = max(round(THRESHOLDS.window / tau0), THRESHOLDS.least_window)
     count = stream.grid.n // w - 2
-    if count < thresholds.least_windows:
+    if count < THRESHOLDS.least_windows:
         return 0
     c = stream.channels.index(channel)
-    head = stream.samples.read(c, 0, min(round(thresholds.longest / tau0) + 2 * w, stream.grid.n))
+    head = stream.samples.read(c, 0, min(round(THRESHOLDS.longest / tau0) + 2 * w, stream.grid.n))
     level = float(np.nanmean(head[-w:])) if np.isfinite(head[-w:]).any() else np.nan
-    first = head[: thresholds.rising + 1]
-    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > thresholds.near_zero * abs(level):
+    first = head[: THRESHOLDS.rising + 1]
+    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > THRESHOLDS.near_zero * abs(level):
         return 0
     if first[0] == first[1] or not np.all((first < level) == (level > 0)):  # held at zero, or beyond the mean
         return 0
@@ -72,26 +72,26 @@ def settled_from(stream: Stream, channel: str, *, thresholds: TransientThreshold
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
     away = x[:count, 0] - means[1 : count + 1]
     there = present(away[1:])
-    if len(there) < thresholds.least_windows:
+    if len(there) < THRESHOLDS.least_windows:
         return 0
     spread = median_and_spread(there)[1]
-    if not abs(first[0] - level) > thresholds.sigmas * (1 + thresholds.few_windows / len(there)) * spread:
+    if not abs(first[0] - level) > THRESHOLDS.sigmas * (1 + THRESHOLDS.few_windows / len(there)) * spread:
         return 0
-    far = np.flatnonzero(np.abs(head - level) > thresholds.settled * spread)
+    far = np.flatnonzero(np.abs(head - level) > THRESHOLDS.settled * spread)
     if len(far) < 2 or far[1] != 1:  # a single zero is a row without a sample
         return 0
     stop = int(far[np.flatnonzero(np.diff(far, append=10 * len(head)) > w // 2)[0]]) + 1
-    return 0 if stop * tau0 > thresholds.longest else min(max(2 * stop, stop + 4), stream.grid.n)
+    return 0 if stop * tau0 > THRESHOLDS.longest else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
-def start_transient(stream: Stream, *, thresholds: TransientThresholds = THRESHOLDS) -> list[Found]:
+def start_transient(stream: Stream) -> list[Found]:
     """Channels that begin near zero and settle at their mean within ten seconds, as a filter from zero does.
 
     At most one finding; the beginning of all axes is concerned, because they have the same filter.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c, thresholds=thresholds))}
+    stops = {c: stop for c in stream.channels if (stop := settled_from(stream, c))}
     if not stops:
         return []
     stop = max(stops.values())

@@ -20,13 +20,10 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import in_threads
-from sigmatau.quality.samples.common import present
+from sigmatau.quality.samples.common import present, united
 from sigmatau.quality.samples.gravity_direction import gravity_tilts, measures_gravity
-from sigmatau.quality.samples.octave_means import (
-    NORMAL_MEDIAN,
-    OctaveMeans,
-    OctaveThresholds,
-)
+from sigmatau.quality.samples.octave_means import NORMAL_MEDIAN, OctaveMeans
+from sigmatau.quality.samples.octave_means import THRESHOLDS as OCTAVES
 from sigmatau.quality.samples.tremor import shaken
 from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
@@ -35,9 +32,6 @@ from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 @frozen
 class StillnessThresholds:
     """Thresholds of `moved`; docs/study/rest.md measures the false alarms and the motion that is missed."""
-
-    octaves: OctaveThresholds = OctaveThresholds()
-    """Averaging times of the means, and thresholds of their noise. [1] Derived: see there."""
 
     block: float = 40.0
     """Length of the blocks that are judged as a whole, at least; a shorter record is judged by single seconds too.
@@ -126,30 +120,28 @@ class Moved:
     motion: Motion | None
 
 
-def moved(
-    streams: Iterable[Stream], *, threads: int | None = None, thresholds: StillnessThresholds = THRESHOLDS
-) -> Moved:
+def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
     """When the sensors of a record move, by their angular rates and accelerations.
 
     Seconds move if their means, or those of quarters of them, depart from those beside them as in someone's hands, for more
     than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
     second differences is beyond noise at some averaging time.
     """
-    by_stream = [_octave_means(stream, threads, thresholds=thresholds) for stream in streams]
+    by_stream = [_octave_means(stream, threads) for stream in streams]
     means = [axis for alike in by_stream for axis in alike]
-    handled = [_seconds(axis, thresholds=thresholds) for axis in means]
-    gone = joined([span for axis in handled for span in axis.spans], thresholds=thresholds)
+    handled = [_seconds(axis) for axis in means]
+    gone = united((span for axis in handled for span in axis.spans), gap=THRESHOLDS.gap)
     for axis in means:
         axis.leave_out(gone)
     tilted = [Moved((span,), motion) for alike in by_stream for span, motion in _tilts(alike)]
-    stretches = [*handled, *tilted, *(_blocks(axis, thresholds=thresholds) for axis in means)]
+    stretches = [*handled, *tilted, *(_blocks(axis) for axis in means)]
     if not any(axis.spans for axis in stretches) and (motion := shaken(means)) is not None:
         whole = means[0].span(0.0, math.inf)
         stretches.append(Moved((whole,), motion))
     strongest = max(
         (axis.motion for axis in stretches if axis.motion is not None), key=lambda axis: axis.times, default=None
     )
-    return Moved(joined([span for axis in stretches for span in axis.spans], thresholds=thresholds), strongest)
+    return Moved(united((span for axis in stretches for span in axis.spans), gap=THRESHOLDS.gap), strongest)
 
 
 def _tilts(means: Sequence[OctaveMeans]) -> Sequence[tuple[Span, Motion]]:
@@ -160,24 +152,23 @@ def _tilts(means: Sequence[OctaveMeans]) -> Sequence[tuple[Span, Motion]]:
     return tilts
 
 
-def _octave_means(stream: Stream, threads: int | None, *, thresholds: StillnessThresholds) -> Sequence[OctaveMeans]:
+def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     """Computes the means of the channels of a sensor that can be judged."""
     if stream.quantity not in SENSOR_CLASSES:
         return ()
     if not _is_plausible(stream) and stream.samples.transforms[0].kind != "rate":
         return ()  # rates over an interval that is wrong are wrong by as much
-    times = thresholds.octaves
-    base = max(round(times.shortest / stream.grid.tau0), 1)
-    first = max(round(math.log2(base * stream.grid.tau0 / times.shortest)), 0)  # octave of the means of `base` samples
-    if stream.grid.n < thresholds.least_seconds * base << max(times.second - first, 2):
+    base = max(round(OCTAVES.shortest / stream.grid.tau0), 1)
+    first = max(
+        round(math.log2(base * stream.grid.tau0 / OCTAVES.shortest)), 0
+    )  # octave of the means of `base` samples
+    if stream.grid.n < THRESHOLDS.least_seconds * base << max(OCTAVES.second - first, 2):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     channels = [
-        channel for channel, share in zip(stream.channels, missing, strict=True) if share <= thresholds.most_missing
+        channel for channel, share in zip(stream.channels, missing, strict=True) if share <= THRESHOLDS.most_missing
     ]
-    by_channel = in_threads(
-        lambda channel: OctaveMeans(stream, channel, base, first, thresholds=times), channels, threads
-    )
+    by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
     means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not measured
     sure = measures_gravity(means, in_si=True)
     for axis in means:
@@ -190,87 +181,73 @@ def _is_plausible(stream: Stream) -> bool:
     return PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
 
 
-def joined(spans: Iterable[Span], *, thresholds: StillnessThresholds = THRESHOLDS) -> tuple[Span, ...]:
-    """Stretches in order of time, with those as one that a short rest parts."""
-    united: list[Span] = []
-    for start, stop in sorted(spans):
-        if united and start <= united[-1][1] + thresholds.gap:
-            united[-1] = united[-1][0], max(stop, united[-1][1])
-        else:
-            united.append((start, stop))
-    return tuple(united)
-
-
-def _blocks(axis: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
+def _blocks(axis: OctaveMeans) -> Moved:
     """Blocks that move, and the whole if those that are left move together; drifts are not white over longer means."""
     if axis.slow:
         return Moved((), None)
-    length = min(max(round(axis.stream.grid.duration / thresholds.block), 1), thresholds.most_blocks)
+    length = min(max(round(axis.stream.grid.duration / THRESHOLDS.block), 1), THRESHOLDS.most_blocks)
     block = axis.stream.grid.duration / length
     spans: list[Span] = []
     motions: list[Motion] = []
     edges = np.arange(length + 1, dtype=np.float64) * block
-    may_move, may_drift = (
-        _may_move(axis, edges, thresholds=thresholds),
-        _may_drift(axis, edges, thresholds=thresholds),
-    )
+    may_move, may_drift = (_may_move(axis, edges), _may_drift(axis, edges))
     for k in range(length):
         start, stop = k * block, (k + 1) * block
-        motion = _judged(axis, start, stop, thresholds=thresholds) if may_move[k] else None
+        motion = _judged(axis, start, stop) if may_move[k] else None
         if motion is None and may_drift[k]:
-            motion = _drift(axis, start, stop, thresholds=thresholds)
+            motion = _drift(axis, start, stop)
         if motion is not None:
             spans.append(axis.span(start, stop))
             motions.append(motion)
     axis.leave_out(spans)
     whole = axis.stream.grid.duration
-    whole_may_move = length > len(spans) and _may_move(axis, np.array([0.0, whole]), thresholds=thresholds).any()
-    if whole_may_move and (motion := _judged(axis, 0.0, whole, thresholds=thresholds)) is not None:
+    whole_may_move = length > len(spans) and _may_move(axis, np.array([0.0, whole])).any()
+    if whole_may_move and (motion := _judged(axis, 0.0, whole)) is not None:
         spans.append(axis.span(0.0, whole))
         motions.append(motion)
     return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
 
 
-def _may_move(axis: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> Bools:
+def _may_move(axis: OctaveMeans, edges: Floats) -> Bools:
     """Whether stretches between edges reach the level that both conditions of `_judged` need."""
-    limit, high_limit = thresholds.level[axis.quantity], thresholds.high_level[axis.quantity]
-    return axis.reach(min(high_limit, max(limit, thresholds.rise * axis.floor)), edges)
+    limit, high_limit = THRESHOLDS.level[axis.quantity], THRESHOLDS.high_level[axis.quantity]
+    return axis.reach(min(high_limit, max(limit, THRESHOLDS.rise * axis.floor)), edges)
 
 
-def _judged(axis: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
+def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
-    limit, high_limit = thresholds.level[axis.quantity], thresholds.high_level[axis.quantity]
+    limit, high_limit = THRESHOLDS.level[axis.quantity], THRESHOLDS.high_level[axis.quantity]
     lowest = math.inf
     motions: list[Motion] = []
-    for octave in range(axis.first, axis.thresholds.octaves):
+    for octave in range(axis.first, OCTAVES.octaves):
         tau = axis.tau(octave)
         inside = present(axis.differences(octave, start, stop))
-        if len(inside) < axis.thresholds.least_differences:
+        if len(inside) < OCTAVES.least_differences:
             break
         usual = median(inside)
         level = usual / NORMAL_MEDIAN * math.sqrt(tau)
         times = level / axis.floor if axis.floor > 0 else math.inf
-        sure = level * (1 - thresholds.errors / math.sqrt(len(inside)))
-        high = level > high_limit and sure > thresholds.rise_of_high * lowest
-        risen = octave > axis.thresholds.floor and level > limit and times > thresholds.rise
-        if usual > axis.thresholds.steps * axis.step and (high or risen):
+        sure = level * (1 - THRESHOLDS.errors / math.sqrt(len(inside)))
+        high = level > high_limit and sure > THRESHOLDS.rise_of_high * lowest
+        risen = octave > OCTAVES.floor and level > limit and times > THRESHOLDS.rise
+        if usual > OCTAVES.steps * axis.step and (high or risen):
             motions.append(axis.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, max(level, axis.rounding_level(octave)))
     return max(motions, key=lambda motion: motion.times, default=None)
 
 
-def _steepest(axis: OctaveMeans, tau: float, *, thresholds: StillnessThresholds) -> tuple[float, float]:
+def _steepest(axis: OctaveMeans, tau: float) -> tuple[float, float]:
     """Change of the mean of a sensor from one averaging time to the next, and that beyond which it is a motion."""
     steepest = SENSOR_CLASSES[axis.quantity].noisiest["rate_ramp"] * tau
     noise = max(axis.floor / math.sqrt(tau), axis.step)
-    return steepest, max(thresholds.drift * steepest, thresholds.drift_over_noise * noise)
+    return steepest, max(THRESHOLDS.drift * steepest, THRESHOLDS.drift_over_noise * noise)
 
 
-def _may_drift(axis: OctaveMeans, edges: Floats, *, thresholds: StillnessThresholds) -> list[bool]:
+def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
     """Whether half of the changes between edges are beyond that of a motion, as `_drift` needs it."""
     octave = _octave_of_drift(axis)
     tau = axis.tau(octave)
-    _, limit = _steepest(axis, tau, thresholds=thresholds)
+    _, limit = _steepest(axis, tau)
     changes = np.abs(np.diff(axis.by_octave[octave]))
     present_to = np.concatenate(([0], np.cumsum(np.isfinite(changes))))
     beyond_to = np.concatenate(([0], np.cumsum(changes > limit)))
@@ -281,101 +258,99 @@ def _may_drift(axis: OctaveMeans, edges: Floats, *, thresholds: StillnessThresho
 
 def _octave_of_drift(axis: OctaveMeans) -> int:
     """That of 4 s; in a record shorter than a block, one that has enough means."""
-    octave = axis.thresholds.octaves - 1
-    while octave > axis.thresholds.second and len(axis.by_octave[octave]) <= axis.thresholds.least_differences:
+    octave = OCTAVES.octaves - 1
+    while octave > OCTAVES.second and len(axis.by_octave[octave]) <= OCTAVES.least_differences:
         octave -= 1
     return octave
 
 
-def _drift(axis: OctaveMeans, start: float, stop: float, *, thresholds: StillnessThresholds) -> Motion | None:
+def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
     octave = _octave_of_drift(axis)
     tau = axis.tau(octave)
     x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
     changes = present(np.diff(x))
-    if len(changes) < axis.thresholds.least_differences:
+    if len(changes) < OCTAVES.least_differences:
         return None
-    usual, (steepest, limit) = abs(median(changes)), _steepest(axis, tau, thresholds=thresholds)
+    usual, (steepest, limit) = abs(median(changes)), _steepest(axis, tau)
     if usual <= limit:
         return None
     return axis.motion("varies", usual, usual / steepest, tau)
 
 
-def _seconds(axis: OctaveMeans, *, thresholds: StillnessThresholds) -> Moved:
+def _seconds(axis: OctaveMeans) -> Moved:
     """Stretches of seconds in which the sensor is handled."""
-    limit = thresholds.handled[axis.quantity]
+    limit = THRESHOLDS.handled[axis.quantity]
     second = axis.by_octave[axis.second]
     size, n = axis.tau(axis.second), len(second)
     largest = np.zeros(n)
-    for octave in range(max(axis.thresholds.floor, axis.first), axis.second + 1):
+    for octave in range(max(OCTAVES.floor, axis.first), axis.second + 1):
         d = np.nan_to_num(axis.differences(octave))
         tau = axis.tau(octave)
         beyond = np.where(
-            (d > limit)
-            & (d * math.sqrt(tau) > thresholds.handled_rise * axis.floor)
-            & (d > axis.thresholds.steps * axis.step),
+            (d > limit) & (d * math.sqrt(tau) > THRESHOLDS.handled_rise * axis.floor) & (d > OCTAVES.steps * axis.step),
             d,
             0.0,
         )
         second_of_mean = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, second_of_mean, beyond)
-    is_short = axis.stream.grid.duration < thresholds.block and not axis.slow
+    is_short = axis.stream.grid.duration < THRESHOLDS.block and not axis.slow
     if is_short:
-        _raise_by_departures(axis, largest, thresholds=thresholds)
+        _raise_by_departures(axis, largest)
     turning = np.abs(np.nan_to_num(second)) if axis.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < max(thresholds.largest_bias, thresholds.handled_rise * axis.floor / math.sqrt(size))] = 0.0
+    turning[turning < max(THRESHOLDS.largest_bias, THRESHOLDS.handled_rise * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
-    least_seconds = 1 if is_short else thresholds.least_handled
+    least_seconds = 1 if is_short else THRESHOLDS.least_handled
     spans: list[Span] = []
     strongest: Motion | None = None
-    for a, b in _groups(flagged, thresholds=thresholds):
-        if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b, thresholds=thresholds):
+    for a, b in _groups(flagged):
+        if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b):
             continue
         spans.append(axis.span((a - 1) * size, (b + 1) * size))
         amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
         times = amount * math.sqrt(size) / axis.floor if axis.floor > 0 else math.inf
         varies = axis.motion("varies", amount, times, size)
-        motion = varies if amount > 0 else axis.motion("turns", rate, rate / thresholds.largest_bias, (b - a) * size)
+        motion = varies if amount > 0 else axis.motion("turns", rate, rate / THRESHOLDS.largest_bias, (b - a) * size)
         strongest = motion if strongest is None or motion.times > strongest.times else strongest
     return Moved(tuple(spans), strongest)
 
 
-def _raise_by_departures(axis: OctaveMeans, largest: Floats, *, thresholds: StillnessThresholds) -> None:
+def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
     """Raise the largest change of each second of a short record to the departure of its means from their median."""
     n, size = len(largest), axis.tau(axis.second)
-    for octave in range(max(thresholds.departs_from, axis.first), axis.second + 1):
+    for octave in range(max(THRESHOLDS.departs_from, axis.first), axis.second + 1):
         x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
         limit = max(
-            thresholds.departure * thresholds.handled[axis.quantity],
-            thresholds.handled_rise * axis.floor / math.sqrt(tau),
-            axis.thresholds.steps * axis.step,
+            THRESHOLDS.departure * THRESHOLDS.handled[axis.quantity],
+            THRESHOLDS.handled_rise * axis.floor / math.sqrt(tau),
+            OCTAVES.steps * axis.step,
         )
         second_of_mean = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
         np.maximum.at(largest, second_of_mean, np.where(away > limit, away, 0.0))
 
 
-def _groups(flagged: Bools, *, thresholds: StillnessThresholds) -> Sequence[tuple[int, int]]:
+def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
     places = np.flatnonzero(flagged)
     if not len(places):
         return ()
-    parts = np.split(places, np.flatnonzero(np.diff(places) > thresholds.gap) + 1)
+    parts = np.split(places, np.flatnonzero(np.diff(places) > THRESHOLDS.gap) + 1)
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _turned(axis: OctaveMeans, second: Floats, a: int, b: int, *, thresholds: StillnessThresholds) -> bool:
+def _turned(axis: OctaveMeans, second: Floats, a: int, b: int) -> bool:
     """Whether the sensor has another position after the seconds a to b: by gravity, or by the angle turned."""
     before, after = (
         present(part)
         for part in (
-            second[max(a - 1 - thresholds.position_length, 0) : max(a - 1, 0)],
-            second[b + 1 : b + 1 + thresholds.position_length],
+            second[max(a - 1 - THRESHOLDS.position_length, 0) : max(a - 1, 0)],
+            second[b + 1 : b + 1 + THRESHOLDS.position_length],
         )
     )
     if not (len(before) and len(after)):
         return False
     levels = median(before), median(after)
     if axis.quantity == "acceleration":
-        return abs(levels[1] - levels[0]) > thresholds.turned["acceleration"]
+        return abs(levels[1] - levels[0]) > THRESHOLDS.turned["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * axis.tau(axis.second) > thresholds.turned["angular_rate"]
+    return abs(float(inside.sum())) * axis.tau(axis.second) > THRESHOLDS.turned["angular_rate"]

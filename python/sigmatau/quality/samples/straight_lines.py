@@ -10,7 +10,7 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples import common
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import block_rms, longest_of_tail, pieces, sample_of
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import resolution, step_of
@@ -32,10 +32,6 @@ class LineThresholds:
     times_chance: float = 3.0
     """Part by chance that is added to it, in times. [1] Judgement: noise that comes and goes has more near zero than
     its mean shows."""
-
-    sigmas: float = 6.0
-    """Standard errors of the part by chance that are added to it. [1] Judgement: no record reaches six standard
-    errors by chance."""
 
     in_tail: int = 4
     """Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by
@@ -68,9 +64,6 @@ class LineThresholds:
     """Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `nothing` by chance, a
     share that is known to a seventh."""
 
-    few_steps: float = common.THRESHOLDS.few_steps
-    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
-
 
 THRESHOLDS = LineThresholds()
 
@@ -85,17 +78,15 @@ class Tolerance:
     chance: float  # part of all that noise makes 0; 1 if there is no noise
 
 
-def tolerance(
-    stream: Stream, channel: str, some: Floats, *, thresholds: LineThresholds = THRESHOLDS
-) -> Tolerance | None:
+def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     """The second differences that are 0 in some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
-    if np.count_nonzero(np.isfinite(second)) < thresholds.min_differences:
+    if np.count_nonzero(np.isfinite(second)) < THRESHOLDS.min_differences:
         return None
-    rounding = thresholds.rounding * float(np.abs(some[np.isfinite(some)]).max())
+    rounding = THRESHOLDS.rounding * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + thresholds.nothing * scale + 2.01 * step_of(stream, channel)
+    largest = rounding + THRESHOLDS.nothing * scale + 2.01 * step_of(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return Tolerance(rounding, largest, scale, chance)
 
@@ -129,11 +120,11 @@ class Filled:
         return self.first[long], self.lengths[long]
 
 
-def straight_parts(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHOLDS) -> StraightParts | None:
+def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
-    some = sample_of(stream, channel, most=thresholds.examined)
-    zero = tolerance(stream, channel, some, thresholds=thresholds)
-    if zero is None or zero.chance > thresholds.too_coarse:
+    some = sample_of(stream, channel, most=THRESHOLDS.examined)
+    zero = tolerance(stream, channel, some)
+    if zero is None or zero.chance > THRESHOLDS.too_coarse:
         return None
     places = [np.empty(0, dtype=np.int64)]
     beyond = 0
@@ -156,7 +147,7 @@ def straight_parts(stream: Stream, channel: str, *, thresholds: LineThresholds =
 
 
 @channel_fact
-def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHOLDS) -> Filled | None:
+def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
     A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
@@ -164,28 +155,28 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
     interpolated from another rate all samples are on lines.
     """
-    parts = straight_parts(stream, channel, thresholds=thresholds)
+    parts = straight_parts(stream, channel)
     if parts is None or not len(parts.at):
         return None
     first, lengths = runs_of_places(parts.at)
     n = stream.grid.n
     share = len(parts.at) / n
-    if share > thresholds.max_share:
+    if share > THRESHOLDS.max_share:
         return None
     longest = (
-        math.log(n / thresholds.false_alarm)
+        math.log(n / THRESHOLDS.false_alarm)
         / -math.log(max(share, parts.chance))
         * max(1.0, 1 / max(parts.smooth, 1e-3))
     )
     steps = resolution(stream, channel)
-    if steps is not None and steps.ratio < thresholds.few_steps:
+    if steps is not None and steps.ratio < SHARED.few_steps:
         longest = max(
-            longest, longest_of_tail(lengths[lengths >= thresholds.in_tail], false_alarm=thresholds.false_alarm)
+            longest, longest_of_tail(lengths[lengths >= THRESHOLDS.in_tail], false_alarm=THRESHOLDS.false_alarm)
         )
-    long = lengths >= max(thresholds.min_stretch, longest)
-    single = lengths < thresholds.min_stretch
+    long = lengths >= max(THRESHOLDS.min_stretch, longest)
+    single = lengths < THRESHOLDS.min_stretch
     chance = parts.chance
-    needed = thresholds.min_share + thresholds.times_chance * chance + thresholds.sigmas * math.sqrt(chance / n)
+    needed = THRESHOLDS.min_share + THRESHOLDS.times_chance * chance + SHARED.sigmas * math.sqrt(chance / n)
     if float(lengths[single].sum()) < needed * n:
         single[:] = False
     if not (long | single).any():
@@ -196,7 +187,7 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     level = moves[first + lengths] == moves[first]
     long &= ~level
     single &= ~level
-    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at, thresholds=thresholds):
+    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at):
         single[:] = False
     is_filled = long | single
     if not is_filled.any():
@@ -207,14 +198,14 @@ def filled(stream: Stream, channel: str, *, thresholds: LineThresholds = THRESHO
     return Filled(
         first[is_filled],
         lengths[is_filled],
-        thresholds.min_stretch,
+        THRESHOLDS.min_stretch,
         part * true,
         1 + (random_walk - 1) * true,
         1 + (short - 1) * true,
     )
 
 
-def _noise_between(x: Floats, straight: Ints, *, thresholds: LineThresholds) -> bool:
+def _noise_between(x: Floats, straight: Ints) -> bool:
     """Whether neighbouring changes away from the lines are not parts of one line.
 
     Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
@@ -228,7 +219,7 @@ def _noise_between(x: Floats, straight: Ints, *, thresholds: LineThresholds) -> 
     a, b = change[:-1][apart_from_lines], change[1:][apart_from_lines]
     is_present = np.isfinite(a) & np.isfinite(b)
     a, b = a[is_present], b[is_present]
-    if len(a) < thresholds.min_differences:
+    if len(a) < THRESHOLDS.min_differences:
         return False
     if float(a @ b) < -0.1 * float(a @ a):
         return True

@@ -12,7 +12,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples import common
+from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import (
     block_rms,
     growing_step,
@@ -42,9 +42,6 @@ class StuckThresholds:
     """Noise seen from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may rest on one
     value, shows 0 to 0.5 steps, depending on where its mean lies between two steps."""
 
-    few_steps: float = common.THRESHOLDS.few_steps
-    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: see `SharedThresholds`."""
-
     smooth: float = 1.0
     """Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk
     has 2."""
@@ -68,7 +65,7 @@ THRESHOLDS = StuckThresholds()
 
 
 @channel_fact
-def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = THRESHOLDS) -> Runs:
+def stuck_runs(stream: Stream, channel: str) -> Runs:
     """First samples and lengths of the runs of equal samples of a channel that are longer than the noise can explain.
 
     A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
@@ -77,49 +74,49 @@ def stuck_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = TH
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
     """
     x = stream.column(channel)
-    first, lengths = runs_of_equal(x, least=thresholds.min_run)
+    first, lengths = runs_of_equal(x, least=THRESHOLDS.min_run)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     found, usual = resolution(stream, channel), usual_value(stream, channel)
 
     def longest_by_chance(stay: float) -> float:
-        return math.log(len(x) / thresholds.false_alarm) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
+        return math.log(len(x) / THRESHOLDS.false_alarm) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
 
     def limit(times: float) -> float:
         stay = 0.0
         if found is not None:
-            if found.ratio < thresholds.min_noise_steps:
+            if found.ratio < THRESHOLDS.min_noise_steps:
                 return math.inf
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
         # Irregular repetition has runs of twice its mean, and rarely more.
-        return max(thresholds.min_run, longest) * (1 if times <= 1 else 2 * times)
+        return max(THRESHOLDS.min_run, longest) * (1 if times <= 1 else 2 * times)
 
     kept = lengths > limit(1.0)
     if kept.any():
         held = repeats(stream)
         if held is not None and channel in held.channels:
             kept = lengths > limit(max(held.times, held.longest / 2))
-    if kept.any() and found is not None and found.ratio < thresholds.few_steps:
+    if kept.any() and found is not None and found.ratio < SHARED.few_steps:
         for value in np.unique(x[first[kept]]):  # on which a counter rests between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & kept].sum()) / len(x)
-            tails = (longest_of_tail(of, false_alarm=thresholds.false_alarm) for of in (visits, lengths[runs]))
+            tails = (longest_of_tail(of, false_alarm=THRESHOLDS.false_alarm) for of in (visits, lengths[runs]))
             kept[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
-    if kept.any() and found is not None and _is_smooth(x, thresholds=thresholds):
+    if kept.any() and found is not None and _is_smooth(x):
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
         jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
-        kept &= jumps > max(thresholds.jump * found.step, thresholds.times_noise * found.noise)
+        kept &= jumps > max(THRESHOLDS.jump * found.step, THRESHOLDS.times_noise * found.noise)
     return first[kept], lengths[kept]
 
 
-def _is_smooth(x: Floats, *, thresholds: StuckThresholds) -> bool:
+def _is_smooth(x: Floats) -> bool:
     """Whether noise is smoother than a random walk."""
-    changes = np.diff(present(x[: thresholds.examined]))
-    return 0 < block_rms(np.diff(changes)) ** 2 < thresholds.smooth * block_rms(changes) ** 2
+    changes = np.diff(present(x[: THRESHOLDS.examined]))
+    return 0 < block_rms(np.diff(changes)) ** 2 < THRESHOLDS.smooth * block_rms(changes) ** 2
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:
@@ -131,9 +128,9 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
     return -transform.offset * factor if transform.offset else 0.0
 
 
-def zero_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = THRESHOLDS) -> Runs:
+def zero_runs(stream: Stream, channel: str) -> Runs:
     """The runs in which the log holds only the number 0; none if single samples are 0 too (coarse, or a range from 0 on)."""
-    first, lengths = stuck_runs(stream, channel, thresholds=thresholds)
+    first, lengths = stuck_runs(stream, channel)
     if len(first) == 0:
         return first, lengths
     x = stream.column(channel)
@@ -142,12 +139,12 @@ def zero_runs(stream: Stream, channel: str, *, thresholds: StuckThresholds = THR
     count = int(np.count_nonzero(here))
     if count:
         visits = int(np.count_nonzero(np.diff(np.flatnonzero(x == zero)) > 1)) + 1
-        if visits - count > (1 - thresholds.min_share_in_runs) * visits:
+        if visits - count > (1 - THRESHOLDS.min_share_in_runs) * visits:
             here[:] = False
     return first[here], lengths[here]
 
 
-def stuck_samples(stream: Stream, *, thresholds: StuckThresholds = THRESHOLDS) -> list[Found]:
+def stuck_samples(stream: Stream) -> list[Found]:
     """Runs of equal samples that are improbably long for the step and the noise of a channel. At most one finding.
 
     None for a channel that never changes, for runs at an end of the range, see `saturation`, and for runs of the number 0,
@@ -156,9 +153,9 @@ def stuck_samples(stream: Stream, *, thresholds: StuckThresholds = THRESHOLDS) -
     masks = []
     for channel in stream.channels:
         x = stream.column(channel)
-        first, lengths = stuck_runs(stream, channel, thresholds=thresholds)
+        first, lengths = stuck_runs(stream, channel)
         if len(first):
-            zeros, _ = zero_runs(stream, channel, thresholds=thresholds)
+            zeros, _ = zero_runs(stream, channel)
             kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zeros)
             first, lengths = first[kept], lengths[kept]
         masks.append(mask_of_runs(len(x), first, lengths))

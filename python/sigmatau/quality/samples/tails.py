@@ -9,44 +9,8 @@ import numpy as np
 
 from sigmatau.arrays import Floats, median
 from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import present
-
-
-@frozen
-class TailThresholds:
-    """Thresholds of `read_tail` and `read_small_spikes`."""
-
-    exponent: float = 3.0
-    """Exponent α of the heaviest tail that ends without a gap. [1] Derived: Student's t with 3 degrees of freedom.
-    Of the k largest samples the ratio of the smallest to the next smaller one exceeds r with probability r^-kα."""
-
-    false_gap: float = 1e-4
-    """Probability that a tail without a gap has one. [1] Judgement: as of a false spike, see `SpikeThresholds`."""
-
-    small: float = 4.5
-    """Height of small spikes, which stand alone. [standard deviations] Derived: noise is beyond it once in 150 000
-    samples."""
-
-    quiet: float = 2.0
-    """Variance of the other samples of the block and of its neighbours over the usual one, at most. [1] Derived: χ²
-    with 31 degrees of freedom reaches 2 times its mean once in 1000 blocks."""
-
-    times: float = 2.0
-    """Number of small spikes over that of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one
-    times."""
-
-    sigmas: float = 6.0
-    """Standard errors of that number that are added to it. [1] Judgement: no record reaches six standard errors by
-    chance."""
-
-    block: int = 32
-    """Samples whose mean is taken off. [samples] Judgement: slower noise is not part of the white level."""
-
-    min_present: int = 2
-    """Samples of a block that have a scatter. [samples] Derived: the variance of one is not defined."""
-
-
-THRESHOLDS = TailThresholds()
+from sigmatau.quality.samples.common import beyond_chance, present
+from sigmatau.quality.samples.spike_scale import THRESHOLDS
 
 
 @frozen
@@ -66,7 +30,7 @@ class TailReading:
     error: float
 
 
-def read_tail(clean: Floats, heights: Floats, *, thresholds: TailThresholds = THRESHOLDS) -> TailReading:
+def read_tail(clean: Floats, heights: Floats) -> TailReading:
     """Random walk with the spikes of a continuous tail: those below the gaps in the sizes of spikes.
 
     White noise has N² = σ²τ₀, so that the factor is the root of the ratio of the variances. The relative variance of N² from
@@ -80,12 +44,11 @@ def read_tail(clean: Floats, heights: Floats, *, thresholds: TailThresholds = TH
         Samples without the spikes, which are NaN. [any unit]
     heights : ndarray, shape (k,)
         Spikes less the median of their neighbours. [unit of `clean`]
-    thresholds : TailThresholds
     """
-    squares = present(_squares(clean, thresholds=thresholds).ravel())
+    squares = present(_squares(clean).ravel())
     if len(squares) == 0:
         return TailReading(factor=1.0, error=0.0)
-    tail = _without_gap(np.sort(np.abs(heights)), math.sqrt(float(squares.max())), thresholds=thresholds) ** 2
+    tail = _without_gap(np.sort(np.abs(heights)), math.sqrt(float(squares.max()))) ** 2
     count = len(squares) + len(tail)
     usual = float(squares.mean())
     variance = (float(squares.sum()) + float(tail.sum())) / count
@@ -94,54 +57,55 @@ def read_tail(clean: Floats, heights: Floats, *, thresholds: TailThresholds = TH
     fourth = (float((squares * squares).sum()) + float((tail * tail).sum())) / count
     kurtosis = max(fourth / variance**2 - 3, 0.0)
     # Half of the tail is above its median, so that one sample of the record is expected beyond m (k/2)^(1/α).
-    highest = median(tail) * (len(tail) / 2) ** (2 / thresholds.exponent)
-    beyond = thresholds.exponent / (thresholds.exponent - 2) * highest / (variance * count)
+    highest = median(tail) * (len(tail) / 2) ** (2 / THRESHOLDS.tail_exponent)
+    beyond = THRESHOLDS.tail_exponent / (THRESHOLDS.tail_exponent - 2) * highest / (variance * count)
     return TailReading(
         factor=max(math.sqrt(variance / usual), 1.0), error=math.hypot(math.sqrt(kurtosis / count), beyond) / 2
     )
 
 
-def _without_gap(sizes: Floats, largest: float, *, thresholds: TailThresholds) -> Floats:
+def _without_gap(sizes: Floats, largest: float) -> Floats:
     """Ascending sizes below every gap, from the largest sample down; `largest`: of the other samples."""
     while len(sizes) and largest > 0:
         ratio = sizes / np.maximum(np.concatenate(([0.0], sizes[:-1])), largest)
         above = np.arange(len(sizes), 0, -1)
-        gaps = np.flatnonzero(ratio > (len(sizes) / thresholds.false_gap) ** (1 / (thresholds.exponent * above)))
+        gaps = np.flatnonzero(
+            ratio > (len(sizes) / THRESHOLDS.false_spikes) ** (1 / (THRESHOLDS.tail_exponent * above))
+        )
         if len(gaps) == 0:
             return sizes
         sizes = sizes[: gaps[-1]]
     return sizes[:0]
 
 
-def read_small_spikes(clean: Floats, *, thresholds: TailThresholds = THRESHOLDS) -> float:
+def read_small_spikes(clean: Floats) -> float:
     """Random walk of all samples over that without small spikes; 1 if no more samples stand alone than noise makes.
 
     Parameters
     ----------
     clean : ndarray, shape (n,)
         Samples without the spikes, which are NaN. [any unit]
-    thresholds : TailThresholds
     """
-    squares = _squares(clean, thresholds=thresholds)
+    squares = _squares(clean)
     count, total = int(np.isfinite(squares).sum()), float(np.nansum(squares))
     if not total > 0:
         return 1.0
     usual = total / count
     largest, sums = np.nanmax(squares, axis=1), np.nansum(squares, axis=1)
-    loud = sums - largest > thresholds.quiet * usual * (np.isfinite(squares).sum(axis=1) - 1)
+    loud = sums - largest > THRESHOLDS.quiet * usual * (np.isfinite(squares).sum(axis=1) - 1)
     wide = np.concatenate((loud[:1], loud, loud[-1:]))
-    small = largest[(largest > thresholds.small**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
-    by_chance = 2 * count * NormalDist().cdf(-thresholds.small)
-    if len(small) <= thresholds.times * by_chance + thresholds.sigmas * math.sqrt(by_chance):
+    small = largest[(largest > THRESHOLDS.small**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
+    by_chance = 2 * count * NormalDist().cdf(-THRESHOLDS.small)
+    if len(small) <= beyond_chance(by_chance, times=THRESHOLDS.times):
         return 1.0
     return math.sqrt(usual / ((total - float(small.sum())) / (count - len(small))))
 
 
-def _squares(x: Floats, *, thresholds: TailThresholds) -> Floats:
+def _squares(x: Floats) -> Floats:
     """Squares of the samples less the mean of their block, with the variance of the samples, a row a block."""
-    blocks = x[: len(x) // thresholds.block * thresholds.block].reshape(-1, thresholds.block)
+    blocks = x[: len(x) // THRESHOLDS.mean_block * THRESHOLDS.mean_block].reshape(-1, THRESHOLDS.mean_block)
     finite = np.isfinite(blocks)
     count = finite.sum(axis=1)
-    blocks, finite, count = (a[count >= thresholds.min_present] for a in (blocks, finite, count))
+    blocks, finite, count = (a[count >= THRESHOLDS.min_present] for a in (blocks, finite, count))
     means = np.where(finite, blocks, 0.0).sum(axis=1) / count
     return np.asarray((blocks - means[:, None]) ** 2 * (count / (count - 1))[:, None])

@@ -121,7 +121,7 @@ class TremorThresholds:
 THRESHOLDS = TremorThresholds()
 
 
-def shaken(means: Sequence[OctaveMeans], *, thresholds: TremorThresholds = THRESHOLDS) -> Motion | None:
+def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
     """The motion of a sensor with a tremor, or whose axes all have noise beyond that of any sensor, not by a wrong unit.
 
     Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
@@ -130,82 +130,74 @@ def shaken(means: Sequence[OctaveMeans], *, thresholds: TremorThresholds = THRES
     """
     axes = [axis for axis in means if not axis.slow]
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    loud = _loud_motion(gyros, thresholds=thresholds)
-    if (tremor := _tremor(axes, is_loud=loud is not None, thresholds=thresholds)) is not None:
+    loud = _loud_motion(gyros)
+    if (tremor := _tremor(axes, is_loud=loud is not None)) is not None:
         return tremor
     if not gyros and len(means) < _AXES:
-        return _loud_without_tremor(_loud_motion(axes, thresholds=thresholds), thresholds=thresholds)
+        return _loud_without_tremor(_loud_motion(axes))
     accelerometers = [axis for axis in axes if axis.unit_is_sure]
-    if (slow_shaking := _loud_below_vibration(accelerometers, thresholds=thresholds)) is not None:
+    if (slow_shaking := _loud_below_vibration(accelerometers)) is not None:
         return slow_shaking
     if loud is None:
         return None
-    if _loud_motion(accelerometers, thresholds=thresholds) is not None or all(
-        _is_unsteady(axis, thresholds=thresholds) for axis in gyros
-    ):
+    if _loud_motion(accelerometers) is not None or all(_is_unsteady(axis) for axis in gyros):
         return loud
-    return (
-        _loud_without_tremor(loud, thresholds=thresholds)
-        if gyros[0].stream.grid.rate < 2 * thresholds.least_nyquist
-        else None
-    )
+    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * THRESHOLDS.least_nyquist else None
 
 
-def _loud_without_tremor(motion: Motion | None, *, thresholds: TremorThresholds) -> Motion | None:
-    if motion is None or motion.times <= thresholds.loud_without_tremor:
+def _loud_without_tremor(motion: Motion | None) -> Motion | None:
+    if motion is None or motion.times <= THRESHOLDS.loud_without_tremor:
         return None
     return replace(motion, kind="loud", size=motion.size * math.sqrt(motion.tau))
 
 
-def _loud_motion(means: Sequence[OctaveMeans], *, thresholds: TremorThresholds) -> Motion | None:
+def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
     """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
     if not means:
         return None
-    levels = [_level(axis, thresholds=thresholds) for axis in means]
+    levels = [_level(axis) for axis in means]
     noisiest = NOISIEST[means[0].quantity]
     if not (
-        min(levels) > thresholds.least_share * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))
+        min(levels) > THRESHOLDS.least_share * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))
     ):
         return None
     loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
-    tau = loudest.tau(max(thresholds.octaves[-1], loudest.first))
+    tau = loudest.tau(max(THRESHOLDS.octaves[-1], loudest.first))
     return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
 
 
-def _loud_below_vibration(accelerometers: Sequence[OctaveMeans], *, thresholds: TremorThresholds) -> Motion | None:
+def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
     """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
     motions: list[Motion] = []
-    limit = thresholds.beyond * NOISIEST["acceleration"]
+    limit = THRESHOLDS.beyond * NOISIEST["acceleration"]
     for axis in accelerometers:
-        if not _level(axis, thresholds=thresholds) > NOISIEST["acceleration"]:
+        if not _level(axis) > NOISIEST["acceleration"]:
             continue  # its means have more noise than this band
-        density = _densities(
-            axis, (thresholds.below_vibration,), segment=thresholds.long_segment, thresholds=thresholds
-        )
+        density = _densities(axis, (THRESHOLDS.below_vibration,), segment=THRESHOLDS.long_segment)
         if density is not None and (level := math.sqrt(density[0])) > limit:
-            tau = axis.tau(thresholds.octaves[-1])
+            tau = axis.tau(THRESHOLDS.octaves[-1])
             motions.append(axis.motion("varies", level / math.sqrt(tau), level / NOISIEST["acceleration"], tau))
     return max(motions, key=lambda motion: motion.times, default=None)
 
 
-def _level(means: OctaveMeans, *, thresholds: TremorThresholds) -> float:
+def _level(means: OctaveMeans) -> float:
     """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
     power = 0.0
-    for octave in (max(octave, means.first) for octave in thresholds.octaves):
+    for octave in (max(octave, means.first) for octave in THRESHOLDS.octaves):
         level = means.median_level(octave)
         if level <= means.rounding_level(octave):
             return math.nan
-        power += level * level / len(thresholds.octaves)
+        power += level * level / len(THRESHOLDS.octaves)
     return math.sqrt(power)
 
 
-def _is_unsteady(means: OctaveMeans, *, thresholds: TremorThresholds) -> bool:
+def _is_unsteady(means: OctaveMeans) -> bool:
     """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
-    if len(means.by_octave[means.first]) < thresholds.parts * thresholds.least_in_part:
+    if len(means.by_octave[means.first]) < THRESHOLDS.parts * THRESHOLDS.least_in_part:
         return False
-    edges = np.linspace(0.0, means.stream.grid.duration, thresholds.parts + 1)
+    edges = np.linspace(0.0, means.stream.grid.duration, THRESHOLDS.parts + 1)
     levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
-    return max(levels) > thresholds.unsteady * min(levels)
+    return max(levels) > THRESHOLDS.unsteady * min(levels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,40 +211,38 @@ class _Peak:
     over_above: float
 
 
-def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool, thresholds: TremorThresholds) -> Motion | None:
+def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
     On all axes of gyros and accelerometers; gyros that are loud show it alone, and on one axis too.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    peaks = _peaks(axes, thresholds.faint, by_median=True, thresholds=thresholds) if len(gyros) >= _AXES else ()
+    peaks = _peaks(axes, THRESHOLDS.faint, by_median=True) if len(gyros) >= _AXES else ()
     if not peaks and is_loud:
-        peaks = _peaks(gyros, thresholds.loud, by_median=False, thresholds=thresholds)
+        peaks = _peaks(gyros, THRESHOLDS.loud, by_median=False)
     of_gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
     if not of_gyros:
         return None
     largest = max(of_gyros, key=lambda peak: peak.rms)
-    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(thresholds.tremor))
+    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(THRESHOLDS.tremor))
 
 
-def _peaks(
-    axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool, thresholds: TremorThresholds
-) -> Sequence[_Peak]:
+def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
     """The peaks of all axes, if each stands out from what is above it, and those of each sensor from what is below."""
     peaks: list[_Peak] = []
     for axis in axes:
-        peak = _peak(axis, by_median=by_median, thresholds=thresholds)
-        if peak is None or peak.rms < thresholds.least_tremor[axis.quantity] or peak.over_above < ratios.above:
+        peak = _peak(axis, by_median=by_median)
+        if peak is None or peak.rms < THRESHOLDS.least_tremor[axis.quantity] or peak.over_above < ratios.above:
             return ()
         peaks.append(peak)
     quantities = dict.fromkeys(axis.quantity for axis in axes)
     by_sensor = [[peak for peak in peaks if peak.axis.quantity == quantity] for quantity in quantities]
     if all(_stand_out([peak.over_below for peak in alike], ratios) for alike in by_sensor):
         return peaks
-    are_lobes = min(peak.over_above for peak in peaks) <= thresholds.lobes_over_above and any(
-        _geometric_mean([peak.over_below for peak in alike]) <= thresholds.lobes_below for alike in by_sensor
+    are_lobes = min(peak.over_above for peak in peaks) <= THRESHOLDS.lobes_over_above and any(
+        _geometric_mean([peak.over_below for peak in alike]) <= THRESHOLDS.lobes_below for alike in by_sensor
     )
-    stand_out = all(_stand_out([peak.over_valley for peak in alike], thresholds.faint) for alike in by_sensor)
+    stand_out = all(_stand_out([peak.over_valley for peak in alike], THRESHOLDS.faint) for alike in by_sensor)
     return peaks if stand_out and not are_lobes else ()
 
 
@@ -264,30 +254,24 @@ def _geometric_mean(x: Sequence[float]) -> float:
     return math.exp(sum(map(math.log, x)) / len(x))
 
 
-def _peak(axis: OctaveMeans, *, by_median: bool, thresholds: TremorThresholds) -> _Peak | None:
-    if axis.stream.grid.rate / 2 < thresholds.least_nyquist:
+def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
+    if axis.stream.grid.rate / 2 < THRESHOLDS.least_nyquist:
         return None
     densities = _densities(
         axis,
-        (thresholds.below, thresholds.valley, thresholds.tremor, thresholds.above),
-        segment=thresholds.segment,
+        (THRESHOLDS.below, THRESHOLDS.valley, THRESHOLDS.tremor, THRESHOLDS.above),
+        segment=THRESHOLDS.segment,
         by_median=by_median,
-        thresholds=thresholds,
     )
     if densities is None:
         return None
     below, valley, tremor, above = densities
-    rms = math.sqrt(2 * tremor * (thresholds.tremor[1] - thresholds.tremor[0]))
+    rms = math.sqrt(2 * tremor * (THRESHOLDS.tremor[1] - THRESHOLDS.tremor[0]))
     return _Peak(axis, rms, tremor / below, tremor / valley, tremor / above)
 
 
 def _densities(
-    means: OctaveMeans,
-    bands: Sequence[tuple[float, float]],
-    *,
-    segment: float,
-    by_median: bool = False,
-    thresholds: TremorThresholds,
+    means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
 ) -> list[float] | None:
     """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0.
 
@@ -295,10 +279,10 @@ def _densities(
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)
-    x = sample_of(means.stream, means.channel, most=thresholds.examined)
+    x = sample_of(means.stream, means.channel, most=THRESHOLDS.examined)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < thresholds.least_segments:
+    if len(rows) < THRESHOLDS.least_segments:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2

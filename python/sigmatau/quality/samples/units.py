@@ -132,7 +132,7 @@ class UnitThresholds:
 THRESHOLDS = UnitThresholds()
 
 
-def implausible_unit(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
+def implausible_unit(stream: Stream) -> list[Finding]:
     """Signs that the samples are in another unit than stated: at most one finding, whose factor is that of all terms.
 
     An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros are in deg/s, or are raw
@@ -145,21 +145,18 @@ def implausible_unit(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS)
     if implausible_rate and stream.samples.transforms[0].kind != "rate":
         return []  # samples over an interval that is wrong are wrong by as much
     is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
-    if is_triad and (
-        (by_gravity := _by_gravity(stream, thresholds=thresholds))
-        or not _mean_vector(stream) < thresholds.without_gravity
-    ):
+    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < THRESHOLDS.without_gravity):
         return by_gravity
     if stream.quantity not in SENSOR_CLASSES:
         return []
-    if by_step := _by_step(stream, thresholds=thresholds):
+    if by_step := _by_step(stream):
         return by_step
     if implausible_rate or hides_noise(stream) or stream.grid.source.kind == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
-    return _by_noise(stream, thresholds=thresholds)
+    return _by_noise(stream)
 
 
-def gravity(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
+def gravity(stream: Stream) -> list[Finding]:
     """The mean of an orthogonal accelerometer triad at rest, where it is not 9.75 to 9.85 m/s²; at most one finding.
 
     An info for biases and scale errors, and where gravity has been removed; a warning for other values
@@ -170,15 +167,15 @@ def gravity(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
     level = _mean_vector(stream)
-    low, high = thresholds.on_ground
+    low, high = THRESHOLDS.on_ground
     if low <= level <= high or not math.isfinite(level):
         return []
-    if _by_gravity(stream, thresholds=thresholds):
+    if _by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / STANDARD_GRAVITY - 1
-    near = abs(deviation) < thresholds.gravity_tolerance
+    near = abs(deviation) < THRESHOLDS.gravity_tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
-    cause = "bias_or_scale" if near else "removed" if level < thresholds.without_gravity else "unknown"
+    cause = "bias_or_scale" if near else "removed" if level < THRESHOLDS.without_gravity else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
@@ -186,47 +183,41 @@ def gravity(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[
     return [Finding(details=details, severity=severity, channels=channels, size=level, unit=unit, factors=factors)]
 
 
-def mean_rate(stream: Stream, *, thresholds: UnitThresholds = THRESHOLDS) -> list[Finding]:
+def mean_rate(stream: Stream) -> list[Finding]:
     """A mean of gyros beyond the zero-rate offset of usual ones, or a steady rotation: at most one warning."""
     if stream.quantity != "angular_rate" or stream.grid.source.kind == "simulated":
         return []
     if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
         return []
     mean = _mean_vector(stream)
-    if not mean > thresholds.usual_offset:
+    if not mean > THRESHOLDS.usual_offset:
         return []
-    details = MeanRate(mean=mean, usual=thresholds.usual_offset)
+    details = MeanRate(mean=mean, usual=THRESHOLDS.usual_offset)
     return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
 
 
-def _by_gravity(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
+def _by_gravity(stream: Stream) -> list[Finding]:
     level = _mean_vector(stream)
-    stated_unit = _stated(stream, thresholds=thresholds)
+    stated_unit = _stated(stream)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
-    if not abs(level / value - 1) < thresholds.gravity_tolerance:
+    if not abs(level / value - 1) < THRESHOLDS.gravity_tolerance:
         return []
-    details = ImplausibleUnit(
-        evidence="gravity",
-        quantity=stream.quantity,
-        stated=stated,
-        likely=likely,
-        mean=level,
-    )
+    details = ImplausibleUnit(evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, mean=level)
     return _finding(stream, details, factor=value / STANDARD_GRAVITY, size=level)
 
 
-def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
+def _by_step(stream: Stream) -> list[Finding]:
     steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
-    stated = _stated(stream, thresholds=thresholds)
+    stated = _stated(stream)
     if not steps or stream.quantity != "angular_rate":
         return []
     for likely in _MISTAKES.get(stated, ()):
         factor = to_si(1.0, stated) / to_si(1.0, likely)
         known = [
             s
-            for s in thresholds.known_steps
-            if all(abs(step / (s * DEGREE * factor) - 1) < thresholds.same_step for step in steps)
+            for s in THRESHOLDS.known_steps
+            if all(abs(step / (s * DEGREE * factor) - 1) < THRESHOLDS.same_step for step in steps)
         ]
         if known:
             details = ImplausibleUnit(
@@ -241,46 +232,40 @@ def _by_step(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
     return []
 
 
-def _by_noise(stream: Stream, *, thresholds: UnitThresholds) -> list[Finding]:
+def _by_noise(stream: Stream) -> list[Finding]:
     """Whether the noise is beyond that of any sensor, or below, or that of gyros with another mean."""
     # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
-    bounds = [_levels(stream, channel, thresholds=thresholds) for channel in stream.channels]
+    bounds = [_levels(stream, channel) for channel in stream.channels]
     bounds = [pair for pair in bounds if not math.isnan(pair[0])]
     lowest = sorted(low for low, _ in bounds)
     if not (lowest and lowest[0] > 0):
         return []
     middle, highest = lowest[len(lowest) // 2], max(high for _, high in bounds)
-    if stream.quantity == "angular_rate" and lowest[0] > thresholds.times_noisiest * _NOISIEST_GYRO:
-        stated = _stated(stream, thresholds=thresholds)
+    if stream.quantity == "angular_rate" and lowest[0] > THRESHOLDS.times_noisiest * _NOISIEST_GYRO:
+        stated = _stated(stream)
         likely = "deg/s" if stated == "rad/s" else ""
-        return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO, thresholds=thresholds)
-    is_in_degrees = stream.quantity == "angular_rate" and _stated(stream, thresholds=thresholds) == "deg/s"
-    if is_in_degrees and highest < thresholds.optical_noise and _mean_vector(stream) > thresholds.min_mems_bias:
-        return _by_density(stream, "bias", "rad/s", middle, thresholds=thresholds)
-    evidence = _quiet_evidence(stream, highest, thresholds=thresholds)
-    return (
-        _by_density(
-            stream, evidence, _louder_unit(stream, middle, thresholds=thresholds), middle, thresholds=thresholds
-        )
-        if evidence
-        else []
-    )
+        return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
+    is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
+    if is_in_degrees and highest < THRESHOLDS.optical_noise and _mean_vector(stream) > THRESHOLDS.min_mems_bias:
+        return _by_density(stream, "bias", "rad/s", middle)
+    evidence = _quiet_evidence(stream, highest)
+    return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
 
 
-def _quiet_evidence(stream: Stream, highest: float, *, thresholds: UnitThresholds) -> Evidence | None:
+def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
     """Why white noise of up to some density is less than a sensor has; None if it is not."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
-    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < thresholds.earth_tolerance:
+    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < THRESHOLDS.earth_tolerance:
         return None
     if highest < SENSOR_CLASSES[stream.quantity].quietest:
         return "quiet"
-    return "earth" if is_gyro_triad and highest < thresholds.earth_noise else None
+    return "earth" if is_gyro_triad and highest < THRESHOLDS.earth_noise else None
 
 
-def _louder_unit(stream: Stream, noise: float, *, thresholds: UnitThresholds) -> str:
+def _louder_unit(stream: Stream, noise: float) -> str:
     """The likeliest larger unit in which the noise is that of a sensor for sale; empty if there is none."""
     limits = SENSOR_CLASSES[stream.quantity]
-    stated = _stated(stream, thresholds=thresholds)
+    stated = _stated(stream)
     for likely in _MISTAKES.get(stated, ()):
         density = noise * to_si(1.0, likely) / to_si(1.0, stated)
         if limits.quietest < density <= limits.noisiest["random_walk"] and likely != stated:
@@ -289,15 +274,9 @@ def _louder_unit(stream: Stream, noise: float, *, thresholds: UnitThresholds) ->
 
 
 def _by_density(
-    stream: Stream,
-    evidence: Evidence,
-    likely: str,
-    noise: float,
-    *,
-    times: float | None = None,
-    thresholds: UnitThresholds,
+    stream: Stream, evidence: Evidence, likely: str, noise: float, *, times: float | None = None
 ) -> list[Finding]:
-    stated = _stated(stream, thresholds=thresholds) if likely else ""
+    stated = _stated(stream) if likely else ""
     details = ImplausibleUnit(
         evidence=evidence,
         quantity=stream.quantity,
@@ -318,11 +297,11 @@ def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: f
     return [Finding(details=details, severity="warning", channels=channels, size=size, unit=unit, factors=factors)]
 
 
-def _stated(stream: Stream, *, thresholds: UnitThresholds) -> str:
+def _stated(stream: Stream) -> str:
     """The unit that all channels were read in, of those that are mistaken; empty for another, or several."""
     factors = [transform.factor for transform in stream.samples.transforms]
     units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
-    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < thresholds.same_factor for f in factors))
+    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < THRESHOLDS.same_factor for f in factors))
     return next(alike, "")
 
 
@@ -331,13 +310,13 @@ def _mean_vector(stream: Stream) -> float:
     return math.hypot(*(mean_of(stream, channel) for channel in stream.channels))
 
 
-def _levels(stream: Stream, channel: str, *, thresholds: UnitThresholds) -> tuple[float, float]:
+def _levels(stream: Stream, channel: str) -> tuple[float, float]:
     """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
     each other. [unit of the stream/√Hz]
     """
-    x, tau0 = sample_of(stream, channel, most=thresholds.examined), stream.grid.tau0
+    x, tau0 = sample_of(stream, channel, most=THRESHOLDS.examined), stream.grid.tau0
     level, _ = white_level(x, tau0)
     levels = [
-        m * tau0 * avar for m, avar, pairs in octaves(x) if m < thresholds.short or pairs > thresholds.least_pairs
+        m * tau0 * avar for m, avar, pairs in octaves(x) if m < THRESHOLDS.short or pairs > THRESHOLDS.least_pairs
     ]
     return math.sqrt(max(level, 0.0)), math.sqrt(max(levels, default=0.0))

@@ -54,7 +54,6 @@ class LiveStretches:
     input : {"rate", "increments"}
     assumed : bool
         Whether all samples are taken as at rest.
-    thresholds : LiveThresholds
     """
 
     def __init__(
@@ -65,7 +64,6 @@ class LiveStretches:
         unit: Mapping[str, str],
         input: Literal["rate", "increments"],  # noqa: A002  as in `Accumulator`
         assumed: bool,
-        thresholds: LiveThresholds = THRESHOLDS,
     ) -> None:
         self.channels: tuple[str, ...] = tuple(channels)
         self.rate = rate
@@ -75,7 +73,7 @@ class LiveStretches:
         self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
         self.n: int = 0  # samples that came
         self.motion: Motion | None = None  # the strongest
-        self._block = min(max(round(thresholds.block * rate), thresholds.least_block), thresholds.most_block)
+        self._block = min(max(round(THRESHOLDS.block * rate), THRESHOLDS.least_block), THRESHOLDS.most_block)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
         self._waiting: list[Floats] = []
         self._number = 0  # samples that wait

@@ -138,7 +138,7 @@ def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str
     return reason
 
 
-def rest(record: Record, *, threads: int | None = None, thresholds: RestThresholds = THRESHOLDS) -> Rest:
+def rest(record: Record, *, threads: int | None = None) -> Rest:
     """The verdict on a record, by its angular rates and accelerations.
 
     Parameters
@@ -161,25 +161,19 @@ def rest(record: Record, *, threads: int | None = None, thresholds: RestThreshol
         return Rest(verdict="at_rest", still=((begins, ends),))
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
-    still = tuple((start, stop) for start, stop in between if stop - start >= thresholds.least_still)
-    return Rest(
-        verdict="partly_at_rest" if partly(still, ends - begins, thresholds=thresholds) else "not_at_rest",
-        still=still,
-        motion=motion,
-    )
+    still = tuple((start, stop) for start, stop in between if stop - start >= THRESHOLDS.least_still)
+    return Rest(verdict="partly_at_rest" if partly(still, ends - begins) else "not_at_rest", still=still, motion=motion)
 
 
-def partly(still: Sequence[Span], duration: float, *, thresholds: RestThresholds = THRESHOLDS) -> bool:
+def partly(still: Sequence[Span], duration: float) -> bool:
     """Whether a record of some length [s] that moves is at rest for long enough to be analysed in part."""
-    lengths = [stop - start for start, stop in still if stop - start >= thresholds.least_still]
+    lengths = [stop - start for start, stop in still if stop - start >= THRESHOLDS.least_still]
     return bool(lengths) and (
-        max(lengths) >= thresholds.least_share * duration or sum(lengths) >= thresholds.least_sum * duration
+        max(lengths) >= THRESHOLDS.least_share * duration or sum(lengths) >= THRESHOLDS.least_sum * duration
     )
 
 
-def at_rest_only(
-    record: Record, found: Rest, *, assumed: bool, thresholds: RestThresholds = THRESHOLDS
-) -> tuple[Record, list[Finding]]:
+def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
     """The part of a record that is analysed, and the finding about it: none at rest.
 
     Parameters
@@ -202,14 +196,14 @@ def at_rest_only(
     if found.verdict == "not_at_rest":
         ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
         length = ends - min(stream.grid.lead for stream in record.streams)
-        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[: thresholds.listed]))
+        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[: THRESHOLDS.listed]))
         return record, [Finding(details=details, severity="error")]
     streams, kept = [], list[KeptOfStream]()
     for stream in record.streams:
         if stream.quantity not in ("angular_rate", "acceleration"):
             streams.append(stream)
             continue
-        part = _still_part(stream, found.still, by_length[0], thresholds=thresholds)
+        part = _still_part(stream, found.still, by_length[0])
         streams.append(part)
         gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
@@ -222,10 +216,7 @@ def at_rest_only(
     details_of = PartlyAtRest(motion=found.motion, moved=gone_spans, kept=tuple(kept))
     lost = 1 - min(one.share for one in kept)
     finding = Finding(
-        details=details_of,
-        severity="info" if lost < thresholds.little else "warning",
-        spans=gone_spans,
-        size=lost,
+        details=details_of, severity="info" if lost < THRESHOLDS.little else "warning", spans=gone_spans, size=lost
     )
     said = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
     provenance = replace(record.provenance, conversions=(*record.provenance.conversions, said))
@@ -237,15 +228,15 @@ def _without_faults(stream: Stream) -> Stream:
     return without(stream, keep=("start", "shocks", "copies"))[0]
 
 
-def _still_part(stream: Stream, still: Sequence[Span], longest: Span, *, thresholds: RestThresholds) -> Stream:
+def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
     """The longest stretch at rest, with those on either side of it in which the stream has the same level."""
     stretches = [(_at(stream, start), _at(stream, stop)) for start, stop in still]
     stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
     k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _at(stream, longest[0])))
     first = last = k
-    while first > 0 and _same_level(stream, stretches, first - 1, thresholds=thresholds):
+    while first > 0 and _same_level(stream, stretches, first - 1):
         first -= 1
-    while last + 1 < len(stretches) and _same_level(stream, stretches, last, thresholds=thresholds):
+    while last + 1 < len(stretches) and _same_level(stream, stretches, last):
         last += 1
     start, stop = stretches[first][0], stretches[last][1]
     gaps = [
@@ -260,18 +251,18 @@ def _at(stream: Stream, time: float) -> int:
     return min(max(stream.grid.sample(time), 0), stream.grid.n)
 
 
-def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int, *, thresholds: RestThresholds) -> bool:
+def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
     """Whether every channel has the same level after the motion between stretches k and k + 1 as before it."""
     (a, b), (c, d) = stretches[k], stretches[k + 1]
-    length = min(thresholds.mean / stream.grid.tau0, thresholds.part_of_stretch * max(b - a, d - c), b - a, d - c)
+    length = min(THRESHOLDS.mean / stream.grid.tau0, THRESHOLDS.part_of_stretch * max(b - a, d - c), b - a, d - c)
     w = max(int(length), 1)
     lag = w + c - b
     for channel in range(len(stream.channels)):
         change = _mean(stream, channel, c, c + w) - _mean(stream, channel, b - w, b)
         usual = np.concatenate([_differences(stream, channel, start, stop, w, lag) for start, stop in stretches])
-        if len(usual) < thresholds.least_differences:
+        if len(usual) < THRESHOLDS.least_differences:
             return False
-        if not abs(change) <= thresholds.other_position * float(np.sqrt(np.mean(usual * usual))):
+        if not abs(change) <= THRESHOLDS.other_position * float(np.sqrt(np.mean(usual * usual))):
             return False
     return True
 

@@ -28,25 +28,20 @@ class LengthThresholds:
 THRESHOLDS = LengthThresholds()
 
 
-def shortest_record(streams: Sequence[Stream], *, thresholds: LengthThresholds = THRESHOLDS) -> float:
+def shortest_record(streams: Sequence[Stream]) -> float:
     """The length from which a record without motion is at rest: that of the sensor that shows it sooner. [s]
 
     0 without a gyro or an accelerometer: no other quantity is judged.
     """
     return min(
-        (
-            shortest_of([stream.quantity], stream.grid.tau0, thresholds=thresholds)
-            for stream in streams
-            if _is_judged(stream)
-        ),
-        default=0.0,
+        (shortest_of([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0
     )
 
 
-def shortest_of(quantities: Iterable[str], tau0: float, *, thresholds: LengthThresholds = THRESHOLDS) -> float:
+def shortest_of(quantities: Iterable[str], tau0: float) -> float:
     """The same for quantities that share a sample interval. [s]"""
-    lengths = [thresholds.shortest[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
-    return max(min(lengths), thresholds.least_samples * tau0) if lengths else 0.0
+    lengths = [THRESHOLDS.shortest[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
+    return max(min(lengths), THRESHOLDS.least_samples * tau0) if lengths else 0.0
 
 
 def judged_length(streams: Sequence[Stream]) -> float:
@@ -54,9 +49,9 @@ def judged_length(streams: Sequence[Stream]) -> float:
     return max(map(_present_length, filter(_is_judged, streams)), default=0.0)
 
 
-def is_too_short(duration: float, shortest: float, *, thresholds: LengthThresholds = THRESHOLDS) -> bool:
+def is_too_short(duration: float, shortest: float) -> bool:
     """Whether a record is shorter than the shortest that can be judged, by more than samples at its ends."""
-    return duration < thresholds.rounding * shortest
+    return duration < THRESHOLDS.rounding * shortest
 
 
 def _is_judged(stream: Stream) -> bool:

@@ -20,7 +20,7 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.frozen import frozen
-from sigmatau.quality.drift.block_means import block_means
+from sigmatau.quality.samples.common import block_means
 from sigmatau.quality.selection.time_text import time_of
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
@@ -59,7 +59,7 @@ class Criterion:
     stream: Stream  # the stream that is looked at
 
 
-def choose(record: Record, text: str, *, thresholds: WindowThresholds = THRESHOLDS) -> tuple[Record, list[Finding]]:
+def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
     """The part of a record that ``--window`` names, and the finding ``"window_chosen"`` of `most_stable`.
 
     Parameters
@@ -75,7 +75,7 @@ def choose(record: Record, text: str, *, thresholds: WindowThresholds = THRESHOL
         For any other text, or a window beyond the record.
     """
     length = wanted_length(text)
-    return (cut(record, text), []) if length is None else most_stable(record, length, thresholds=thresholds)
+    return (cut(record, text), []) if length is None else most_stable(record, length)
 
 
 def wanted_length(text: str) -> float | None:
@@ -109,9 +109,7 @@ def cut(record: Record, text: str) -> Record:
     return _with_streams(record, streams, f"window from {seconds(start)} s to {seconds(min(stop, end))} s")
 
 
-def most_stable(
-    record: Record, length: float, *, thresholds: WindowThresholds = THRESHOLDS
-) -> tuple[Record, list[Finding]]:
+def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     """The most stable window of a length [s], for each stream by a criterion that is independent of its noise if possible.
 
     A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
@@ -126,19 +124,19 @@ def most_stable(
     streams, told = [], list[ChosenWindow]()
     origin = min(stream.grid.start for stream in record.streams)
     for stream in record.streams:
-        by = criterion(record, stream, thresholds=thresholds)
+        by = criterion(record, stream)
         total = stream.grid.duration
         if not 0 < length <= total * (1 + 1e-9):
             raise OptionError(
                 f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
             )
-        start, relative = _most_stable_start(by, length, thresholds=thresholds)
+        start, relative = _most_stable_start(by, length)
         # In the clock of the log, so that streams on grids of their own are cut alike.
         begin = max(by.stream.grid.start + start, stream.grid.start)
         begin = min(begin, stream.grid.start + total - length)
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
         if stream.quantity != "temperature":
-            block = block_length(length, by.stream.grid.tau0, thresholds=thresholds) * by.stream.grid.tau0
+            block = block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0
             told.append(
                 ChosenWindow(
                     stream=stream.name,
@@ -156,12 +154,12 @@ def most_stable(
     return chosen, [Finding(details=details, severity=severity, spans=spans, size=length, unit="s")]
 
 
-def criterion(record: Record, stream: Stream, *, thresholds: WindowThresholds = THRESHOLDS) -> Criterion:
+def criterion(record: Record, stream: Stream) -> Criterion:
     """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
     usable = [
         s
         for s in record.streams
-        if s.grid.duration >= thresholds.least_windows * thresholds.block and s.grid.tau0 <= thresholds.block
+        if s.grid.duration >= THRESHOLDS.least_windows * THRESHOLDS.block and s.grid.tau0 <= THRESHOLDS.block
     ]
     for other in usable:
         if other.quantity == "temperature" and other is not stream:
@@ -173,12 +171,12 @@ def criterion(record: Record, stream: Stream, *, thresholds: WindowThresholds = 
     return Criterion(kind="own", stream=stream)
 
 
-def block_length(length: float, tau0: float, *, thresholds: WindowThresholds = THRESHOLDS) -> int:
+def block_length(length: float, tau0: float) -> int:
     """Samples in a block: 60 s, or a tenth of the window if that is less."""
-    return max(round(min(thresholds.block, length / thresholds.least_blocks) / tau0), 1)
+    return max(round(min(THRESHOLDS.block, length / THRESHOLDS.least_blocks) / tau0), 1)
 
 
-def scatter(means: Floats, size: int, *, thresholds: WindowThresholds = THRESHOLDS) -> Floats:
+def scatter(means: Floats, size: int) -> Floats:
     """Logarithm of the standard deviation of block means in each window of `size` blocks, summed over channels.
 
     Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite with more than a tenth missing.
@@ -191,7 +189,7 @@ def scatter(means: Floats, size: int, *, thresholds: WindowThresholds = THRESHOL
     variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
     least = np.finfo(float).tiny
     result = 0.5 * np.log(np.maximum(variance, least)).sum(axis=-2)
-    return np.asarray(np.where((number >= (1 - thresholds.most_empty) * size).all(axis=-2), result, np.inf))
+    return np.asarray(np.where((number >= (1 - THRESHOLDS.most_empty) * size).all(axis=-2), result, np.inf))
 
 
 def _running(values: Floats, size: int) -> Floats:
@@ -200,10 +198,10 @@ def _running(values: Floats, size: int) -> Floats:
     return np.asarray(total[..., size:] - total[..., :-size])
 
 
-def _most_stable_start(by: Criterion, length: float, *, thresholds: WindowThresholds) -> tuple[float, float]:
+def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
     """Start of the most stable window, from the first sample of the stream looked at, and its scatter over the median."""
     stream = by.stream
-    block = block_length(length, stream.grid.tau0, thresholds=thresholds)
+    block = block_length(length, stream.grid.tau0)
     means = [_means(stream, channel, block) for channel in stream.channels]
     kept = [one for one in means if np.nanmax(one, initial=-np.inf) > np.nanmin(one, initial=np.inf)]
     size = round(length / (block * stream.grid.tau0))
@@ -219,7 +217,7 @@ def _most_stable_start(by: Criterion, length: float, *, thresholds: WindowThresh
         k = int(np.argmin(score))
         relative = float(score[k] / middle) if middle > 0 else 1.0
     else:
-        score = scatter(table, size, thresholds=thresholds)
+        score = scatter(table, size)
         if not np.isfinite(score).any():
             return 0.0, 1.0
         k = int(np.argmin(score))
@@ -228,8 +226,8 @@ def _most_stable_start(by: Criterion, length: float, *, thresholds: WindowThresh
 
 
 def _means(stream: Stream, channel: str, block: int) -> Floats:
-    found = block_means(stream, channel, length=block)
-    return found if len(found) else np.full(1, np.nan)
+    means = block_means(stream, channel, block)
+    return means if len(means) else np.full(1, np.nan)
 
 
 def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:

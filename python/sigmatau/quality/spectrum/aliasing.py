@@ -30,9 +30,7 @@ class AliasingThresholds:
 THRESHOLDS = AliasingThresholds()
 
 
-def aliasing(
-    stream: Stream, bandwidth: tuple[float, int | None], *, thresholds: AliasingThresholds = THRESHOLDS
-) -> list[Finding]:
+def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Finding]:
     """One finding ``aliasing`` for the stream: a warning or an info.
 
     Parameters
@@ -41,7 +39,6 @@ def aliasing(
     bandwidth : (float, int or None)
         The sensor's bandwidth from its data sheet, and the order of its filter if known. Without an order the finding
         states both the first and the second, and the first decides. [Hz]
-    thresholds : AliasingThresholds
 
     Raises
     ------
@@ -49,9 +46,9 @@ def aliasing(
         For a bandwidth that is not positive, an order outside 1 … 8.
     """
     hertz, order = bandwidth
-    if not 0 < hertz <= thresholds.widest:
+    if not 0 < hertz <= THRESHOLDS.widest:
         raise OptionError(
-            f"the bandwidth must be a positive number of hertz, at most {thresholds.widest:g}, not {hertz!r}",
+            f"the bandwidth must be a positive number of hertz, at most {THRESHOLDS.widest:g}, not {hertz!r}",
             option="bandwidth",
         )
     if order is not None and order not in range(1, 9):
@@ -62,28 +59,28 @@ def aliasing(
         bandwidth=hertz,
         order=order,
         second_order=aliasing_inflation(rate=rate, bandwidth=hertz, order=2) if order is None else None,
-        rate_needed=_rate_needed(hertz, order or 1, thresholds=thresholds),
+        rate_needed=_rate_needed(hertz, order or 1),
     )
-    return [_aliased(details, stream.channels, thresholds=thresholds)]
+    return [_aliased(details, stream.channels)]
 
 
-def _aliased(details: Aliasing, channels: tuple[str, ...], *, thresholds: AliasingThresholds) -> Finding:
+def _aliased(details: Aliasing, channels: tuple[str, ...]) -> Finding:
     inflation = aliasing_inflation(rate=details.rate, bandwidth=details.bandwidth, order=details.order or 1)
     return Finding(
         details=details,
-        severity="warning" if inflation > thresholds.inflation_warned else "info",
+        severity="warning" if inflation > THRESHOLDS.inflation_warned else "info",
         channels=channels,
         size=inflation,
         factors=(("random_walk", inflation),),
     )
 
 
-def _rate_needed(corner: float, order: int, *, thresholds: AliasingThresholds) -> float:
+def _rate_needed(corner: float, order: int) -> float:
     """Sampling rate at which little is folded into the random walk. [Hz]"""
     low, high = 0.5 * corner, 64 * corner
     for _ in range(40):
         middle = math.sqrt(low * high)
-        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > thresholds.inflation_advised:
+        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > THRESHOLDS.inflation_advised:
             low = middle
         else:
             high = middle

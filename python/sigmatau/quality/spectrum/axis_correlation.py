@@ -57,75 +57,75 @@ class CorrelationThresholds:
 THRESHOLDS = CorrelationThresholds()
 
 
-def cross_axis(stream: Stream, *, thresholds: CorrelationThresholds = THRESHOLDS) -> list[Finding]:
+def cross_axis(stream: Stream) -> list[Finding]:
     """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
 
     It is information for a filter, which needs the covariance of the axes; the intervals of each axis hold. Identical axes
     are a warning of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
     samples.
     """
-    if len(stream.channels) < 2 or stream.grid.n < 4 * thresholds.stretches:
+    if len(stream.channels) < 2 or stream.grid.n < 4 * THRESHOLDS.stretches:
         return []
     columns = {channel: stream.column(channel) for channel in stream.channels}
     pairs = list(combinations(stream.channels, 2))
-    lengths = _lengths(stream, thresholds=thresholds)
-    level = thresholds.false_alarm / ((1 + len(lengths)) * len(pairs))
-    fast = {channel: _differences(column, thresholds=thresholds) for channel, column in columns.items()}
+    lengths = _lengths(stream)
+    level = THRESHOLDS.false_alarm / ((1 + len(lengths)) * len(pairs))
+    fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     found: list[AxisPair] = []
     identical: list[Finding] = []
     for first, second in pairs:
-        if _are_identical(columns[first], columns[second], thresholds=thresholds):
+        if _are_identical(columns[first], columns[second]):
             copies = IdenticalAxes(samples=len(columns[first]))
             identical.append(Finding(details=copies, severity="warning", channels=(first, second)))
             continue
         # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r, of_length = _by_stretches(fast[first], fast[second], level, thresholds=thresholds), 0
+            r, of_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
-                other = _by_number(means[first], means[second], level, thresholds=thresholds)
-                if abs(other) > abs(r) + _chance(len(means[first]), 0.05, thresholds.inflation):
+                other = _by_number(means[first], means[second], level)
+                if abs(other) > abs(r) + _chance(len(means[first]), 0.05, THRESHOLDS.inflation):
                     r, of_length = other, length
-        if thresholds.reported <= abs(r) <= 1 + 1e-9:
+        if THRESHOLDS.reported <= abs(r) <= 1 + 1e-9:
             found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
     if not found:
         return identical
     found.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(found[0].coefficient)
-    stretches = 1 if stream.grid.n <= thresholds.most_samples else thresholds.stretches
+    stretches = 1 if stream.grid.n <= THRESHOLDS.most_samples else THRESHOLDS.stretches
     only_slow = all(pair.mean_length for pair in found)
     details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
     return [*identical, Finding(details=details, severity="info", channels=channels, size=largest)]
 
 
-def _are_identical(first: Floats, second: Floats, *, thresholds: CorrelationThresholds) -> bool:
+def _are_identical(first: Floats, second: Floats) -> bool:
     """Whether two columns have the same samples, and the same are missing; most differ in the first of them."""
     return np.array_equal(
-        first[: thresholds.stretches], second[: thresholds.stretches], equal_nan=True
+        first[: THRESHOLDS.stretches], second[: THRESHOLDS.stretches], equal_nan=True
     ) and np.array_equal(first, second, equal_nan=True)
 
 
-def _lengths(stream: Stream, *, thresholds: CorrelationThresholds) -> list[int]:
+def _lengths(stream: Stream) -> list[int]:
     """Samples in the means: 1 s and more, so long as there are enough of them."""
-    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (thresholds.least_means + 1)
+    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (THRESHOLDS.least_means + 1)
     lengths = []
     while length < longest:
         lengths.append(length)
-        length *= thresholds.longer
+        length *= THRESHOLDS.longer
     return [each for each in [*lengths, longest] if each > 1]
 
 
-def _differences(column: Floats, *, thresholds: CorrelationThresholds) -> Floats:
+def _differences(column: Floats) -> Floats:
     """First differences in stretches, shape (32, k), 0 where one of the two samples is missing."""
     n = len(column)
-    if n > thresholds.most_samples:
-        size = thresholds.most_samples // thresholds.stretches
-        starts = np.linspace(0, n - size, thresholds.stretches).astype(np.int64)
+    if n > THRESHOLDS.most_samples:
+        size = THRESHOLDS.most_samples // THRESHOLDS.stretches
+        starts = np.linspace(0, n - size, THRESHOLDS.stretches).astype(np.int64)
         d = np.stack([np.diff(column[start : start + size]) for start in starts])
     else:
-        size = n // thresholds.stretches
-        d = np.diff(column[: size * thresholds.stretches].reshape(thresholds.stretches, size), axis=1)
+        size = n // THRESHOLDS.stretches
+        d = np.diff(column[: size * THRESHOLDS.stretches].reshape(THRESHOLDS.stretches, size), axis=1)
     return _centred(d)
 
 
@@ -146,7 +146,7 @@ def _centred(d: Floats) -> Floats:
     return d
 
 
-def _by_stretches(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThresholds) -> float:
+def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     """Correlation, 0 where that of the stretches scatters about 0 by chance."""
     both = np.einsum("ij,ij->i", a, b)
     power = np.einsum("ij,ij->i", a, a), np.einsum("ij,ij->i", b, b)
@@ -156,20 +156,20 @@ def _by_stretches(a: Floats, b: Floats, level: float, *, thresholds: Correlation
     there = (power[0] > 0) & (power[1] > 0)
     each = both[there] / np.sqrt(power[0][there] * power[1][there])
     count = len(each)
-    if count < thresholds.stretches // 2:
+    if count < THRESHOLDS.stretches // 2:
         return 0.0
     bound = float(student_quantile(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
     number = int(np.count_nonzero((a != 0) & (b != 0))) if a.size <= 1 << 16 else a.size
-    return r if abs(r) > max(bound, _chance(number, level, thresholds.inflation)) else 0.0
+    return r if abs(r) > max(bound, _chance(number, level, THRESHOLDS.inflation)) else 0.0
 
 
-def _by_number(a: Floats, b: Floats, level: float, *, thresholds: CorrelationThresholds) -> float:
+def _by_number(a: Floats, b: Floats, level: float) -> float:
     """Correlation, 0 where its number of pairs makes as much by chance."""
     number = int(np.count_nonzero((a != 0) & (b != 0)))
-    if number < thresholds.least_means:
+    if number < THRESHOLDS.least_means:
         return 0.0
     r = float(a @ b / np.sqrt((a @ a) * (b @ b)))
-    return r if abs(r) > _chance(number, level, thresholds.inflation) else 0.0
+    return r if abs(r) > _chance(number, level, THRESHOLDS.inflation) else 0.0
 
 
 @lru_cache

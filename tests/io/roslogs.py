@@ -79,7 +79,7 @@ def mcap(parts, counts=None, repeated=b"", *, crc=True):
 
 def imu_mcap(n, per_chunk, compression="zstd", *, crc=True, summary=True, topic="/imu", extra=b""):
     """An MCAP file of Imu messages in chunks, and the numbers in it."""
-    from sigmatau.io.read.formats.messages import IMU_ROS2
+    from sigmatau.io.ros_messages import IMU_ROS2
 
     stamps, values = imu(n)
     head = schema(1, IMU, IMU_ROS2) + channel(7, topic)

@@ -38,13 +38,16 @@ def log(request, tmp_path):
 def test_no_reader_is_passed_over(log):
     """What a reader takes, its mark takes too: else it would depend on the mark and not on the reader."""
     data = log[1].read_bytes()[:HEAD]
-    taken = []
-    for entry in registry._FORMATS:
-        reader = registry.import_module(f"sigmatau.io.read.formats.{entry.module}")
-        if reader.sniff(data, log[1]):
-            assert entry.likely(data), entry.module
-            taken.append(reader)
-    assert registry.reader_of(Head(data=data, whole=True, gzip=False), log[1]) is taken[0]
+    readers = [
+        (entry, registry.import_module(f"sigmatau.io.read.formats.{entry.module}")) for entry in registry._FORMATS
+    ]
+    taken = [
+        (entry, reader)
+        for entry, reader in readers
+        if (reader.sniff(data, log[1]) if entry.sniffs else entry.likely(data))
+    ]
+    assert all(entry.likely(data) for entry, _ in taken)
+    assert registry.reader_of(Head(data=data, whole=True, gzip=False), log[1]) is taken[0][1]
 
 
 def test_compressed(log):

@@ -13,9 +13,9 @@ from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reading import Damaged
 from sigmatau.io.read import read
-from sigmatau.io.read.formats.messages import IMU_ROS2
 from sigmatau.io.read.inspection import inspect
 from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.ros_messages import IMU_ROS2
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")
 pytest.importorskip("backports.zstd", reason="backports.zstd packs what these tests read")

@@ -11,7 +11,7 @@ import roslogs
 
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
-from sigmatau.io.read.formats.messages import IMU_ROS2
+from sigmatau.io.ros_messages import IMU_ROS2
 from test_hostile import command
 
 pytest.importorskip("lz4", reason="lz4 packs what these tests read")

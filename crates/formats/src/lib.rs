@@ -31,4 +31,4 @@ pub use table::{Delimiter, Dialect, Table, Tag, TextError};
 pub use text::{read_columns, read_file};
 pub use ulog::{UlogError, UlogScan, UlogTopic, scan_ulog, ulog_columns};
 pub use window::Break;
-pub use write::{write_columns, write_file};
+pub use write::write_columns;

@@ -14,10 +14,6 @@ pub struct Remarks {
     pub rows: usize,
     /// The first of those, or 0.
     pub first_row: usize,
-    /// Lines that are neither these nor the next.
-    pub others: usize,
-    /// The first of those, or 0.
-    pub first_other: usize,
     /// Line and text of the first lines with as many fields as a row and no number in them.
     pub headers: Vec<(usize, String)>,
 }
@@ -31,9 +27,6 @@ impl Remarks {
         } else if fields == columns && numbers == 0 && self.headers.len() < KEPT {
             let text = String::from_utf8_lossy(text).chars().take(QUOTED).collect();
             self.headers.push((line, text));
-        } else {
-            self.first_other = if self.others == 0 { line } else { self.first_other };
-            self.others += 1;
         }
     }
 
@@ -42,18 +35,8 @@ impl Remarks {
         if self.rows == 0 && next.rows > 0 {
             self.first_row = lines + next.first_row;
         }
-        if self.others == 0 && next.others > 0 {
-            self.first_other = lines + next.first_other;
-        }
         self.rows += next.rows;
-        self.others += next.others;
-        for (line, text) in &next.headers {
-            if self.headers.len() < KEPT {
-                self.headers.push((lines + line, text.clone()));
-            } else {
-                self.first_other = if self.others == 0 { lines + line } else { self.first_other };
-                self.others += 1;
-            }
-        }
+        let room = KEPT - self.headers.len();
+        self.headers.extend(next.headers.iter().take(room).map(|(line, text)| (lines + line, text.clone())));
     }
 }

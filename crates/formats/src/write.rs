@@ -1,35 +1,21 @@
 //! Columns into text: the shortest digits that read back to the same bits.
 
-use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
-
-use flate2::Compression;
-use flate2::write::GzEncoder;
 
 /// Bytes gathered before they are handed on.
 const PIECE: usize = 1 << 16;
 
-/// Writes a table, one line a row; a header first, if there is one.
+/// Writes a table, one line a row.
 ///
 /// # Errors
 ///
 /// Those of the writer; [`io::ErrorKind::InvalidInput`] if the columns are of unequal length.
-pub fn write_columns(
-    mut writer: impl Write,
-    header: Option<&str>,
-    delimiter: u8,
-    columns: &[&[f64]],
-) -> io::Result<()> {
+pub fn write_columns(mut writer: impl Write, delimiter: u8, columns: &[&[f64]]) -> io::Result<()> {
     let rows = columns.first().map_or(0, |column| column.len());
     if columns.iter().any(|column| column.len() != rows) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "the columns are of unequal length"));
     }
     let mut text = Vec::with_capacity(PIECE + 32 * columns.len() + 2);
-    if let Some(header) = header {
-        text.extend_from_slice(header.as_bytes());
-        text.push(b'\n');
-    }
     let mut digits = zmij::Buffer::new();
     for row in 0..rows {
         for (i, column) in columns.iter().enumerate() {
@@ -48,53 +34,22 @@ pub fn write_columns(
     writer.flush()
 }
 
-/// Writes a table to a file, through gzip if so asked.
-///
-/// The same columns give the same bytes: no time stamp is put into a compressed file.
-///
-/// # Errors
-///
-/// Those of the file system, and of [`write_columns`].
-pub fn write_file(
-    path: &Path,
-    header: Option<&str>,
-    delimiter: u8,
-    columns: &[&[f64]],
-    gzip: bool,
-) -> io::Result<()> {
-    let file = File::create(path)?;
-    if gzip {
-        let mut encoder = GzEncoder::new(file, Compression::default());
-        write_columns(&mut encoder, header, delimiter, columns)?;
-        encoder.finish()?;
-        Ok(())
-    } else {
-        write_columns(file, header, delimiter, columns)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::open;
     use crate::table::{Delimiter, Dialect};
     use crate::text::read_columns;
 
-    fn text(header: Option<&str>, columns: &[&[f64]]) -> String {
-        let mut out = Vec::new();
-        write_columns(&mut out, header, b',', columns).unwrap();
-        String::from_utf8(out).unwrap()
-    }
-
     #[test]
     fn the_shortest_digits() {
-        assert_eq!(text(Some("a,b"), &[&[0.01, 1.0], &[-0.1, 1e300]]), "a,b\n0.01,-0.1\n1.0,1e+300\n");
-        assert_eq!(text(None, &[]), "");
+        let mut text = Vec::new();
+        write_columns(&mut text, b',', &[&[0.01, 1.0], &[-0.1, 1e300]]).unwrap();
+        assert_eq!(text, b"0.01,-0.1\n1.0,1e+300\n");
     }
 
     #[test]
     fn unequal_columns_are_refused() {
-        let error = write_columns(Vec::new(), None, b',', &[&[1.0], &[]]).unwrap_err();
+        let error = write_columns(Vec::new(), b',', &[&[1.0], &[]]).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
     }
 
@@ -119,13 +74,11 @@ mod tests {
             values
         };
         let (a, b) = (column(20_000), column(20_000));
-        let path = std::env::temp_dir().join(format!("sigmatau-formats-{}.csv", std::process::id()));
-        for (gzip, delimiter, reader) in [
-            (false, b',', Delimiter::Byte(b',')),
-            (true, b'\t', Delimiter::Byte(b'\t')),
-            (false, b' ', Delimiter::Whitespace),
-        ] {
-            write_file(&path, None, delimiter, &[&a, &b], gzip).unwrap();
+        for (delimiter, reader) in
+            [(b',', Delimiter::Byte(b',')), (b'\t', Delimiter::Byte(b'\t')), (b' ', Delimiter::Whitespace)]
+        {
+            let mut text = Vec::new();
+            write_columns(&mut text, delimiter, &[&a, &b]).unwrap();
             let dialect = Dialect {
                 delimiter: reader,
                 comment: Vec::new(),
@@ -136,8 +89,7 @@ mod tests {
                 most: u64::MAX,
                 tag: None,
             };
-            let table = read_columns(open(&path, u64::MAX).unwrap(), &dialect, &[1, 0], None).unwrap();
-            std::fs::remove_file(&path).unwrap();
+            let table = read_columns(text.as_slice(), &dialect, &[1, 0], None).unwrap();
             for (column, written) in table.columns.iter().zip([&b, &a]) {
                 let same = column.iter().zip(written).all(|(x, y)| x.to_bits() == y.to_bits());
                 assert!(same && column.len() == written.len());

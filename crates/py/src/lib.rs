@@ -71,5 +71,5 @@ mod _core {
     #[pymodule_export]
     use crate::terms::{resonance_avar, resonance_folds, resonance_psd, sinusoid_avar, term_avar, term_psd};
     #[pymodule_export]
-    use crate::text::{TextError, bytes_read, format_text, parse_stamp, parse_text, read_text, write_text};
+    use crate::text::{TextError, bytes_read, format_text, parse_stamp, parse_text, read_text};
 }

@@ -18,7 +18,7 @@ type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<
 type Fields<'a> = (&'a str, bool, Option<usize>, Option<&'a str>, bool, u64, Option<(usize, &'a str)>);
 
 /// The fields of [`formats::Remarks`].
-type Passed = (usize, usize, usize, usize, Vec<(usize, String)>);
+type Passed = (usize, usize, Vec<(usize, String)>);
 
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // the fields of a dialect, which _formats names
@@ -62,42 +62,26 @@ pub fn parse_text<'py>(
     Ok(columns_of(py, table))
 }
 
-#[pyfunction]
-pub fn write_text(
-    py: Python<'_>,
-    path: PathBuf,
-    header: Option<&str>,
-    delimiter: &str,
-    columns: Vec<PyReadonlyArray1<'_, f64>>,
-    gzip: bool,
-) -> PyResult<()> {
-    let delimiter = one_byte(delimiter)?;
-    let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
-    py.detach(|| formats::write_file(&path, header, delimiter, &columns, gzip))
-        .map_err(|error| PyOSError::new_err(error.to_string()))
-}
-
 /// Columns as lines of text.
 #[pyfunction]
 pub fn format_text<'py>(
     py: Python<'py>,
-    header: Option<&str>,
     delimiter: &str,
     columns: Vec<PyReadonlyArray1<'py, f64>>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let delimiter = one_byte(delimiter)?;
     let columns = columns.iter().map(|c| c.as_slice()).collect::<Result<Vec<_>, _>>()?;
     let mut text = Vec::new();
-    py.detach(|| formats::write_columns(&mut text, header, delimiter, &columns))
+    py.detach(|| formats::write_columns(&mut text, delimiter, &columns))
         .map_err(|error| PyOSError::new_err(error.to_string()))?;
     Ok(PyBytes::new(py, &text))
 }
 
 fn columns_of(py: Python<'_>, table: formats::Table) -> Columns<'_> {
     let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
-    let formats::Remarks { rows, first_row, others, first_other, headers } = table.remarks;
+    let formats::Remarks { rows, first_row, headers } = table.remarks;
     let integers = table.integers.map(|c| c.into_pyarray(py));
-    (floats, integers, (rows, first_row, others, first_other, headers), table.open_end)
+    (floats, integers, (rows, first_row, headers), table.open_end)
 }
 
 fn dialect(

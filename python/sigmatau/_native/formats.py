@@ -56,8 +56,6 @@ class TextColumns:
         The exact column, if all its values are integers, or dates.
     hidden, first_hidden : int
         Lines that begin with a comment mark and else look like rows; the first of them.
-    remarks, first_remark : int
-        Other lines that begin so.
     headers : list of (int, str)
         Line and text of those that have as many fields as a row and no number in them; the first 16.
     open_end : bool
@@ -68,8 +66,6 @@ class TextColumns:
     integers: NDArray[np.int64] | None
     hidden: int
     first_hidden: int
-    remarks: int
-    first_remark: int
     headers: list[tuple[int, str]]
     open_end: bool
 
@@ -134,14 +130,12 @@ def read_text(
         found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
-    floats, integers, (hidden, first_hidden, remarks, first_remark, headers), open_end = found
+    floats, integers, (hidden, first_hidden, headers), open_end = found
     return TextColumns(
         columns=floats,
         integers=integers,
         hidden=hidden,
         first_hidden=first_hidden,
-        remarks=remarks,
-        first_remark=first_remark,
         headers=headers,
         open_end=open_end,
     )
@@ -223,11 +217,6 @@ def bytes_read() -> int:
     return _core.bytes_read()
 
 
-def write_text(path: str, header: str | None, delimiter: str, columns: Sequence[NDArray[Any]], *, gzip: bool) -> None:
-    """Write columns as text, each number with the fewest digits that read back to the same bits; raises OSError."""
-    _core.write_text(path, header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns], gzip)
-
-
-def format_text(header: str | None, delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
-    """The lines that `write_text` writes, as bytes."""
-    return _core.format_text(header, delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])
+def format_text(delimiter: str, columns: Sequence[NDArray[Any]]) -> bytes:
+    """Columns as lines of text, each number with the fewest digits that read back to the same bits."""
+    return _core.format_text(delimiter, [np.ascontiguousarray(c, dtype=np.float64) for c in columns])

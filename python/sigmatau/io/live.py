@@ -206,7 +206,7 @@ class Live:
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
             raise DataError("is binary data, no table of text")
-        if lvm.sniff(head, Path()):
+        if head.removeprefix(b"\xef\xbb\xbf").startswith(lvm.MARK):
             raise DataError("is a LabVIEW measurement file, which watch does not read: run sigmatau analyze FILE")
         named = find_named_layout(head)
         if named is not None:

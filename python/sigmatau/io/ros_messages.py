@@ -43,6 +43,14 @@ _QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nf
 _VECTOR = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
 _TEMPERATURE = "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n"
 
+
+def _text(message: str, *parts: str) -> str:
+    return f"{_RULE}\n".join([message, *parts])
+
+
+IMU_ROS2 = _text(_IMU, _HEADER_2, _TIME_2, _QUATERNION, _VECTOR)
+"""Definition of ``sensor_msgs/msg/Imu`` of ROS 2."""
+
 # 37 numbers of an Imu: orientation, its covariance, angular velocity, its covariance, linear acceleration, its covariance
 _NUMBERS = 37
 _VECTORS = {"gyro": 13, "accel": 25}  # Position of the vector of a sensor
@@ -120,7 +128,7 @@ def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
             columns=tuple(fields),
             fields=tuple(fields.values()),
             numbers=tuple(numbers),
-            definition=_text(_IMU, _HEADER_2, _TIME_2, _QUATERNION, _VECTOR),
+            definition=IMU_ROS2,
             definition_1=_text(_IMU, _HEADER_1, _QUATERNION, _VECTOR),
             md5="6a62c6daae103f4ff57a132d6f95cec2",
         )
@@ -139,10 +147,6 @@ def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
             )
         )
     return topics
-
-
-def _text(message: str, *parts: str) -> str:
-    return f"{_RULE}\n".join([message, *parts])
 
 
 def make_stamps(time: NDArray[np.float64]) -> NDArray[np.int64]:

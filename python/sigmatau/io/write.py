@@ -45,7 +45,7 @@ def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
     stream.write((",".join(headers_of(columns)) + "\n").encode())
 
     def put(piece: Piece) -> None:
-        stream.write(formats.format_text(None, ",", piece))
+        stream.write(formats.format_text(",", piece))
 
     return put
 

@@ -98,7 +98,7 @@ fn a_table_comes_back() {
         let columns: Vec<Vec<f64>> = (0..3).map(|_| (0..rows).map(|_| finite(rng)).collect()).collect();
         let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
         let mut text = Vec::new();
-        write_columns(&mut text, None, b',', &slices).unwrap();
+        write_columns(&mut text, b',', &slices).unwrap();
         let read = read_columns(text.as_slice(), &table(3), &[0, 1, 2], None).unwrap();
         assert_eq!(read.rows, rows);
         for (column, back) in columns.iter().zip(&read.columns) {

@@ -1,7 +1,7 @@
 """Detection of the format of a file from its content.
 
-A reader is a module with ``sniff(head, path) -> bool``, which recognises its format, and ``read(path, head) -> tables``. It
-is imported only if the first bytes may be of its format. To add a reader, list it in `_FORMATS`.
+A reader is a module with ``read(path, head) -> tables``. It is imported only if the first bytes are those of its format. If
+they are not enough, its ``sniff(head, path) -> bool`` decides. To add a reader, list it in `_FORMATS`.
 """
 
 from __future__ import annotations
@@ -29,18 +29,32 @@ class _Format:
 
     module: str
     what: str  # Name for errors
-    likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files that `sniff` accepts
+    likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files of the format
     gzip: bool = False  # Whether files compressed by gzip are read
     binary: bool = True  # Whether the file is not text
+    sniffs: bool = False  # Whether the first bytes do not decide, but `sniff` of the reader
+
+    def accept(self, head: bytes, path: Path) -> Format | None:
+        """The reader, imported; None if the file is not of this format."""
+        if not self.likely(head):
+            return None
+        reader = cast("Format", import_module(f"sigmatau.io.read.formats.{self.module}"))
+        return reader if not self.sniffs or reader.sniff(head, path) else None
 
 
 def _begins(*marks: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(marks)
 
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _OBJECT = rb"\A(?:\xef\xbb\xbf)?\s*[{\[]"
 _OBJECT_ON_A_LINE = rb"\n[ \t]*\{"
 _PAIR = rb"(?:[A-Za-z_)\]][ \t]*[:=][ \t]*|\d[ \t]*=[ \t]*|\d:[ \t]+)[-+.]?\d"
+
+
+def _has_matlab_header(head: bytes) -> bool:
+    """Whether the head is that of MATLAB's version 5, or of version 7.3: HDF5 behind a block of 512 bytes."""
+    return head[124:128] in (b"\0\1IM", b"\1\0MI") or head[512:520] == _HDF5
 
 
 def _has_objects(head: bytes) -> bool:
@@ -59,25 +73,35 @@ def _has_pairs(head: bytes) -> bool:
 
 # The more specific format first: zip archives of arrays before zip archives of tables. Text has no signature and is last.
 _FORMATS = (
-    _Format("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04")),
-    _Format("xlsx", "an Excel workbook", _begins(b"PK\x03\x04")),
+    _Format("npy", "a NumPy file", _begins(b"\x93NUMPY", b"PK\x03\x04"), sniffs=True),
+    _Format("xlsx", "an Excel workbook", _begins(b"PK\x03\x04"), sniffs=True),
     _Format("zipped", "a zip archive", _begins(b"PK\x03\x04")),
-    _Format("roslog", "an MCAP file or a ROS bag", _begins(b"\x89MCAP", b"#ROSBAG")),
-    _Format("rosbag2", "an SQLite database", _begins(b"SQLite format 3")),
+    _Format("roslog", "an MCAP file or a ROS bag", _begins(b"\x89MCAP", b"#ROSBAG V")),
+    _Format("rosbag2", "an SQLite database", _begins(b"SQLite format 3\0")),
     _Format("ulog", "a PX4 flight log", _begins(b"ULog")),
     _Format("dataflash", "an ArduPilot log", _begins(b"\xa3\x95")),
-    _Format("matlab", "a MATLAB file", lambda head: head[126:128] in (b"IM", b"MI") or head[512:516] == b"\x89HDF"),
-    _Format("hdf5", "an HDF5 file", _begins(b"\x89HDF")),
-    _Format("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff")),
+    _Format("matlab", "a MATLAB file", _has_matlab_header),
+    _Format("hdf5", "an HDF5 file", _begins(_HDF5)),
+    _Format("arrow", "a Parquet or Arrow file", _begins(b"PAR1", b"ARROW1", b"\xff\xff\xff\xff"), sniffs=True),
     _Format("tdms", "a TDMS file", _begins(b"TDSm")),
     _Format(
-        "novatel", "a NovAtel log", lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head, binary=False
+        "novatel",
+        "a NovAtel log",
+        lambda head: b"RAWIMU" in head or b"\xaaD" in head or b"A,COM" in head,
+        binary=False,
+        sniffs=True,
     ),
-    _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False),
-    _Format("lvm", "a LabVIEW measurement file", _begins(b"LabVIEW", b"\xef\xbb\xbfLabVIEW"), gzip=True, binary=False),
-    _Format("json_rows", "JSON", _has_objects, gzip=True, binary=False),
-    _Format("keyed", "text of names and values", _has_pairs, gzip=True, binary=False),
-    _Format("text", "text", lambda _: True, gzip=True, binary=False),
+    _Format("vectornav", "VectorNav sentences", lambda head: b"$VN" in head, gzip=True, binary=False, sniffs=True),
+    _Format(
+        "lvm",
+        "a LabVIEW measurement file",
+        _begins(b"LabVIEW Measurement", b"\xef\xbb\xbfLabVIEW Measurement"),
+        gzip=True,
+        binary=False,
+    ),
+    _Format("json_rows", "JSON", _has_objects, gzip=True, binary=False, sniffs=True),
+    _Format("keyed", "text of names and values", _has_pairs, gzip=True, binary=False, sniffs=True),
+    _Format("text", "text", lambda _: True, gzip=True, binary=False, sniffs=True),
 )
 
 # Texts that are saved in place of a log.
@@ -136,10 +160,8 @@ _IN_ARCHIVES = ("lvm", "json_rows", "keyed", "text")  # formats whose readers ta
 def find_text_reader(head: Head, path: Path) -> TextFormat | None:
     """The reader of a text in memory, such as a member of an archive; None if it is not text."""
     for each in _FORMATS:
-        if each.module in _IN_ARCHIVES and each.likely(head.data):
-            reader = cast("TextFormat", import_module(f"sigmatau.io.read.formats.{each.module}"))
-            if reader.sniff(head.data, path):
-                return reader
+        if each.module in _IN_ARCHIVES and (reader := each.accept(head.data, path)) is not None:
+            return cast("TextFormat", reader)
     return None
 
 
@@ -153,10 +175,7 @@ def reader_of(head: Head, path: Path) -> Format:
         if text.match(head.data):
             raise DataError(f"is {what}")
     for each in _FORMATS:
-        if not each.likely(head.data):
-            continue
-        reader = cast("Format", import_module(f"sigmatau.io.read.formats.{each.module}"))
-        if not reader.sniff(head.data, path):
+        if (reader := each.accept(head.data, path)) is None:
             continue
         if head.gzip and not each.gzip:
             raise DataError(f"is {each.what} compressed by gzip; decompress it first (gzip -d {path.name})")

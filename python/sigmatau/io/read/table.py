@@ -108,8 +108,8 @@ class Table:
     format: str  # ``"text"``, ``"npy"``, ``"mcap"`` …
     columns: tuple[Column, ...]
     notes: tuple[str, ...]  # Properties of the file, for the provenance of the record
-    # ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0. The column `exact` is returned as 64-bit
-    # integers if it has integers. Raises `DataError`.
+    # ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0; the column `exact` as integers if it has them.
+    # Raises `DataError`.
     load: Callable[[Sequence[int], int | None], Loaded]
     # ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``
     where: Callable[[int], str] = "row {}".format
@@ -157,11 +157,11 @@ class Format(Protocol):
     """A module that reads one format."""
 
     def sniff(self, head: bytes, path: Path) -> bool:
-        """Whether a file with this head is of this format."""
+        """Whether a file whose first bytes may be of this format is of it; only called of an entry with ``sniffs``."""
         ...
 
     def read(self, path: Path, head: Head) -> Sequence[Table]:
-        """The tables of a file that `sniff` accepted; raises `DataError`."""
+        """The tables of a file of this format; raises `DataError`."""
         ...
 
 
@@ -218,8 +218,13 @@ def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray
     return changed
 
 
-def whole_stamps(array: NDArray[Any]) -> NDArray[Any]:
-    """Time stamps as int64 if they are integers that fit, else as float64."""
+def load_stamped(table: Table, wanted: Sequence[int], time: int | None) -> Loaded:
+    """Columns of a table, those of the time stamps as int64 if they are integers that fit, else as float64."""
+    loaded = table.load(wanted, time)
+    return loaded if time is None else replace(loaded, columns={**loaded.columns, time: _stamps(loaded.columns[time])})
+
+
+def _stamps(array: NDArray[Any]) -> NDArray[Any]:
     array = np.asarray(array)
     whole = array.dtype.kind in "iu" and int(array.max(initial=0)) < 1 << 63
     return array.astype(np.int64 if whole else np.float64)

@@ -21,7 +21,7 @@ from sigmatau.io.read.gravity import gravity_on_gyro
 from sigmatau.io.read.names import unit_of
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
-from sigmatau.io.read.table import Loaded, Table, all_without_absurd
+from sigmatau.io.read.table import Loaded, Table, all_without_absurd, load_stamped
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
@@ -259,11 +259,11 @@ def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
     warm = choice.temperature
     if warm is not None and warm.index not in wanted:
         try:
-            loaded = table.load(sorted({*wanted, warm.index}), choice.time)
+            loaded = load_stamped(table, sorted({*wanted, warm.index}), choice.time)
         except DataError:  # it must not make the log unusable
             choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
     if loaded is None:
-        loaded, choice = table.load(sorted(wanted), choice.time), replace(choice, temperature=None)
+        loaded, choice = load_stamped(table, sorted(wanted), choice.time), replace(choice, temperature=None)
     return replace(loaded, columns=all_without_absurd(loaded.columns)), choice
 
 

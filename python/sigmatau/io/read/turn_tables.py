@@ -14,7 +14,7 @@ from sigmatau.io.read.columns import Choice
 from sigmatau.io.read.interleaving import find_interleaving, find_turns
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, resolve
-from sigmatau.io.read.table import Table
+from sigmatau.io.read.table import Table, load_stamped
 from sigmatau.io.read.time.rows import shares_times
 from sigmatau.record.record import stream_name
 
@@ -53,7 +53,7 @@ def refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[A
 def refuse_shared_times(table: Table, column: int) -> None:
     """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
     try:
-        stamps = table.load([column], column).columns[column]
+        stamps = load_stamped(table, [column], column).columns[column]
     except (DataError, OptionError):  # perhaps why it is ignored
         return
     if shares_times(stamps):

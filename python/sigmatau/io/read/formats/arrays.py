@@ -18,7 +18,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
 from sigmatau.hints import Hint
-from sigmatau.io.read.table import Column, Loaded, Table, whole_stamps
+from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.record.record import MIN_SAMPLES
 from sigmatau.record.sampling import RateSource
 
@@ -86,9 +86,7 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
     return ((n, k), False) if 0 < k <= WIDEST else None
 
 
-def real_columns(
-    raw: Mapping[int, NDArray[Any]], columns: Sequence[Column], exact: int | None
-) -> dict[int, NDArray[Any]]:
+def real_columns(raw: Mapping[int, NDArray[Any]], columns: Sequence[Column]) -> dict[int, NDArray[Any]]:
     """The columns as real numbers of native byte order; raises `DataError` for other types, or unequal lengths."""
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
@@ -103,8 +101,6 @@ def real_columns(
     if len(lengths) > 1:
         listed = ", ".join(f"{columns[i].name} {len(a)}" for i, a in raw.items())
         raise DataError(f"has columns of unequal length ({listed}); cut them alike, or choose by {Hint('channels')}")
-    if exact is not None:
-        checked[exact] = whole_stamps(checked[exact])
     return checked
 
 
@@ -118,7 +114,7 @@ def table_of_columns(
     """The table of columns that are loaded one by one."""
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        return Loaded(columns=real_columns({index: getters[index]() for index in wanted}, columns, exact))
+        return Loaded(columns=real_columns({index: getters[index]() for index in wanted}, columns))
 
     return Table(format=kind, columns=tuple(columns), notes=notes, load=load, findings=findings)
 
@@ -210,7 +206,7 @@ def _table(
             for index in indices:  # a view keeps the whole array in memory: used only if all columns are wanted
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
-        return Loaded(columns=real_columns(raw, columns, exact))
+        return Loaded(columns=real_columns(raw, columns))
 
     return Table(format=kind, columns=tuple(columns), notes=notes, load=load, topic=topic, rows=rows, findings=findings)
 

@@ -165,7 +165,7 @@ def table_of(
         for index in wanted:
             held = pieces.pop(index)
             joined[index] = held[0] if len(held) == 1 else np.concatenate(held) if held else np.empty(0)
-        return Loaded(columns=real_columns(joined, columns, exact), findings=tuple(late))
+        return Loaded(columns=real_columns(joined, columns), findings=tuple(late))
 
     def words(name: str) -> NDArray[Any]:
         try:

@@ -22,9 +22,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import behind, broken
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
-
-_MARKS = b"\xa3\x95"
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 # By letter of the type; text and arrays are not read.
 _TYPES = {
@@ -75,11 +73,6 @@ class _Kind:
     several: bool = False  # whether several kinds have this name
 
 
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with the header of a message."""
-    return head.startswith(_MARKS)
-
-
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances."""
     scan = logs.scan_dataflash(str(path))
@@ -125,8 +118,6 @@ def _tables(
             letter = fields[index][1]
             array: NDArray[Any] = column.view(_TYPES[letter])
             arrays[index] = array / 100.0 if letter in _HUNDREDTHS else array
-        if exact is not None:
-            arrays[exact] = whole_stamps(arrays[exact])
         return Loaded(columns=arrays)
 
     yield Table(

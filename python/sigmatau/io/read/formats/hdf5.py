@@ -18,16 +18,10 @@ from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
 from sigmatau.io.read.formats.damage import behind, first_line, library_faults, places_of, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
-_MARK = b"\x89HDF\r\n\x1a\n"
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
 _MAX_OBJECTS = 10_000  # in a file; a log has far fewer
 _MAX_DEPTH = 32  # of nested groups
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is HDF5 from its first byte; with a user block it is a MATLAB file."""
-    return head.startswith(_MARK)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:

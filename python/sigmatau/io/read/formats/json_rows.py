@@ -31,7 +31,6 @@ _CHUNK = 1 << 16  # rows that are held as objects
 _DEEPEST = 8  # fields within fields
 _LONGEST_ARRAY = 64  # numbers in an array that is a field of a row
 _RESULT = b'"sigmatau":'
-_MISSING = np.iinfo(np.int64).min
 
 _Path = tuple[str | int, ...]
 

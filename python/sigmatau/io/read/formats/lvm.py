@@ -24,8 +24,7 @@ from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.record.sampling import RateSource
 
-_MARK = b"LabVIEW Measurement"
-_BOM = b"\xef\xbb\xbf"
+MARK = b"LabVIEW Measurement"
 _END = b"***End_of_Header***"
 _SPECIAL = re.compile(rb"\*\*\*Start_Special\*\*\*.*?\*\*\*End_Special\*\*\*[^\n]*", re.DOTALL)
 _COPIES = 3  # of the file in memory while it is read
@@ -60,11 +59,6 @@ class _Segment:
             return (day.toordinal() - 719_163) * 86_400 + int(hours) * 3600 + int(minutes) * 60 + float(seconds)
         except (KeyError, IndexError, ValueError):
             return None
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with the name of the format."""
-    return head.removeprefix(_BOM).startswith(_MARK)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:

@@ -21,11 +21,6 @@ _HDF5_AT = 512
 _CLASSES_73 = frozenset(["double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))])
 
 
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is a MATLAB file of version 5 or 7.3, by the signature at the end of its header."""
-    return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI") or head[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n"
-
-
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: variables of equal length form one table; each struct, table and timetable is one."""
     contents = mat5.Found()

@@ -61,35 +61,9 @@ _FIELD = re.compile(
     r"^(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?P<array>\[(?P<bound><=)?(?P<count>\d*)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)$"
 )
 
-IMU_ROS2 = """\
-std_msgs/Header header
-geometry_msgs/Quaternion orientation
-float64[9] orientation_covariance
-geometry_msgs/Vector3 angular_velocity
-float64[9] angular_velocity_covariance
-geometry_msgs/Vector3 linear_acceleration
-float64[9] linear_acceleration_covariance
-====================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-====================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-====================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-"""
-"""``sensor_msgs/msg/Imu`` of ROS 2, for bags without definitions."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
+class MessageLayout:
     """A message as columns."""
 
     columns: tuple[Column, ...]  # The last is `LOG_TIME`
@@ -98,6 +72,8 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Field:
+    """A field of a definition."""
+
     type: str
     name: str
     count: int | None  # None: one, -1: a sequence
@@ -105,26 +81,93 @@ class _Field:
 
 @dataclass(slots=True)
 class _Builder:
+    """Columns and steps of a message while its definition is followed."""
+
     types: Mapping[str, tuple[_Field, ...]]
-    numbers: Mapping[str, str]
+    ros1: bool
     columns: list[Column] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
     open: bool = False  # the offsets of further fields are unknown
 
+    @property
+    def numbers(self) -> Mapping[str, str]:
+        """The types of numbers."""
+        return _ROS1 if self.ros1 else _ROS2
 
-def layout_of(definition: str, type_name: str, *, ros1: bool) -> Layout:
+    def add_message(self, name: str, path: str, unit: str | None, *, depth: int, columns: bool) -> None:
+        """Add the fields of a message; without `columns` they are passed over."""
+        if name not in self.types:
+            raise DataError(f"the definition of {name} is missing")
+        if depth > _DEPTH or len(self.steps) > _STEPS:
+            raise DataError(f"the definition of {name} is too deep or too long")
+        fields = self.types[name]
+        if not fields and not self.ros1:
+            self.steps.append(("u1", 1, -1))  # in ROS 2 an empty structure takes one byte
+        for part in fields:
+            if self.open:
+                return
+            unit_of_field = _UNITS.get((name, part.name), unit)
+            if (
+                unit_of_field is None
+                and name.startswith("px4_msgs/")
+                and part.name in ("timestamp", "timestamp_sample")
+            ):
+                unit_of_field = "us"
+            self._add_field(
+                part, self._resolve(part.type, name), path + part.name, unit_of_field, depth, columns=columns
+            )
+
+    def _resolve(self, name: str, within: str) -> str:
+        """The full name of a type; a name without a package is of the same package."""
+        name = _short(name)
+        if name in self.numbers or name in ("string", "wstring") or "/" in name:
+            return name
+        return "std_msgs/Header" if name == "Header" else f"{within.split('/')[0]}/{name}"
+
+    def _add_field(self, part: _Field, kind: str, path: str, unit: str | None, depth: int, *, columns: bool) -> None:
+        count = 1 if part.count is None else part.count
+        columns = columns and 0 <= count <= _ARRAY_COLUMNS
+        if kind == "wstring":
+            self.open = True  # its width depends on the middleware
+        elif kind == "string":
+            self.steps.append(("string", count, -1))
+        elif kind in self.numbers:
+            word = self.numbers[kind]
+            first = -1
+            if columns and len(self.columns) + count <= _COLUMNS:
+                first = len(self.columns)
+                bracket = f" [{_STAMPS.get(word, unit)}]" if _STAMPS.get(word, unit) else ""
+                elements = [""] if part.count is None else [f"[{k}]" for k in range(count)]
+                self.columns += [Column(name=f"{path}{element}{bracket}") for element in elements]
+            self.steps.append((word, count, first))
+        elif part.count is None:
+            self.add_message(kind, f"{path}.", unit, depth=depth + 1, columns=columns)
+        elif columns and len(self.steps) < _STEPS // 10:
+            for k in range(count):
+                self.add_message(kind, f"{path}[{k}].", unit, depth=depth + 1, columns=True)
+        else:
+            self.steps.append(("[", count, -1))
+            self.add_message(kind, f"{path}.", unit, depth=depth + 1, columns=False)
+            self.steps.append(("]", 0, -1))
+            if self.open and count != 0:
+                # The offset is lost within the loop, so the loop and all after it are dropped.
+                start = max(i for i, step in enumerate(self.steps) if step[0] == "[")
+                del self.steps[start:]
+
+
+def find_columns(definition: str, type_name: str, *, ros1: bool) -> MessageLayout:
     """Columns and steps of a message. `definition`: the text, with the definitions of the types that it uses;
     `type_name`: ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where
     ``time`` is a type.
     """
     name = _short(type_name)
-    builder = _Builder(types=_types(definition, name), numbers=_ROS1 if ros1 else _ROS2)
-    _message(builder, name, "", None, depth=0, columns=True, ros1=ros1)
+    builder = _Builder(types=_types(definition, name), ros1=ros1)
+    builder.add_message(name, "", None, depth=0, columns=True)
     if builder.open:
         builder.steps.append(("?", 0, -1))
     builder.steps.insert(0, ("log_time", 1, len(builder.columns)))
     builder.columns.append(Column(name=LOG_TIME))
-    return Layout(columns=tuple(builder.columns), steps=tuple(builder.steps))
+    return MessageLayout(columns=tuple(builder.columns), steps=tuple(builder.steps))
 
 
 def _types(definition: str, name: str) -> dict[str, tuple[_Field, ...]]:
@@ -158,73 +201,3 @@ def _field(line: str, within: str) -> _Field | None:
 
 def _short(name: str) -> str:
     return name.replace("/msg/", "/")
-
-
-def _resolved(builder: _Builder, name: str, within: str) -> str:
-    """The full name of a type; a name without a package is of the same package."""
-    name = _short(name)
-    if name in builder.numbers or name in ("string", "wstring") or "/" in name:
-        return name
-    if name == "Header":
-        return "std_msgs/Header"
-    return f"{within.split('/')[0]}/{name}"
-
-
-def _message(
-    builder: _Builder, name: str, path: str, unit: str | None, *, depth: int, columns: bool, ros1: bool
-) -> None:
-    if name not in builder.types:
-        raise DataError(f"the definition of {name} is missing")
-    if depth > _DEPTH or len(builder.steps) > _STEPS:
-        raise DataError(f"the definition of {name} is too deep or too long")
-    fields = builder.types[name]
-    if not fields and not ros1:
-        builder.steps.append(("u1", 1, -1))  # in ROS 2 an empty structure takes one byte
-    for part in fields:
-        if builder.open:
-            return
-        unit_of_field = _UNITS.get((name, part.name), unit)
-        if unit_of_field is None and name.startswith("px4_msgs/") and part.name in ("timestamp", "timestamp_sample"):
-            unit_of_field = "us"
-        _one(builder, part, _resolved(builder, part.type, name), path + part.name, unit_of_field, depth, columns, ros1)
-
-
-def _one(
-    builder: _Builder,
-    part: _Field,
-    kind: str,
-    path: str,
-    unit: str | None,
-    depth: int,
-    columns: bool,  # noqa: FBT001  passed on
-    ros1: bool,  # noqa: FBT001
-) -> None:
-    count = 1 if part.count is None else part.count
-    columns = columns and 0 <= count <= _ARRAY_COLUMNS
-    if kind == "wstring":
-        builder.open = True  # its width depends on the middleware
-    elif kind == "string":
-        builder.steps.append(("string", count, -1))
-    elif kind in builder.numbers:
-        word = builder.numbers[kind]
-        first = -1
-        if columns and len(builder.columns) + count <= _COLUMNS:
-            first = len(builder.columns)
-            bracket = f" [{_STAMPS.get(word, unit)}]" if _STAMPS.get(word, unit) else ""
-            builder.columns += [
-                Column(name=f"{path}{'' if part.count is None else f'[{k}]'}{bracket}") for k in range(count)
-            ]
-        builder.steps.append((word, count, first))
-    elif part.count is None:
-        _message(builder, kind, f"{path}.", unit, depth=depth + 1, columns=columns, ros1=ros1)
-    elif columns and len(builder.steps) < _STEPS // 10:
-        for k in range(count):
-            _message(builder, kind, f"{path}[{k}].", unit, depth=depth + 1, columns=True, ros1=ros1)
-    else:
-        builder.steps.append(("[", count, -1))
-        _message(builder, kind, f"{path}.", unit, depth=depth + 1, columns=False, ros1=ros1)
-        builder.steps.append(("]", 0, -1))
-        if builder.open and count != 0:
-            # The offset is lost within the loop, so the loop and all after it are dropped.
-            start = max(i for i, step in enumerate(builder.steps) if step[0] == "[")
-            del builder.steps[start:]

@@ -21,7 +21,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place, SkippedMessages
 from sigmatau.io.read.formats.damage import fault
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.record.on_disk import file_bytes
 
 _FOOT = 0.3048
@@ -189,7 +189,7 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
         raw: dict[int, NDArray[Any]] = {}
         for index in wanted:
             if index == 0:
-                raw[0] = whole_stamps(rows["time"]) if exact == 0 else rows["time"].astype(np.float64)
+                raw[0] = rows["time"] if exact == 0 else rows["time"].astype(np.float64)
                 continue
             gyro, axis = index <= 3, (index - 1) % 3
             # Order in the log: z, -y, x; velocity first.

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.hints import Hint
 from sigmatau.io.read.formats.damage import fault
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps
+from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.record.on_disk import FileRows
 
 _EXAMPLE = '"<u4 time[us],3f4 gyro[rad/s],3f4 accel[m/s^2]"'
@@ -95,12 +94,7 @@ def read(path: Path, head: Head, layout: object) -> tuple[Table]:
     held = FileRows(path, row, rows, header)
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        raw: dict[int, NDArray[Any]] = {}
-        for index in wanted:
-            _, field, place = columns[index]
-            values = held.column(field, place)
-            raw[index] = whole_stamps(values) if index == exact else values
-        return Loaded(columns=raw)
+        return Loaded(columns={index: held.column(*columns[index][1:]) for index in wanted})
 
     findings: tuple[Finding, ...] = ()
     if rest:

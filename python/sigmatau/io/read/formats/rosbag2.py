@@ -18,18 +18,13 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.io.read.formats import damage, roslog, split
 from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion
-from sigmatau.io.read.formats.messages import IMU_ROS2, Layout
+from sigmatau.io.read.formats.messages import MessageLayout
 from sigmatau.io.read.table import Head, Loaded, Table
+from sigmatau.io.ros_messages import IMU_ROS2
 
-_MAGIC = b"SQLite format 3\0"
 _ZSTD = b"\x28\xb5\x2f\xfd"
 _BATCH = 1 << 14  # messages that are decoded together
 _KNOWN = {"sensor_msgs/msg/Imu": IMU_ROS2}
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is an SQLite database."""
-    return head.startswith(_MAGIC)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -168,7 +163,7 @@ class _Reader:
     declared: int | None
     compressed: bool  # each message by zstd
 
-    def load(self, layout: Layout, wanted: Sequence[int], exact: int | None) -> Loaded:
+    def load(self, layout: MessageLayout, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[logs.Decoded] = []
         rows, doubt = 0, 0
         fault = ""

@@ -11,24 +11,17 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place
 from sigmatau.io.read.formats.damage import behind, largest_expansion, refuse_expansion
-from sigmatau.io.read.formats.messages import Layout, layout_of
+from sigmatau.io.read.formats.messages import MessageLayout, find_columns
 from sigmatau.io.read.table import Column, Head, Loaded, Table
-
-_MCAP, _BAG = b"\x89MCAP", b"#ROSBAG V"
 
 _IS_ROS1 = {("cdr", "ros2msg"): False, ("cdr", "ros1msg"): False, ("ros1", "ros1msg"): True}
 
 _NOT_READ = "not read: "
 
 
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins like an MCAP file or a ROS 1 bag."""
-    return head.startswith((_MCAP, _BAG))
-
-
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
-    kind: logs.LogKind = "mcap" if head.data.startswith(_MCAP) else "rosbag1"
+    kind: logs.LogKind = "mcap" if head.data.startswith(b"\x89MCAP") else "rosbag1"
     contents = logs.log_contents(str(path), kind, most=largest_expansion(path.stat().st_size))
     end = _within(path, contents.end)
     where = f"{end.what} (byte {end.offset})"
@@ -77,14 +70,14 @@ def message_table(
     topic: str,
     type_name: str,
     definition: str,
-    load: Callable[[Layout, Sequence[int], int | None], Loaded],
+    load: Callable[[MessageLayout, Sequence[int], int | None], Loaded],
     rows: int | None,
     *,
     ros1: bool = False,
 ) -> Table:
     """The table of a topic, by the text that defines its messages."""
     try:
-        layout = layout_of(definition, type_name, ros1=ros1)
+        layout = find_columns(definition, type_name, ros1=ros1)
     except DataError as error:
         return refused_table(kind, topic, str(error), rows)
     return Table(
@@ -141,7 +134,7 @@ def _load(
     ids: Sequence[int],
     cdr: bool,  # noqa: FBT001  bound before the others
     declared: int | None,
-    layout: Layout,
+    layout: MessageLayout,
     wanted: Sequence[int],
     exact: int | None,
 ) -> Loaded:

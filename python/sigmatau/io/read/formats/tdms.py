@@ -26,11 +26,6 @@ _INCREMENT = "wf_increment"  # Property of a channel: its sample interval [s]
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 
 
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with a TDMS segment."""
-    return head.startswith(_MARK)
-
-
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: the channels of a group with one length are a table."""
     need("nptdms", "tdms", "a LabVIEW TDMS file")

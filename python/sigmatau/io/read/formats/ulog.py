@@ -21,9 +21,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import LoggerDropouts, Place, SkippedMessages
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import broken, fault
-from sigmatau.io.read.table import Column, Head, Loaded, Table, whole_stamps, without_absurd
-
-_MAGIC = b"ULog\x01\x12\x35"
+from sigmatau.io.read.table import Column, Head, Loaded, Table, without_absurd
 
 _TYPES = {
     "int8_t": "i1",
@@ -57,11 +55,6 @@ class _Field:
     name: str
     kind: str
     offset: int
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is a ULog, even with a damaged header."""
-    return head.startswith(_MAGIC[:4])
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -145,10 +138,7 @@ def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         arrays = source.arrays([shown[i] for i in wanted])
-        raw: dict[int, NDArray[Any]] = dict(zip(wanted, arrays, strict=True))
-        if exact is not None:
-            raw[exact] = whole_stamps(raw[exact])
-        return Loaded(columns=raw)
+        return Loaded(columns=dict(zip(wanted, arrays, strict=True)))
 
     if shown:
         yield Table(

@@ -17,13 +17,7 @@ from sigmatau.record import memory
 if TYPE_CHECKING:
     import zipfile
 
-_MARK = b"PK\x03\x04"
 _MAX_MEMBERS = 1000
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file is a zip archive."""
-    return head.startswith(_MARK)
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -75,7 +69,7 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
     name = PurePosixPath(member.filename).stem
     try:
         # The layout of a table is detected from the head, and the rows are unpacked on demand and not kept.
-        beginning = head.whole or reader.sniff is text.sniff
+        beginning = head.whole or reader.read_tables is text.read_tables
         shown = reader.read_tables(data if beginning else _unpacked(path, member), head, name, member.filename)
     except DataError as error:
         return error.reason

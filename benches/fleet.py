@@ -291,7 +291,7 @@ def long(folder: Path, samples: int) -> dict[str, Any]:
 
 def cost(folder: Path) -> dict[str, Any]:
     """Of a log: bytes of its rows, CPU of the worker and of the client; of a stretch: CPU and bytes of a sample."""
-    from sigmatau.lab.fleet import stretches
+    from sigmatau.analysis import stretches
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import Job, analyse

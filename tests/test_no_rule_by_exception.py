@@ -23,7 +23,7 @@ UNDECIDED = "a question of a table is asked again when it is read, or is a line 
 TOO_SHORT = "a part is too short for an estimator"
 JUSTIFIED = {
     "estimators/gapped.py _rows": TOO_SHORT,
-    "lab/fleet/stretches.py too_large": UNLOADABLE,
+    "analysis/stretches.py too_large": UNLOADABLE,
     "io/live.py _find_out": UNDECIDED,
     "io/read/column_values.py load_columns": UNLOADABLE,
     "io/read/gravity.py unit_of_gravity": UNLOADABLE,

@@ -10,10 +10,10 @@ from studies import parked
 from tests.known import seed_of
 
 import sigmatau as st
+from sigmatau.analysis.joint import analysed_run, fit_analysed
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
 from sigmatau.fitting.disturbance import THRESHOLDS, burst_share, upper_limits, vibration_share
 from sigmatau.fitting.fitted_noise import QUANTIFIED
-from sigmatau.lab.lots.joint import analysed_run, fit_analysed
 from sigmatau.units import to_si
 
 RATE, LONG = 100.0, (120.0, 300.0)

@@ -49,7 +49,7 @@ from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import files_of
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.quality.clocks import clocks
+from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import Record, kinds_of, stream_name
 from sigmatau.reporting.report import ENDINGS
 from sigmatau.reporting.report import report as write_report
@@ -401,7 +401,7 @@ def _many(
 
         with attempts.attempt(), drawing(overlay, outputs.style, quiet=quiet):
             write_figure(plot_overlay(drawn, style=outputs.style), overlay)
-    for name, finding in clocks({str(log): outcomes[log].marks for log in logs}).items():
+    for name, finding in compare_clocks({str(log): outcomes[log].marks for log in logs}).items():
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}

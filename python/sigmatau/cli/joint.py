@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis import analyze
+from sigmatau.analysis.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
@@ -29,7 +30,6 @@ from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
-from sigmatau.lab.lots.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, kinds_of
 from sigmatau.record.streams import Stream

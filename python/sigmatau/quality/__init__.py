@@ -1,1 +1,5 @@
 """What is wrong with a record, and what is left out of it."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -22,7 +22,7 @@ from sigmatau.frozen import frozen
 
 @frozen
 class ClockThresholds:
-    """Thresholds of `marks_of` and `clocks`."""
+    """Thresholds of `marks_of` and `compare_clocks`."""
 
     strongest: int = 8
     """Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records."""
@@ -117,7 +117,7 @@ def _mark(
         yield Mark(channel, kind, value, part * (high - low) / value)
 
 
-def clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
+def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
     """The records whose clock is off, by name, with the finding that says by how much.
 
     Parameters

@@ -33,7 +33,7 @@ def told():
         return original(path, **options)
     module.read = read
     if "FLEET_VALUES" in os.environ:
-        import sigmatau.lab.fleet.stretches as stretches
+        import sigmatau.analysis.stretches as stretches
         stretches._VALUES = int(os.environ["FLEET_VALUES"])
         whole = stretches._unread
         def unread(place, reading):

@@ -56,12 +56,12 @@ def test_a_failure_names_the_object_and_not_its_copy(objects):
 
 
 def test_a_defect_of_the_program_is_a_failure_of_the_log(objects, monkeypatch):
-    import sigmatau.analysis
+    import sigmatau
 
     def broken(*_, **__):
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr(sigmatau.analysis, "analyze", broken)
+    monkeypatch.setattr(sigmatau, "analyze", broken)
     (_, one, _), _ = analyse(find([str(objects)]), JOB)
     assert (one.code, str(one.error)) == (1, f"{one.log.place}: ZeroDivisionError: by zero")
 

@@ -41,9 +41,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.mean_stability import AVERAGES
-from sigmatau.model.file import value_in_si
-from sigmatau.model.processes import LARGEST, SMALLEST
+from sigmatau.fitting import AVERAGES
+from sigmatau.model import LARGEST, SMALLEST, value_in_si
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
 from sigmatau.results import plain
 from sigmatau.units import find

@@ -17,20 +17,17 @@ from pathlib import Path
 from statistics import NormalDist
 from typing import Protocol
 
+from sigmatau import ChannelModel, NoiseFit, NoiseModel
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.mean_stability import MeanStability
-from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.to_model import to_models
+from sigmatau.fitting import MeanStability, to_models
 from sigmatau.lab.datasheets.claims import AXES, MEANS, QUANTITIES, Bias, Claim, Meaning, Sided, check_meanings
 from sigmatau.lab.datasheets.doubts import Doubt
 from sigmatau.lab.datasheets.measured import Measured, measured, measured_means, stability
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.lab.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
-from sigmatau.model.channel import ChannelModel
-from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import LARGEST
-from sigmatau.record.record import stream_name
+from sigmatau.model import LARGEST
+from sigmatau.record import stream_name
 
 _EQUAL = 1e-9  # relative difference of numbers without errors that count as equal
 _MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
+from sigmatau.model import NOT_ADEQUATE, ONLY_LIMITS
 
 DoubtKind = Literal[
     "not_in_result", "no_means", "no_interval", "processes", "no_bias_instability", "terms_at_limit", "not_adequate",

@@ -8,23 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau._native import kernels
+from sigmatau import ChannelModel
 from sigmatau.errors import DataError
-from sigmatau.fitting.mean_stability import MeanStability
+from sigmatau.fitting import MeanStability
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.doubts import Doubt, DoubtKind
-from sigmatau.model.channel import ChannelModel
-from sigmatau.model.covariance import exponential_less
-from sigmatau.noise.terms import BIAS_LEVEL
-
-Floats = NDArray[np.float64]
+from sigmatau.model import min_adev, processes_avar
 
 _SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 _SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
 _NEGLIGIBLE = 0.01  # share of a variance; 0.5 % of a deviation
-_TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,18 +112,18 @@ def _minimum(model: ChannelModel) -> Measured:
     silent = "bias_instability" not in seen and "bias_instability" not in unseen
     if not any(term in seen for term in _SLOW):
         return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, seen, unseen)
-    floor, _ = _least(seen)
+    floor, _ = min_adev(seen)
     low, high = _interval(model, seen)
     if silent:
         return _above(model, low, seen, "no_bias_instability")
-    value, tau = _least(seen, model, cancelled=True)
+    value, tau = min_adev(seen, model, cancelled=True)
     if low is None or high is None:
         return Measured(value=value, level=model.level)
-    if _extra(model, np.array(tau)) > _NEGLIGIBLE * value**2:
+    if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * value**2:
         return _above(model, low, seen, "processes")
     high *= value / floor
     if unseen:
-        high = max(high, _least({**seen, **unseen}, model)[0])
+        high = max(high, min_adev({**seen, **unseen}, model)[0])
     doubt = Doubt(kind="terms_at_limit", terms=tuple(sorted(unseen))) if unseen else None
     return Measured(value=value, low=low, high=high, level=model.level, doubt=doubt)
 
@@ -137,8 +131,8 @@ def _minimum(model: ChannelModel) -> Measured:
 def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
     """Upper limit without observed slow noise: observed terms at their upper ends, the others at their limits."""
     ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
-    limit, tau = _least({**ends, **unseen}, model)
-    if _extra(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
+    limit, tau = min_adev({**ends, **unseen}, model)
+    if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
         return Measured(doubt=Doubt(kind="no_interval"))
     return Measured(upper_limit=limit, level=model.level)
 
@@ -146,7 +140,7 @@ def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]
 def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: DoubtKind) -> Measured:
     """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
     if low is None:
-        return Measured(lower_limit=_least(seen, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
+        return Measured(lower_limit=min_adev(seen, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
     return Measured(lower_limit=low, level=(1 + model.level) / 2, doubt=Doubt(kind=why))
 
 
@@ -160,52 +154,4 @@ def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float
         return None, None
     lows = {term: seen[term] if one.low is None else one.low for term, one in found.items()}
     highs = {term: seen[term] if one.high is None else one.high for term, one in found.items()}
-    return _least(lows)[0], _least(highs)[0]
-
-
-def _extra(model: ChannelModel, tau: Floats, *, cancelled: bool = False) -> Floats:
-    """σ²(τ) of Gauss-Markov processes and sinusoids (IEEE Std 952-2020, annex C) and resonances, with lines at the maxima of
-    their ripple; or at the minima if they are `cancelled`, because a line cancels after whole periods.
-    """
-    total = np.zeros_like(tau)
-    for process in model.gauss_markov:
-        at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
-        total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
-    for one in model.resonance:
-        x = np.asarray((one.damping - 1j * one.turning) * tau, dtype=np.complex128)
-        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2  # variance of a mean, less that with the next
-        total += one.sigma**2 * ((1 + 1j * one.damping / one.turning) * means).real
-    for line in model.sinusoid:
-        periods = line.frequency * tau
-        ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4
-        at = np.where(periods >= 1, 0.0, ripple) if cancelled else np.where(periods >= 0.5, 1.0, ripple)
-        total += line.amplitude**2 * at / (math.pi * periods) ** 2
-    return total
-
-
-def _least(
-    coefficients: dict[str, float], model: ChannelModel | None = None, *, cancelled: bool = False
-) -> tuple[float, float]:
-    """Minimum of the Allan deviation and its averaging time; relative error below 1e-6. `model`: adds its processes."""
-    low, high = _TAU
-    for points in (721, 201):  # the second grid is around the minimum of the first
-        log_tau = np.linspace(low, high, points)
-        tau = 10.0**log_tau
-        avar = sum(value**2 * _share(term, tau) for term, value in coefficients.items())
-        avar = avar if model is None else avar + _extra(model, tau, cancelled=cancelled)
-        k = int(np.argmin(avar))
-        step = float(log_tau[1] - log_tau[0])
-        low, high = float(log_tau[k]) - step, float(log_tau[k]) + step
-    return math.sqrt(float(np.asarray(avar)[k])), 10.0 ** float(log_tau[k])
-
-
-def _share(term: str, tau: Floats) -> Floats:
-    """σ²(τ) of a term with coefficient 1, eqs. (15), (17), (19), (21), (23) of the paper."""
-    shares = {
-        "quantization": 3 / tau**2,
-        "random_walk": 1 / tau,
-        "bias_instability": np.full_like(tau, BIAS_LEVEL**2),
-        "rate_random_walk": tau / 3,
-        "rate_ramp": tau**2 / 2,
-    }
-    return np.asarray(shares[term])
+    return min_adev(lows)[0], min_adev(highs)[0]

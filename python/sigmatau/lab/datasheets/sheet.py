@@ -9,13 +9,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, Self
 
+from sigmatau import NoiseModel
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import Hint
 from sigmatau.lab.datasheets import claims
 from sigmatau.lab.datasheets.claims import MEANS, MINIMUM, Bias, Claim, Sided, check_meanings
-from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import BIAS_LEVEL
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 from sigmatau.results import Printed
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}

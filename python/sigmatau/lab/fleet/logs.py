@@ -57,7 +57,7 @@ def find(patterns: Iterable[str]) -> list[Log]:
 
 
 def _local(pattern: str) -> Iterator[Log]:
-    from sigmatau.io.read.registry import NOT_LOGS
+    from sigmatau.io import NOT_LOGS
 
     several = glob.has_magic(pattern)
     inside: dict[Path, bool] = {}  # by folder, whether it is in one that is a log
@@ -140,7 +140,7 @@ def _folder(path: Path) -> Log:
 
 def _is_one_log(path: Path) -> bool:
     """Whether a folder is a log: a Zarr store, or a ROS 2 bag."""
-    from sigmatau.io.read.formats.split import files_of
+    from sigmatau.io import files_of
 
     return bool(files_of(path))
 
@@ -158,7 +158,7 @@ def _remote(pattern: str) -> Iterator[Log]:
         import fsspec
     except ImportError:
         raise ImportError("a URL needs fsspec: pip install 'sigmatau[cluster]'") from None
-    from sigmatau.io.read.registry import NOT_LOGS
+    from sigmatau.io import NOT_LOGS
 
     if "::" in pattern:
         raise DataError(f"{pattern}: a URL in another one is not read; unpack the archive and name its folder")

@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from sigmatau._version import __version__
+from sigmatau import __version__
+from sigmatau.analysis.stretches import Plan, merged, sums
 from sigmatau.errors import DataError
 from sigmatau.lab.fleet.logs import Log
-from sigmatau.lab.fleet.stretches import Plan, merged, sums
 from sigmatau.lab.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
 from sigmatau.process import uninterrupted
 

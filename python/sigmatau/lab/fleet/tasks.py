@@ -16,10 +16,10 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.fleet.logs import Log
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
-    from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau import Analysis
+    from sigmatau.analysis import FailedAnalysis
+    from sigmatau.analysis.stretches import Plan
     from sigmatau.errors import DataError, OptionError
-    from sigmatau.lab.fleet.stretches import Plan
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
 
@@ -45,8 +45,8 @@ class Job:
     @property
     def options(self) -> dict[str, Any]:
         """The options that are not the defaults, as results state them; raises `OptionError` for a wrong one."""
-        from sigmatau.analysis.options import AnalysisOptions
-        from sigmatau.io.read.options import ReadOptions
+        from sigmatau.analysis import AnalysisOptions
+        from sigmatau.io import ReadOptions
         from sigmatau.options import stated
 
         reading = ReadOptions(**self.reading)
@@ -82,7 +82,7 @@ def divided(log: Log, job: Job, memory: int) -> Plan | None:
     DataError, OptionError
         For a log that is too large and cannot be divided.
     """
-    from sigmatau.lab.fleet import stretches
+    from sigmatau.analysis import stretches
 
     prepare_process()
     if not stretches.too_large(log.place, job.reading, memory):
@@ -92,8 +92,8 @@ def divided(log: Log, job: Job, memory: int) -> Plan | None:
 
 def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome:
     """The outcome of a record whose stretches were summed."""
+    from sigmatau.analysis import stretches
     from sigmatau.findings.finding import damaged
-    from sigmatau.lab.fleet import stretches
 
     def result() -> tuple[Analysis, int]:
         analysis = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
@@ -104,7 +104,7 @@ def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome
 
 def failed(log: Log, job: Job, error: BaseException) -> Outcome:
     """The outcome of a log that has no result because of an error."""
-    from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau.analysis import FailedAnalysis
     from sigmatau.errors import DataError, OptionError
 
     if isinstance(error, MemoryError):
@@ -118,10 +118,9 @@ def failed(log: Log, job: Job, error: BaseException) -> Outcome:
 
 def _analysed(log: Log, job: Job) -> Outcome:
     def result() -> tuple[Analysis, int]:
-        from sigmatau.analysis import analyze
+        from sigmatau import analyze, read
         from sigmatau.errors import DataError, OptionError
         from sigmatau.findings.finding import exit_code
-        from sigmatau.io.read import read
 
         with near(log.place) as path:
             try:
@@ -138,7 +137,7 @@ def _analysed(log: Log, job: Job) -> Outcome:
 
 def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
-    from sigmatau.analysis.options import parse_options
+    from sigmatau.analysis import parse_options
 
     try:
         analysis, code = result()

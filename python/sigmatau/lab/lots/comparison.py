@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau import Finding
 from sigmatau.errors import DataError
-from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import GroupEffects
 from sigmatau.lab.lots.grouping import Cells, cells_of, effects_of, holm
@@ -20,13 +20,13 @@ from sigmatau.lab.lots.preparing import of_one_unit, table_of, with_places, with
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judgements_of, one_group
 from sigmatau.lab.lots.runs import SIGNED, Label, Run, RunTable
 from sigmatau.options import keywords_of
-from sigmatau.quality.clocks import clocks
+from sigmatau.quality import compare_clocks
 from sigmatau.results import Tabular
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from sigmatau.analysis import Analysis
+    from sigmatau import Analysis
     from sigmatau.plot.style import Panels
 
 _MOST_CLOCKS = 100  # runs of a unit whose clocks are compared pair by pair
@@ -382,6 +382,6 @@ def _clocks(runs: Sequence[Run]) -> tuple[dict[str, Finding], tuple[str, ...]]:
         if len(own) > _MOST_CLOCKS:
             skipped.append(serial)
             continue
-        off = clocks({name: run.marks for name, run in own.items()})
+        off = compare_clocks({name: run.marks for name, run in own.items()})
         found |= {f"{serial} {name}".strip(): finding for name, finding in off.items()}
     return found, tuple(skipped)

@@ -13,7 +13,7 @@ from sigmatau.hints import Hint, command
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects
 from sigmatau.lab.lots.runs import MEAN, SIGNED, Label
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 from sigmatau.results import WIDTH, aligned, lines_text, wrapped
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from sigmatau.lab.lots.comparison_text import OTHERS, in_order, term_name, unit_
 from sigmatau.lab.lots.forest import ForestPanel
 from sigmatau.lab.lots.runs import MEAN, SIGNED
 from sigmatau.noise.terms import TERMS
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 
 if TYPE_CHECKING:
     from sigmatau.lab.lots.comparison import RunComparison

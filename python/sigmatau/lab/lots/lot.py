@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
-from sigmatau.analysis import Analysis
-from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.reading import as_result
+from sigmatau import Analysis
+from sigmatau.analysis import FailedAnalysis, as_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import Bias, Sided
@@ -26,7 +25,7 @@ from sigmatau.lab.lots.lot_unit import UnitResult, unit_of, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
-Result = Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception
+Result: TypeAlias = "Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception"
 
 _CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on

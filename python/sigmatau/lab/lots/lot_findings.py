@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
+from sigmatau import Finding
 from sigmatau.digits import round_to_error, two_digits
-from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.finding import Details, Words
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.results import duration_text

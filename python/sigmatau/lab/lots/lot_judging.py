@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from sigmatau.findings.finding import Finding, Stated
+from sigmatau import Finding
+from sigmatau.findings.finding import Stated
 from sigmatau.lab.datasheets.verdict import Judged, Verdict
 from sigmatau.lab.lots.lot_findings import AboveMaximum, ImplausibleValue, NoMaximum, NoModel, NotMeasured, Undecided
 from sigmatau.lab.lots.lot_remark import Kind, Remark, remark

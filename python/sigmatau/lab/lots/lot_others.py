@@ -16,7 +16,7 @@ from sigmatau.lab.lots.lot_statistics import Band, Distribution, band, distribut
 from sigmatau.lab.lots.lot_unit import Coefficient, UnitResult
 from sigmatau.lab.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import TERMS
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 from sigmatau.results import printable
 
 _WHATS = (*TERMS, "means_10", "means_100")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from sigmatau.findings.finding import Details, Finding, Severity, plain
+from sigmatau import Finding
+from sigmatau.findings.finding import Details, Severity, plain
 from sigmatau.findings.phrases import short_axes
 from sigmatau.frozen import frozen
 from sigmatau.results import printable

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sigmatau._version import __version__
+from sigmatau import __version__
 from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.sheet import Datasheet
@@ -442,7 +442,7 @@ class Pooled:
 
 def pooled(lot: Lot) -> list[Pooled]:
     """The distributions of a lot, those of the channels of a sensor together."""
-    from sigmatau.record.record import stream_name
+    from sigmatau.record import stream_name
 
     groups: dict[tuple[str, str], list[Distribution]] = {}
     for one in lot.distributions:

@@ -8,13 +8,12 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.analysis import Analysis
-from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau import Analysis, Finding
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError
-from sigmatau.findings.finding import Finding
-from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting import FittedTerm
 from sigmatau.frozen import frozen
-from sigmatau.quality.selection.rest import reason_without_fits
+from sigmatau.quality import reason_without_fits
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.analysis.reading import as_result
+from sigmatau.analysis import as_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.lots.reading import gather, read_runs
 from sigmatau.lab.lots.runs import Run, RunsBuilder, RunTable, joined

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from sigmatau.analysis.forms import CoefficientsForm
-from sigmatau.analysis.reading import read_result
+from sigmatau.analysis import CoefficientsForm, read_result
 from sigmatau.errors import DataError
 from sigmatau.hints import Hint, command
 from sigmatau.lab.lots.runs import (

@@ -13,17 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau import Analysis, NoiseFit, ReadOff
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.analysis import Analysis
-from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.reading import as_analysis
+from sigmatau.analysis import FailedAnalysis, as_analysis
 from sigmatau.errors import DataError
-from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.read_off import ReadOff
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import Floats, Ints
-from sigmatau.quality.clocks import Mark, marks_of
-from sigmatau.quality.selection.rest import reason_without_fits
+from sigmatau.quality import Mark, marks_of, reason_without_fits
 
 MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""

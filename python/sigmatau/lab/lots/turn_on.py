@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from sigmatau import TurnOn
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.lots.comparison import RunComparison
 from sigmatau.lab.lots.runs import MEAN
-from sigmatau.model.turn_on import TurnOn
 
 
 def measure_turn_on(comparison: RunComparison, *, unit: str | None = None) -> dict[str, TurnOn]:

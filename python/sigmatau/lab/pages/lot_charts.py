@@ -16,7 +16,7 @@ from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_statistics import Band, Distribution
 from sigmatau.lab.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import display_units
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 
 Floats = NDArray[np.float64]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import UTC, datetime
 
-from sigmatau._version import __version__
+from sigmatau import __version__
 from sigmatau.digits import significant
 from sigmatau.lab.datasheets.claims import Claim
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
 from sigmatau.lab.lots.lot_words import listed, percent, what_text, what_unit
-from sigmatau.record.record import stream_name
+from sigmatau.record import stream_name
 from sigmatau.results import printable
 
 MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadable": "error", "missing": "error"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 
-from sigmatau._version import __version__
+from sigmatau import __version__
 from sigmatau.lab.lots.lot_findings import CODES
 from sigmatau.lab.lots.lot_remark import STATES, State
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, pooled

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau._version import __version__
+from sigmatau import __version__
 from sigmatau.lab.lots.lot_plot import curves_svg, values_svg
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import Lot, pooled

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-from sigmatau._version import __version__
+from sigmatau import __version__
 from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot

@@ -16,8 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sigmatau.analysis.forms import BriefResultForm
-from sigmatau.analysis.reading import result_of_dict
+from sigmatau.analysis import BriefResultForm, result_of_dict
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command, worded

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
@@ -18,7 +18,7 @@ from sigmatau.lab.lots.runs import RUN_NOTES, SERIAL_NOTES
 from sigmatau.lab.store.rows import Entry, in_utc
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
+    from sigmatau import Analysis
 
 FOLDER, LOG_FOLDER = "folder", "log-folder"
 IN_NAME = "name"

@@ -12,12 +12,11 @@ from functools import lru_cache
 from pathlib import PurePath
 from typing import Any, Literal
 
+from sigmatau import Analysis
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.analysis import Analysis
-from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.json import stated_options
+from sigmatau.analysis import FailedAnalysis, stated_options
 from sigmatau.errors import DataError
-from sigmatau.fitting.fitted_noise import QUANTIFIED
+from sigmatau.fitting import QUANTIFIED
 from sigmatau.frozen import frozen
 from sigmatau.lab.store.packing import NUMBERS, Packed, pack
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
-from sigmatau.analysis.reading import as_result
+from sigmatau.analysis import as_result
 from sigmatau.lab.lots.preparing import without_copies
 from sigmatau.lab.lots.runs import (
     LIMITED,

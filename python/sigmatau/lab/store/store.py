@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.fitted_noise import QUANTIFIED
+from sigmatau.fitting import QUANTIFIED
 from sigmatau.lab.store.choosing import Chosen, Table, conditions
 from sigmatau.lab.store.contents import READ, contents
 from sigmatau.lab.store.ingest import BATCH, Added
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from sqlalchemy import Select
     from sqlalchemy.engine import Connection
 
-    from sigmatau.analysis import Analysis
-    from sigmatau.analysis.failed import FailedAnalysis
+    from sigmatau import Analysis
+    from sigmatau.analysis import FailedAnalysis
     from sigmatau.lab.lots.comparison import RunComparison
     from sigmatau.lab.lots.options import By
     from sigmatau.lab.store.from_files import FilesAdded
@@ -109,8 +109,8 @@ class Store:
         TypeError
             If an entry is neither an `Entry` nor an `Analysis`.
         """
-        from sigmatau.analysis import Analysis
-        from sigmatau.analysis.failed import FailedAnalysis
+        from sigmatau import Analysis
+        from sigmatau.analysis import FailedAnalysis
         from sigmatau.lab.store.ingest import add
         from sigmatau.lab.store.naming import Naming
 
@@ -354,7 +354,7 @@ class Store:
         DataError
             If there is no such unit, or no such run, or if its result cannot be read.
         """
-        from sigmatau.analysis.reading import result_of_dict
+        from sigmatau.analysis import result_of_dict
 
         rows = _rows(self.runs(Chosen(units=(unit,), pattern=False)))
         if not rows:
@@ -403,8 +403,7 @@ class Store:
         dict of str to (Analysis or FailedAnalysis)
             By unit. A result that cannot be read is a failure.
         """
-        from sigmatau.analysis.failed import FailedAnalysis
-        from sigmatau.analysis.reading import result_of_dict
+        from sigmatau.analysis import FailedAnalysis, result_of_dict
         from sigmatau.lab.store import queries
 
         def read(content: dict[str, Any]) -> Analysis | FailedAnalysis:
@@ -449,7 +448,7 @@ class Store:
             The row of the run, as in `runs`.
         result : Analysis or FailedAnalysis
         """
-        from sigmatau.analysis.reading import result_of_dict
+        from sigmatau.analysis import result_of_dict
 
         rows = _rows(self.runs(chosen))
         for at in range(0, len(rows), READ):

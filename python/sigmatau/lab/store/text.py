@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from sigmatau.analysis.failed import FailedAnalysis
+from sigmatau.analysis import FailedAnalysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.lab.lots.runs import MEAN, SIGNED
 from sigmatau.noise.terms import display_units
 from sigmatau.results import aligned, lines_text
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
-    from sigmatau.fitting.noise_fit import NoiseFit
+    from sigmatau import Analysis, NoiseFit
     from sigmatau.lab.store.trend import ChannelTrend, Drift, InPeriod, Trend
 
 

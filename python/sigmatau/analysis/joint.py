@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau.analysis import Analysis
 from sigmatau.analysis.json import with_joint
+from sigmatau.analysis.result import Analysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve
 from sigmatau.findings.finding import Finding, Findings, ranked

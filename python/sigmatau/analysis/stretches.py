@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sigmatau.analysis.entry import of_curves
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator, strided_sizes
@@ -29,7 +30,7 @@ from sigmatau.record.sampling import Sampling
 from sigmatau.record.streams import Stream, sampling_of
 
 if TYPE_CHECKING:
-    from sigmatau.analysis import Analysis
+    from sigmatau.analysis.result import Analysis
     from sigmatau.io.read.stretches import Unread
 
 _VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
@@ -117,8 +118,6 @@ def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> Analy
     DataError
         If no channel has a curve.
     """
-    from sigmatau.analysis import of_curves
-
     findings = [*plan.findings]
     findings.append(
         Finding(details=InStretches(stretches=len(plan.stretches), samples=plan.samples), severity="warning")

@@ -8,12 +8,12 @@ import pytest
 
 import sigmatau
 from known import seed_of
+from sigmatau.analysis import stretches
+from sigmatau.analysis.stretches import as_complete
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.gapped import GappedSums
 from sigmatau.io.read.formats import zarr_store
 from sigmatau.io.read.stretches import unread
-from sigmatau.lab.fleet import stretches
-from sigmatau.lab.fleet.stretches import as_complete
 
 zarr = pytest.importorskip("zarr", reason="records in chunks need the extra cluster")
 

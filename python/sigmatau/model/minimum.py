@@ -1,0 +1,67 @@
+"""The minimum of the Allan deviation of a model in continuous time, as a datasheet states it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from sigmatau._native import kernels
+from sigmatau.arrays import Floats
+from sigmatau.model.channel import ChannelModel
+from sigmatau.model.covariance import exponential_less
+from sigmatau.noise.terms import BIAS_LEVEL
+
+_TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
+
+
+def min_adev(
+    coefficients: Mapping[str, float], model: ChannelModel | None = None, *, cancelled: bool = False
+) -> tuple[float, float]:
+    """Minimum of the Allan deviation of terms, and its averaging time [s]; relative error below 1e-6.
+
+    `model` adds its processes, see `processes_avar`.
+    """
+    low, high = _TAU
+    for points in (721, 201):  # the second grid is around the minimum of the first
+        log_tau = np.linspace(low, high, points)
+        tau = 10.0**log_tau
+        avar = sum(value**2 * _term_avar(term, tau) for term, value in coefficients.items())
+        avar = avar if model is None else avar + processes_avar(model, tau, cancelled=cancelled)
+        k = int(np.argmin(avar))
+        step = float(log_tau[1] - log_tau[0])
+        low, high = float(log_tau[k]) - step, float(log_tau[k]) + step
+    return math.sqrt(float(np.asarray(avar)[k])), 10.0 ** float(log_tau[k])
+
+
+def _term_avar(term: str, tau: Floats) -> Floats:
+    """σ²(τ) of a term with coefficient 1, eqs. (15), (17), (19), (21), (23) of the paper."""
+    by_term = {
+        "quantization": 3 / tau**2,
+        "random_walk": 1 / tau,
+        "bias_instability": np.full_like(tau, BIAS_LEVEL**2),
+        "rate_random_walk": tau / 3,
+        "rate_ramp": tau**2 / 2,
+    }
+    return np.asarray(by_term[term])
+
+
+def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False) -> Floats:
+    """σ²(τ) of Gauss-Markov processes and sinusoids (IEEE Std 952-2020, annex C) and resonances, with lines at the maxima of
+    their ripple; or at the minima if they are `cancelled`, because a line cancels after whole periods.
+    """
+    total = np.zeros_like(tau)
+    for process in model.gauss_markov:
+        at_each = (kernels.gauss_markov_avar(process.sigma, process.time, 1, t, averaged=True)[0] for t in tau.flat)
+        total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
+    for resonance in model.resonance:
+        x = np.asarray((resonance.damping - 1j * resonance.turning) * tau, dtype=np.complex128)
+        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2  # variance of a mean, less that with the next
+        total += resonance.sigma**2 * ((1 + 1j * resonance.damping / resonance.turning) * means).real
+    for line in model.sinusoid:
+        periods = line.frequency * tau
+        ripple = np.sin(math.pi * np.minimum(periods, 1.0)) ** 4
+        share = np.where(periods >= 1, 0.0, ripple) if cancelled else np.where(periods >= 0.5, 1.0, ripple)
+        total += line.amplitude**2 * share / (math.pi * periods) ** 2
+    return total

@@ -1,0 +1,5 @@
+from .record import stream_name
+
+__all__ = [
+    "stream_name",
+]

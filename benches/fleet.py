@@ -319,7 +319,7 @@ def cost(folder: Path) -> dict[str, Any]:
     place, n = folder / "long20000000.zarr", 20_000_000
     make_long(place, n)
     begun = time.process_time()
-    sums = stretches.sums(str(place), {}, 0, n)
+    sums = stretches.sum_stretch(str(place), {}, 0, n)
     summed = (time.process_time() - begun) / n
     state = pickle.dumps(sums)
     return {

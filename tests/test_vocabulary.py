@@ -61,7 +61,7 @@ LEFT_BY_ROOM = {
     "findings": 98,
     "fitting": 154,
     "io": 203,
-    "lab": 535,
+    "lab": 511,
     "model": 1,
     "noise": 1,
     "quality": 199,

@@ -45,10 +45,14 @@ def small_stretches(monkeypatch):
 
 def summed(place, **reading):
     """The sums of all stretches, each as it comes from another process, and the plan."""
-    plan = stretches.plan(str(place), reading, {})
-    parts = [pickle.loads(pickle.dumps(stretches.sums(str(place), reading, *bounds))) for bounds in plan.stretches]
+    plan = stretches.divide(str(place), reading, {})
+    parts = [
+        pickle.loads(pickle.dumps(stretches.sum_stretch(str(place), reading, *bounds))) for bounds in plan.stretches
+    ]
     assert len(parts) > 5
-    return stretches.merged(parts), plan
+    for part in parts[1:]:
+        stretches.merge_sums(parts[0], part)
+    return parts[0], plan
 
 
 def streamed(x):
@@ -177,7 +181,7 @@ def test_a_missing_chunk_is_a_stated_gap(tmp_path, version):
     assert curve.missing == CHUNK
     strides = np.ones_like(curve.m) if curve.stride is None else curve.stride
     np.testing.assert_allclose(curve.avar, next(zip(*pooled(x[:, 0], curve.m, strides), strict=True)), rtol=1e-12)
-    result = stretches.result(plan, found, method="likelihood")
+    result = stretches.analyze_sums(plan, found, method="likelihood")
     codes = [one.code for one in result.findings]
     assert {"missing_chunks", "in_stretches", "pairs_across_gaps"} <= set(codes)
     for name in AXES:
@@ -211,7 +215,7 @@ def test_coverage_with_gaps():
 def test_what_needs_all_samples_is_refused(tmp_path):
     place = str(store(tmp_path / "long.zarr", noise("stretches, refused", 1000)))
     with pytest.raises(OptionError, match="needs the whole record in a worker"):
-        stretches.plan(place, {}, {"window": "0s:5s"})
+        stretches.divide(place, {}, {"window": "0s:5s"})
     (tmp_path / "log.csv").write_text("gyro_x [rad/s]\n" + "1e-3\n2e-3\n" * 50)
     with pytest.raises(DataError, match="which is not read in stretches"):
         unread(tmp_path / "log.csv", rate=100)

@@ -34,7 +34,7 @@ from sigmatau.record.mask import only_used
 from sigmatau.record.record import Provenance, Record
 from sigmatau.results import ByChannel, Printed, duration_text
 
-_LEAST = 2  # runs
+_MIN_RUNS = 2  # runs
 
 
 @frozen(eq=False)
@@ -76,8 +76,8 @@ class JointAnalysis(Printed):
         """The records in a line."""
         curves = list(self.analysis.curves.values())
         rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
-        together = duration_text(max(sum(one.fit.runs) for one in self.joint.values()))
-        runs = max(len(one.runs) for one in self.joint.values())
+        together = duration_text(max(sum(joint.fit.runs) for joint in self.joint.values()))
+        runs = max(len(joint.runs) for joint in self.joint.values())
         what = "axes of each sensor" if self.over == "axes" else "runs"
         axes = f"{len(curves)} {'channel' if len(curves) == 1 else 'channels'} at {' and '.join(rates)} Hz"
         return f"joint fit of {runs} {what}: {axes}, {together} together"
@@ -90,12 +90,12 @@ class JointAnalysis(Printed):
     def spread_lines(self) -> list[str]:
         """Coefficients that differ from run to run, a line a term."""
         lines = []
-        terms = dict.fromkeys(name for one in self.joint.values() for name in one.spreads)
+        terms = dict.fromkeys(name for joint in self.joint.values() for name in joint.spreads)
         for term in terms:
             shown = {
-                channel: one.spreads[term].relative
-                for channel, one in self.joint.items()
-                if term in one.spreads and one.spreads[term].p_value < ALPHA
+                channel: joint.spreads[term].relative
+                for channel, joint in self.joint.items()
+                if term in joint.spreads and joint.spreads[term].p_value < ALPHA
             }
             if shown:
                 sizes = ", ".join(f"{channel} {100 * size:.2g} %" for channel, size in shown.items())
@@ -119,8 +119,10 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
         raise DataError(f"{name}: {_why_not(analysis)}, and is not in the joint fit")
     used = only_used(record, {channel: analysis.masks[channel] for channel in fits})
     thermometers = tuple(stream for stream in record.streams if stream.quantity == "temperature")
-    kept = {stream.name for stream in used.streams}
-    used = replace(used, streams=(*used.streams, *(stream for stream in thermometers if stream.name not in kept)))
+    stream_names = {stream.name for stream in used.streams}
+    used = replace(
+        used, streams=(*used.streams, *(stream for stream in thermometers if stream.name not in stream_names))
+    )
     runs: dict[str, Run] = {}
     findings = []
     for channel in analysis.curves:
@@ -180,7 +182,7 @@ def fit_analysed(
     joints: dict[str, JointChannel] = {}
     curves: dict[str, DeviationCurve] = {}
     for pool, members in pools.items():
-        if len(members) < _LEAST:
+        if len(members) < _MIN_RUNS:
             findings.append(_left_out(members[0][0].name, "only_run", pool))
             continue
         members, left_out = _without_disturbed(members, pool)
@@ -206,7 +208,7 @@ def fit_analysed(
         source=source,
         findings=Findings(ranked(findings)),
         curves=Curves(curves),
-        fits=Fits({channel: one.fit for channel, one in joints.items()}),
+        fits=Fits({channel: joint.fit for channel, joint in joints.items()}),
         read_off=ByChannel({channel: read_off(curve) for channel, curve in curves.items()}),
         grids={},
     )
@@ -219,7 +221,7 @@ def _without_disturbed(
 ) -> tuple[list[tuple[Run, Analysis]], list[Finding]]:
     """The runs whose noise no vibration hides, and findings of the others; all runs if there are not two of them."""
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
-    if len(quiet) < _LEAST:
+    if len(quiet) < _MIN_RUNS:
         return members, []
     return quiet, [_left_out(run.name, "disturbed", pool) for run, _ in members if run.fit.verdict == "disturbed"]
 
@@ -255,7 +257,7 @@ def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[Run, Analysi
     ]
     if not steps:
         return None
-    coarsest = max(steps, key=lambda one: one.step / one.noise)
+    coarsest = max(steps, key=lambda resolution: resolution.step / resolution.noise)
     return rounding_of(fitted, step=coarsest.step, noise=coarsest.noise)
 
 
@@ -264,11 +266,11 @@ def _pooled(curves: Sequence[DeviationCurve], fitted: NoiseFit) -> DeviationCurv
     longest = max(curves, key=lambda curve: curve.n)
     total, pairs, ramps = (np.zeros(len(longest.m)) for _ in range(3))
     for curve in curves:
-        _, here, there = np.intersect1d(longest.m, curve.m, return_indices=True)
-        weights = curve.n_pairs[there].astype(float)
-        total[here] += weights * curve.avar[there]
-        ramps[here] += weights * curve.ramp[there]
-        pairs[here] += weights
+        _, in_longest, in_curve = np.intersect1d(longest.m, curve.m, return_indices=True)
+        weights = curve.n_pairs[in_curve].astype(float)
+        total[in_longest] += weights * curve.avar[in_curve]
+        ramps[in_longest] += weights * curve.ramp[in_curve]
+        pairs[in_longest] += weights
     alone = fitted.degrees_of_freedom(m=longest.m)
     edf = None if alone is None else alone * pairs / longest.n_pairs
     return replace(

@@ -7,7 +7,7 @@ of workers, nor on which of them end.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 _VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
 _PIECE = 1 << 16  # samples that are read at a time
 _COMPLETE = 0.9  # least share of pairs that gaps leave of a size that is fitted: intervals then change by 5 %
-_OF_CURVES = ("method", "long", "notes", "threads")
+_CURVE_OPTIONS = ("method", "long", "notes", "threads")
 """Options of `analyze` that the fit of curves has too, or that need no samples."""
 
 
 @frozen
-class Plan:
+class Division:
     """How a record is divided."""
 
     place: str
@@ -64,7 +64,7 @@ def too_large(place: str, reading: Mapping[str, Any], memory: int) -> bool:
 _BYTES = 48  # of memory that the analysis of a sample needs at most
 
 
-def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) -> Plan:
+def divide(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) -> Division:
     """Divide a record.
 
     Raises
@@ -76,41 +76,41 @@ def plan(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) ->
     """
     options = AnalysisOptions(**settings)
     for name, _ in options_that_differ(options):
-        if name not in _OF_CURVES:
+        if name not in _CURVE_OPTIONS:
             raise OptionError(
                 f"{{option}} needs the whole record in a worker, and {place} is too large; give the workers more memory",
                 option=name,
             )
-    found = _unread(place, reading)
-    channels = sum(len(stream.channels) for stream in found.streams)
-    n, steps = found.streams[0].grid.n, {_step(stream) for stream in found.streams}
+    record = _unread(place, reading)
+    channels = sum(len(stream.channels) for stream in record.streams)
+    n, steps = record.streams[0].grid.n, {_step(stream) for stream in record.streams}
     step = max(steps)
     length = max(_VALUES // channels // step, 1) * step
-    return Plan(
+    return Division(
         place=place,
         samples=n,
-        stretches=tuple((at, min(at + length, n)) for at in range(0, n, length)),
-        source=found.source,
-        findings=found.findings,
-        grids={stream.name: sampling_of(stream) for stream in found.streams},
+        stretches=tuple((start, min(start + length, n)) for start in range(0, n, length)),
+        source=record.source,
+        findings=record.findings,
+        grids={stream.name: sampling_of(stream) for stream in record.streams},
     )
 
 
-def sums(place: str, reading: Mapping[str, Any], start: int, stop: int) -> dict[str, GappedSums]:
+def sum_stretch(place: str, reading: Mapping[str, Any], start: int, stop: int) -> dict[str, GappedSums]:
     """The sums of a stretch, by channel."""
-    found: dict[str, GappedSums] = {}
+    sums: dict[str, GappedSums] = {}
     for stream in _unread(place, reading).streams:
         sizes = strided_sizes(cluster_sizes("half", n=stream.grid.n, tau0=stream.grid.tau0))
         for channel in stream.channels:
             new = functools.partial(_accumulator, channel, stream.quantity, stream.unit, stream.grid.tau0, sizes)
-            found[channel] = GappedSums(new, start)
-        for at in range(start, stop, _PIECE):
+            sums[channel] = GappedSums(new, start)
+        for first in range(start, stop, _PIECE):
             for k, channel in enumerate(stream.channels):
-                found[channel].push(stream.samples.read(k, at, min(at + _PIECE, stop)))
-    return found
+                sums[channel].push(stream.samples.read(k, first, min(first + _PIECE, stop)))
+    return sums
 
 
-def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> Analysis:
+def analyze_sums(division: Division, sums: Mapping[str, GappedSums], *, method: str) -> Analysis:
     """The result of the sums of all stretches.
 
     Raises
@@ -118,32 +118,32 @@ def result(plan: Plan, found: Mapping[str, GappedSums], *, method: str) -> Analy
     DataError
         If no channel has a curve.
     """
-    findings = [*plan.findings]
-    findings.append(
-        Finding(details=InStretches(stretches=len(plan.stretches), samples=plan.samples), severity="warning")
-    )
+    findings = [
+        *division.findings,
+        Finding(details=InStretches(stretches=len(division.stretches), samples=division.samples), severity="warning"),
+    ]
     curves: dict[str, DeviationCurve] = {}
     fitted: dict[str, DeviationCurve] = {}
-    for channel, one in found.items():
+    for channel, channel_sums in sums.items():
         try:
-            curve = one.snapshot()
+            curve = channel_sums.snapshot()
         except RecordTooShortError as error:
             raise DataError(f"{channel}: {error}") from None
         curves[channel] = curve
         if curve.missing:
             fitted[channel] = as_complete(curve)
-            told = PairsAcrossGaps(
+            pairs = PairsAcrossGaps(
                 missing=curve.missing,
                 samples=curve.n,
                 longest=float(curve.tau[-1]),
                 fitted=0.0 if method == "read-off" else float(fitted[channel].tau.max(initial=0.0)),
             )
-            findings.append(Finding(details=told, severity="warning", channels=(channel,)))
+            findings.append(Finding(details=pairs, severity="warning", channels=(channel,)))
     return of_curves(
         curves,
-        source=plan.source,
+        source=division.source,
         findings=findings,
-        grids=plan.grids,
+        grids=division.grids,
         method="read-off" if method == "read-off" else "gls",
         fitted_on=fitted,
     )
@@ -156,13 +156,13 @@ def as_complete(curve: DeviationCurve) -> DeviationCurve:
     """
     starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
     share = starts / np.maximum(curve.n + 1 - 2 * curve.m, 1)
-    few = np.flatnonzero(share < _COMPLETE)
-    sizes = curve.m[: few[0]] if few.size else curve.m
+    incomplete = np.flatnonzero(share < _COMPLETE)
+    sizes = curve.m[: incomplete[0]] if incomplete.size else curve.m
     if not sizes.size:
         return replace(curve.at(curve.m[:1]), missing=curve.missing)
-    kept = curve.at(sizes)
+    shortened = curve.at(sizes)
     complete = int((starts[: len(sizes)] + 2 * sizes - 1).min())
-    return replace(kept, n=min(complete, curve.n), missing=0)
+    return replace(shortened, n=min(complete, curve.n), missing=0)
 
 
 def _unread(place: str, reading: Mapping[str, Any]) -> Unread:
@@ -185,10 +185,7 @@ def _accumulator(
     return made
 
 
-def merged(parts: Sequence[dict[str, GappedSums]]) -> dict[str, GappedSums]:
-    """Sums of consecutive stretches; the first is changed."""
-    first, *others = parts
-    for later in others:
-        for channel, one in later.items():
-            first[channel].merge(one)
-    return first
+def merge_sums(first: dict[str, GappedSums], second: Mapping[str, GappedSums]) -> None:
+    """Add the sums of the next stretch to those before it."""
+    for channel, sums in second.items():
+        first[channel].merge(sums)

@@ -38,7 +38,7 @@ def told():
         whole = stretches._unread
         def unread(place, reading):
             caller = sys._getframe(1)
-            if caller.f_code.co_name == "sums":
+            if caller.f_code.co_name == "sum_stretch":
                 with open(os.environ["FLEET_SEEN"], "a") as seen:
                     seen.write(f"{os.getpid()} {caller.f_locals['start']}:{caller.f_locals['stop']}\\n")
                 if caller.f_locals["start"] and not os.path.exists("killed"):

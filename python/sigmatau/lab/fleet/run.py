@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from sigmatau import __version__
-from sigmatau.analysis.stretches import Plan, merged, sums
+from sigmatau.analysis.stretches import Division, merge_sums, sum_stretch
 from sigmatau.errors import DataError
 from sigmatau.lab.fleet.logs import Log
 from sigmatau.lab.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
@@ -142,7 +142,7 @@ def run_fleet(
 class _Task:
     kind: _Kind
     logs: tuple[Log, ...]
-    part: int = 0  # of the stretches of a plan
+    part: int = 0  # of the stretches of a record
     tries: int = 1
 
 
@@ -150,7 +150,7 @@ class _Task:
 class _Divided:
     """A record whose stretches are summed."""
 
-    plan: Plan
+    division: Division
     sums: dict[str, Any] | None = None  # of the first `merged` stretches
     merged: int = 0
     waiting: dict[int, dict[str, Any]] = field(default_factory=dict)  # of later ones
@@ -262,8 +262,8 @@ class _Run:
         if task.kind == "divide":
             return self._client.submit(divided, log, self._job, self._memory, pure=False)
         if task.kind == "stretch":
-            bounds = self._records[log.place].plan.stretches[task.part]
-            return self._client.submit(sums, log.place, dict(self._job.reading), *bounds, pure=False)
+            bounds = self._records[log.place].division.stretches[task.part]
+            return self._client.submit(sum_stretch, log.place, dict(self._job.reading), *bounds, pure=False)
         return self._client.submit(analyse, task.logs, self._job, pure=False)
 
     def _finish(self, task: _Task, future: Future) -> None:
@@ -307,7 +307,7 @@ class _Run:
             if found is None:
                 self._waiting.append(_Task("single", task.logs))
                 return
-            self._records[log.place] = _Divided(plan=found)
+            self._records[log.place] = _Divided(division=found)
             self._waiting += [_Task("stretch", task.logs, part) for part in range(len(found.stretches))]
         elif task.kind == "stretch":
             record = self._records.get(log.place)
@@ -315,12 +315,15 @@ class _Run:
                 return
             record.waiting[task.part] = found
             while (part := record.waiting.pop(record.merged, None)) is not None:
-                record.sums = part if record.sums is None else merged([record.sums, part])
+                if record.sums is None:
+                    record.sums = part
+                else:
+                    merge_sums(record.sums, part)
                 record.merged += 1
-            if record.merged == len(record.plan.stretches):
+            if record.merged == len(record.division.stretches):
                 assert record.sums is not None
                 del self._records[log.place]
-                self._done([combined(log, record.plan, record.sums, self._job)])
+                self._done([combined(log, record.division, record.sums, self._job)])
             else:
                 self._done(())
         else:

@@ -18,7 +18,7 @@ from sigmatau.lab.fleet.logs import Log
 if TYPE_CHECKING:
     from sigmatau import Analysis
     from sigmatau.analysis import FailedAnalysis
-    from sigmatau.analysis.stretches import Plan
+    from sigmatau.analysis.stretches import Division
     from sigmatau.errors import DataError, OptionError
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
@@ -74,7 +74,7 @@ def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
     return found, time.perf_counter() - begun
 
 
-def divided(log: Log, job: Job, memory: int) -> Plan | None:
+def divided(log: Log, job: Job, memory: int) -> Division | None:
     """How a record is divided that is too large for so many bytes of memory; None if it is analysed as a whole.
 
     Raises
@@ -87,16 +87,16 @@ def divided(log: Log, job: Job, memory: int) -> Plan | None:
     prepare_process()
     if not stretches.too_large(log.place, job.reading, memory):
         return None
-    return stretches.plan(log.place, job.reading, job.settings)
+    return stretches.divide(log.place, job.reading, job.settings)
 
 
-def combined(log: Log, plan: Plan, sums: Mapping[str, Any], job: Job) -> Outcome:
+def combined(log: Log, division: Division, sums: Mapping[str, Any], job: Job) -> Outcome:
     """The outcome of a record whose stretches were summed."""
     from sigmatau.analysis import stretches
     from sigmatau.findings.finding import damaged
 
     def result() -> tuple[Analysis, int]:
-        analysis = stretches.result(plan, sums, method=job.settings.get("method", "likelihood"))
+        analysis = stretches.analyze_sums(division, sums, method=job.settings.get("method", "likelihood"))
         return analysis, damaged(analysis.findings)
 
     return _outcome(log, job, result)

@@ -1,14 +1,24 @@
 """What the files for VIO and LIO say, by a YAML parser and each program's own rule; and a stand-in for GTSAM."""
 
+import re
 import sys
 import types
 
 import numpy as np
 from ruamel.yaml import YAML
 
-CONTINUOUS = ("kalibr", "openvins", "euroc", "orb-slam3", "lio-sam", "okvis2", "cuvslam")
-DISCRETE = ("vins", "fast-lio")
-YAMLS = (*CONTINUOUS, *DISCRETE)
+from sigmatau.exporting.targets import NAMES, target
+
+YAMLS = tuple(name for name in NAMES if target(name).text)  # short YAML from a template
+COEFFICIENTS = tuple((sensor, letter) for letter in "NK" for sensor in ("accel", "gyro"))
+DENSITIES = {
+    "N": lambda number, _: number,
+    "K": lambda number, _: number,
+    "N*sqrt(2*rate)": lambda number, rate: number / np.sqrt(2 * rate),
+    "K*sqrt(rate)": lambda number, rate: number / np.sqrt(rate),
+    "N^2*rate": lambda number, rate: np.sqrt(number / rate),
+    "K^2*rate": lambda number, rate: np.sqrt(number / rate),
+}  # what a file with numbers in such a form means, for a filter that takes samples at a rate [Hz]
 
 # Files as Kalibr and imu_utils write them
 KALIBR = """\
@@ -67,41 +77,36 @@ def parse(text, version="1.2"):
     return yaml.load(text.removeprefix("%YAML:1.0\n"))
 
 
-def keys_of(target, content):
+def places_of(name):
+    """Key and form of accelerometer and gyro noise, accelerometer and gyro walk, by the template of a target."""
+    found = re.findall(r"^ *([\w.]+): \{(accel|gyro) ([NK][^}]*)\}", target(name).text, flags=re.MULTILINE)
+    places = {(sensor, form[0]): (key, form) for key, sensor, form in found}
+    return [places[each] for each in COEFFICIENTS]
+
+
+def block_with(key, content):
+    """The block of nested mappings that has a key; None if there is none."""
+    if key in content:
+        return content
+    blocks = (block_with(key, value) for value in content.values() if isinstance(value, dict))
+    return next((block for block in blocks if block is not None), None)
+
+
+def keys_of(name, content):
     """acc noise, gyro noise, acc walk, gyro walk, as the file has them."""
-    if target == "openvins":
-        content = content["imu0"]
-    if target in ("kalibr", "openvins", "euroc"):
-        names = [f"{s}_{k}" for k in ("noise_density", "random_walk") for s in ("accelerometer", "gyroscope")]
-    elif target == "orb-slam3":
-        names = ["IMU.NoiseAcc", "IMU.NoiseGyro", "IMU.AccWalk", "IMU.GyroWalk"]
-    elif target == "lio-sam":
-        content, names = content["lio_sam"], ["imuAccNoise", "imuGyrNoise", "imuAccBiasN", "imuGyrBiasN"]
-    elif target == "okvis2":
-        content, names = content["imu_parameters"], ["sigma_a_c", "sigma_g_c", "sigma_aw_c", "sigma_gw_c"]
-    elif target == "cuvslam":
-        content = content["/**"]["ros__parameters"]
-        names = ["accel_noise_density", "gyro_noise_density", "accel_random_walk", "gyro_random_walk"]
-    elif target == "basalt":  # x, y and z in arrays
+    if name == "basalt":  # x, y and z in arrays
         content = {key: value[0] for key, value in content["value0"].items() if isinstance(value, list)}
-        names = [f"{sensor}_{kind}_std" for kind in ("noise", "bias") for sensor in ("accel", "gyro")]
-    elif target == "vins":
-        names = ["acc_n", "gyr_n", "acc_w", "gyr_w"]
-    elif target == "fast-lio":
-        content, names = content["mapping"], ["acc_cov", "gyr_cov", "b_acc_cov", "b_gyr_cov"]
+        keys = [f"{sensor}_{kind}_std" for kind in ("noise", "bias") for sensor in ("accel", "gyro")]
     else:
-        raise KeyError(f"the keys of {target} are missing in keys_of of tests/vio.py")
-    assert all(type(content[name]) is float for name in names)
-    return [content[name] for name in names]
+        keys = [key for key, _ in places_of(name)]
+    content = block_with(keys[0], content)
+    assert all(type(content[key]) is float for key in keys)
+    return [content[key] for key in keys]
 
 
-def in_si(target, values, rate):
+def in_si(name, values, rate):
     """N of accelerometers and gyros, K of both, by the convention of the target's keys."""
-    if target == "vins":
-        return [v / np.sqrt(2 * rate) for v in values[:2]] + [v / np.sqrt(rate) for v in values[2:]]
-    if target == "fast-lio":
-        return [np.sqrt(v / rate) for v in values]
-    return values
+    return [DENSITIES[form](value, rate) for value, (_, form) in zip(values, places_of(name), strict=True)]
 
 
 class _Params:
@@ -126,9 +131,3 @@ def gtsam_params(text, monkeypatch):
     space = {}
     exec(compile(text, "imu.py", "exec"), space)
     return space["params"]()
-
-
-def target_needs_rate(name):
-    from sigmatau.exporting.targets import target
-
-    return target(name).needs_rate

@@ -13,6 +13,7 @@ from known import seed_of
 from sigmatau import NoiseModel, simulate
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
+from sigmatau.exporting.targets import NAMES, target
 
 RATE, STEPS, RUNS = 100.0, 100, 20_000
 DT, TIME = 1 / RATE, STEPS / RATE
@@ -119,6 +120,21 @@ TARGETS = {
     "basalt": (basalt, False, False),
     "cuvslam": (cuvslam, False, False),
 }
+
+
+ELSEWHERE = {
+    "kalibr": "calibrates by batch optimisation; its rule is the definition of the densities",
+    "openvins": "takes the numbers of Kalibr: N²/dt and K²·dt",
+    "euroc": "a file of data sets, in the convention of Kalibr",
+    "px4": "tests/exporting/test_export_autopilots.py propagates its filter",
+    "ardupilot": "tests/exporting/test_export_autopilots.py propagates its filter",
+}
+"""Targets with N and K without a propagation here, and why."""
+
+
+def test_every_target_with_a_walk_is_propagated():
+    with_walk = {name for name in NAMES if target(name).has_walk}
+    assert with_walk == TARGETS.keys() | ELSEWHERE.keys(), "add the propagation of the new target to TARGETS"
 
 
 def simulated(sensor, *, coupled, midpoint, square):

@@ -22,7 +22,13 @@ class Unused:
 class Target:
     """A target of ``sigmatau export``."""
 
-    name: str  # As it is typed
+    name: str  # As it is typed, that of its module
+    program: str = ""  # In the tables of docs/how-to/README.md; empty for a target that is not in them
+    columns: tuple[str, str] = (
+        "",
+        "",
+    )  # Cells there: form of N and of K; of other targets, the content and what it needs
+    aliases: tuple[str, ...] = ()  # Other names of the same program
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
     write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
@@ -43,5 +49,6 @@ class Target:
     every_axis: bool = False  # Whether the file always has each axis separately
     # Writers of other forms of the file, by extension, from `Numbers` to bytes
     binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
+    text: str = ""  # Of a target that is a template, see `sigmatau.exporting.template`
     # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
     names: Mapping[str, str] = field(default_factory=dict)

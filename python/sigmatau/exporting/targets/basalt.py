@@ -58,6 +58,8 @@ def _density(numbers: Numbers, sensor: str, letter: str) -> Number:
 
 TARGET = Target(
     name="basalt",
+    program="Basalt",
+    columns=("N", "K"),
     summary="Basalt calibration.json: N and K, continuous, by axis",
     ending=".json",
     write=write,

@@ -24,8 +24,8 @@ def write(numbers: Numbers) -> str:
         ("GYROSCOPE_WALK", "gyro", numbers.walk, numbers.channel_walk, "K, rad/s^2/sqrt(Hz)"),
     ]
     lines = [*map(remark, pair_remarks(numbers, has_turn_on=True)), "# x, y, z"]
-    for name, sensor, one, of, unit in rows:
-        lines += [f"{name} = (", *_axes(numbers, sensor, one, of, unit), ")"]
+    for name, sensor, sensor_number, channel_number, unit in rows:
+        lines += [f"{name} = (", *_axes(numbers, sensor, sensor_number, channel_number, unit), ")"]
     prior, prior_function = _prior(numbers)
     lines += prior
     gravity = numbers.number("gravity", digits(STANDARD_GRAVITY))
@@ -49,14 +49,18 @@ def _prior(numbers: Numbers) -> tuple[list[str], str]:
 
 
 def _axes(
-    numbers: Numbers, sensor: str, one: Callable[[str], Number], of: Callable[[str], Number], unit: str
+    numbers: Numbers,
+    sensor: str,
+    sensor_number: Callable[[str], Number],
+    channel_number: Callable[[str], Number],
+    unit: str,
 ) -> list[str]:
     """A line per axis: one number for all, or for ``axes="each"`` that of the axis if the model has it."""
     if numbers.choices.axes != "each":
-        number = one(sensor)
+        number = sensor_number(sensor)
         first, *repeated = [f"    {measured(number.value)}," for _ in _AXES]
         return [f"{first}  # {comment(f'{unit}; {number.words}')}", *repeated]
-    axes = {name.removeprefix(f"{sensor}_"): of(name) for name in numbers.channels(sensor)}
+    axes = {name.removeprefix(f"{sensor}_"): channel_number(name) for name in numbers.channels(sensor)}
     worst = max(axes.values(), key=lambda number: number.value)
     lines = []
     for axis in _AXES:
@@ -117,6 +121,8 @@ def prior():
 
 TARGET = Target(
     name="gtsam",
+    program="GTSAM",
+    columns=("N²", "K²"),
     summary="GTSAM PreintegrationCombinedParams, a Python module: covariances N^2 and K^2, continuous, an axis each",
     ending=".py",
     write=write,

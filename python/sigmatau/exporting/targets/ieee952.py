@@ -157,6 +157,8 @@ def _turn_on_row(spread: TurnOn, text: str, size: float, si: str) -> tuple[str, 
 
 TARGET = Target(
     name="ieee952",
+    program="IEEE Std 952",
+    columns=("Q, N, B, K, R with intervals", "nothing"),
     summary="table of Q, N, B, K, R of every channel in units of IEEE Std 952, with intervals",
     ending=".txt",
     write=write,

@@ -180,6 +180,8 @@ def _is_approximated(numbers: Numbers) -> bool:
 
 TARGET = Target(
     name="kf-gins",
+    program="KF-GINS (imunoise)",
+    columns=("N; σ, Tc, consistent as K is", "nothing"),
     summary="KF-GINS imunoise: N, each bias as a Gauss-Markov process with one correlation time, by axis",
     ending=".yaml",
     write=write,

@@ -172,6 +172,8 @@ def _is_without_slow_noise(numbers: Numbers) -> bool:
 
 TARGET = Target(
     name="matlab",
+    program="MATLAB (gyroparams, accelparams)",
+    columns=("N, B, K", "`--filter-rate` for B and the sensor; `--horizon`, if the curve has no minimum"),
     summary="MATLAB gyroparams, accelparams: N, B, K, type of the densities, a filter that makes B, by axis",
     ending=".m",
     write=write,

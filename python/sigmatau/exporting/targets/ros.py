@@ -186,6 +186,9 @@ def _modelled(numbers: Numbers, name: str) -> float:
 
 TARGET = Target(
     name="ros",
+    program="ROS (sensor_msgs/Imu)",
+    columns=("N²·f", "`--filter-rate`"),
+    aliases=("robot-localization",),
     summary="ROS sensor_msgs/Imu covariances of one sample, measured or N^2*rate of a model, by axis",
     ending=".yaml",
     write=write,

@@ -298,6 +298,8 @@ def _is_without_flicker(numbers: Numbers) -> bool:
 
 TARGET = Target(
     name="state-space",
+    program="any filter",
+    columns=("matrices", "`--filter-rate` or `--step`"),
     summary="F, G, H, Qd, R, P0 of every channel for any filter: JSON, .npz or .mat by the ending",
     ending=".json",
     write=write,

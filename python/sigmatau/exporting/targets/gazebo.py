@@ -1,12 +1,8 @@
-"""Simulators: Gazebo and gnss-ins-sim. Their biases are first-order Gauss-Markov processes.
+"""Gazebo: a model in SDF with the noise of its IMU, and the parameters of the plugins of RotorS and PX4's SITL.
 
-Gazebo takes a model in SDF with the noise of its IMU, and the parameters of the plugins of RotorS and PX4's SITL. Its
-sensor takes the standard deviation of a sample, N·√rate, and drives its bias with white noise of density
-``dynamic_bias_stddev``², so that the bias has the standard deviation dynamic_bias_stddev·√(time/2). The plugins take
-densities.
-
-gnss-ins-sim takes ``imu_err``, the dictionary of its class IMU, as Python. It converts the units itself. Its bias starts
-at 0; without a correlation time, or with an infinite one, its bias is white noise.
+Its biases are first-order Gauss-Markov processes. Its sensor takes the standard deviation of a sample, N·√rate, and drives
+its bias with white noise of density ``dynamic_bias_stddev``², so that the bias has the standard deviation
+dynamic_bias_stddev·√(time/2). The plugins take densities.
 """
 
 from __future__ import annotations
@@ -17,12 +13,11 @@ from xml.sax.saxutils import quoteattr
 
 from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
 from sigmatau.exporting.target import Target
-from sigmatau.exporting.text import comment, joined, measured, plain_name, remark, vector
+from sigmatau.exporting.text import comment, joined, measured, plain_name
 from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on, turn_on_axes, unknown_turn_on
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.hints import Hint
 from sigmatau.results import seconds
-from sigmatau.units import find
 
 _SENSORS = (
     ("gyro", "angular_velocity", "gyroscope", "rad/s"),
@@ -30,7 +25,7 @@ _SENSORS = (
 )
 
 
-def _write_gazebo(numbers: Numbers) -> str:
+def write(numbers: Numbers) -> str:
     """The text of the file."""
     values = noises_and_processes(numbers)
     started = {sensor: turn_on_axes(numbers, sensor, minimum=0.0) or (None, None, None) for sensor, *_ in _SENSORS}
@@ -124,11 +119,13 @@ def _comment(indent: str, words: str) -> str:
     return f"{indent}<!-- {text} -->"
 
 
-GAZEBO = Target(
+TARGET = Target(
     name="gazebo",
+    program="Gazebo (SDF, RotorS, PX4 SITL)",
+    columns=("N·√f, N; σ·√(2/Tc), Tc", "`--filter-rate`; `--horizon`, if the curve has no minimum"),
     summary="Gazebo SDF: N*sqrt(rate), a Gauss-Markov bias, by axis; parameters of RotorS' and PX4's plugin",
     ending=".sdf",
-    write=_write_gazebo,
+    write=write,
     needs_rate=True,
     has_process=True,
     has_horizon=True,
@@ -140,53 +137,4 @@ GAZEBO = Target(
         "plugin": "libgazebo_imu_plugin.so",
         **TURN_ON_NAMES,
     },
-)
-
-
-def _write_gnss_ins_sim(numbers: Numbers) -> str:
-    """The text of a Python file with ``imu_err``."""
-    values = noises_and_processes(numbers)
-    lines = [
-        "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
-        *map(remark, replaced_noise(numbers)),
-        "import numpy as np",
-        "",
-        "imu_err = {",
-    ]
-    for sensor, walk, walk_unit, bias_unit in (
-        ("gyro", "gyro_arw", "deg/sqrt(h)", "deg/h"),
-        ("accel", "accel_vrw", "m/s/sqrt(h)", "m/s^2"),
-    ):
-        noise, bias = values[sensor]
-        size, bias_size = find(walk_unit).factor, find(bias_unit).factor
-        about = joined(p.words for p in bias)
-        lines += [
-            _row(f"{sensor}_b", [0.0, 0.0, 0.0], f"{bias_unit}; constant bias, which an Allan variance does not show"),
-            _row(walk, [n.value / size for n in noise], f"{walk_unit}; {joined(n.words for n in noise)}"),
-            _row(
-                f"{sensor}_b_stability",
-                [p.sigma / bias_size for p in bias],
-                f"{bias_unit}, standard deviation; {about}",
-            ),
-            _row(
-                f"{sensor}_b_corr", [p.time for p in bias], "s, correlation time; infinite would mean white noise here"
-            ),
-        ]
-    return "\n".join([*lines, "}"]) + "\n"
-
-
-def _row(key: str, values: list[float], words: str) -> str:
-    return f'    "{key}": np.array({vector(values)}),  # {words}'
-
-
-GNSS_INS_SIM = Target(
-    name="gnss-ins-sim",
-    summary="gnss-ins-sim imu_err: N, each bias as a Gauss-Markov process, by axis",
-    ending=".py",
-    write=_write_gnss_ins_sim,
-    has_process=True,
-    has_horizon=True,
-    unused=(OWN_PROCESSES,),
-    needs_axes=True,
-    per_axis=True,
 )

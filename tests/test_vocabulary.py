@@ -60,17 +60,15 @@ LEFT_BY_ROOM = {
     "exporting": 16,
     "findings": 98,
     "fitting": 154,
-    "io": 203,
     "lab": 511,
     "model": 1,
     "noise": 1,
     "quality": 199,
-    "record": 41,
     "spectrum": 29,
     "statespace": 13,
 }
 LEFT_IN_RUST = 530
-SHARED_CLASS_NAMES = 29
+SHARED_CLASS_NAMES = 17
 
 
 def is_refused(name):

@@ -6,7 +6,7 @@ from sigmatau.errors import OptionError
 from sigmatau.findings.columns import IncompleteSensor, MixedUnits, UnitOverruled, UnreadSensor, UnusedColumns
 from sigmatau.io.read import read
 from sigmatau.io.read.columns import choose
-from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.table import Column
 
 RECOGNISED = {
@@ -256,12 +256,12 @@ def names(*columns):
 
 
 def test_unit_row_and_brackets():
-    assert unit_of(Column(name="wx", unit="deg/s")) == ("wx", "deg/s")
-    assert unit_of(Column(name="wx [rad/s]", unit="deg/s")) == ("wx", "deg/s")
-    assert unit_of(Column(name="wx [LSB]")) == ("wx", None)
-    assert unit_of(Column(name="gyro[0]")) == ("gyro[0]", None)
-    assert unit_of(Column(name="[deg/s]")) == ("[deg/s]", None)
-    assert unit_of(Column(name="n (deg/sqrt(h))")) == ("n", "deg/sqrt(h)")
+    assert split_unit(Column(name="wx", unit="deg/s")) == ("wx", "deg/s")
+    assert split_unit(Column(name="wx [rad/s]", unit="deg/s")) == ("wx", "deg/s")
+    assert split_unit(Column(name="wx [LSB]")) == ("wx", None)
+    assert split_unit(Column(name="gyro[0]")) == ("gyro[0]", None)
+    assert split_unit(Column(name="[deg/s]")) == ("[deg/s]", None)
+    assert split_unit(Column(name="n (deg/sqrt(h))")) == ("n", "deg/sqrt(h)")
 
 
 def test_sensors_in_order_and_the_rest_left():

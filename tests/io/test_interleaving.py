@@ -47,7 +47,6 @@ def test_sensors_in_turn_are_found(kind, sensors, axes):
     found = find_interleaving(channels(samples), stamps(kind, sensors))
     assert found is not None
     assert found.sensors == sensors
-    assert found.bunched == (kind in ("groups", "one"))
     column = NAMES.index(found.channel)
     expected = BIASES[:sensors, column] - BIASES[:sensors, column].mean()
     # Median of 16 means of 256 / sensors rows each: their standard error is 1.25 √(sensors / 4096).

@@ -47,7 +47,7 @@ def test_no_reader_is_passed_over(log):
         if (reader.sniff(data, log[1]) if entry.sniffs else entry.likely(data))
     ]
     assert all(entry.likely(data) for entry, _ in taken)
-    assert registry.reader_of(Head(data=data, whole=True, gzip=False), log[1]) is taken[0][1]
+    assert registry.find_reader(Head(data=data, whole=True, gzip=False), log[1]) is taken[0][1]
 
 
 def test_compressed(log):

@@ -11,7 +11,7 @@ from stamping import codes, found, ordered, record_of
 import sigmatau
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, fit, simulate
-from sigmatau.io.read.time import stamps
+from sigmatau.io.read.time import plausible, stamps
 from sigmatau.io.read.time.grid import fit_grid, resolution
 
 
@@ -241,7 +241,7 @@ class TestNominal:
     ],
 )
 def test_the_unit_offered_is_the_likeliest(stamps_of, unit):
-    error = stamps.without_unit(stamps_of, np.diff(stamps_of).astype(float), "'t'")
+    error = plausible.ask_for_unit(stamps_of, np.diff(stamps_of).astype(float), "'t'")
     assert re.search(rf"give --unit time={unit}(,| or) ", str(error))
 
 

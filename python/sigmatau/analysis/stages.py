@@ -39,7 +39,7 @@ from sigmatau.record import memory
 from sigmatau.record.mask import Exclusion, channel_masks, excluded_from
 from sigmatau.record.on_disk import loaded
 from sigmatau.record.record import Record
-from sigmatau.record.streams import Stream, sampling_of
+from sigmatau.record.streams import Stream, describe_sampling
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
@@ -224,7 +224,7 @@ def assemble(state: State) -> Analysis:
         curves=Curves(state.curves),
         fits=Fits(state.fits),
         read_off=ByChannel(state.read_off),
-        grids={stream.name: sampling_of(stream) for stream in record.streams},
+        grids={stream.name: describe_sampling(stream) for stream in record.streams},
         stability=ByChannel(state.stability),
         mean_stability=state.mean_stability,
         rest=state.rest,

@@ -27,7 +27,7 @@ from sigmatau.options import options_that_differ
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance
 from sigmatau.record.sampling import Sampling
-from sigmatau.record.streams import Stream, sampling_of
+from sigmatau.record.streams import Stream, describe_sampling
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
@@ -92,7 +92,7 @@ def divide(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) 
         stretches=tuple((start, min(start + length, n)) for start in range(0, n, length)),
         source=record.source,
         findings=record.findings,
-        grids={stream.name: sampling_of(stream) for stream in record.streams},
+        grids={stream.name: describe_sampling(stream) for stream in record.streams},
     )
 
 

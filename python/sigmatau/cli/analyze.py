@@ -46,11 +46,11 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
-from sigmatau.io.read.formats.split import files_of
+from sigmatau.io.read.formats.split import bag_files
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import compare_clocks
-from sigmatau.record.record import Record, kinds_of, stream_name
+from sigmatau.record.record import Record, channel_quantities, stream_name
 from sigmatau.reporting.report import ENDINGS
 from sigmatau.reporting.report import report as write_report
 
@@ -165,7 +165,7 @@ def analyze_command(
     # A shell pattern may match a single log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
-        not files_of(place) for place in folders
+        not bag_files(place) for place in folders
     )  # a ROS 2 bag is a folder and one log
     if len(logs) == 1 and not meant_as_several:
         if overlay is not None:
@@ -243,7 +243,7 @@ def _one(
     expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
     with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
-        check_shown(kinds_of(record))
+        check_shown(channel_quantities(record))
         exports.check_record(record)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
@@ -423,7 +423,7 @@ def _in_a_process(
 ) -> Analysis:
     set_shown(show)  # for the rows of the table too, which this process prints
     record = read_log(log, readings[log], quiet=True)
-    check_shown(kinds_of(record))
+    check_shown(channel_quantities(record))
     analysis = analyze(record, **settings)
 
     def within(folder: Path | None, ending: str) -> Path | None:

@@ -30,7 +30,7 @@ from sigmatau.fitting.bandwidth import bandwidth
 from sigmatau.fitting.sensor_bandwidth import Bandwidths
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.record.record import Record, kinds_of, stream_name
+from sigmatau.record.record import Record, channel_quantities, stream_name
 
 _RATE_IN_NAME = re.compile(r"(?<![0-9.])([0-9]+(?:\.[0-9]+)?) ?(k?)hz(?![a-z])", re.IGNORECASE)
 _UNKNOWN = 1  # exit code if no log shows the bandwidth of any channel
@@ -80,7 +80,7 @@ def bandwidth_command(
     readings = assign_readings(reading, places, logs)
     records = {_name(log, places): _read(log, readings[log], quiet=quiet) for log in places}
     for name, record in records.items():
-        check_shown(kinds_of(record), ["random_walk", *(["bias_instability"] if plot is not None else [])])
+        check_shown(channel_quantities(record), ["random_walk", *(["bias_instability"] if plot is not None else [])])
         for finding in record.findings:
             say(f"{name}: {finding}", quiet=quiet)
     with working("comparing filters", quiet=quiet):

@@ -14,7 +14,7 @@ from sigmatau.analysis import Analysis
 from sigmatau.cli.earlier import is_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
-from sigmatau.io.read.formats.split import files_of
+from sigmatau.io.read.formats.split import bag_files
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, marks_of
@@ -75,7 +75,7 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
 
 def _is_log(place: Path) -> bool:
     """Whether a place is one log: a file, or the folder of a ROS 2 bag."""
-    return not place.is_dir() or bool(files_of(place))
+    return not place.is_dir() or bool(bag_files(place))
 
 
 def _resolved(path: Path) -> Path:

@@ -25,7 +25,7 @@ from sigmatau.findings.finding import damaged
 from sigmatau.fitting.tables import deviation_table
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.record.record import kinds_of
+from sigmatau.record.record import channel_quantities
 
 
 def deviation_command(
@@ -70,7 +70,7 @@ def deviation_command(
     check_outputs(log, plot, json)
     how = (settings or DeviationSettings()).arguments()
     record = read_log(log, reading, quiet=quiet)
-    check_shown(kinds_of(record), ["quantization" if estimator(kind).of_phase else "bias_instability"])
+    check_shown(channel_quantities(record), ["quantization" if estimator(kind).of_phase else "bias_instability"])
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:

@@ -31,7 +31,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
 from sigmatau.noise.terms import check_shown
-from sigmatau.record.record import Record, kinds_of
+from sigmatau.record.record import Record, channel_quantities
 from sigmatau.record.streams import Stream
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _analysed(
             code = 1  # of an error
             try:
                 record = read_log(log, readings[log], quiet=True)
-                check_shown(kinds_of(record))
+                check_shown(channel_quantities(record))
                 exports.check_record(record)
                 _check_same_sensor(record, names[log], firsts, over)
                 analysis = analyze(record, **settings)

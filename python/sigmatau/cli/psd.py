@@ -32,7 +32,7 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import asked_density, check_shown, coefficient_unit, display_units
-from sigmatau.record.record import Record, kinds_of, stream_name
+from sigmatau.record.record import Record, channel_quantities, stream_name
 from sigmatau.spectrum.comparison import Comparison
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
@@ -95,7 +95,7 @@ def psd_command(
         check_model(model)
     expected = None if model is None else read_model(model)
     record = read_log(log, reading, quiet=quiet)
-    check_shown(kinds_of(record), ["random_walk"])
+    check_shown(channel_quantities(record), ["random_walk"])
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working("computing densities", quiet=quiet):

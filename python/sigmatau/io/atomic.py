@@ -25,7 +25,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
     """
     try:
         target = Path(os.path.realpath(path))
-        temporary, handle = _beside(target)
+        temporary, handle = _make_temporary(target)
     except OSError as error:
         raise DataError(f"{path}: cannot be written: {error.strerror or error}") from None
     except (TypeError, ValueError) as error:
@@ -45,7 +45,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _beside(target: Path) -> tuple[Path, int]:
+def _make_temporary(target: Path) -> tuple[Path, int]:
     """A new file beside another one, and its handle, which is locked."""
     if target.is_dir():
         raise DataError(f"{target}: is a directory; give the name of a file")
@@ -54,8 +54,8 @@ def _beside(target: Path) -> tuple[Path, int]:
     if not target.parent.is_dir():
         raise DataError(f"{target}: there is no directory {target.parent}")
     prefix = f".{target.name}.sigmatau-"
-    for left in target.parent.glob(f"{glob.escape(prefix)}*"):
-        _remove_left(left)
+    for abandoned in target.parent.glob(f"{glob.escape(prefix)}*"):
+        _remove_abandoned(abandoned)
     # The ending stays, because writers choose a format by it.
     ending = "".join(target.suffixes[-2:])
     while True:
@@ -66,18 +66,18 @@ def _beside(target: Path) -> tuple[Path, int]:
         os.close(handle)
 
 
-def _remove_left(left: Path) -> None:
+def _remove_abandoned(path: Path) -> None:
     """Remove a file that a killed process left behind, and the folder of its parts; not one that is being written."""
     with contextlib.suppress(OSError):
-        if left.is_dir():
-            if not left.with_suffix("").exists():  # parts of a file that is removed before or after them
-                shutil.rmtree(left, ignore_errors=True)
+        if path.is_dir():
+            if not path.with_suffix("").exists():  # parts of a file that is removed before or after them
+                shutil.rmtree(path, ignore_errors=True)
             return
-        handle = os.open(left, os.O_RDWR)
+        handle = os.open(path, os.O_RDWR)
         try:
             if _locked(handle):
-                left.unlink()
-                shutil.rmtree(left.with_name(left.name + PARTS), ignore_errors=True)
+                path.unlink()
+                shutil.rmtree(path.with_name(path.name + PARTS), ignore_errors=True)
         finally:
             os.close(handle)
 

@@ -27,18 +27,18 @@ from sigmatau.hints import RATE
 from sigmatau.io.live_lines import (
     find_named_layout,
     has_repeated_rows,
-    make_loader,
     not_loaded,
     refuse_kinds,
     split_lines,
     without_absurd,
     without_repeats,
 )
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import ColumnChoice
 from sigmatau.io.read.formats import lvm
 from sigmatau.io.read.formats.keyed_records import in_words
 from sigmatau.io.read.formats.layout import Layout, find_layout
-from sigmatau.io.read.formats.text_lines import COMMENTS, NoRowsError
+from sigmatau.io.read.formats.text_lines import NoRowsError
+from sigmatau.io.read.formats.text_rows import Text, read_rows
 from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import resolve
@@ -48,7 +48,7 @@ from sigmatau.io.read.time.clock_line import rate_change
 from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
-from sigmatau.record.sampling import GIVEN, RateSource
+from sigmatau.record.sampling import GIVEN_RATE, RateSource
 
 _PIECE = 1 << 18  # read at a time [bytes]
 _PAUSE = 0.05  # before a file that has ended is looked at again [s]
@@ -128,7 +128,7 @@ class Live:
     options: Options  # What the user said of the columns
     skip: int = 0  # Lines to skip at the beginning
     rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
-    source_of_rate: RateSource = GIVEN
+    source_of_rate: RateSource = GIVEN_RATE
     unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
     lost: int = 0  # Lines that could not be read
     lost_example: str = ""  # What was wrong with the last of them
@@ -139,7 +139,7 @@ class Live:
     _marks: bool = False  # Whether the values have names, with marks between
     _lines_needed: int = _FIRST_LINES  # before the layout is looked for
     _layout: Layout | None = None
-    _choice: Choice | None = None
+    _choice: ColumnChoice | None = None
     _intervals: tuple[int, float] = (0, 0.0)
     _last_stamp: float | None = None
     _repeats: bool = False  # Whether lines with the stamp of the line before are skipped
@@ -165,10 +165,10 @@ class Live:
         change = rate_change(blocks)
         if change is None:
             return None
-        at, before, after = change
+        place, before, after = change
         details = RateChange(before=1 / before, after=1 / after, grid=self.rate)
         times = self._block * np.cumsum(blocks)
-        return rate_changed(at=float(times[at - 1]), end=float(times[-1]), details=details, empty=False)
+        return rate_changed(time=float(times[place - 1]), end=float(times[-1]), details=details, empty=False)
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
         """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes. `last`
@@ -236,12 +236,10 @@ class Live:
         except OptionError:
             # The question may name columns by the samples that have come; without it nothing depends on how many have.
             with contextlib.suppress(DataError):
-                resolve(
-                    replace(table, load=make_loader(b"".join(split_lines(head)[layout.skip_lines :]), layout)),
-                    self.options,
-                )
+                text = Text(source=head, layout=layout, encoding="ascii", gzip=False, dates={})
+                resolve(replace(table, load=text.load), self.options)
             raise
-        self.options = self.options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
+        self.options = self.options.for_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
         if choice.time is not None and (choice.split or is_date(table.columns[choice.time].first)):
             if self.options.rate is None:
                 what = "has seconds and their fractions in two columns" if choice.split else "has dates or clock times"
@@ -254,13 +252,13 @@ class Live:
         body = b"".join(split_lines(head)[layout.skip_lines :])
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
-            at = self._wanted().index(choice.time)
+            time_place = self._wanted().index(choice.time)
             # Always the same lines, however many have come: the rate must not depend on how the input is cut.
             good, bad = self._good(b"".join(split_lines(body)[:_FIRST_LINES]))
             good = [part for columns in good for part in without_absurd(columns, bad)]
-            self._repeats = has_repeated_rows(good, at)
+            self._repeats = has_repeated_rows(good, time_place)
             good = [without_repeats(columns, None) if self._repeats else columns for columns in good]
-            stamps = np.concatenate([stamps, *(columns[at] for columns in good)])
+            stamps = np.concatenate([stamps, *(columns[time_place] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
                 raise OptionError(f"gives too few time stamps to tell the rate: give {RATE}", option="rate")
         if len(stamps) < 3:  # nothing to check
@@ -305,15 +303,7 @@ class Live:
 
     def _parse(self, lines: bytes) -> list[NDArray[np.float64]]:
         assert self._layout is not None
-        return formats.read_text(
-            lines,
-            delimiter=self._layout.delimiter,
-            comment=COMMENTS,
-            columns=len(self._layout.columns),
-            wanted=self._wanted(),
-            decimal_comma=self._layout.decimal_comma,
-            arrow=self._layout.arrow,
-        ).columns
+        return read_rows(lines, self._layout, self._wanted()).columns
 
     def _numbers(self, lines: bytes, *, last: bool) -> NDArray[np.float64]:
         assert self._choice is not None
@@ -323,15 +313,17 @@ class Live:
         self.lost_example = bad[-1] if bad else self.lost_example
         good = self._skip_repeats(good) if self._repeats else good
         wanted = self._wanted()
-        at = {index: k for k, index in enumerate(wanted)}
+        place_by_column = {index: k for k, index in enumerate(wanted)}
         channels = self._choice.channels
-        rows = [np.stack([columns[at[index]] for index in channels.values()], axis=1) for columns in good]
+        rows = [np.stack([columns[place_by_column[index]] for index in channels.values()], axis=1) for columns in good]
         samples = np.concatenate(rows) if rows else np.empty((0, len(channels)))
         if self._choice.time is not None and "time" in self.unit:
-            self._note_stamps([columns[at[self._choice.time]] for columns in good], broken=bool(bad))
+            self._note_stamps([columns[place_by_column[self._choice.time]] for columns in good], broken=bool(bad))
         self.lines += len(samples)
         if self._first_rows is not None and self.options.interleaved is None:
-            stamps = [] if self._choice.time is None else [columns[at[self._choice.time]] for columns in good]
+            stamps = (
+                [] if self._choice.time is None else [columns[place_by_column[self._choice.time]] for columns in good]
+            )
             first = np.concatenate(stamps) if stamps else np.zeros(len(samples))
             self._first_rows.append(np.column_stack((first, samples)))
             if last or sum(map(len, self._first_rows)) >= _FIRST_ROWS:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau._native import formats
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.keyed import find_records
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.row_kinds import find_kinds
-from sigmatau.io.read.formats.text_lines import COMMENTS
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import ABSURD, Loaded
 
@@ -81,27 +78,6 @@ def without_repeats(columns: list[NDArray[np.float64]], last: NDArray[np.float64
     new[1:] = (rows[:, 1:] != rows[:, :-1]).any(axis=0)
     new[0] = last is None or bool((rows[:, 0] != last).any())
     return [column[new] for column in columns]
-
-
-def make_loader(rows: bytes, layout: Layout) -> Callable[[Sequence[int], int | None], Loaded]:
-    """The loading of columns from the rows that have come."""
-
-    def load(wanted: Sequence[int], _: int | None) -> Loaded:
-        try:
-            read = formats.read_text(
-                rows,
-                delimiter=layout.delimiter,
-                comment=COMMENTS,
-                columns=len(layout.columns),
-                wanted=tuple(wanted),
-                decimal_comma=layout.decimal_comma,
-                arrow=layout.arrow,
-            )
-        except formats.TextReadError as error:
-            raise DataError(error.text) from None
-        return Loaded(columns=dict(zip(wanted, read.columns, strict=True)))
-
-    return load
 
 
 def not_loaded(*_: object) -> Loaded:

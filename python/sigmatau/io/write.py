@@ -15,21 +15,19 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import formats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io import write_bags
 from sigmatau.io.atomic import PARTS, atomic
+from sigmatau.io.write_bags import Piece, Put
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
 
-Piece = Sequence[NDArray[np.float64]]  # A piece of every column, each of shape (n,)
-Put = Callable[[Piece], None]  # What takes the next piece
 _ROWS = 1 << 16  # of a group of rows
 
 
-def headers_of(columns: Sequence[tuple[str, str]]) -> list[str]:
+def column_headers(columns: Sequence[tuple[str, str]]) -> list[str]:
     """Names as columns have them: ``"gyro_x [rad/s]"``."""
     return [f"{name} [{unit}]" for name, unit in columns]
 
@@ -42,7 +40,7 @@ def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
                 raise DataError(
                     f"the channel {name!r} cannot be written in this format, because of {mark!r} in its {where}"
                 )
-    stream.write((",".join(headers_of(columns)) + "\n").encode())
+    stream.write((",".join(column_headers(columns)) + "\n").encode())
 
     def put(piece: Piece) -> None:
         stream.write(formats.format_text(",", piece))
@@ -71,7 +69,7 @@ def _csv_gz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 @contextlib.contextmanager
 def _npy(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """A structured array, a field a column named with its unit."""
-    dtype = np.dtype([(header, "<f8") for header in headers_of(columns)])
+    dtype = np.dtype([(header, "<f8") for header in column_headers(columns)])
     rows = 0
 
     def put(piece: Piece) -> None:
@@ -104,7 +102,7 @@ def _npy_head(dtype: np.dtype[Any], rows: int) -> bytes:
 @contextlib.contextmanager
 def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     """One array a column, named with its unit; they lie in files of their own until all rows are there."""
-    headers = headers_of(columns)
+    headers = column_headers(columns)
     dtype = np.dtype("<f8")
     rows = 0
     folder = path.with_name(path.name + PARTS)
@@ -142,7 +140,7 @@ def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         raise DataError(
             "writing .parquet takes a library that is not installed: pip install 'sigmatau[parquet]'"
         ) from None
-    schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in headers_of(columns)])
+    schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in column_headers(columns)])
     with pq.ParquetWriter(path, schema, use_dictionary=False, compression="snappy", write_page_checksum=True) as writer:
 
         def put(piece: Piece) -> None:
@@ -173,7 +171,7 @@ def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterat
     `path`: its ending is one of `RECORD_ENDINGS`.
     """
     target = Path(path)
-    ending = ending_of(target)
+    ending = find_ending(target)
     _check_names(columns)
     with contextlib.ExitStack() as stack:
         temporary = stack.enter_context(atomic(target))
@@ -185,7 +183,7 @@ def _check_names(columns: Sequence[tuple[str, str]]) -> None:
     from sigmatau.io.read.names import LONGEST_NAME, recognise
     from sigmatau.io.read.table import Column
 
-    headers = headers_of(columns)
+    headers = column_headers(columns)
     taken: dict[str, str] = {}
     for (name, unit), header, match in zip(columns, headers, recognise([Column(name=h) for h in headers]), strict=True):
         if not name.strip():
@@ -208,7 +206,7 @@ def _check_names(columns: Sequence[tuple[str, str]]) -> None:
         taken[means] = name
 
 
-def ending_of(path: Path) -> str:
+def find_ending(path: Path) -> str:
     """Which of `RECORD_ENDINGS` a name has; raises `OptionError` if none."""
     ending = next((e for e in sorted(RECORD_ENDINGS, key=len, reverse=True) if path.name.endswith(e)), None)
     if ending is None:
@@ -254,7 +252,7 @@ def write(record: Record, path: str | Path) -> None:
     True
     """
     target = Path(path)
-    ending_of(target)
+    find_ending(target)
     grid = record.streams[0].grid
     if any(s.grid.n != grid.n or s.grid.tau0 != grid.tau0 for s in record.streams):
         raise DataError("streams with different grids do not fit in one table; write them one by one")

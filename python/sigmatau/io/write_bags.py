@@ -9,6 +9,7 @@ import contextlib
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from sigmatau.frozen import frozen
 from sigmatau.io.ros_messages import Topic, make_messages, make_stamps, make_topics
 
-Piece = Sequence[NDArray[np.float64]]
-Put = Callable[[Piece], None]
+Piece = Sequence[NDArray[np.float64]]  # A piece of every column, each of shape (n,)
+Put = Callable[[Piece], None]  # Takes the next piece
 
 _ROWS = 1 << 12  # of a chunk: 1.5 MB
 _LENGTH_OF_HEADER = 4096  # bytes of the first record of a bag of ROS 1
@@ -43,6 +44,19 @@ class _Chunk:
 def _parts(piece: Piece) -> Iterator[list[NDArray[np.float64]]]:
     for start in range(0, len(piece[0]), _ROWS):
         yield [column[start : start + _ROWS] for column in piece]
+
+
+def _put_chunks(chunks: list[_Chunk], write: Callable[[Piece, int], _Chunk]) -> Put:
+    """Takes pieces as chunks; `write` takes a chunk and the number of rows before it."""
+    rows = 0
+
+    def put(piece: Piece) -> None:
+        nonlocal rows
+        for part in _parts(piece):
+            chunks.append(write(part, rows))
+            rows += len(part[0])
+
+    return put
 
 
 def _records(fields: list[tuple[str, Any]], messages: NDArray[Any], values: dict[str, Any]) -> NDArray[Any]:
@@ -82,17 +96,9 @@ def mcap(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         for k, t in enumerate(topics, 1)
     )
     chunks: list[_Chunk] = []
-    rows = 0
     with path.open("wb") as stream:
-
-        def put(piece: Piece) -> None:
-            nonlocal rows
-            for part in _parts(piece):
-                chunks.append(_put_mcap_chunk(stream, topics, part, rows))
-                rows += len(part[0])
-
         stream.write(_MAGIC + _record(1, _string("ros2") + _string("sigmatau")) + schemas + channels)
-        yield put
+        yield _put_chunks(chunks, partial(_put_mcap_chunk, stream, topics))
         stream.write(_record(15, struct.pack("<I", 0)))
         start = stream.tell()
         stream.write(schemas + channels + b"".join(map(_chunk_index, chunks)) + _statistics(chunks, len(topics)))
@@ -196,17 +202,9 @@ def bag(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
     topics = make_topics(columns)
     connections = b"".join(_connection(number, topic) for number, topic in enumerate(topics))
     chunks: list[_Chunk] = []
-    rows = 0
     with path.open("wb") as stream:
-
-        def put(piece: Piece) -> None:
-            nonlocal rows
-            for part in _parts(piece):
-                chunks.append(_put_bag_chunk(stream, topics, part, rows, connections))
-                rows += len(part[0])
-
         stream.write(b"#ROSBAG V2.0\n" + _bag_header(index=0, topics=0, chunks=0))
-        yield put
+        yield _put_chunks(chunks, partial(_put_bag_chunk, stream, topics, connections))
         index = stream.tell()
         stream.write(connections + b"".join(map(_chunk_info, chunks)))
         stream.seek(len(b"#ROSBAG V2.0\n"))
@@ -226,7 +224,7 @@ def _connection(number: int, topic: Topic) -> bytes:
     return _bag_record({"op": b"\x07", "conn": struct.pack("<I", number), "topic": name}, data)
 
 
-def _put_bag_chunk(stream: IO[bytes], topics: Sequence[Topic], part: Piece, rows: int, connections: bytes) -> _Chunk:
+def _put_bag_chunk(stream: IO[bytes], topics: Sequence[Topic], connections: bytes, part: Piece, rows: int) -> _Chunk:
     stamps = make_stamps(part[0])
     blocks, indices, size = [connections], [], len(connections)
     for number, topic in enumerate(topics):

@@ -18,7 +18,7 @@ def available() -> int | None:
     does not report it. [bytes]
     """
     free = _free()
-    limits = [*_of_process(), *_of_groups(), *([] if free is None else [free])]
+    limits = [*_process_limits(), *_group_limits(), *([] if free is None else [free])]
     return min(limits, default=None)
 
 
@@ -32,31 +32,33 @@ def _free() -> int | None:
     return None
 
 
-def _of_process() -> Iterator[int]:
+def _process_limits() -> Iterator[int]:
     """Memory left by the process's own limits (``ulimit -v``, ``ulimit -d``). [bytes]"""
     with contextlib.suppress(ImportError, OSError, ValueError, IndexError):
         import resource
 
         pages = [int(word) for word in Path("/proc/self/statm").read_text(encoding="ascii").split()]
         for limit, used in ((resource.RLIMIT_AS, pages[0]), (resource.RLIMIT_DATA, pages[5])):
-            most = resource.getrlimit(limit)[0]
-            if most != resource.RLIM_INFINITY:
-                yield max(most - used * resource.getpagesize(), 0)
+            largest = resource.getrlimit(limit)[0]
+            if largest != resource.RLIM_INFINITY:
+                yield max(largest - used * resource.getpagesize(), 0)
 
 
-def _of_groups() -> Iterator[int]:
+def _group_limits() -> Iterator[int]:
     """Memory left by the control groups of the process; what files keep in memory is free. [bytes]"""
     root = Path("/sys/fs/cgroup")
-    own = Path()
+    process_group = Path()
     with contextlib.suppress(OSError, ValueError):
-        own = Path(Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition(":")[2].lstrip("/"))
-    for group in (own, *own.parents):
+        process_group = Path(
+            Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition(":")[2].lstrip("/")
+        )
+    for group in (process_group, *process_group.parents):
         with contextlib.suppress(OSError, ValueError):
-            most = (root / group / "memory.max").read_text(encoding="ascii").strip()
-            if most != "max":
+            largest = (root / group / "memory.max").read_text(encoding="ascii").strip()
+            if largest != "max":
                 used = int((root / group / "memory.current").read_text(encoding="ascii"))
                 stat = dict(line.split() for line in (root / group / "memory.stat").read_text("ascii").splitlines())
-                yield max(int(most) - used + int(stat.get("inactive_file", 0)), 0)
+                yield max(int(largest) - used + int(stat.get("inactive_file", 0)), 0)
 
 
 def needed(stream: Stream, threads: int | None) -> int:

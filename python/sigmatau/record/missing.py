@@ -23,9 +23,8 @@ def missing_values(
     where: Callable[[int], str],
     tau0: float,
     *,
-    of: Mapping[str, int] | None = None,
+    totals: Mapping[str, int] | None = None,
     unit: Literal["rows", "samples"] = "rows",
-    few: float = _FEW_MISSING,
     dropped: bool = False,
 ) -> tuple[Finding, ...]:
     """One finding about all channels with missing numbers; empty if no number is missing.
@@ -38,12 +37,10 @@ def missing_values(
         Place of an index in the file or array.
     tau0 : float
         Time from one row to the next. [s]
-    of : mapping of str to int, optional
+    totals : mapping of str to int, optional
         Number of rows. Default: the length of the array.
     unit : {"rows", "samples"}
         What is counted: rows of a file, or samples of the record.
-    few : float
-        Share of missing numbers up to which the finding is no warning.
     dropped : bool
         Whether the channels are not read.
     """
@@ -51,7 +48,7 @@ def missing_values(
     counts = {channel: count for channel, count in counts.items() if count}
     if not counts:
         return ()
-    total = max((of or {}).get(channel, len(missing[channel])) for channel in counts)
+    total = max((totals or {}).get(channel, len(missing[channel])) for channel in counts)
     strongest = max(counts, key=lambda channel: counts[channel])
     runs = {channel: run_edges(missing[channel]) for channel in counts}
     lengths = np.diff(runs[strongest])
@@ -69,7 +66,7 @@ def missing_values(
         unit=unit,
         dropped=dropped,
     )
-    few_missing = counts[strongest] <= few * total
+    few_missing = counts[strongest] <= _FEW_MISSING * total
     return (
         Finding(
             details=details,
@@ -82,7 +79,7 @@ def missing_values(
     )
 
 
-def mask_of(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:
+def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:
     """True where a rate is NaN, shape (n, n_channels); None if there is no NaN. `finite`: the raw columns are checked.
 
     Raises

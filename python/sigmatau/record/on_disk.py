@@ -36,11 +36,11 @@ def file_bytes(path: Path) -> NDArray[np.uint8]:
     size, free = path.stat().st_size, available()
     if free is not None and size > free:
         raise DataError(f"has {size / 1e9:.3g} GB, but {free / 1e9:.3g} GB of memory are free")
-    found = np.fromfile(path, np.uint8)
-    if len(found) < size:
+    data = np.fromfile(path, np.uint8)
+    if len(data) < size:
         raise DataError(_CHANGED)
-    found.flags.writeable = False
-    return found
+    data.flags.writeable = False
+    return data
 
 
 def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Stream, ...]:
@@ -54,21 +54,21 @@ def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Strea
     if not on_file or (free is not None and size > _LOADED * free):
         return tuple(streams)
     arrays = [np.empty(len(column), column.dtype) if isinstance(column, FileColumn) else column for column in columns]
-    of_rows: dict[tuple[int, int, int], list[tuple[FileColumn, NDArray[Any]]]] = {}
+    by_extent: dict[tuple[int, int, int], list[tuple[FileColumn, NDArray[Any]]]] = {}
     for column, array in zip(columns, arrays, strict=True):
         if isinstance(column, FileColumn):
-            of_rows.setdefault(column.extent, []).append((column, array))
+            by_extent.setdefault(column.extent, []).append((column, array))
     parts = [
         (group, start, min(start + _PART, len(group[0][1])))
-        for group in of_rows.values()
+        for group in by_extent.values()
         for start in range(0, len(group[0][1]), _PART)
     ]
 
     def fill(part: tuple[list[tuple[FileColumn, NDArray[Any]]], int, int]) -> None:
         group, start, stop = part
-        for at, rows in group[0][0].rows_between(start, stop):
+        for first, rows in group[0][0].rows_between(start, stop):
             for column, array in group:
-                array[at : at + len(rows)] = column.of(rows)
+                array[first : first + len(rows)] = column.take(rows)
 
     workers = min(threads or os.cpu_count() or 1, len(parts), _READERS)
     if workers > 1:
@@ -79,14 +79,14 @@ def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Strea
     else:
         for part in parts:
             fill(part)
-    of_streams = iter(arrays)
+    for_streams = iter(arrays)
     return tuple(
-        replace(stream, samples=replace(stream.samples, raw=tuple(next(of_streams) for _ in stream.channels)))
+        replace(stream, samples=replace(stream.samples, raw=tuple(next(for_streams) for _ in stream.channels)))
         for stream in streams
     )
 
 
-class Rows:
+class StoredRows:
     """Rows of one size that are read when they are needed, from a file or another storage.
 
     Parameters
@@ -122,7 +122,7 @@ class Rows:
             return last[3][start - last[0] : stop - last[0]]
         # Before the next ones are read, so that they come into the same memory: fresh pages take longer than the reading.
         self._last = last = None
-        return self._kept(start, stop, 1, self.read(start, stop))
+        return self._keep(start, stop, 1, self.read(start, stop))
 
     def every(self, start: int, stop: int, step: int) -> NDArray[Any]:
         """Every so many rows; kept as well."""
@@ -133,16 +133,16 @@ class Rows:
             pieces = [self.read(place, place + 1) for place in range(start, stop, step)]
         else:
             ahead = max(_PIECE_BYTES // (self.dtype.itemsize * step), 1) * step
-            pieces = [self.read(at, min(at + ahead, stop))[::step] for at in range(start, stop, ahead)]
-        return self._kept(start, stop, step, np.concatenate([self.read(0, 0), *pieces]))
+            pieces = [self.read(first, min(first + ahead, stop))[::step] for first in range(start, stop, ahead)]
+        return self._keep(start, stop, step, np.concatenate([self.read(0, 0), *pieces]))
 
-    def _kept(self, start: int, stop: int, step: int, found: NDArray[Any]) -> NDArray[Any]:
-        if found.nbytes <= _KEPT_BYTES:
-            self._last = start, stop, step, found
-        return found
+    def _keep(self, start: int, stop: int, step: int, rows: NDArray[Any]) -> NDArray[Any]:
+        if rows.nbytes <= _KEPT_BYTES:
+            self._last = start, stop, step, rows
+        return rows
 
 
-class FileRows(Rows):
+class FileRows(StoredRows):
     """Rows of one size in a file, open as long as one of its columns is in use.
 
     Parameters
@@ -172,22 +172,22 @@ class FileRows(Rows):
         size = self.dtype.itemsize
         return np.frombuffer(self._bytes(self.offset + start * size, (stop - start) * size), self.dtype)
 
-    def _bytes(self, at: int, count: int) -> bytes:
+    def _bytes(self, offset: int, count: int) -> bytes:
         pieces = []
         while count > 0:
             try:
                 if hasattr(os, "pread"):
-                    piece = os.pread(self._handle, count, at)
+                    piece = os.pread(self._handle, count, offset)
                 else:
                     with self._lock:
-                        os.lseek(self._handle, at, os.SEEK_SET)
+                        os.lseek(self._handle, offset, os.SEEK_SET)
                         piece = os.read(self._handle, count)
             except OSError as error:
                 raise DataError(f"cannot be read any more: {error.strerror or error}").about(str(self.path)) from None
             if not piece:
                 raise DataError(_CHANGED).about(str(self.path))
             pieces.append(piece)
-            at, count = at + len(piece), count - len(piece)
+            offset, count = offset + len(piece), count - len(piece)
         return pieces[0] if len(pieces) == 1 else b"".join(pieces)
 
 
@@ -196,7 +196,7 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
 
     __slots__ = ("_field", "_part", "_rows", "_start", "_stop")
 
-    def __init__(self, rows: Rows, field: str | None, part: int | None, start: int, stop: int) -> None:
+    def __init__(self, rows: StoredRows, field: str | None, part: int | None, start: int, stop: int) -> None:
         self._rows, self._field, self._part, self._start, self._stop = rows, field, part, start, stop
 
     @property
@@ -233,16 +233,16 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
     def rows_between(self, start: int, stop: int) -> Iterator[tuple[int, NDArray[Any]]]:
         """Rows of a part of the column, a few at a time, and where they begin; they are not kept for other columns."""
         step = max(min(_PIECE, _PIECE_BYTES // max(self._rows.dtype.itemsize, 1)), 1)
-        for at in range(start, stop, step):
-            yield at, self._rows.read(self._start + at, self._start + min(at + step, stop))
+        for first in range(start, stop, step):
+            yield first, self._rows.read(self._start + first, self._start + min(first + step, stop))
 
-    def of(self, rows: NDArray[Any]) -> NDArray[Any]:
+    def take(self, rows: NDArray[Any]) -> NDArray[Any]:
         """The numbers of this column in some rows."""
-        found = rows if self._field is None else rows[self._field]
-        return found if self._part is None else found[:, self._part]
+        values = rows if self._field is None else rows[self._field]
+        return values if self._part is None else values[:, self._part]
 
     def _read(self, start: int, stop: int) -> NDArray[Any]:
-        return np.ascontiguousarray(self.of(self._rows.rows(start, stop)), dtype=self.dtype)
+        return np.ascontiguousarray(self.take(self._rows.rows(start, stop)), dtype=self.dtype)
 
     def __getitem__(self, key: Any) -> Any:  # noqa: ANN401  as of an array
         if isinstance(key, int | np.integer):
@@ -257,22 +257,22 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
                 return FileColumn(self._rows, self._field, self._part, self._start + start, self._start + stop)
             if step > 1:
                 rows = self._rows.every(self._start + start, self._start + max(stop, start), step)
-                return np.ascontiguousarray(self.of(rows), dtype=self.dtype)
+                return np.ascontiguousarray(self.take(rows), dtype=self.dtype)
         return np.asarray(self)[key]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: ANN401, FBT001
         if copy is False:
             raise ValueError("a column in a file cannot be an array without being read")
-        found = np.empty(len(self), self.dtype)
+        values = np.empty(len(self), self.dtype)
         if len(self) <= _PIECE:
-            found[:] = self.of(self._rows.rows(self._start, self._stop))
+            values[:] = self.take(self._rows.rows(self._start, self._stop))
         else:
-            for at, rows in self.rows_between(0, len(self)):
-                found[at : at + len(rows)] = self.of(rows)
-        return found if dtype is None else found.astype(dtype, copy=False)
+            for first, rows in self.rows_between(0, len(self)):
+                values[first : first + len(rows)] = self.take(rows)
+        return values if dtype is None else values.astype(dtype, copy=False)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:  # noqa: ANN401
-        arrays = (np.asarray(one) if isinstance(one, FileColumn) else one for one in inputs)
+        arrays = (np.asarray(each) if isinstance(each, FileColumn) else each for each in inputs)
         return getattr(ufunc, method)(*arrays, **options)
 
     def astype(self, dtype: Any, *, copy: bool = True) -> NDArray[Any]:  # noqa: ANN401

@@ -21,8 +21,8 @@ from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.record.missing import mask_of, missing_values
-from sigmatau.record.sampling import GIVEN, RateSource
+from sigmatau.record.missing import find_missing, missing_values
+from sigmatau.record.sampling import GIVEN_RATE, RateSource
 from sigmatau.record.streams import Columns, Grid, InputKind, Stream, Transform, check_kind, check_rate, check_rates
 from sigmatau.record.thermometers import CELSIUS, TO_CELSIUS, thermometers
 from sigmatau.results import Printed
@@ -43,16 +43,16 @@ class Checksum:
         As it is now: if it is changed before the checksum is asked for, there is none.
     """
 
-    __slots__ = ("_file", "_found", "_state")
+    __slots__ = ("_digest", "_file", "_state")
 
     def __init__(self, file: Path) -> None:
         self._file = file.absolute()
         self._state = _state(file.stat())
-        self._found: str | None = None
+        self._digest: str | None = None
 
     def value(self) -> str | None:
         """The checksum; None if the file was changed."""
-        if self._found is None:
+        if self._digest is None:
             import hashlib
 
             try:
@@ -66,8 +66,8 @@ class Checksum:
                         return None
             except OSError:
                 return None
-            self._found = digest
-        return self._found
+            self._digest = digest
+        return self._digest
 
 
 def _state(status: os.stat_result) -> tuple[int, ...]:
@@ -238,7 +238,7 @@ class Record(Printed):
         DataError
             For no channel, arrays of unequal length in one stream, an infinite sample, fewer than 4 samples.
         """
-        of_all, rates = check_rates(rate)
+        common_rate, rates = check_rates(rate)
         check_kind(input)
         if unit is not None and not isinstance(unit, Mapping):
             raise TypeError(f"`unit` must be a mapping such as {{'gyro': 'deg/s'}}, not {unit!r}")
@@ -262,19 +262,24 @@ class Record(Printed):
             by_stream[stream].update(columns)
         if not by_stream:
             raise DataError("no channel was given; give at least one array, e.g. gyro_x=…")
-        known = dict.fromkeys([*by_stream, *(channel for columns in by_stream.values() for channel in columns)])
+        names = dict.fromkeys([*by_stream, *(channel for columns in by_stream.values() for channel in columns)])
         for key in unit or {}:
-            if key not in known:
+            if key not in names:
                 raise OptionError(
-                    f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(known)}", option="unit"
+                    f"{{option}} names {key!r}, which is not a channel; channels: {', '.join(names)}", option="unit"
                 )
-        rate_of = _rates_of_streams(of_all, rates, list(by_stream))
+        rate_by_stream = _rates_of_streams(common_rate, rates, list(by_stream))
         warm, notes = thermometers(by_stream, unit or {})
         streams = [
-            _thermometer(name, columns[name], warm[name], rate_of[name])
+            _thermometer(name, columns[name], warm[name], rate_by_stream[name])
             if name in warm
             else make_stream(
-                name, columns, rate=rate_of[name], unit=dict(unit or {}), kind=input, finite=name not in with_gaps
+                name,
+                columns,
+                rate=rate_by_stream[name],
+                unit=dict(unit or {}),
+                kind=input,
+                finite=name not in with_gaps,
             )
             for name, columns in by_stream.items()
         ]
@@ -284,7 +289,7 @@ class Record(Printed):
                 continue
             for k, channel in enumerate(s.channels):
                 if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES:  # of others the analysis says that there is nothing
-                    lost.setdefault(rate_of[s.name], {})[channel] = s.mask[:, k]
+                    lost.setdefault(rate_by_stream[s.name], {})[channel] = s.mask[:, k]
         return cls(
             streams=tuple(streams),
             provenance=Provenance(rows=max(len(next(iter(c.values()))) for c in by_stream.values()), conversions=notes),
@@ -327,11 +332,11 @@ def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float)
     return replace(made, name=name, channels=(name,))
 
 
-def need_record(given: object, *, name: str = "record", stream: bool = False) -> None:
+def need_record(value: object, *, name: str = "record", stream: bool = False) -> None:
     """Raise `TypeError`, with what to write, for what is neither a record nor, if it may be one, a stream."""
-    if not isinstance(given, (Record, Stream) if stream else Record):
+    if not isinstance(value, (Record, Stream) if stream else Record):
         raise TypeError(
-            f"`{name}` must be a Record{' or a Stream' if stream else ''}, not a {type(given).__name__}: see sigmatau.read"
+            f"`{name}` must be a Record{' or a Stream' if stream else ''}, not a {type(value).__name__}: see sigmatau.read"
             " for files, sigmatau.from_frame for data frames and sigmatau.Record.from_arrays(rate=100, gyro_x=x) for arrays"
         )
 
@@ -366,7 +371,7 @@ def make_stream(
     kind: InputKind = "rate",
     scale: Mapping[str, float] | None = None,
     offset: Mapping[str, float] | None = None,
-    grid_source: RateSource = GIVEN,
+    grid_source: RateSource = GIVEN_RATE,
     start: float = 0.0,
     jitter: float | None = None,
     finite: bool = False,
@@ -402,11 +407,11 @@ def make_stream(
         channels=tuple(columns),
         grid=Grid(n=n, tau0=1.0 / rate, start=start, source=grid_source, jitter=jitter),
         samples=samples,
-        mask=mask_of(samples, tuple(columns), finite=finite),
+        mask=find_missing(samples, tuple(columns), finite=finite),
     )
 
 
-def kinds_of(record: Record) -> dict[str, tuple[str, str]]:
+def channel_quantities(record: Record) -> dict[str, tuple[str, str]]:
     """Quantity and unit of each channel of a record."""
     return {channel: (stream.quantity, stream.unit) for stream in record.streams for channel in stream.channels}
 
@@ -423,7 +428,7 @@ def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[
     if stream == "temperature" and spelled == CELSIUS and kind == "rate":
         return "temperature", CELSIUS, 1.0
     if si is None:
-        return quantity, _rate_of(spelled or "1", kind), 1.0
+        return quantity, _rate_unit(spelled or "1", kind), 1.0
     return quantity, si, 1.0 if spelled is None else _factor(spelled, channel, si, kind)
 
 
@@ -434,8 +439,8 @@ def _lookup(values: Mapping[str, float] | None, channel: str, stream: str, defau
 
 def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
     wanted = si if kind == "rate" else units.integral(si)
-    found = units.find(spelled, si=(si, units.integral(si)))
-    if found.si != wanted:
+    stated = units.find(spelled, si=(si, units.integral(si)))
+    if stated.si != wanted:
         choices = ", ".join(units.known(wanted))
         if kind == "rate":
             remedy = (
@@ -444,10 +449,10 @@ def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
         else:
             remedy = f"is the unit of a rate, but the input is {kind}: give one of {choices}"
         raise OptionError(f"{channel}: {spelled!r} {remedy}", option="unit")
-    return found.factor
+    return stated.factor
 
 
-def _rate_of(spelled: str, kind: InputKind) -> str:
+def _rate_unit(spelled: str, kind: InputKind) -> str:
     """Unit of the rate of a signal: a phase in seconds has a rate in 1."""
     if kind == "rate":
         return spelled

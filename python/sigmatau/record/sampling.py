@@ -53,7 +53,7 @@ class RateSource:
         return f"given, and {stamps} agree" if self.kind == "given" and self.confirmed else self.short
 
 
-GIVEN = RateSource()
+GIVEN_RATE = RateSource()
 """A rate that was given, and that the log does not confirm."""
 
 STATED = RateSource(kind="file")

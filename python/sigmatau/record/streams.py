@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
-from sigmatau.record.sampling import GIVEN, RateSource, Sampling
+from sigmatau.record.sampling import GIVEN_RATE, RateSource, Sampling
 
 InputKind = Literal["rate", "increments", "accumulated"]
 
@@ -90,7 +90,7 @@ class Grid:
     n: int
     tau0: float
     start: float = 0.0
-    source: RateSource = GIVEN
+    source: RateSource = GIVEN_RATE
     jitter: float | None = None
     lead: float = 0.0
 
@@ -232,9 +232,9 @@ class Columns:
             [unit of the stream, SI]
         """
         t = self.transforms[channel]
-        more = 1 if t.kind == "accumulated" else 0
+        extra = 1 if t.kind == "accumulated" else 0
         with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
-            x = np.asarray(self.raw[channel][start : stop + more], dtype=np.float64)
+            x = np.asarray(self.raw[channel][start : stop + extra], dtype=np.float64)
         if t.kind == "accumulated":
             x = np.diff(x)  # an offset would cancel here
         elif t.offset:
@@ -388,14 +388,14 @@ class Stream:
         """
         if tuple(channels) == self.channels:
             return self
-        at = [self._position(channel) for channel in channels]
+        places = [self._position(channel) for channel in channels]
         samples = replace(
             self.samples,
-            raw=tuple(self.samples.raw[k] for k in at),
-            transforms=tuple(self.samples.transforms[k] for k in at),
-            missing=None if self.samples.missing is None else self.samples.missing[:, at],
+            raw=tuple(self.samples.raw[k] for k in places),
+            transforms=tuple(self.samples.transforms[k] for k in places),
+            missing=None if self.samples.missing is None else self.samples.missing[:, places],
         )
-        mask = None if self.mask is None else self.mask[:, at]
+        mask = None if self.mask is None else self.mask[:, places]
         missing = mask is not None and bool(mask.any())
         return replace(self, channels=tuple(channels), samples=samples, mask=mask if missing else None)
 
@@ -411,8 +411,8 @@ class Stream:
         -------
         Stream
         """
-        more = 1 if self.samples.transforms[0].kind == "accumulated" else 0
-        raw = tuple(r[start : stop + more] for r in self.samples.raw)
+        extra = 1 if self.samples.transforms[0].kind == "accumulated" else 0
+        raw = tuple(r[start : stop + extra] for r in self.samples.raw)
         missing = None if self.samples.missing is None else self.samples.missing[start:stop]
         before = start * self.grid.tau0
         grid = replace(self.grid, n=stop - start, start=self.grid.start + before, lead=self.grid.lead + before)
@@ -434,7 +434,7 @@ class Stream:
         return self.cut(int(edges[k]) + 1, int(edges[k + 1]))
 
 
-def sampling_of(stream: Stream) -> Sampling:
+def describe_sampling(stream: Stream) -> Sampling:
     """How a stream was sampled, and what is missing."""
     missing = () if stream.mask is None else tuple(float(share) for share in stream.mask.mean(axis=0))
     grid = stream.grid

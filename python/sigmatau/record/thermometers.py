@@ -28,8 +28,10 @@ PLAUSIBLE = (-90.0, 150.0)
 def typical(values: NDArray[np.float64], unit: str) -> float:
     """Median of the numbers in one of the units, without NaN. [°C]"""
     scale, offset = TO_CELSIUS[unit]
-    there = values[~np.isnan(values)]
-    return (float(np.median(there[:: max(len(there) // 4096, 1)])) - offset) * scale if len(there) else float("nan")
+    present = values[~np.isnan(values)]
+    return (
+        (float(np.median(present[:: max(len(present) // 4096, 1)])) - offset) * scale if len(present) else float("nan")
+    )
 
 
 def thermometers(
@@ -39,7 +41,7 @@ def thermometers(
 
     If all streams are temperatures, they are the signals to analyse, and count as temperatures only with a unit.
     """
-    found, notes = {}, []
+    units, notes = {}, []
     for name, columns in by_stream.items():
         stated = unit.get(name)
         if (
@@ -50,11 +52,11 @@ def thermometers(
             continue
         median = typical(columns[name], stated or CELSIUS)
         if PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
-            found[name] = stated or CELSIUS
+            units[name] = stated or CELSIUS
             notes += [f"{name}: {CELSIUS} assumed"] if stated is None else []
         elif stated is None:
             notes.append(f"{name}: no temperature in {CELSIUS} (median {median:.4g}), taken for a signal")
-    if len(found) == len(by_stream):
-        found = {name: u for name, u in found.items() if name in unit}
+    if len(units) == len(by_stream):
+        units = {name: u for name, u in units.items() if name in unit}
         notes = []
-    return found, tuple(notes)
+    return units, tuple(notes)

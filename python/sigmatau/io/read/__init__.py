@@ -22,7 +22,7 @@ from sigmatau.io.read.formats import split
 from sigmatau.io.read.formats.damage import expansion_limit
 from sigmatau.io.read.instances import state_single_sensor
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.io.read.registry import may_need_translation, reader_of, require_text
+from sigmatau.io.read.registry import find_reader, may_need_translation, require_text
 from sigmatau.io.read.repeated_clocks import separate_clocks
 from sigmatau.io.read.table import HEAD, Head, Table
 from sigmatau.io.read.thermometers import split_thermometers
@@ -108,20 +108,20 @@ def _opened(name: str, layout: str | None, skip: int) -> Iterator[tuple[Path | N
     tables: Sequence[Table] = ()
     try:
         if "://" in name:
-            yield None, _of_zarr(name, layout, skip)
+            yield None, _zarr_tables(name, layout, skip)
             return
         file = Path(name)
         if "\0" not in name and split.zarr_head(file):
-            yield file, (tables := _of_zarr(name, layout, skip))
+            yield file, (tables := _zarr_tables(name, layout, skip))
             return
-        files = () if "\0" in name else split.files_of(file)
+        files = () if "\0" in name else split.bag_files(file)
         if len(files) > 1:
             tables = split.joined(file, files, lambda part: _tables(part, skip))
         else:
             file = _regular(os.fsdecode(files[0]) if files else name)
             tables = _tables(file, skip) if layout is None else _raw(file, layout, skip)
-            if beside := split.part_of(file):
-                tables = [replace(table, findings=(*table.findings, *beside)) for table in tables]
+            if missing := split.missing_parts(file):
+                tables = [replace(table, findings=(*table.findings, *missing)) for table in tables]
         yield file, tables
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}").about(name) from None
@@ -149,7 +149,7 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
         from sigmatau.io.read.formats.translations import read_translated
 
         tables = read_translated(file, head)
-    tables = separate_clocks(tables or reader_of(head, file).read(file, head))
+    tables = separate_clocks(tables or find_reader(head, file).read(file, head))
     if len(tables) != 1 or tables[0].format == "text":
         return tables  # the reader separates the rows of text
     from sigmatau.io.read.instance_tables import separate_instances
@@ -157,7 +157,7 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
     return separate_instances(tables)
 
 
-def _of_zarr(place: str, layout: str | None, skip: int) -> Sequence[Table]:
+def _zarr_tables(place: str, layout: str | None, skip: int) -> Sequence[Table]:
     for option, files in (("layout", "raw binary files"), ("skip", "text tables")):
         if layout if option == "layout" else skip:
             raise OptionError(f"{{option}} is for {files}, and this is a Zarr store", option=option)

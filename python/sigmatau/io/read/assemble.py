@@ -31,17 +31,17 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options, therm
     """A record from the chosen tables of a file, and the table of its temperature. `file`: for its name and checksum; None
     for a data frame.
     """
-    if len(tables) > 1 and options.channels and not _of_own_sensors(tables):
+    if len(tables) > 1 and options.channels and not _name_each_sensor(tables):
         topics = " and ".join(table.topic for table in tables)
         raise OptionError(
             f"{{option}} applies to one topic, but {topics} are read; choose one by {Hint('topic')}", option="channels"
         )
-    parts = [part(table, of_table(table, tables, options)) for table in tables]
+    parts = [part(table, options_for_table(table, tables, options)) for table in tables]
     warm = None if thermometer is None else thermometer_part(thermometer, options, parts)
     if warm is None or thermometer is None:
-        record = joined(of_one_clock(parts), tables, file)
+        record = joined(shift_to_one_clock(parts), tables, file)
     else:
-        record = joined(of_one_clock([*parts, warm]), [*tables, thermometer], file)
+        record = joined(shift_to_one_clock([*parts, warm]), [*tables, thermometer], file)
     if options.rate is not None:
         check_common_rate(options.rate, _measured_rates(parts))
     refuse_contradictions(parts, options)
@@ -78,7 +78,7 @@ def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
     )
 
 
-def of_one_clock(parts: Sequence[Part]) -> list[Part]:
+def shift_to_one_clock(parts: Sequence[Part]) -> list[Part]:
     """The parts with the times of their findings from the beginning of the earliest stream of all parts."""
     origin = min(stream.grid.start for stream in _one_temperature([s for each in parts for s in each.streams]))
     starts = [min(stream.grid.start for stream in each.streams) for each in parts]
@@ -94,7 +94,7 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
     checksum = None if file is None else Checksum(file)
     streams = _one_temperature([stream for each in parts for stream in each.streams])
     for stream in streams:
-        if sum(other.name == stream.name for other in streams) > 1:
+        if [each.name for each in streams].count(stream.name) > 1:
             topics = " and ".join(table.topic for table in tables)
             raise OptionError(f"{topics} both have {stream.name}; choose one by {{option}}", option="topic")
     several = len(tables) > 1
@@ -157,7 +157,7 @@ def _one_temperature(streams: list[Stream]) -> list[Stream]:
     return [stream for stream in streams if stream.quantity != "temperature" or stream is first]
 
 
-def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
+def options_for_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
     """The options without units, scales, offsets and rates of sensors that only the other tables have. Of two topics of one
     device each is read for the sensor that it is named for.
     """
@@ -173,21 +173,21 @@ def of_table(table: Table, tables: Sequence[Table], options: Options) -> Options
     def sensors_in(each: Table) -> set[str]:
         return set(named.get(id(each), ())) or by_columns(each)
 
-    here, others = sensors_in(table), {s for further in tables if further is not table for s in sensors_in(further)}
+    here, elsewhere = sensors_in(table), {s for further in tables if further is not table for s in sensors_in(further)}
 
-    def kept(values: Mapping[str, Any]) -> dict[str, Any]:
+    def select(values: Mapping[str, Any]) -> dict[str, Any]:
         return {
-            key: value for key, value in values.items() if stream_name(key) in here or stream_name(key) not in others
+            key: value for key, value in values.items() if stream_name(key) in here or stream_name(key) not in elsewhere
         }
 
     return replace(
         options,
         sensors=named.get(id(table), ()),
-        unit=kept(options.unit),
-        scale=kept(options.scale),
-        offset=kept(options.offset),
-        rates=kept(options.rates),
-        channels=kept(options.channels),
+        unit=select(options.unit),
+        scale=select(options.scale),
+        offset=select(options.offset),
+        rates=select(options.rates),
+        channels=select(options.channels),
     )
 
 
@@ -197,7 +197,7 @@ def _named_sensors(table: Table) -> set[str]:
     return set() if sensor is None else {sensor}
 
 
-def _of_own_sensors(tables: Sequence[Table]) -> bool:
+def _name_each_sensor(tables: Sequence[Table]) -> bool:
     """Whether the words of the rows name a sensor for each table, and no sensor twice."""
     named = [sensor for table in tables for sensor in _named_sensors(table)]
     return len(set(named)) == len(named) == len(tables)
@@ -237,7 +237,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
         return list(tables)
     wanted = {stream_name(channel) for channel in channels} & set(SI)
     by_word = [table for table in tables if wanted & _named_sensors(table)]
-    if wanted and len(by_word) == len(wanted) and _of_own_sensors(by_word):
+    if wanted and len(by_word) == len(wanted) and _name_each_sensor(by_word):
         return by_word
     from sigmatau.io.read.devices import pair_topics
 

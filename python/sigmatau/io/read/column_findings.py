@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from sigmatau import units
 from sigmatau.findings.columns import IncompleteSensor, MixedUnits, UnreadSensor, UnusedColumns
 from sigmatau.findings.finding import Finding
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import ColumnChoice
 from sigmatau.io.read.name_tables import TIMES
-from sigmatau.io.read.names import bare_name, key_of, names_sensor, unit_of
+from sigmatau.io.read.names import bare_name, name_key, names_sensor, split_unit
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Column, Table
 from sigmatau.record.record import stream_name
@@ -20,7 +20,7 @@ _SENSORS = ("gyro", "accel")
 _SIMILAR = 0.7  # smallest similarity of a damaged name with those of the other axes, of 1
 
 # Formats whose columns are the fields of declared messages: their further fields are known to those who read them.
-_OF_MESSAGES = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
+_MESSAGE_FORMATS = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
 
 # Columns beside the samples whose meaning is clear: no message names them.
 _BESIDE_SAMPLES = (
@@ -29,7 +29,7 @@ _BESIDE_SAMPLES = (
 )
 
 
-def column_findings(table: Table, choice: Choice, options: Options, *, by_name: bool) -> list[Finding]:
+def column_findings(table: Table, choice: ColumnChoice, options: Options, *, by_name: bool) -> list[Finding]:
     """Findings about the columns that are read, and about those that are left over if names tell which are read."""
     used = {*choice.columns, None if choice.temperature is None else choice.temperature.index}
     by_file = {
@@ -46,7 +46,7 @@ def column_findings(table: Table, choice: Choice, options: Options, *, by_name: 
         if index not in used and column.name.strip() and _is_numeric(column)
     ]
     findings += _incomplete(table.columns, choice.channels, spare)
-    if table.format in _OF_MESSAGES:
+    if table.format in _MESSAGE_FORMATS:
         return findings
     unnamed = {finding.details.number for finding in findings if isinstance(finding.details, IncompleteSensor)}
     unread = _unread_sensors(table.columns, choice.channels, spare)
@@ -55,7 +55,7 @@ def column_findings(table: Table, choice: Choice, options: Options, *, by_name: 
     names = tuple(
         table.columns[index].name
         for index in spare
-        if index + 1 not in unnamed and not re.fullmatch(_BESIDE_SAMPLES, key_of(bare_name(table.columns[index])))
+        if index + 1 not in unnamed and not re.fullmatch(_BESIDE_SAMPLES, name_key(bare_name(table.columns[index])))
     )
     return [*findings, Finding(details=UnusedColumns(columns=names), severity="info")] if names else findings
 
@@ -123,10 +123,12 @@ def _mixed_units(columns: Sequence[Column], channels: Mapping[str, int]) -> list
     findings = []
     for sensor in _SENSORS:
         axes = {channel: index for channel, index in channels.items() if channel.startswith(f"{sensor}_")}
-        stated = {channel: unit for channel, index in axes.items() if (unit := unit_of(columns[index])[1]) is not None}
+        stated = {
+            channel: unit for channel, index in axes.items() if (unit := split_unit(columns[index])[1]) is not None
+        }
         if len({units.find(unit) for unit in stated.values()}) > 1:
             details = MixedUnits(
-                units=tuple((unit_of(columns[axes[channel]])[0], unit) for channel, unit in stated.items())
+                units=tuple((split_unit(columns[axes[channel]])[0], unit) for channel, unit in stated.items())
             )
             findings.append(Finding(details=details, severity="warning", channels=tuple(stated)))
     return findings

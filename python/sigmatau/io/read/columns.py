@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from sigmatau import units
 from sigmatau.errors import OptionError
@@ -13,13 +13,13 @@ from sigmatau.io.read.name_tables import NOT_A_CLOCK, SPLIT_STAMP, TIMES
 from sigmatau.io.read.names import (
     SPELLED,
     bare_name,
-    degrees_of,
     holds_increments,
-    key_of,
+    name_key,
     readings,
     recognise,
     sensor_key,
-    unit_of,
+    split_unit,
+    temperature_unit,
 )
 from sigmatau.io.read.table import Column, listing
 from sigmatau.io.read.time.dates import is_date
@@ -30,11 +30,12 @@ _IMU = re.compile(r"imu_?\d{1,3}(?!\d)")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
+class ColumnChoice:
     """The columns that are read, by channel."""
 
-    channels: dict[str, int]  # Channel to column, counted from 0; the gyro first, then the accelerometer
-    time: int | None  # The column of the time stamps
+    # Channel to column, counted from 0; the gyro first, then the accelerometer
+    channels: dict[str, int] = field(default_factory=dict)
+    time: int | None = None  # The column of the time stamps
     notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
     split: SplitStamp | None = None  # The two columns of the time stamps, if they are split; the first one is `time`
@@ -55,42 +56,38 @@ def choose(
     increments: bool = False,
     ask: Callable[[], OptionError] | None = None,
     without_times: Collection[int] = (),
-) -> Choice:
+) -> ColumnChoice:
     """The channels, as the user names them or else by column names. `asked`: channel to column, see
     `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too; `ask`: makes the question
     that is raised if no name is known; `without_times`: columns that are not time, whatever their name.
     """
     matches = recognise(columns)
-    matches, kind_notes = _of_one_kind(columns, matches, increments=increments)
+    matches, kind_notes = _drop_second_kind(columns, matches, increments=increments)
     without = asked is not None and no_time(columns, asked)
-    chosen = ChosenTime()
+    chosen = ColumnChoice()
     if asked:
         named = _resolve(columns, {c: where for c, where in asked.items() if c.strip() != "time" or not without})
         time = named.pop("time", None)
         if without:
-            ignored = find_time(columns, matches, taken=set(named.values()), strict=False).column
-            chosen = ChosenTime(notes=("no time stamps, as asked",), others=() if ignored is None else (ignored,))
+            ignored = find_time(columns, matches, taken=set(named.values()), strict=False).time
+            chosen = ColumnChoice(
+                notes=("no time stamps, as asked",), other_times=() if ignored is None else (ignored,)
+            )
         elif time is not None:
             pairs = (pair for pair in find_split_stamps(columns) if pair.seconds == time and time not in without_times)
-            chosen = ChosenTime(column=time, split=next(pairs, None))
+            chosen = ColumnChoice(time=time, split=next(pairs, None))
         else:
             chosen = find_time(columns, matches, taken={*named.values(), *without_times}, strict=False)
         sensors = {channel: index for channel, index in named.items() if channel.startswith(("gyro", "accel"))}
         for channel, index in sensors.items():
-            twin = next(other for other, where in sensors.items() if where == index)
+            twin = next(name for name, where in sensors.items() if where == index)
             if twin != channel:
                 raise OptionError(f"column {index + 1} is given twice, for {twin} and for {channel}", option="channels")
         if named:
-            return Choice(
-                channels=_ordered(named),
-                time=chosen.column,
-                notes=chosen.notes,
-                split=chosen.split,
-                other_times=chosen.others,
-            )
+            return replace(chosen, channels=_ordered(named))
     else:
         chosen = find_time(columns, matches, taken=without_times, strict=True)
-    time, notes = chosen.column, (*chosen.notes, *kind_notes)
+    time, notes = chosen.time, (*chosen.notes, *kind_notes)
     channels: dict[str, int] = {}
     for index, match in enumerate(matches):
         if match is None or match[0] == "time" or index == time:
@@ -105,20 +102,13 @@ def choose(
             )
         channels[channel] = index
     if not channels and len(columns) == 1 and not columns[0].name and time is None:
-        return Choice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name, read as signal x"))
+        return ColumnChoice(channels={"x": 0}, time=None, notes=(*notes, "one column without a name, read as signal x"))
     _refuse_mixed(columns, channels)
     if not channels:
         raise ask() if ask is not None else _unknown_names(columns)
     taken = {index for index, match in enumerate(matches) if match is not None}
-    thermometer = find_thermometer(columns, [key_of(bare_name(column)) for column in columns], taken)
-    return Choice(
-        channels=_ordered(channels),
-        time=time,
-        notes=notes,
-        temperature=thermometer,
-        split=chosen.split,
-        other_times=chosen.others,
-    )
+    thermometer = find_thermometer(columns, [name_key(bare_name(column)) for column in columns], taken)
+    return replace(chosen, channels=_ordered(channels), notes=notes, temperature=thermometer)
 
 
 def _first_of_each(matches: Sequence[tuple[str, str | None] | None], time: int | None) -> Hint:
@@ -148,20 +138,22 @@ def channels_hint(channels: Mapping[str, int]) -> Hint:
     return Hint("channels", value=places)
 
 
-def _of_one_kind(
-    columns: Sequence[Column], found: list[tuple[str, str | None] | None], *, increments: bool
+def _drop_second_kind(
+    columns: Sequence[Column], matches: list[tuple[str, str | None] | None], *, increments: bool
 ) -> tuple[list[tuple[str, str | None] | None], tuple[str, ...]]:
     """What is recognised, without the increments of channels that have rates too, or the other way round; and a note."""
-    kinds = [match is not None and match[0] != "time" and holds_increments(columns[i]) for i, match in enumerate(found)]
-    both = {m[0] for m, k in zip(found, kinds, strict=True) if m and k} & {
-        m[0] for m, k in zip(found, kinds, strict=True) if m and not k
+    kinds = [
+        match is not None and match[0] != "time" and holds_increments(columns[i]) for i, match in enumerate(matches)
+    ]
+    both = {m[0] for m, k in zip(matches, kinds, strict=True) if m and k} & {
+        m[0] for m, k in zip(matches, kinds, strict=True) if m and not k
     }
-    dropped = [i for i, m in enumerate(found) if m is not None and m[0] in both and kinds[i] is not increments]
+    dropped = [i for i, m in enumerate(matches) if m is not None and m[0] in both and kinds[i] is not increments]
     if not dropped:
-        return found, ()
+        return matches, ()
     names = ", ".join(columns[i].name for i in dropped)
     what = ("rates", "increments") if increments else ("increments", "rates")
-    remaining = [None if i in dropped else match for i, match in enumerate(found)]
+    remaining = [None if i in dropped else match for i, match in enumerate(matches)]
     return remaining, (f"{names} not read: {what[0]} beside {what[1]}",)
 
 
@@ -189,22 +181,12 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChosenTime:
-    """The time column, if there is one."""
-
-    column: int | None = None
-    notes: tuple[str, ...] = ()
-    split: SplitStamp | None = None  # Its two columns, if it is split
-    others: tuple[int, ...] = ()  # Other columns that look like time
-
-
-_OF_SENSOR = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
+_SENSOR_STAMP = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
 
 
 def is_clock(column: Column) -> bool:
     """Whether a column of an unknown name is a clock by the unit that it states, ``Device clock [ms]``."""
-    name, unit = unit_of(column)
+    name, unit = split_unit(column)
     return unit is not None and units.find(unit).si == "s" and not NOT_A_CLOCK.search(sensor_key(name))
 
 
@@ -214,11 +196,11 @@ def find_time(
     *,
     taken: Collection[int],
     strict: bool,
-) -> ChosenTime:
-    """The time column, if one is recognised by its name, or is the only one of dates. `taken`: columns that are something
-    else; `strict`: whether several such columns are an error.
+) -> ColumnChoice:
+    """A choice of the time column alone, if one is recognised by its name or is the only one of dates. `taken`: columns that
+    are something else; `strict`: whether several such columns are an error.
     """
-    keys = [sensor_key(unit_of(column)[0]) for column in columns]
+    keys = [sensor_key(split_unit(column)[0]) for column in columns]
     pairs = [pair for pair in find_split_stamps(columns) if not set(pair.columns) & set(taken)]
     halves = [i for i, key in enumerate(keys) if SPLIT_STAMP.search(key) and i not in taken]
     excluded = {*taken, *(index for pair in pairs for index in pair.columns)}
@@ -236,10 +218,10 @@ def find_time(
     pair = pairs[0] if len(pairs) == 1 else None
     if pair is not None and not ranked[0]:
         stem = re.sub(r"_?[a-z]+$", "", keys[pair.seconds])
-        if _OF_SENSOR.fullmatch(stem) or not ranked[1]:
+        if _SENSOR_STAMP.fullmatch(stem) or not ranked[1]:
             names = " and ".join(repr(columns[k].name) for k in pair.columns)
             joined = (f"time from {names}, joined",)
-            return ChosenTime(column=pair.seconds, notes=joined, split=pair, others=tuple(times))
+            return ColumnChoice(time=pair.seconds, notes=joined, split=pair, other_times=tuple(times))
     best = next((group for group in ranked if group), times if len(times) == 1 else [])
     if len(best) > 1 and strict:
         listed = " and ".join(f"{i + 1} {columns[i].name!r}" for i in best)
@@ -248,11 +230,11 @@ def find_time(
             option="channels",
         )
     if len(best) != 1:
-        return ChosenTime()
-    others = tuple(i for i in times if i != best[0])
-    names = ", ".join(repr(columns[i].name) for i in others)
-    notes = (f"time from {columns[best[0]].name!r}, not from {names}",) if others else ()
-    return ChosenTime(column=best[0], notes=notes, others=others)
+        return ColumnChoice()
+    further = tuple(i for i in times if i != best[0])
+    names = ", ".join(repr(columns[i].name) for i in further)
+    notes = (f"time from {columns[best[0]].name!r}, not from {names}",) if further else ()
+    return ColumnChoice(time=best[0], notes=notes, other_times=further)
 
 
 def _ordered(channels: Mapping[str, int]) -> dict[str, int]:
@@ -280,9 +262,9 @@ def _places(columns: Sequence[Column], channel: str, where: str | int) -> list[t
     if not isinstance(where, int):
         for same in (
             [i for i, c in enumerate(columns) if c.name.strip() == text],
-            [i for i, c in enumerate(columns) if unit_of(c)[0] == text],
+            [i for i, c in enumerate(columns) if split_unit(c)[0] == text],
             [i for i, c in enumerate(columns) if c.name.strip().lower() == text.lower()],
-            [i for i, c in enumerate(columns) if unit_of(c)[0].lower() == text.lower()],
+            [i for i, c in enumerate(columns) if split_unit(c)[0].lower() == text.lower()],
             [i for i, c in enumerate(columns) if c.name.strip() == f"%{text}"],
         ):
             if text and len(same) == 1:
@@ -329,13 +311,13 @@ class Thermometer:
 
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
     """The column that is a temperature by its name and unit; None if there is none or more than one. `keys`: their
-    names as `sigmatau.io.read.names.key_of` returns them; `taken`: columns that are recognised as something else.
+    names as `sigmatau.io.read.names.name_key` returns them; `taken`: columns that are recognised as something else.
     """
     thermometers: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):
         if index in taken:
             continue
-        unit, stem = degrees_of(column), key
+        unit, stem = temperature_unit(column), key
         if unit is None and (match := _SUFFIX.match(key)):
             stem, unit = match["stem"], SPELLED[match["unit"]]
         if unit == "":

@@ -208,9 +208,9 @@ class _DensityUnit:
         return (values * self.factor) ** 2 if self.is_root else values * self.factor**2
 
 
-def _find_unit(name: str, of_column: str | None, stated: str | None) -> _DensityUnit:
+def _find_unit(name: str, column_unit: str | None, stated: str | None) -> _DensityUnit:
     """The unit by the option or the header; asks for it without both."""
-    header = _unit_in(name, of_column)
+    header = _unit_in(name, column_unit)
     if not (header or stated):
         raise OptionError(
             f"does not state the unit of {name or 'the density'}. Give it, e.g. {Hint('unit', value='(rad/s)^2/Hz')},"

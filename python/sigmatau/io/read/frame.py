@@ -103,17 +103,17 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
     if library == "polars" and hasattr(frame, "collect"):
         frame = frame.collect()
     if library == "pyarrow" and hasattr(frame, "schema") and hasattr(frame, "column"):
-        yield from _of_arrow(frame)
+        yield from _arrow_columns(frame)
     elif library == "pandas" and hasattr(frame, "iloc") and hasattr(frame, "columns"):
-        yield from _of_pandas(frame)
+        yield from _pandas_columns(frame)
     elif library == "xarray" and hasattr(frame, "coords") and hasattr(frame, "dims"):
-        yield from _of_xarray(frame)
+        yield from _xarray_columns(frame)
     elif isinstance(frame, Mapping):
         for name, values in frame.items():
-            yield from _of_array(str(name), _unmasked(values))
+            yield from _array_columns(str(name), _unmasked(values))
     elif hasattr(frame, "columns") and hasattr(frame, "__getitem__"):
         for name in frame.columns:  # polars, and others of its kind
-            yield from _of_array(str(name), np.asarray(frame[name]))
+            yield from _array_columns(str(name), np.asarray(frame[name]))
     elif hasattr(frame, "__arrow_c_stream__"):
         if not hasattr(frame, "schema") and hasattr(frame, "dtype"):  # a series
             raise DataError("is one column without a name; give a frame, or a mapping such as {'gyro_x': column}")
@@ -121,12 +121,12 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
             import pyarrow as pa
         except ImportError:
             raise ImportError("a frame of this kind needs pyarrow: pip install 'sigmatau[parquet]'") from None
-        yield from _of_arrow(pa.table(frame))
+        yield from _arrow_columns(pa.table(frame))
     else:
         raise TypeError(f"`frame` must be a data frame or a mapping of names to arrays, not {type(frame).__name__}")
 
 
-def _of_array(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[tuple[Column, _Get]]:
+def _array_columns(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[tuple[Column, _Get]]:
     if not 1 <= array.ndim <= 2:
         return
     unit = _stamp_unit(array.dtype) or unit
@@ -134,22 +134,22 @@ def _of_array(name: str, array: NDArray[Any], unit: str | None = None) -> Iterat
         yield Column(name=label, unit=unit), _stamps(lambda part=part: pick(array, part))  # type: ignore[misc]
 
 
-def _of_pandas(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    said = frame.attrs.get("units")
-    units = said if isinstance(said, Mapping) else {}
+def _pandas_columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    stated = frame.attrs.get("units")
+    units = stated if isinstance(stated, Mapping) else {}
     index = frame.index
     if _stamp_unit(index.dtype) or getattr(index, "tz", None) is not None:
-        yield from _of_array(str(index.name or "time"), _naive(index))
+        yield from _array_columns(str(index.name or "time"), _naive(index))
     elif isinstance(index.name, str) and getattr(index.dtype, "kind", "O") in "iuf":
-        yield from _of_array(index.name, index.to_numpy())
+        yield from _array_columns(index.name, index.to_numpy())
     for k, label in enumerate(frame.columns):
         name = ".".join(map(str, label)) if isinstance(label, tuple) else str(label)
         unit = units.get(label)
         series = frame.iloc[:, k]
-        yield from _of_array(name, _naive(series), unit if isinstance(unit, str) else None)
+        yield from _array_columns(name, _naive(series), unit if isinstance(unit, str) else None)
 
 
-def _of_xarray(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+def _xarray_columns(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
     """The coordinate of the samples, and the variables along it: of a Dataset, or a DataArray as a Dataset of one."""
     if not hasattr(data, "data_vars"):
         data = data.to_dataset(name=data.name if data.name is not None else "signal")
@@ -165,13 +165,13 @@ def _of_xarray(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         )
     if samples in data.coords:
         stamps = data.coords[samples]
-        yield from _of_array(str(samples), stamps.to_numpy(), _stated_unit(stamps))
+        yield from _array_columns(str(samples), stamps.to_numpy(), _stated_unit(stamps))
     for name, variable in data.data_vars.items():
         if not variable.ndim:
             continue
         array = variable.transpose(samples, ...).to_numpy()
         for label, part in _labelled(str(name), variable, samples, array):
-            yield from _of_array(label, part, _stated_unit(variable))
+            yield from _array_columns(label, part, _stated_unit(variable))
 
 
 def _labelled(name: str, variable: Any, samples: Any, array: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:  # noqa: ANN401
@@ -203,13 +203,13 @@ def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
     return array
 
 
-def _of_arrow(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    from sigmatau.io.read.formats.arrow_table import columns_of, numbers
+def _arrow_columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
+    from sigmatau.io.read.formats.arrow_table import find_numeric_columns, numbers
 
-    chosen, others = columns_of(frame.schema)
+    chosen, skipped = find_numeric_columns(frame.schema)
     for column in chosen:
         yield column.column, lambda column=column: numbers(frame.column(column.path[0]), column)  # type: ignore[misc]
-    for name in others:
+    for name in skipped:
         yield Column(name=name), lambda name=name: np.asarray(frame.column(name.split(".")[0]))  # type: ignore[misc]
 
 

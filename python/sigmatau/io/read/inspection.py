@@ -16,7 +16,7 @@ from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.reading import Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
-from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
@@ -227,75 +227,64 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
                 raise
             chosen, question = [], error
         chosen, thermometer = split_thermometers(tables, chosen)
-        infos, parts, places, read = list[TableInfo](), list[Part](), list[int](), list[int]()
-        for table in tables:
-            wanted = any(table is one for one in chosen)
-            of_this = options if len(chosen) == 1 else replace(options, channels={})
-            if wanted or (sensors(table) and not options.topic):
-                info, made = _looked_into(table, chosen or [table], of_this, chosen=wanted)
-                if wanted and made is not None:
-                    places.append(len(infos))
-                    parts.append(made)
-                read.append(len(infos))
-                infos.append(info)
-            else:
-                infos.append(_named(table))
-        warm = None if thermometer is None or not parts else thermometer_part(thermometer, options, parts)
-        sources = [*chosen]
-        if warm is not None and thermometer is not None:
-            place = next(k for k, table in enumerate(tables) if table is thermometer)
-            grid = warm.streams[0].grid
-            infos[place] = replace(
-                infos[place],
-                chosen=True,
-                rows=warm.rows,
-                rate=grid.rate,
-                rate_source=grid.source,
-                notes=warm.conversions,
-            )
-            sources, places, parts = [*sources, thermometer], [*places, place], [*parts, warm]
-        if parts:
-            parts = assemble.of_one_clock(parts)
-            for k, made in zip(places, parts, strict=True):
-                infos[k] = replace(infos[k], findings=made.findings)
-        merged = assemble.with_topics([(infos[k].topic, infos[k].findings) for k in read]) if read else []
-        for k, findings in zip(read, merged, strict=True):
+        infos = [_list_columns(table) for table in tables]
+        parts: dict[int, Part] = {}  # of the chosen tables, by their place in the file
+        looked_into: list[int] = []
+        for k, table in enumerate(tables):
+            is_chosen = any(table is each for each in chosen)
+            if is_chosen or (sensors(table) and not options.topic):
+                looked_into.append(k)
+                asked = options if len(chosen) == 1 else replace(options, channels={})
+                infos[k], made = _look_into(table, infos[k], chosen or [table], asked, chosen=is_chosen)
+                if made is not None and is_chosen:
+                    parts[k] = made
+        sources = list(chosen)
+        if thermometer is not None and parts:
+            warm = thermometer_part(thermometer, options, list(parts.values()))
+            if warm is not None:
+                place = next(k for k, table in enumerate(tables) if table is thermometer)
+                infos[place] = _with_part(replace(infos[place], chosen=True), warm)
+                sources.append(thermometer)
+                parts[place] = warm
+        in_time = assemble.shift_to_one_clock(list(parts.values())) if parts else []
+        for k, made in zip(parts, in_time, strict=True):
+            infos[k] = replace(infos[k], findings=made.findings)
+        merged = assemble.with_topics([(infos[k].topic, infos[k].findings) for k in looked_into]) if looked_into else []
+        for k, findings in zip(looked_into, merged, strict=True):
             infos[k] = replace(infos[k], findings=findings)
         record = None
         if chosen and len(parts) == len(sources):
             with contextlib.suppress(OptionError):  # raised again when the record is read
-                record = assemble.joined(parts, sources, file)
+                record = assemble.joined(in_time, sources, file)
     return Inspection(
         path=os.fsdecode(path), format=tables[0].format, tables=tuple(infos), question=question, record=record
     )
 
 
-def _looked_into(
-    table: Table, tables: Sequence[Table], options: Options, *, chosen: bool
+def _look_into(
+    table: Table, info: TableInfo, tables: Sequence[Table], options: Options, *, chosen: bool
 ) -> tuple[TableInfo, Part | None]:
-    info = replace(_named(table), chosen=chosen)
+    """The table with what its samples tell, and its streams, if it can be read without further options."""
+    info = replace(info, chosen=chosen)
     try:
-        made = part(table, assemble.of_table(table, tables, options))
+        made = part(table, assemble.options_for_table(table, tables, options))
         assemble.refuse_contradictions([made], options)
     except OptionError as error:
-        asked = _counted(table, replace(info, question=error))
+        asked = _count_rows(table, replace(info, question=error))
         by_mean = None if options.channels else by_gravity(table)
         return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
-    except RecordTooShortError as error:
-        # An empty topic beside the one that is read is not a fault.
-        return (_unusable(info, error) if chosen else info), None
     except DataError as error:
-        return _unusable(info, error), None
+        # An empty topic beside the one that is read is not a fault.
+        return (info if isinstance(error, RecordTooShortError) and not chosen else _unusable(info, error)), None
+    return _by_gravity(_with_part(info, made), made.findings), made
+
+
+def _with_part(info: TableInfo, made: Part) -> TableInfo:
+    """The table with its rows, rate, conversions and findings."""
     grid = made.streams[0].grid
-    read = replace(
-        info,
-        rows=made.rows,
-        rate=grid.rate,
-        rate_source=grid.source,
-        notes=made.conversions,
-        findings=made.findings,
+    return replace(
+        info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
     )
-    return _by_gravity(read, made.findings), made
 
 
 def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
@@ -312,7 +301,7 @@ def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
     return replace(info, columns=columns, findings=findings)
 
 
-def _counted(table: Table, info: TableInfo) -> TableInfo:
+def _count_rows(table: Table, info: TableInfo) -> TableInfo:
     """The table with its number of rows, the first value of each column if no name tells what it is, and the findings
     made in loading them.
     """
@@ -335,11 +324,11 @@ def _unusable(info: TableInfo, error: DataError) -> TableInfo:
     return replace(info, findings=(*info.findings, Finding(details=details, severity="error")))
 
 
-def _named(table: Table) -> TableInfo:
+def _list_columns(table: Table) -> TableInfo:
     """A table that is not read."""
     columns = []
     for column, match in zip(table.columns, recognise(table.columns), strict=True):
-        stated = unit_of(column)[1] or (match[1] if match else None)
+        stated = split_unit(column)[1] or (match[1] if match else None)
         first = "" if column.name else column.first
         columns.append(ColumnInfo(name=column.name, channel=match[0] if match else None, unit=stated, first=first))
     return TableInfo(

@@ -46,7 +46,7 @@ def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
                 kinds = {
                     label: RowKind(column=column, name=name, label=label, labels=tuple(labels)) for label in labels
                 }
-                return [_of_kind(table, kinds[label], mask) for label, mask in masks.items()]
+                return [_take_kind(table, kinds[label], mask) for label, mask in masks.items()]
     return tables
 
 
@@ -57,8 +57,8 @@ def _candidates(table: Table) -> Iterator[tuple[str, int, Callable[[], NDArray[n
     used = recognise(table.columns)
     spare = [k for k, match in enumerate(used) if match is None]
     named = [k for k in spare if has_instance_name(table.columns[k].name)]
-    others = [k for k in spare if k not in named and may_be_instance(table.columns[k].name)]
-    for k in (*named, *(others[:_MAX_COLUMNS] if table.format in _IN_MEMORY else ())):
+    unnamed = [k for k in spare if k not in named and may_be_instance(table.columns[k].name)]
+    for k in (*named, *(unnamed[:_MAX_COLUMNS] if table.format in _IN_MEMORY else ())):
         yield table.columns[k].name, k, lambda k=k: table.load([k], None).columns[k]  # type: ignore[misc]
 
 
@@ -112,7 +112,7 @@ def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:
     return np.stack([column[:shortest] for column in columns], axis=1)
 
 
-def _of_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
+def _take_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
     """The rows of a table where `mask` is true."""
     part = table.take_rows(np.flatnonzero(mask), kind.topic, kind.describe_rows())
     columns, notes = table.columns, tuple[str, ...]()

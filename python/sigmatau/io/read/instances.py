@@ -30,7 +30,9 @@ _NOT_INSTANCES = (
     r"|index|idx|n|k|row|packet|frame_?(?:no|nr|num|number|count|counter|index|idx)|second|sec|secs|minute|ms|time|temp.*|gain|range"
     r"|batt.*|volt.*|fix|sats?|pps)"
 )
-_OF_SENSORS = r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"  # in words
+_SENSOR_WORDS = (
+    r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"  # in words
+)
 _MIN_RUNS = 5  # runs of rows of each kind in the head
 _REGULAR_RUNS = 0.95  # share of the runs up to twice the median: 0.88 for a fair random flag
 _SMALLEST_SHIFT = 0.3  # difference of two means, over the scatter of the rows of one kind
@@ -46,22 +48,22 @@ _GROUPED = 0.2  # share of such intervals from which on several sensors are samp
 _PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
 
 
-_of_single_sensor = ContextVar("of_single_sensor", default=False)
+_single_sensor = ContextVar("single_sensor", default=False)
 
 
 @contextmanager
 def state_single_sensor(*, single: bool) -> Iterator[None]:
     """State whether all rows are of a single sensor, whatever a column counts, for the readers that are called within."""
-    token = _of_single_sensor.set(single)
+    token = _single_sensor.set(single)
     try:
         yield
     finally:
-        _of_single_sensor.reset(token)
+        _single_sensor.reset(token)
 
 
 def is_single_sensor_stated() -> bool:
     """Whether all rows are stated to be of a single sensor."""
-    return _of_single_sensor.get()
+    return _single_sensor.get()
 
 
 def find_sensor(label: str) -> str | None:
@@ -104,18 +106,18 @@ def tells_kinds(
     if not cycles_with_rows(order):
         return has_device_name(name) and comes_in_blocks(order)
     is_named = has_instance_name(name)
-    if words and (is_named or any(re.search(_OF_SENSORS, label) for label in labels)):
+    if words and (is_named or any(re.search(_SENSOR_WORDS, label) for label in labels)):
         return True
     if has_device_name(name) or not may_be_instance(name):
         return is_named
     samples = values()
     codes = {label: k for k, label in enumerate(labels)}
-    of_rows = np.array([codes[label] for label in order])
-    if len(samples) != len(of_rows):  # columns of several lengths
+    row_codes = np.array([codes[label] for label in order])
+    if len(samples) != len(row_codes):  # columns of several lengths
         return is_named
     if is_named:  # such a name may be that of a counter, of frames for example
-        return not has_single_sensor(samples, of_rows)
-    return means_differ(samples, of_rows) or (words and scatters_differ(samples, of_rows))
+        return not has_single_sensor(samples, row_codes)
+    return means_differ(samples, row_codes) or (words and scatters_differ(samples, row_codes))
 
 
 def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
@@ -164,11 +166,11 @@ def scatters_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> boo
     fewest = int(np.bincount(codes).min())
     smallest = max(_SCATTERS, float(np.exp(_SCATTER_ERRORS * _SCATTER_ERROR / max(fewest, 1) ** 0.5)))
     for column in values.T:
-        of_kinds = [column[codes == code] for code in range(codes.max() + 1)]
-        if not all(np.isfinite(x).all() and len(np.unique(x)) >= _MIN_DISTINCT for x in of_kinds):
+        by_kind = [column[codes == code] for code in range(codes.max() + 1)]
+        if not all(np.isfinite(x).all() and len(np.unique(x)) >= _MIN_DISTINCT for x in by_kind):
             continue
-        steps = [median_and_spread(np.diff(x))[1] for x in of_kinds]
-        if min(steps) > 0 and not any(np.mean(np.diff(x) >= 0) > _REGULAR_RUNS for x in of_kinds):
+        steps = [median_and_spread(np.diff(x))[1] for x in by_kind]
+        if min(steps) > 0 and not any(np.mean(np.diff(x) >= 0) > _REGULAR_RUNS for x in by_kind):
             ratios.append(max(steps) / min(steps))
     return sum(ratio >= smallest for ratio in ratios) >= _MIN_COLUMNS
 
@@ -189,10 +191,10 @@ def means_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
     sign = np.where(codes[chosen] < codes[chosen + 1], 1.0, -1.0)
     shifted = 0
     for column in values.T:
-        of_kind = column[codes == codes[chosen[0]]]
-        if not np.isfinite(column).all() or len(np.unique(of_kind)) < _MIN_DISTINCT:
+        kind_values = column[codes == codes[chosen[0]]]
+        if not np.isfinite(column).all() or len(np.unique(kind_values)) < _MIN_DISTINCT:
             continue
-        if np.mean(np.diff(of_kind) >= 0) > _REGULAR_RUNS:
+        if np.mean(np.diff(kind_values) >= 0) > _REGULAR_RUNS:
             continue  # a time or a counter
         shifted += _is_shifted(sign * (column[chosen + 1] - column[chosen]))
     return shifted >= _MIN_COLUMNS

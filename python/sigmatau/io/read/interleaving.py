@@ -47,10 +47,11 @@ class Interleaving:
     period: int  # rows after which the sensors repeat; more than sensors if they have different rates, 0 if they do not
     sign: Sign  # what depends on the turn
     channel: str  # with the largest difference
-    size: float  # of this channel: difference of the means [unit of the log], or ratio of the scatters; 0 for stamps
-    means: tuple[float, ...]  # of this channel, by turn; in the unit of the log
-    bunched: bool  # whether the stamps come in groups
-    certain: bool  # False if one sensor may make such rows
+    size: float = (
+        0.0  # of this channel: difference of the means [unit of the log], or ratio of the scatters; 0 for stamps
+    )
+    means: tuple[float, ...] = ()  # of this channel, by turn; in the unit of the log
+    certain: bool = False  # False if one sensor may make such rows
 
     def error(self, label: str, topic: str) -> OptionError:
         """The question for a log with such rows. `label`: column of the channel; `topic`: that of the table, or empty."""
@@ -92,10 +93,10 @@ class Interleaving:
         """What depends on the turn."""
         if self.sign == "groups":
             return f"the rows are in groups, {self.size:.3g} apart in {self.channel} (column {label})"
-        of_channel = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"
+        rows = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"
         return {
-            "means": f"the means {of_channel} differ by {self.size:.3g}",
-            "scatter": f"the scatter {of_channel} differs by a factor of {self.size:.3g}",
+            "means": f"the means {rows} differ by {self.size:.3g}",
+            "scatter": f"the scatter {rows} differs by a factor of {self.size:.3g}",
             "stamps": f"its time stamps come in groups of {self.period}",
         }[self.sign]
 
@@ -181,7 +182,6 @@ def _find_by_means(
         channel=names[largest],
         size=float(np.ptp(by_turn.means[largest])),
         means=tuple(by_turn.means[largest].tolist()),
-        bunched=bunched,
         certain=slow == "independent",
     )
 
@@ -201,9 +201,6 @@ def _find_by_groups(
         period=period,
         sign="stamps",
         channel=name,
-        size=0.0,
-        means=(),
-        bunched=True,
         certain=slow == "independent",
     )
 
@@ -222,9 +219,6 @@ def _find_by_order(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
         sign="groups",
         channel=names[groups.axis],
         size=groups.size,
-        means=(),
-        bunched=False,
-        certain=False,
     )
 
 
@@ -244,8 +238,6 @@ def _find_by_scatter(channels: Mapping[str, NDArray[Any]]) -> Interleaving | Non
         sign="scatter",
         channel=names[largest],
         size=float(ratios[largest]),
-        means=(),
-        bunched=False,
         certain=slow == "independent",
     )
 
@@ -291,10 +283,10 @@ def _slow_noise(
     """Whether rows of two turns have their slow noise in common."""
     series = []
     for turn in pair:
-        of_turn = [
+        turn_rows = [
             np.asarray(column[stretch][turn % period :: period], dtype=np.float64) for column in channels.values()
         ]
-        series.append(np.stack(of_turn, axis=1))
+        series.append(np.stack(turn_rows, axis=1))
     size = min(map(len, series))
     first, second = (_without_missing(x[:size]) for x in series)
     return compare_slow_noise(first, second)
@@ -317,10 +309,8 @@ def _is_large(
     """
     large = shift >= _EVEN_SHIFT
     axes = [np.array([name.startswith(sensor) for name in names]) & large for sensor in ("gyro", "accel")]
-    both = all(of_sensor.any() for of_sensor in axes)
-    unequal = any(
-        np.ptp(shift[of_sensor]) > _UNEQUAL * np.min(shift[of_sensor]) for of_sensor in axes if of_sensor.any()
-    )
+    both = all(chosen.any() for chosen in axes)
+    unequal = any(np.ptp(shift[chosen]) > _UNEQUAL * np.min(shift[chosen]) for chosen in axes if chosen.any())
     if np.count_nonzero(large) < _EVEN_AXES or not (both or unequal):
         return False
     if in_proportion:

@@ -1,8 +1,9 @@
 """Tables of column names: stems of sensors, time stamps, programs with their units, and names that are not a sensor's.
 
 To add a name, add it to a line here and to the table in ``tests/io/test_columns.py``. Names are compared as
-`sigmatau.io.read.names.key_of` writes them: in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens, ``[0]``
-as ``_x``, and without the decorations below. Only unambiguous names are listed, because a wrong column gives a wrong result.
+`sigmatau.io.read.names.name_key` writes them: in lower case, with ``_`` for spaces, dots, slashes, colons and hyphens,
+``[0]`` as ``_x``, and without the decorations below. Only unambiguous names are listed, because a wrong column gives a wrong
+result.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ AFTER_AXIS = {"gyro": "gyro|gyr|gyroscope|angular_?rate", "accel": "accel|accl?|
 # Names that both ROS (with gravity) and phones (without) use. With a space between the words they are a phone's, unless an
 # angular velocity stands beside them; and a plain accelerometer in the log is preferred to them.
 WITHOUT_GRAVITY = re.compile(r"(?:linear_?acc(?:el|eleration)?|lin_?acc(?:el)?)_?[xyz]")
-OF_PHONES = re.compile(r"(?i)linear acceleration [xyz]\b")
+PHONE_NAMES = re.compile(r"(?i)linear acceleration [xyz]\b")
 
 # Names of increments.
 INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|angle|vel|velocity)|dv)_?[xyz]")

@@ -19,8 +19,8 @@ from sigmatau.io.read.name_tables import (
     DESIRED_VELOCITY,
     INCREMENTS,
     NOT_A_SENSOR,
-    OF_PHONES,
     OTHER_VECTORS,
+    PHONE_NAMES,
     PREFIXES,
     PROGRAMS,
     ROS_IMU,
@@ -81,7 +81,7 @@ SPELLED = {
 }
 
 
-def unit_of(column: Column) -> tuple[str, str | None]:
+def split_unit(column: Column) -> tuple[str, str | None]:
     """The name of a column without its unit, and its unit if that is known; as the file spells them."""
     name, unit = column.name.strip(), column.unit
     # The pattern takes quadratic time on text that it does not match, so long names are not matched.
@@ -100,7 +100,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
     """The channel of each column, with its unit if the name states one; None for a column that is not recognised.
     Channels are ``gyro_x`` … ``gyro_z``, ``accel_x`` … ``accel_z`` and ``time``.
     """
-    keys = [sensor_key(unit_of(column)[0]) for column in columns]
+    keys = [sensor_key(split_unit(column)[0]) for column in columns]
     names = set(keys)
     program = next((each for each in PROGRAMS if each.keys == names), None)
     keys = _lettered(keys)
@@ -143,8 +143,8 @@ class _Log:
 
 def _match(column: Column, key: str, log: _Log) -> Match | None:
     """The channel of a column by its name, the unit that it states, and the other columns."""
-    name, stated = unit_of(column)
-    if degrees_of(column) or _clock_in_another_unit(column, key) or (log.phone and OF_PHONES.match(name)):
+    name, stated = split_unit(column)
+    if temperature_unit(column) or _clock_in_another_unit(column, key) or (log.phone and PHONE_NAMES.match(name)):
         return None
     if not log.turns and DESIRED_VELOCITY.match(key):
         return None
@@ -213,7 +213,7 @@ def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: li
         axis = None if match is not None else _AXIS_OF_NAME.fullmatch(key)
         if axis is None or re.search(NOT_A_SENSOR, column.name):
             continue
-        unit = unit_of(column)[1]
+        unit = split_unit(column)[1]
         sensor = None if unit is None else _BY_KIND.get(units.find(unit).si)
         if sensor is not None:
             triples[sensor].setdefault(axis["stem"] or "", {})[axis["axis"]] = index
@@ -223,7 +223,7 @@ def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: li
         if len(full) != 1 or any(match is not None and match[0].startswith(sensor) for match in matches):
             continue
         for axis_name, index in full[0].items():
-            completed[index] = f"{sensor}_{axis_name}", unit_of(columns[index])[1]
+            completed[index] = f"{sensor}_{axis_name}", split_unit(columns[index])[1]
     return completed
 
 
@@ -268,12 +268,12 @@ def _clock_in_another_unit(column: Column, key: str) -> bool:
 
 def holds_increments(column: Column) -> bool:
     """Whether a column has increments, by its name."""
-    return INCREMENTS.match(key_of(unit_of(column)[0])) is not None
+    return INCREMENTS.match(name_key(split_unit(column)[0])) is not None
 
 
 def names_sensor(column: Column) -> str:
     """The sensor whose samples a column has by its unit or by a word in its name, "gyro" or "accel"; "" for others."""
-    name, unit = unit_of(column)
+    name, unit = split_unit(column)
     if len(name) > LONGEST_NAME or re.search(NOT_A_SENSOR, name):
         return ""
     if unit is not None:
@@ -289,7 +289,7 @@ def bare_name(column: Column) -> str:
     return match["name"].strip()
 
 
-def key_of(name: str) -> str:
+def name_key(name: str) -> str:
     """A name in the form that is compared: in lower case, with underscores, without prefixes."""
     key = re.sub(r"[\[(]([012xyz])[\])]$", lambda m: " " + _LETTERS.get(m[1], m[1]), name.strip().lower())
     key = re.sub(r"[\s./:%\-]+", "_", key).strip("_")
@@ -298,7 +298,7 @@ def key_of(name: str) -> str:
 
 def sensor_key(name: str) -> str:
     """The key of a name without what may surround that of a sensor."""
-    key = _SUFFIX.sub("", _SENSOR_PREFIX.sub("", key_of(name)))
+    key = _SUFFIX.sub("", _SENSOR_PREFIX.sub("", name_key(name)))
     return _AXIS_WORD.sub("", key) if "axis" in key else key
 
 
@@ -324,7 +324,7 @@ def _channel(key: str) -> tuple[str | None, str | None]:
     return None, None
 
 
-def degrees_of(column: Column) -> str | None:
+def temperature_unit(column: Column) -> str | None:
     """The unit of temperature that a column states; "" for any other unit, None if it states none."""
     in_brackets = re.search(r"[\[({]([^\[\](){}]*)[\])}]\s*$", column.name[-_LONGEST_END:])
     stated = column.unit or (in_brackets[1] if in_brackets else None)

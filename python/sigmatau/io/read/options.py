@@ -127,9 +127,9 @@ class TableOptions:
 
     def checked(self) -> Options:
         """Options of the right types and values; raises `OptionError`."""
-        of_all, rates = check_rates(self.rate)
+        rate, rates = check_rates(self.rate)
         return Options(
-            rate=of_all,
+            rate=rate,
             rates=rates,
             unit={c: _spelled(c, v) for c, v in _mapping("unit", self.unit).items()},
             channels={c: _column(c, v) for c, v in _mapping("channels", self.channels).items()},
@@ -211,7 +211,7 @@ class Options:
         """Whether a sampling rate is given, for all sensors or for some."""
         return self.rate is not None or bool(self.rates)
 
-    def of_streams(self, streams: Sequence[str]) -> Options:
+    def for_streams(self, streams: Sequence[str]) -> Options:
         """The options of streams in the same rows, which have one rate; raises `OptionError` if several are given."""
         if not self.rates:
             return self

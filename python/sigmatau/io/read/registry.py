@@ -165,7 +165,7 @@ def find_text_reader(head: Head, path: Path) -> TextFormat | None:
     return None
 
 
-def reader_of(head: Head, path: Path) -> Format:
+def find_reader(head: Head, path: Path) -> Format:
     """The reader of a file; raises `DataError` that names the kind of file if no reader accepts it."""
     for mark, what, command in _COMPRESSED:
         if mark.match(head.data):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.columns import is_clock
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Loaded, Table
+from sigmatau.io.read.table import Column, Table, select_columns
 
 _COPY = re.compile(r"\.\d+$")  # pandas numbers columns of one name: ``X[s]``, ``X[s].1``
 
@@ -48,7 +48,7 @@ def separate_clocks(tables: Sequence[Table]) -> Sequence[Table]:
         else:
             same.append(clock)
     if len(alike) == 1:
-        return [_of_one_clock(table, clocks)]
+        return [_keep_first_clock(table, clocks)]
     return [_part(table, group, len(times), number) for number, (times, group) in enumerate(alike, 1)]
 
 
@@ -80,7 +80,7 @@ def _without_end(times: NDArray[Any]) -> NDArray[Any]:
     return times[: present[-1] + 1] if len(present) else times[:0]
 
 
-def _of_one_clock(table: Table, clocks: Sequence[_Clock]) -> Table:
+def _keep_first_clock(table: Table, clocks: Sequence[_Clock]) -> Table:
     """The table with its first time column as the only one."""
     first, *further = (clock.column for clock in clocks)
     columns = list(table.columns)
@@ -102,19 +102,7 @@ def _named_time(column: Column) -> Column:
 def _part(table: Table, clocks: Sequence[_Clock], rows: int, number: int) -> Table:
     """The signals of one clock as a table."""
     places = (clocks[0].column, *(k for clock in clocks for k in clock.signals))
-
-    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
-        loaded = table.load([places[k] for k in wanted], None if exact is None else places[exact])
-        return replace(loaded, columns={k: loaded.columns[places[k]][:rows] for k in wanted})
-
     columns = (_named_time(table.columns[places[0]]), *(table.columns[k] for k in places[1:]))
-    topic = f"clock{number}"
-    return replace(
-        table,
-        columns=columns,
-        notes=(*table.notes, f"signals of time column {places[0] + 1}"),
-        load=load,
-        topic=f"{table.topic}/{topic}" if table.topic else topic,
-        rows=rows,
-        findings=table.findings,
-    )
+    selected = replace(table, columns=columns, load=select_columns(table.load, places))
+    part = selected.take_rows(slice(0, rows, 1), f"clock{number}", f"signals of time column {places[0] + 1}")
+    return replace(part, rows=rows)

@@ -13,8 +13,8 @@ from sigmatau.findings.columns import UnitOverruled
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import TIME_COLUMN, Hint
 from sigmatau.io.read.column_findings import column_findings
-from sigmatau.io.read.columns import Choice, choose
-from sigmatau.io.read.names import holds_increments, recognise, stated_unit, unit_of
+from sigmatau.io.read.columns import ColumnChoice, choose
+from sigmatau.io.read.names import holds_increments, recognise, split_unit, stated_unit
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time.dates import is_date
@@ -22,7 +22,7 @@ from sigmatau.io.read.time.plausible import epoch_unit
 from sigmatau.record.record import QUANTITIES, stream_name
 
 # The columns chosen, the unit of each channel as spelled, and findings
-Resolved = tuple[Choice, dict[str, str], list[Finding]]
+Resolved = tuple[ColumnChoice, dict[str, str], list[Finding]]
 _UNIT_SHOWN = 20  # characters of an unknown unit in a message
 SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
 
@@ -65,7 +65,7 @@ def _ask_for_columns(table: Table) -> OptionError:
     return ask_for_columns(table)
 
 
-def _check_keys(choice: Choice, options: Options) -> None:
+def _check_keys(choice: ColumnChoice, options: Options) -> None:
     """Raise `OptionError` for a unit, scale, offset or rate of what is not read: it is probably misspelled."""
     sensors = dict.fromkeys(map(stream_name, choice.channels))
     for sensor in options.rates:
@@ -86,7 +86,7 @@ def _check_keys(choice: Choice, options: Options) -> None:
             raise OptionError(f"{Hint(name, key, '…')}: no such channel is read; channels: {channels}", option=name)
 
 
-def _check_kind(table: Table, choice: Choice, options: Options) -> None:
+def _check_kind(table: Table, choice: ColumnChoice, options: Options) -> None:
     if options.input == "rate":
         for channel, index in choice.channels.items():
             if stream_name(channel) in SI and holds_increments(table.columns[index]):
@@ -96,7 +96,7 @@ def _check_kind(table: Table, choice: Choice, options: Options) -> None:
                 )
 
 
-def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choice:
+def _without_text_stamps(table: Table, choice: ColumnChoice, options: Options) -> ColumnChoice:
     """The choice without a time column of dates or words, if a rate is given and `channels` does not name that column."""
     if choice.time is None or not options.states_rate or "time" in options.channels:
         return choice
@@ -108,7 +108,7 @@ def _without_text_stamps(table: Table, choice: Choice, options: Options) -> Choi
     return choice
 
 
-def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, str], list[Finding]]:
+def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[str, str], list[Finding]]:
     """Unit of each channel, as spelled by the user or the file, with findings."""
     recognised = recognise(table.columns)
     unit: dict[str, str] = {}
@@ -120,7 +120,7 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
         match = recognised[index]
-        stated = unit_of(table.columns[index])[1]
+        stated = split_unit(table.columns[index])[1]
         stream = "time" if channel == "time" else stream_name(channel)
         if stated is None and match is not None and stream in (match[0], match[0].split("_")[0]):
             stated = match[1]
@@ -141,7 +141,11 @@ def _units(table: Table, choice: Choice, options: Options) -> tuple[dict[str, st
         if chosen is not None and unknown is not None:
             overruled.append(
                 _overruled(
-                    channel, chosen, unknown, known=False, scaled=channel in options.scale or stream in options.scale
+                    channel,
+                    chosen,
+                    unknown,
+                    recognised=False,
+                    scaled=channel in options.scale or stream in options.scale,
                 )
             )
         spelled = chosen or stated
@@ -213,13 +217,13 @@ def _unit_of_converted(table: Table, index: int, stream: str, unit: str, counted
     )
 
 
-def _overruled(channel: str, given: str, stated: str, *, known: bool = True, scaled: bool = False) -> Finding:
-    details = UnitOverruled(given=given, stated=stated, known=known, scaled=scaled)
+def _overruled(channel: str, chosen: str, stated: str, *, recognised: bool = True, scaled: bool = False) -> Finding:
+    details = UnitOverruled(given=chosen, stated=stated, known=recognised, scaled=scaled)
     return Finding(details=details, severity="warning", channels=(channel,))
 
 
 def _lacks_for_rate(
-    table: Table, choice: Choice, unit: Mapping[str, str], options: Options
+    table: Table, choice: ColumnChoice, unit: Mapping[str, str], options: Options
 ) -> Literal["rate", "unit of time"] | None:
     """What is needed for the rate, beside the units."""
     is_timed = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
@@ -250,6 +254,6 @@ def _check_unit(channel: str, spelled: str, stream: str) -> None:
         raise error.about(channel) from None
 
 
-def _same(one: str, other: str) -> bool:
-    first, second = units.if_known(one), units.if_known(other)
-    return one == other if first is None or second is None else first == second
+def _same(first_spelled: str, second_spelled: str) -> bool:
+    first, second = units.if_known(first_spelled), units.if_known(second_spelled)
+    return first_spelled == second_spelled if first is None or second is None else first == second

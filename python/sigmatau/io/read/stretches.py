@@ -15,11 +15,11 @@ from sigmatau.io.read.assemble import choose_tables
 from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.resolve import resolve
 from sigmatau.io.read.table import Table
-from sigmatau.io.read.time.timing import of_statement
+from sigmatau.io.read.time.timing import find_stated_contradiction
 from sigmatau.options import keywords_of
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.record import Provenance, make_stream, stream_name
-from sigmatau.record.sampling import GIVEN
+from sigmatau.record.sampling import GIVEN_RATE
 from sigmatau.record.streams import Stream
 
 
@@ -59,13 +59,13 @@ def unread(path: str | os.PathLike[str], how: ReadOptions) -> Unread:
 
 def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[Finding, ...]]:
     choice, unit, overruled = resolve(table, options)
-    options = options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
+    options = options.for_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
     rate = options.rate if options.rate is not None else table.rate
     if rate is None:
         raise OptionError(
             "states no rate, and time stamps of a record in stretches are not read; give {option}", option="rate"
         )
-    if options.rate is not None and (contradiction := of_statement(table, options)) is not None:
+    if options.rate is not None and (contradiction := find_stated_contradiction(table, options)) is not None:
         raise contradiction.error()
     if options.input == "accumulated":
         raise OptionError("{option} accumulated is not for a record in stretches", option="input")
@@ -80,7 +80,7 @@ def _streams(table: Table, options: Options) -> tuple[tuple[Stream, ...], tuple[
     streams = tuple(
         make_stream(
             name, columns, rate=rate, unit=unit, kind=options.input, scale=options.scale, offset=options.offset,
-            grid_source=GIVEN if options.rate is not None else table.rate_source, finite=True,
+            grid_source=GIVEN_RATE if options.rate is not None else table.rate_source, finite=True,
         )
         for name, columns in by_stream.items()
     )  # fmt: skip

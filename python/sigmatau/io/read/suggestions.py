@@ -17,7 +17,7 @@ from sigmatau.io.read.column_values import Identified, Triple, identify, load_co
 from sigmatau.io.read.columns import channels_hint, find_time
 from sigmatau.io.read.gravity import GYRO_MEAN
 from sigmatau.io.read.name_tables import INERTIAL, NOT_A_SENSOR
-from sigmatau.io.read.names import bare_name, key_of, names_sensor, recognise, signal_name, stated_unit
+from sigmatau.io.read.names import bare_name, name_key, names_sensor, recognise, signal_name, stated_unit
 from sigmatau.io.read.table import Column, Table, listing
 from sigmatau.io.read.time.dates import is_date
 
@@ -102,7 +102,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
         for index, (column, match) in enumerate(zip(table.columns, matches, strict=True))
         if match is not None or re.search(NOT_A_SENSOR, column.name)
     }
-    time = find_time(table.columns, matches, taken=set(), strict=False).column
+    time = find_time(table.columns, matches, taken=set(), strict=False).time
     identified = identify(loaded, time=time, excluded=frozenset(excluded))
     if identified is None:
         return None
@@ -142,7 +142,7 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
     names = [columns[index].name.strip() for index in axes]
     if not any(names):
         return dict(zip("xyz", axes, strict=True))
-    keys = [key_of(bare_name(columns[index])) for index in axes]
+    keys = [name_key(bare_name(columns[index])) for index in axes]
     opposite = {"gyro": "acc", "accel": "gyr"}[sensor]
     letters = [key[-1:] for key in keys]
     stems = {key[:-1] for key in keys}

@@ -65,6 +65,19 @@ class Loaded:
     findings: tuple[Finding, ...] = ()
 
 
+Load = Callable[[Sequence[int], int | None], Loaded]
+
+
+def select_columns(load: Load, places: Sequence[int]) -> Load:
+    """The loading of some columns of a table, by their places in it."""
+
+    def load_selected(wanted: Sequence[int], exact: int | None) -> Loaded:
+        loaded = load([places[k] for k in wanted], None if exact is None else places[exact])
+        return replace(loaded, columns={k: loaded.columns[places[k]] for k in wanted})
+
+    return load_selected
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowKind:
     """The kind of the rows of a table, which is a part of a larger one: those with one text in one column."""
@@ -110,7 +123,7 @@ class Table:
     notes: tuple[str, ...]  # Properties of the file, for the provenance of the record
     # ``load(wanted, exact)`` returns the columns in `wanted`, counted from 0; the column `exact` as integers if it has them.
     # Raises `DataError`.
-    load: Callable[[Sequence[int], int | None], Loaded]
+    load: Load
     # ``where(row)`` returns the place of a row (counted from 0) in the file: ``"line 17"``
     where: Callable[[int], str] = "row {}".format
     topic: str = ""  # Name in the file; empty if the file has only one table
@@ -210,10 +223,10 @@ def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray
         if array.dtype.kind == "f"
     }
     for start in range(0, max((len(columns[index]) for index in doubted), default=0), _CHUNK):
-        for index, most in tuple(doubted.items()):
+        for index, largest in tuple(doubted.items()):
             array = columns[index]
-            if (np.abs(np.asarray(array[start : start + _CHUNK])) > most).any():
-                changed[index] = np.where(np.abs(array) > most, np.nan, array)
+            if (np.abs(np.asarray(array[start : start + _CHUNK])) > largest).any():
+                changed[index] = np.where(np.abs(array) > largest, np.nan, array)
                 del doubted[index]
     return changed
 

@@ -16,9 +16,9 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import NeverWritten
 from sigmatau.findings.wording import sentence
 from sigmatau.hints import TIME_COLUMN, Hint
-from sigmatau.io.read.columns import Choice, Thermometer
+from sigmatau.io.read.columns import ColumnChoice, Thermometer
 from sigmatau.io.read.gravity import gravity_on_gyro
-from sigmatau.io.read.names import unit_of
+from sigmatau.io.read.names import split_unit
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, all_without_absurd, load_stamped
@@ -69,7 +69,7 @@ def part(table: Table, options: Options) -> Part:
         raise
     except DataError as error:
         # In a file with known damage the record ends where time goes backwards, if that is before the damage was detected.
-        shorter = rows.cut(loaded, choice, table, error, least=MIN_SAMPLES + 1)
+        shorter = rows.cut(loaded, choice, table, error, min_rows=MIN_SAMPLES + 1)
         try:
             return _made(table, options, (choice, *resolved[1:]), shorter)
         except DataError:
@@ -86,8 +86,8 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     need = MIN_SAMPLES + (options.input == "accumulated")
     if rows < need:
         broken = "".join(f" ({sentence(finding)})" for finding in (*table.findings, *loaded.findings))
-        of_data = f"has {rows} row{'s' if rows != 1 else ''} of data{f' in {table.topic}' if table.topic else ''}"
-        raise RecordTooShortError(f"{of_data}; at least {need} are needed{broken}", need=need, got=rows)
+        rows_text = f"has {rows} row{'s' if rows != 1 else ''} of data{f' in {table.topic}' if table.topic else ''}"
+        raise RecordTooShortError(f"{rows_text}; at least {need} are needed{broken}", need=need, got=rows)
     by_stream: dict[str, dict[str, int]] = {}
     for channel, index in choice.channels.items():
         by_stream.setdefault(stream_name(channel), {})[channel] = index
@@ -112,24 +112,29 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     }
     if 0 < len(mostly) < len(choice.channels):  # one bad channel must not make the log unusable
         choice = replace(choice, channels={c: i for c, i in choice.channels.items() if c not in mostly})
-        by_stream = {name: {c: i for c, i in of.items() if c not in mostly} for name, of in by_stream.items()}
-        by_stream = {name: of for name, of in by_stream.items() if of}
+        by_stream = {
+            name: {c: i for c, i in columns_of_name.items() if c not in mostly}
+            for name, columns_of_name in by_stream.items()
+        }
+        by_stream = {name: columns_of_name for name, columns_of_name in by_stream.items() if columns_of_name}
     else:
         mostly = {}
-    rows_of: dict[int, NDArray[np.int64]] = {}
+    rows_by_column: dict[int, NDArray[np.int64]] = {}
     streams: list[Stream] = []
     rates: dict[str, float] = {}
     contradictions: dict[str, RateContradiction] = {}
     shared: Timing | None = None
-    in_all_rows = options.of_streams([name for name in by_stream if name not in exclusive_rows])
+    in_all_rows = options.for_streams([name for name in by_stream if name not in exclusive_rows])
     times: list[Timing] = []
     for name, columns in by_stream.items():
         if name in exclusive_rows:
-            timing = timed(table, choice, raw, unit.get("time"), options.of_streams([name]), name, exclusive_rows[name])
+            timing = timed(
+                table, choice, raw, unit.get("time"), options.for_streams([name]), name, exclusive_rows[name]
+            )
         else:
             shared = shared or timed(table, choice, raw, unit.get("time"), in_all_rows)
             timing = shared
-        rate = (options.of_streams([name]) if name in exclusive_rows else in_all_rows).rate
+        rate = (options.for_streams([name]) if name in exclusive_rows else in_all_rows).rate
         slow = () if rate is not None else _check_rate(name, table, choice, timing, rows)
         if slow and slow[0] not in overruled:
             overruled = [*overruled, *slow]
@@ -138,14 +143,14 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
                 f"its sampling rate is {timing.rate:g} Hz by {timing.source}, outside {RATES[0]:g} to {RATES[1]:g} Hz;"
                 f" give {Hint('rate')}, or the unit of the time stamps by {Hint('unit', 'time', '…')}"
             )
-        if not any(timing is other for other in times):
+        if not any(timing is each for each in times):
             times.append(timing)
         if timing.measured is not None:
             rates[name] = timing.measured
         if timing.contradiction is not None:
             contradictions[name] = timing.contradiction
         if timing.rows is not None:
-            rows_of |= dict.fromkeys(columns.values(), timing.rows)
+            rows_by_column |= dict.fromkeys(columns.values(), timing.rows)
         streams.append(
             make_stream(
                 name,
@@ -166,9 +171,9 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         exchanged = GravityOnGyro(gyro=sizes[0], accel=sizes[1])
         overruled = [*overruled, Finding(details=exchanged, severity="warning")]
     tau0 = streams[0].grid.tau0
-    of_rows = (
+    row_findings = (
         *missing_in(raw, mostly, missing, {}, table.where, tau0, dropped=True),
-        *missing_in(raw, choice.channels, missing, rows_of, table.where, tau0),
+        *missing_in(raw, choice.channels, missing, rows_by_column, table.where, tau0),
         *jitter_findings(streams, times),
     )
     if choice.temperature is not None:
@@ -189,7 +194,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *(
                 f"{channel} from column {table.label(index)}"
                 for channel, index in choice.channels.items()
-                if unit_of(table.columns[index])[0] != channel
+                if split_unit(table.columns[index])[0] != channel
             ),
             *notes,
             *_conversions(unit, options),
@@ -202,14 +207,14 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
             *loaded.findings,
             *overruled,
             *(later(finding, timing.start - begins) for timing in times for finding in timing.findings),
-            *of_rows,
+            *row_findings,
         ),
         rates=rates,
         contradictions=contradictions,
     )
 
 
-def _check_rate(name: str, table: Table, choice: Choice, timing: Timing, rows: int) -> tuple[Finding, ...]:
+def _check_rate(name: str, table: Table, choice: ColumnChoice, timing: Timing, rows: int) -> tuple[Finding, ...]:
     """A finding about a slow rate of a gyro or accelerometer by its stamps; raises `OptionError` for an impossible one."""
     if name not in SI or choice.time is None or timing.second is None:
         return ()
@@ -252,7 +257,7 @@ def _is_constant(array: NDArray[Any]) -> bool:
     return len(array) > 1 and array[0] == array[-1] and bool(np.all(array == array[0]))
 
 
-def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
+def _loaded(table: Table, choice: ColumnChoice) -> tuple[Loaded, ColumnChoice]:
     """The columns, infinite values as missing ones, with the temperature if it can be read."""
     wanted = set(choice.columns)
     loaded: Loaded | None = None
@@ -268,11 +273,11 @@ def _loaded(table: Table, choice: Choice) -> tuple[Loaded, Choice]:
 
 
 def find_rate(
-    table: Table, choice: Choice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
+    table: Table, choice: ColumnChoice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
 ) -> tuple[float, RateSource, bool]:
     """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
-    options = options.of_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
+    options = options.for_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
     return timing.rate, timing.source, timing.on_grid
 
@@ -298,19 +303,19 @@ def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
 
 
 def temperature_stream(
-    label: str, found: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
+    label: str, thermometer: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
 ) -> tuple[tuple[Stream, ...], str]:
     """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`. A
     thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
     """
-    column = raw[found.index]
-    scale, offset = TO_CELSIUS[found.unit or "degC"]
+    column = raw[thermometer.index]
+    scale, offset = TO_CELSIUS[thermometer.unit or "degC"]
     values = column[~np.isnan(column)] if missing else column
     if len(values) < MIN_SAMPLES:
         return (), f"temperature: column {label} has {len(values)} numbers, too few"
-    median = typical(values, found.unit or "degC")
+    median = typical(values, thermometer.unit or "degC")
     if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
-        unit = found.unit or "degC, which was assumed"
+        unit = thermometer.unit or "degC, which was assumed"
         return (), f"temperature: column {label} is not a temperature in {unit} (median {median:.4g} °C)"
     try:
         stream = make_stream(
@@ -327,7 +332,7 @@ def temperature_stream(
         )
     except DataError as error:
         return (), f"temperature: column {label} is not used: {error}"
-    how = "degC assumed" if found.unit is None else found.unit
+    how = "degC assumed" if thermometer.unit is None else thermometer.unit
     return (stream,), f"temperature from column {label}, {how}"
 
 
@@ -383,8 +388,8 @@ def _zeros_at_end(array: NDArray[Any]) -> int:
     end, step = len(array), _MIN_ROWS
     while end > 0:
         start = max(0, end - step)
-        others = np.flatnonzero(array[start:end])
-        if len(others):
-            return len(array) - (start + int(others[-1]) + 1)
+        nonzero = np.flatnonzero(array[start:end])
+        if len(nonzero):
+            return len(array) - (start + int(nonzero[-1]) + 1)
         end, step = start, _CHUNK
     return len(array)

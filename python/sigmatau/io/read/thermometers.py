@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.names import degrees_of
+from sigmatau.io.read.names import temperature_unit
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
@@ -35,14 +35,14 @@ def split_thermometers(tables: Sequence[Table], chosen: Sequence[Table]) -> tupl
     return sensed, candidates[0] if len(candidates) == 1 else None
 
 
-def _field_of(name: str) -> str:
+def _field_name(name: str) -> str:
     """The field of a message that a column is, without its unit."""
     return name.partition("[")[0].rstrip().rpartition(".")[2]
 
 
 def is_thermometer(table: Table) -> bool:
     """Whether the rows have a temperature, and nothing else but stamps and its variance."""
-    values = {_field_of(column.name) for column in table.columns} - _WITHOUT_VALUE
+    values = {_field_name(column.name) for column in table.columns} - _WITHOUT_VALUE
     return values == {_TEMPERATURE}
 
 
@@ -50,11 +50,11 @@ def thermometer_part(table: Table, options: Options, sensed: Sequence[Part]) -> 
     """The stream of a thermometer; None if the sensors have one, or if it cannot be read or is not a temperature."""
     if any(stream.quantity == _TEMPERATURE for each in sensed for stream in each.streams):
         return None
-    (column,) = (c for c in table.columns if _field_of(c.name) == _TEMPERATURE)
+    (column,) = (c for c in table.columns if _field_name(c.name) == _TEMPERATURE)
     chosen = replace(
         options,
         channels={_TEMPERATURE: column.name},
-        unit={_TEMPERATURE: degrees_of(column) or "degC"},  # of sensor_msgs/Temperature
+        unit={_TEMPERATURE: temperature_unit(column) or "degC"},  # of sensor_msgs/Temperature
         scale={},
         offset={},
         rate=None,

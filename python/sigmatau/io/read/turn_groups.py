@@ -84,10 +84,10 @@ def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArra
     for period in range(1, _LONGEST_PERIOD + 1):
         places = rows % period
         counts = np.bincount(places, minlength=period)
-        of_group = np.bincount(places, weights=above, minlength=period)
-        if np.maximum(of_group, counts - of_group).sum() >= _PERIODIC * len(above):
+        above_counts = np.bincount(places, weights=above, minlength=period)
+        if np.maximum(above_counts, counts - above_counts).sum() >= _PERIODIC * len(above):
             means = np.bincount(places, weights=values, minlength=period) / np.maximum(counts, 1)
-            high, low = means[of_group > counts / 2], means[of_group <= counts / 2]
+            high, low = means[above_counts > counts / 2], means[above_counts <= counts / 2]
             within = max(np.ptp(high), np.ptp(low))
             return period <= _LONGEST_OF_TWO_VALUES or bool(within > _EQUAL * (high.mean() - low.mean()))
     return False

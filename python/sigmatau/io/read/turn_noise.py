@@ -52,8 +52,8 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
         # A line at half the rate is in one of them only.
         slow.append(shares[low:top, powers > _RISE / 2 * high].ravel())
-    of_slow_noise = np.concatenate(slow)
-    if len(of_slow_noise) >= _FEWEST_SHARES and abs(of_slow_noise.mean() - 0.5) < _INDEPENDENT:
+    slow_shares = np.concatenate(slow)
+    if len(slow_shares) >= _FEWEST_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:
         return "independent"
     return "not measured"
 

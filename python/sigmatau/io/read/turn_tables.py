@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import Hint
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import ColumnChoice
 from sigmatau.io.read.interleaving import find_interleaving, find_turns
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI, resolve
@@ -30,13 +30,13 @@ def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]
     for table in tables:
         if len(tables) == 1 or any(table.topic and name.startswith(f"{table.topic}/imu") for name in options.topic):
             _check_turns(table, options, count)
-            separate += [_of_turn(table, turn, count) for turn in range(count)]
+            separate += [_take_turn(table, turn, count) for turn in range(count)]
         else:
             separate.append(table)
     return separate
 
 
-def refuse_interleaved(table: Table, choice: Choice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
+def refuse_interleaved(table: Table, choice: ColumnChoice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
     """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: sensors by the option."""
     axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
     interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
@@ -93,7 +93,7 @@ def _check_turns(table: Table, options: Options, count: int) -> None:
         )
 
 
-def _of_turn(table: Table, turn: int, count: int) -> Table:
+def _take_turn(table: Table, turn: int, count: int) -> Table:
     """Every so many-th row of a table."""
     note = f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn"
     part = table.take_rows(slice(turn, None, count), f"imu{turn}", note)

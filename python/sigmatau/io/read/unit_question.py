@@ -50,8 +50,8 @@ def ask_for_units(
 
     def answer(gyro: str, accel: str) -> str:
         """The options for all that is missing."""
-        of_sensor = {"gyro": gyro, "accel": accel}
-        units_hint = Hint("unit", value={name: of_sensor.get(sensor, "1") for name, sensor in asked.items()})
+        by_sensor = {"gyro": gyro, "accel": accel}
+        units_hint = Hint("unit", value={name: by_sensor.get(sensor, "1") for name, sensor in asked.items()})
         return f"{units_hint} {RATE}" if lacks == "rate" else str(units_hint)
 
     question = f"does not state the unit of {', '.join(missing)}; give e.g. "

@@ -140,9 +140,9 @@ def _folder(path: Path) -> Log:
 
 def _is_one_log(path: Path) -> bool:
     """Whether a folder is a log: a Zarr store, or a ROS 2 bag."""
-    from sigmatau.io import files_of
+    from sigmatau.io import bag_files
 
-    return bool(files_of(path))
+    return bool(bag_files(path))
 
 
 def _within(folder: Path, known: dict[Path, bool]) -> bool:

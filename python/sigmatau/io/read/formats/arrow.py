@@ -10,8 +10,8 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.io.read.formats.arrow_messages import next_unpacked
-from sigmatau.io.read.formats.arrow_table import BatchError, columns_of, table_of
-from sigmatau.io.read.formats.damage import behind, fault, first_line, library_faults, places_of, refuse_expansion
+from sigmatau.io.read.formats.arrow_table import BatchError, find_numeric_columns, make_table
+from sigmatau.io.read.formats.damage import behind, fault, find_mark, first_line, library_faults, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
@@ -59,7 +59,7 @@ def _ipc(path: Path, head: Head) -> Table:
 
     with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema
-    chosen, others = columns_of(schema)
+    chosen, skipped = find_numeric_columns(schema)
 
     def batches(fields: Sequence[str]) -> Iterator[tuple[Place, Any] | Finding]:
         indices = [schema.get_field_index(name) for name in fields]
@@ -82,7 +82,7 @@ def _ipc(path: Path, head: Head) -> Table:
                 yield place, batch
                 number += 1
 
-    return table_of("arrow", chosen, others, tuple(notes), batches, None, truncated=not ends)
+    return make_table("arrow", chosen, skipped, tuple(notes), batches, None, truncated=not ends)
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
@@ -127,7 +127,7 @@ def parquet(path: Path) -> Table:
 
     with opened() as file:
         meta = file.metadata
-        chosen, others = columns_of(file.schema_arrow)
+        chosen, skipped = find_numeric_columns(file.schema_arrow)
         groups = [meta.row_group(n).num_rows for n in range(meta.num_row_groups)]
     if sum(groups) != meta.num_rows:
         raise DataError(f"declares {meta.num_rows} rows, but its row groups hold {sum(groups)}; it is damaged")
@@ -147,16 +147,16 @@ def parquet(path: Path) -> Table:
                     raise BatchError(place, f"{len(held)} of {rows} rows")
                 yield place, held
 
-    return table_of("parquet", chosen, others, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
+    return make_table("parquet", chosen, skipped, (f"Parquet, {len(groups)} row groups",), batches, meta.num_rows)
 
 
 def _is_joined(path: Path) -> bool:
     """Whether other Parquet files come first; the directory at the end is that of the last one only."""
     with path.open("rb") as stream:
-        for at in places_of(path, PARQUET * 2):
-            stream.seek(max(at - 4, 0))
+        for place in find_mark(path, PARQUET * 2):
+            stream.seek(max(place - 4, 0))
             if (
-                0 < int.from_bytes(stream.read(4), "little") < at
+                0 < int.from_bytes(stream.read(4), "little") < place
             ):  # the length of a directory; else the mark is in the data
                 return True
     return False

@@ -12,13 +12,13 @@ _CONTINUED = 0xFFFFFFFF
 _LONGEST_HEAD = 1 << 24  # [bytes]
 
 
-def next_unpacked(path: Path, at: int) -> int:
+def next_unpacked(path: Path, start: int) -> int:
     """Bytes that the next batch and the dictionaries before it unpack to by their own words; up to what makes no sense,
-    which the library refuses. `at`: where the first of these messages begins. [bytes]
+    which the library refuses. `start`: where the first of these messages begins. [bytes]
     """
     total = 0
     with path.open("rb") as file:
-        file.seek(at)
+        file.seek(start)
         try:
             while True:
                 kind, size = _message(file)
@@ -36,7 +36,7 @@ def _message(file: BinaryIO) -> tuple[int, int]:
         (length,) = struct.unpack("<I", file.read(4))
     if not 0 < length <= _LONGEST_HEAD:
         raise EOFError
-    head = _Table(head := file.read(length), struct.unpack_from("<I", head)[0])
+    head = _FlatTable(head := file.read(length), struct.unpack_from("<I", head)[0])
     kind, body = head.number(1, "<B"), head.number(3, "<q")
     start = file.tell()
     size = 0
@@ -51,21 +51,21 @@ def _message(file: BinaryIO) -> tuple[int, int]:
     return kind, size
 
 
-def _declared(file: BinaryIO, at: int, stored: int) -> int:
+def _declared(file: BinaryIO, start: int, stored: int) -> int:
     """Size of a compressed buffer by the number before it; -1 there means that it is not compressed."""
-    if stored < 8 or at < 0:
+    if stored < 8 or start < 0:
         return 0
-    file.seek(at)
+    file.seek(start)
     (size,) = struct.unpack("<q", file.read(8))
     return stored if size < 0 else size
 
 
-class _Table:
+class _FlatTable:
     """A table of FlatBuffers; raises `struct.error` where it leaves its bytes."""
 
-    def __init__(self, data: bytes, at: int) -> None:
-        self.data, self.at = data, at
-        self.offsets = at - self._read("<i", at)
+    def __init__(self, data: bytes, start: int) -> None:
+        self.data, self.start = data, start
+        self.offsets = start - self._read("<i", start)
 
     def place(self, field: int) -> int | None:
         """Where a field is; None if it is left out."""
@@ -73,16 +73,16 @@ class _Table:
         if slot + 2 > self._read("<H", self.offsets):
             return None
         offset = self._read("<H", self.offsets + slot)
-        return self.at + offset if offset else None
+        return self.start + offset if offset else None
 
     def number(self, field: int, form: str) -> int:
         """A number; 0 if it is left out."""
         position = self.place(field)
         return 0 if position is None else self._read(form, position)
 
-    def table(self, field: int) -> _Table | None:
+    def table(self, field: int) -> _FlatTable | None:
         position = self.place(field)
-        return None if position is None else _Table(self.data, position + self._read("<I", position))
+        return None if position is None else _FlatTable(self.data, position + self._read("<I", position))
 
     def pairs(self, field: int) -> Iterator[tuple[int, int]]:
         """A vector of two numbers each."""
@@ -92,8 +92,8 @@ class _Table:
             for k in range(self._read("<I", position)):
                 yield self._read("<q", position + 4 + 16 * k), self._read("<q", position + 12 + 16 * k)
 
-    def _read(self, form: str, at: int) -> int:
-        if at < 0:
+    def _read(self, form: str, place: int) -> int:
+        if place < 0:
             raise struct.error
-        value: int = struct.unpack_from(form, self.data, at)[0]
+        value: int = struct.unpack_from(form, self.data, place)[0]
         return value

@@ -31,12 +31,12 @@ class ArrowColumn:
     part: tuple[int, ...] = ()  # Index of the element, if the field is a list of fixed size
 
 
-def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types
+def find_numeric_columns(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN401  pyarrow has no types
     """The numeric columns of an Arrow schema, and the names of its other fields."""
     import pyarrow as pa
 
     chosen: list[ArrowColumn] = []
-    others: list[str] = []
+    skipped: list[str] = []
 
     def look(field: Any, above: tuple[str, ...]) -> None:  # noqa: ANN401
         path = (*above, field.name)
@@ -57,11 +57,11 @@ def columns_of(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  # noqa: ANN
             for label, part in parts(name, (kind.list_size,)):
                 chosen.append(ArrowColumn(column=Column(name=label, unit=_unit(field)), path=path, part=part))
         else:
-            others.append(name)
+            skipped.append(name)
 
     for field in schema:
         look(field, ())
-    return chosen, others
+    return chosen, skipped
 
 
 def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
@@ -106,10 +106,10 @@ class BatchError(Exception):
     """A batch that cannot be read: its place and the reason."""
 
 
-def table_of(
+def make_table(
     kind: str,
-    found: Sequence[ArrowColumn],
-    others: Sequence[str],
+    chosen: Sequence[ArrowColumn],
+    skipped: Sequence[str],
     notes: tuple[str, ...],
     batches: Callable[[Sequence[str]], Iterator[tuple[Place, Any] | Finding]],
     rows: int | None,
@@ -117,18 +117,18 @@ def table_of(
     truncated: bool = False,
 ) -> Table:
     """The table of these columns, read batch by batch; `truncated`: whether that is why a batch cannot be read."""
-    if not found:
-        raise DataError(f"has no column of numbers (columns: {', '.join(others[:12]) or 'none'})")
-    twice = sorted({c.path[0] for c in found if sum(o.path == c.path and o.part == c.part for o in found) > 1})
+    if not chosen:
+        raise DataError(f"has no column of numbers (columns: {', '.join(skipped[:12]) or 'none'})")
+    twice = sorted({c.path[0] for c in chosen if sum(o.path == c.path and o.part == c.part for o in chosen) > 1})
     if twice:
         raise DataError(f"has several columns called {twice[0]!r}; name them apart")
-    columns = tuple(column.column for column in found)
-    if others:
-        notes = (*notes, f"columns of other types: {', '.join(others[:12])}")
+    columns = tuple(column.column for column in chosen)
+    if skipped:
+        notes = (*notes, f"columns of other types: {', '.join(skipped[:12])}")
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         pieces: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}
-        fields = list(dict.fromkeys(found[index].path[0] for index in wanted))
+        fields = list(dict.fromkeys(chosen[index].path[0] for index in wanted))
         row = 0
         broken: BatchError | None = None
         late: list[Finding] = []
@@ -141,7 +141,7 @@ def table_of(
                     late.append(item)
                     continue
                 place, batch = item
-                got = {i: numbers(batch.column(found[i].path[0]), found[i], exact=i == exact) for i in wanted}
+                got = {i: numbers(batch.column(chosen[i].path[0]), chosen[i], exact=i == exact) for i in wanted}
             except StopIteration:
                 break
             except (MemoryError, DataError):
@@ -174,5 +174,5 @@ def table_of(
         except Exception as error:
             raise DataError(f"column {name!r} cannot be read: {first_line(error)}") from None
 
-    texts = {name: lambda name=name: words(name) for name in others if "." not in name}
+    texts = {name: lambda name=name: words(name) for name in skipped if "." not in name}
     return Table(format=kind, columns=columns, notes=notes, load=load, rows=rows, words=texts)

@@ -60,8 +60,8 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
     position, reason = scan["broken"]
     cut = reason is None
     inside, place = "message" if cut else "", Place("byte", position, of=size)
-    kept = scan["messages"]
-    return (fault(truncated=cut, inside=inside, place=place, reason=reason or "", kept=kept, counted="messages"),)
+    count = scan["messages"]
+    return (fault(truncated=cut, inside=inside, place=place, reason=reason or "", kept=count, counted="messages"),)
 
 
 EXPANSION = 100.0
@@ -119,18 +119,18 @@ def not_read(number: int, start: int, *, after: str = "", padding: bool = False)
     return Finding(details=details, severity="info" if padding else "error")
 
 
-def places_of(path: Path, mark: bytes) -> Iterator[int]:
+def find_mark(path: Path, mark: bytes) -> Iterator[int]:
     """Where a mark is in a file, in order. [bytes]"""
     with path.open("rb") as stream:
-        at, held = 0, b""  # place of the first byte that is held
+        start, held = 0, b""  # place of the first byte that is held
         while piece := stream.read(_CHUNK):
             held += piece
-            found = held.find(mark)
-            while found >= 0:
-                yield at + found
-                found = held.find(mark, found + 1)
-            kept = len(mark) - 1
-            at, held = at + len(held) - min(kept, len(held)), held[len(held) - min(kept, len(held)) :]
+            place = held.find(mark)
+            while place >= 0:
+                yield start + place
+                place = held.find(mark, place + 1)
+            overlap = len(mark) - 1
+            start, held = start + len(held) - min(overlap, len(held)), held[len(held) - min(overlap, len(held)) :]
 
 
 def _is_padding(path: Path, start: int) -> bool:

@@ -61,7 +61,7 @@ _SPELLED = {"m/s/s": "m/s^2"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Kind:
+class _MessageKind:
     """A kind of message, see `sigmatau._native.logs.scan_dataflash`."""
 
     number: int
@@ -76,8 +76,8 @@ class _Kind:
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The messages of a log, by instance: ``IMU[0]``, ``IMU[1]``, ``GYR[0]`` …; ``BARO`` if they have no instances."""
     scan = logs.scan_dataflash(str(path))
-    found = [_Kind(*kind) for kind in scan["kinds"]]
-    kinds = [replace(kind, several=sum(other.name == kind.name for other in found) > 1) for kind in found]
+    declared = [_MessageKind(*kind) for kind in scan["kinds"]]
+    kinds = [replace(kind, several=sum(each.name == kind.name for each in declared) > 1) for kind in declared]
     size, end = path.stat().st_size, int(scan["end"])
     findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])
@@ -94,7 +94,13 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _tables(
-    path: str, end: int, kind: _Kind, instance: int, rows: int, units: Mapping[str, str], findings: tuple[Finding, ...]
+    path: str,
+    end: int,
+    kind: _MessageKind,
+    instance: int,
+    rows: int,
+    units: Mapping[str, str],
+    findings: tuple[Finding, ...],
 ) -> Iterator[Table]:
     fields = [f for f in kind.fields if f[1] in _TYPES]
     if not any(name not in ("TimeUS", "I") for name, _, _ in fields):
@@ -138,7 +144,7 @@ def _name(kind: str, field: str, unit: str | None) -> str:
     return name if unit is None else f"{name} [{unit}]"
 
 
-def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
+def _units(kinds: Sequence[_MessageKind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
     """Units by kind and field, if they are defined and the numbers need no factor."""
     by_number = {kind.number: kind for kind in kinds}
     names: dict[str, str] = {}
@@ -156,25 +162,25 @@ def _units(kinds: Sequence[_Kind], definitions: Sequence[tuple[int, bytes]]) -> 
                 letters[number] = (_text(kind, body, "UnitIds"), _text(kind, body, "MultIds"))
     units: dict[int, dict[str, str]] = {}
     for number, kind in by_number.items():
-        own = {
+        defaults = {
             name: unit
             for name, unit in _DEFAULT_UNITS.items()
             if kind.name.rstrip("0123456789") in _SENSORS or name == "TimeUS"
         }
-        found = units[number] = {field[0]: own[field[0]] for field in kind.fields if field[0] in own}
+        by_field = units[number] = {field[0]: defaults[field[0]] for field in kind.fields if field[0] in defaults}
         for (name, letter, _), unit, mult in zip(kind.fields, *letters.get(number, ("", "")), strict=False):
             spelled = names.get(unit, "")
             factor = 1.0 if mult in "-0?" or letter in _HUNDREDTHS else factors.get(mult, np.nan)
             if spelled == "s" and factor in _SECONDS:
-                found[name] = _SECONDS[factor]
+                by_field[name] = _SECONDS[factor]
             elif spelled and factor == 1:
-                found[name] = _SPELLED.get(spelled, spelled)
+                by_field[name] = _SPELLED.get(spelled, spelled)
             elif spelled:
-                found.pop(name, None)  # not the default unit, and its factor has no name
+                by_field.pop(name, None)  # not the default unit, and its factor has no name
     return units
 
 
-def _value(kind: _Kind, body: bytes, name: str, missing: float) -> float:
+def _value(kind: _MessageKind, body: bytes, name: str, missing: float) -> float:
     for field, letter, offset in kind.fields:
         if field == name and letter in _TYPES:
             dtype = np.dtype(_TYPES[letter])
@@ -183,7 +189,7 @@ def _value(kind: _Kind, body: bytes, name: str, missing: float) -> float:
     return missing
 
 
-def _text(kind: _Kind, body: bytes, name: str) -> str:
+def _text(kind: _MessageKind, body: bytes, name: str) -> str:
     for field, letter, offset in kind.fields:
         if field == name and letter in "nNZ":
             (text,) = struct.unpack_from({"n": "4s", "N": "16s", "Z": "64s"}[letter], body, offset)

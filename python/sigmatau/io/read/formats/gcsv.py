@@ -7,13 +7,13 @@ Source: Gyroflow documentation, "Gyroflow IMU log (.gcsv)", format 1.3: ``tscale
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sigmatau.io.read.names import recognise
-from sigmatau.io.read.table import Column, Loaded
+from sigmatau.io.read.table import Column, Load, Loaded
 
 _TITLE = re.compile(rb"(?:\xef\xbb\xbf)?(?:GYROFLOW|CAMERA) IMU LOG\b")
 _SCALE = re.compile(rb"^(?P<key>[tga])scale[,;\t ][ \t]*(?P<size>[0-9.eE+-]+)", re.MULTILINE)
@@ -48,9 +48,9 @@ def find_scales(head: bytes) -> dict[str, Scale]:
 
 def scaled(
     columns: tuple[Column, ...],
-    load: Callable[[Sequence[int], int | None], Loaded],
+    load: Load,
     scales: Mapping[str, Scale],
-) -> tuple[tuple[Column, ...], Callable[[Sequence[int], int | None], Loaded]]:
+) -> tuple[tuple[Column, ...], Load]:
     """The columns with their units, and their loading times the scales."""
     sensors = {
         index: scales[match[0].split("_")[0]]

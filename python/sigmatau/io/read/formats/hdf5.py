@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.damage import behind, first_line, library_faults, places_of, refuse_expansion
+from sigmatau.io.read.formats.damage import behind, find_mark, first_line, library_faults, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
@@ -202,8 +202,8 @@ def _unit(item: Any, field: str = "") -> str | None:  # noqa: ANN401
 def word(item: Any, key: str) -> str | None:  # noqa: ANN401
     """A text attribute of a group or dataset."""
     value = _attribute(item, key) if key in item.attrs else None
-    found = None if value is None else value.item()
-    return found.decode("utf-8", "replace") if isinstance(found, bytes) else found if isinstance(found, str) else None
+    text = None if value is None else value.item()
+    return text.decode("utf-8", "replace") if isinstance(text, bytes) else text if isinstance(text, str) else None
 
 
 def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
@@ -236,13 +236,13 @@ def _heaps_are_sound(name: str, size: int, changed: int) -> bool:
     Layout: HDF5 file format specification, version 3, section III.E.
     """
     del changed  # part of the cache key
-    for at in places_of(Path(name), b"GCOL\x01\0\0\0"):
+    for start in find_mark(Path(name), b"GCOL\x01\0\0\0"):
         with Path(name).open("rb") as stream:
-            stream.seek(at + 8)
+            stream.seek(start + 8)
             length = int.from_bytes(stream.read(8), "little")
-            if at > size - 16:
+            if start > size - 16:
                 break
-            if at + length > size:
+            if start + length > size:
                 return False
             heap = stream.read(max(length - 16, 0))
         place = 0

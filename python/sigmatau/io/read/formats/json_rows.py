@@ -60,7 +60,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
         columns, form = arrays, "an object of arrays"
     else:
         form = "an array of rows" if text.lstrip().startswith("[") else "an object for each row"
-        columns, findings = _find_columns(text) if whole is None else (_of_rows(_find_rows(whole)), findings)
+        columns, findings = _find_columns(text) if whole is None else (_collect_fields(_find_rows(whole)), findings)
     if not columns:
         raise DataError("is JSON without rows of numbers: an object for each row, or an object of arrays, is needed")
     fields = list(columns.values())
@@ -83,7 +83,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
 
 
 @dataclass(frozen=True, slots=True)
-class _Field:
+class _JsonField:
     """A field of all rows."""
 
     name: str
@@ -136,7 +136,7 @@ def _packed(values: list[Any]) -> NDArray[Any]:
     return packed
 
 
-def _of_rows(rows: Sequence[Any]) -> dict[_Path, _Field]:
+def _collect_fields(rows: Sequence[Any]) -> dict[_Path, _JsonField]:
     """The fields of rows."""
     return _joined([_parts(rows, _paths(rows))])
 
@@ -153,7 +153,7 @@ def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[A
     return {path: _packed([_value(row, path) for row in rows]) for path in paths}
 
 
-def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _Field]:
+def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _JsonField]:
     """The fields from their parts, as integers only if all parts are; NaN in the parts that lack a field."""
     fields = {}
     for path in dict.fromkeys(path for part in parts for path in part):
@@ -162,7 +162,7 @@ def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _Field
         ]
         kinds = {array.dtype.kind for array in arrays}
         common = object if "O" in kinds else np.float64 if "f" in kinds else np.int64
-        fields[path] = _Field(_name(path), np.concatenate([array.astype(common) for array in arrays]))
+        fields[path] = _JsonField(_name(path), np.concatenate([array.astype(common) for array in arrays]))
     return fields
 
 
@@ -219,13 +219,13 @@ def _arrays(whole: Mapping[str, Any], path: _Path = ()) -> Iterator[tuple[_Path,
             yield from _arrays(value, (*path, name))
 
 
-def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _Field]]:
+def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _JsonField]]:
     """The fields of an object of arrays of one length; of rows of numbers, each place in a row is a field."""
     arrays = dict(_arrays(whole))
     lengths = [len(array) for array in arrays.values() if not _has_objects(array)]
     rows = _find_rows(whole)
     if rows and len(rows) >= max(lengths, default=0):
-        yield from _of_rows(rows).items()
+        yield from _collect_fields(rows).items()
         return
     if not lengths:
         return
@@ -236,9 +236,9 @@ def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _Field
         if isinstance(array[0], list):
             width = min(len(array[0]), _LONGEST_ARRAY)
             for k in range(width):
-                yield (*path, k), _Field(_name((*path, k)), _packed([_value(row, (k,)) for row in array]))
+                yield (*path, k), _JsonField(_name((*path, k)), _packed([_value(row, (k,)) for row in array]))
         else:
-            yield path, _Field(_name(path), _packed(array))
+            yield path, _JsonField(_name(path), _packed(array))
 
 
 def _first_object(text: str) -> int:
@@ -247,7 +247,7 @@ def _first_object(text: str) -> int:
     return match.end() if match else len(text)
 
 
-def _find_columns(text: str) -> tuple[dict[_Path, _Field], tuple[Finding, ...]]:
+def _find_columns(text: str) -> tuple[dict[_Path, _JsonField], tuple[Finding, ...]]:
     """The fields of rows up to the end, or up to the damage, which is a finding if it ends the file or is not text."""
     rows: list[Any] = []
     parts: list[dict[_Path, NDArray[Any]]] = []

@@ -113,7 +113,7 @@ class _Loader:
         contents = read_contents(self.source, self.head, copies=_COPIES)
         text = self._text(contents.data)
         alone = exact is not None and len(values[exact].words) == 1
-        loaded = text.load(tuple(words), values[exact].words[0] if exact is not None and alone else None)
+        loaded = text.load(words, values[exact].words[0] if exact is not None and alone else None)
         rows = len(next(iter(loaded.columns.values())))
         if not self.records.yaml:
             self._refuse_other_names(text.source, rows)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from sigmatau.io.read.formats.keyed_records import SPACES, Records, Value
 from sigmatau.io.read.formats.text_lines import is_number
-from sigmatau.io.read.names import SPELLED, unit_of
+from sigmatau.io.read.names import SPELLED, split_unit
 from sigmatau.io.read.table import Column
 
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -105,7 +105,7 @@ def _unit_and_name(between: str, *, after_value: bool) -> tuple[str, str]:
 
 
 def _is_unit(text: str) -> bool:
-    return unit_of(Column(name="x", unit=text))[1] is not None or text.lower() in SPELLED
+    return split_unit(Column(name="x", unit=text))[1] is not None or text.lower() in SPELLED
 
 
 def _same_units(values: list[Value]) -> list[Value]:

@@ -105,5 +105,5 @@ def _axes_by_values(
 
 def _is_same_clock(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
     """Whether two clocks have the same unit and run together."""
-    intervals, others = np.diff(first), np.diff(second)
-    return bool(np.abs(intervals - others).max() <= 0.01 * np.median(intervals))
+    intervals, second_intervals = np.diff(first), np.diff(second)
+    return bool(np.abs(intervals - second_intervals).max() <= 0.01 * np.median(intervals))

@@ -201,17 +201,17 @@ def _first_sample(rows: list[Line], data: list[Line], delimiter: str | None, col
 def _is_odd(rows: list[Line], delimiter: str | None, columns: int) -> bool:
     """Whether most numbers of the first row are far outside those of all others, or broken among whole ones."""
     table = [row.values(delimiter)[:columns] for row in rows]
-    first, others = table[0], list(zip(*table[1:], strict=True))
+    first, rest = table[0], list(zip(*table[1:], strict=True))
     if not any(first):
         return False  # a row without a sample
     odd = 0
-    for value, column in zip(first, others, strict=True):
-        known = [x for x in column if math.isfinite(x)]
-        if not known or not math.isfinite(value):
+    for value, column in zip(first, rest, strict=True):
+        numbers = [x for x in column if math.isfinite(x)]
+        if not numbers or not math.isfinite(value):
             continue
-        low, high = min(known), max(known)
+        low, high = min(numbers), max(numbers)
         room = _OUTLYING * (high - low)
-        whole = all(x.is_integer() for x in known)
+        whole = all(x.is_integer() for x in numbers)
         odd += not low - room <= value <= high + room or (whole and not value.is_integer())
     return 2 * odd > columns
 

@@ -21,7 +21,7 @@ from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.text_rows import Text
 from sigmatau.io.read.formats.unpacked import read_contents
-from sigmatau.io.read.table import Column, Head, Loaded, Table
+from sigmatau.io.read.table import Column, Head, Loaded, Table, select_columns
 from sigmatau.record.sampling import RateSource
 
 MARK = b"LabVIEW Measurement"
@@ -175,7 +175,7 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
         listed = ", ".join(f"{step:g}" for step in sorted(set(steps)))
         raise DataError(f"has channels of different intervals (Delta_X {listed} s); save a file for each interval")
     columns = _columns(first, names)
-    rows = _Rows(
+    rows = _SegmentRows(
         text=Text(
             source=_rows_in_place(data, segments, separator, len(names)),
             layout=Layout(
@@ -202,7 +202,7 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
         format="lvm",
         columns=columns[1:] if by_steps else columns,
         notes=tuple(notes),
-        load=rows.load_without_x if by_steps else rows.load,
+        load=select_columns(rows.text.load, range(1, len(columns))) if by_steps else rows.load,
         where=lambda row: f"line {rows.text.line(row)}",
         topic=topic,
         rate=1 / steps[0] if by_steps and steps and steps[0] > 0 else None,
@@ -238,7 +238,7 @@ def _rows_in_place(data: bytes, segments: list[_Segment], separator: bytes, colu
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Rows:
+class _SegmentRows:
     """The rows of segments, with their times."""
 
     text: Text
@@ -246,14 +246,9 @@ class _Rows:
     point: str
     without_x: bool
 
-    def load_without_x(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        """Columns of a table whose first column, X, is empty and not one of the table."""
-        loaded = self.text.load(tuple(k + 1 for k in wanted), None if exact is None else exact + 1)
-        return replace(loaded, columns={k - 1: column for k, column in loaded.columns.items()})
-
     def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         """Columns, the first of which has the times since the beginning of the first segment."""
-        loaded = self.text.load(tuple(wanted), None if self.without_x else exact)
+        loaded = self.text.load(wanted, None if self.without_x else exact)
         if 0 not in loaded.columns or len(self.segments) == 1:
             return loaded
         x = np.array(loaded.columns[0], dtype=np.float64)

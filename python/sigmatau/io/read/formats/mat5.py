@@ -41,7 +41,7 @@ class _BrokenError(Exception):
     """A variable that cannot be decoded, for the reason that is its text."""
 
 
-class Found:
+class MatContents:
     """Contents of a file, collected while it is read."""
 
     def __init__(self) -> None:
@@ -80,18 +80,18 @@ class _Bytes:
     data: NDArray[np.uint8]
     order: str
 
-    def element(self, at: int) -> tuple[int, _Bytes, int]:
+    def element(self, offset: int) -> tuple[int, _Bytes, int]:
         """Type and data of the element at an offset, and the offset of the next element."""
-        if at + 8 > len(self.data):
-            raise _BrokenError(f"{len(self.data)} of {at + 8} bytes")
-        kind, size = struct.unpack_from(f"{self.order}II", self.data.data, at)
+        if offset + 8 > len(self.data):
+            raise _BrokenError(f"{len(self.data)} of {offset + 8} bytes")
+        kind, size = struct.unpack_from(f"{self.order}II", self.data.data, offset)
         if kind >> 16:  # the tag itself contains up to four bytes of data
             kind, size = kind & 0xFFFF, kind >> 16
-            start, following = at + 4, at + 8
+            start, following = offset + 4, offset + 8
             if size > 4:
                 raise _BrokenError(f"a short element of {size} bytes")
         else:
-            start = at + 8
+            start = offset + 8
             following = start + size + (-size % 8 if kind != _COMPRESSED else 0)
         if start + size > len(self.data):
             raise _BrokenError(f"{len(self.data) - start} of {size} bytes")
@@ -116,10 +116,10 @@ class _Matrix:
     dims: tuple[int, ...]
     name: str
     body: _Bytes
-    at: int
+    offset: int
 
 
-def walk(path: Path, head: bytes, found: Found) -> None:
+def walk(path: Path, head: bytes, contents: MatContents) -> None:
     """Collect all variables of a file; a damaged variable is a finding."""
     order = "<" if head[126:128] == b"IM" else ">"
     size = path.stat().st_size
@@ -134,7 +134,7 @@ def walk(path: Path, head: bytes, found: Found) -> None:
             _MATRIX,
             _COMPRESSED,
         ):
-            found.findings.append(
+            contents.findings.append(
                 fault(place=Place("byte", position), reason=f"type {kind} where a variable should begin")
             )
             return
@@ -142,22 +142,22 @@ def walk(path: Path, head: bytes, found: Found) -> None:
             kind, element, following = file.element(position)
         except _BrokenError as error:
             what = _label(data[position:], order) or "file"
-            found.findings.append(fault(truncated=True, what=what, place=Place("byte", size), reason=str(error)))
+            contents.findings.append(fault(truncated=True, what=what, place=Place("byte", size), reason=str(error)))
             return
         if position != subsystem:
             try:
-                _variable(path, element, compressed=kind == _COMPRESSED, found=found)
+                _variable(path, element, compressed=kind == _COMPRESSED, contents=contents)
             except (_BrokenError, zlib.error, struct.error) as error:
                 what = _label(data[position : position + 8 + len(element.data)], order) or "variable"
-                found.findings.append(fault(what=what, place=Place("byte", position), reason=str(error)))
+                contents.findings.append(fault(what=what, place=Place("byte", position), reason=str(error)))
         position = following
 
 
-def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) -> None:
+def _variable(path: Path, element: _Bytes, *, compressed: bool, contents: MatContents) -> None:
     """Collect a variable; of a compressed array of numbers only the header is read."""
     if not compressed:
-        found.plain = True
-        _collect(_matrix(element), (), found, 0)
+        contents.plain = True
+        _collect(_matrix(element), (), contents, 0)
         return
     beginning = zlib.decompressobj().decompress(element.data[: 4 * _HEADER_OF_VARIABLE].tobytes(), _HEADER_OF_VARIABLE)
     if len(beginning) < 8:
@@ -178,11 +178,11 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, found: Found) ->
             except (_BrokenError, zlib.error) as error:
                 raise DataError(f"variable {head.name} is damaged: {error}; copy or record the file again") from None
 
-        found.add((head.name,), head.dims, load)
+        contents.add((head.name,), head.dims, load)
     elif head.kind == _STRUCT:
-        _collect(_matrix(_unpacked(element, size)), (), found, 0)
+        _collect(_matrix(_unpacked(element, size)), (), contents, 0)
     else:
-        _collect(head, (), found, 0)
+        _collect(head, (), contents, 0)
 
 
 def _unpacked(element: _Bytes, size: int) -> _Bytes:
@@ -199,55 +199,55 @@ def _unpacked(element: _Bytes, size: int) -> _Bytes:
 
 def _matrix(content: _Bytes) -> _Matrix:
     """Decode the header of an array; the bytes after it may be missing."""
-    kind, flags, at = content.element(0)
+    kind, flags, offset = content.element(0)
     if kind != 6 or len(flags.data) != 8:
         raise _BrokenError("no flags")
     word = int(flags.numbers(6)[0])
     if word & 0xFF == _OPAQUE:
-        _, name, at = content.element(at)
-        return _Matrix(_OPAQUE, word, (), name.text(), content, at)
-    kind, sizes, at = content.element(at)
+        _, name, offset = content.element(offset)
+        return _Matrix(_OPAQUE, word, (), name.text(), content, offset)
+    kind, sizes, offset = content.element(offset)
     if kind != 5 or not 2 <= len(sizes.data) // 4 <= 32:
         raise _BrokenError("no dimensions")
     dims = tuple(int(n) for n in sizes.numbers(5))
     if min(dims) < 0:
         raise _BrokenError(f"shape {dims}")
-    _, name, at = content.element(at)
-    return _Matrix(word & 0xFF, word, dims, name.text(), content, at)
+    _, name, offset = content.element(offset)
+    return _Matrix(word & 0xFF, word, dims, name.text(), content, offset)
 
 
 def _array(matrix: _Matrix) -> NDArray[Any]:
-    kind, data, _ = matrix.body.element(matrix.at)
+    kind, data, _ = matrix.body.element(matrix.offset)
     values = data.numbers(kind)
     if len(values) != int(np.prod(matrix.dims, dtype=object)):
         raise _BrokenError(f"{len(values)} numbers for the shape {matrix.dims}")
     return values.reshape(matrix.dims, order="F")
 
 
-def _collect(matrix: _Matrix, above: tuple[str, ...], found: Found, depth: int) -> None:
+def _collect(matrix: _Matrix, above: tuple[str, ...], contents: MatContents, depth: int) -> None:
     """Collect the arrays of numbers of a variable, or of the field of a struct whose names are `above`."""
     names = above if depth else (matrix.name,)
     label = ".".join(names)
     if matrix.kind in _NUMERIC and not matrix.flags & (_COMPLEX | _LOGICAL):
         array = _array(matrix)  # a view: nothing is read yet
-        found.add(names, matrix.dims, lambda: array)
+        contents.add(names, matrix.dims, lambda: array)
     elif matrix.kind == _STRUCT and depth < _DEEPEST:
-        _fields(matrix, names, found, depth)
+        _fields(matrix, names, contents, depth)
     elif matrix.kind == _OPAQUE:
         if depth == 0 and _class_name(matrix) in TABLES:
-            found.opaque.append(matrix.name)
+            contents.opaque.append(matrix.name)
         else:
-            found.skipped.append(f"{label} ({_class_name(matrix) or 'an object'})")
+            contents.skipped.append(f"{label} ({_class_name(matrix) or 'an object'})")
     elif matrix.kind != _CHAR:
-        found.skipped.append(label)
+        contents.skipped.append(label)
 
 
-def _fields(matrix: _Matrix, names: tuple[str, ...], found: Found, depth: int) -> None:
-    content, at = matrix.body, matrix.at
-    kind, width, at = content.element(at)
+def _fields(matrix: _Matrix, names: tuple[str, ...], contents: MatContents, depth: int) -> None:
+    content, offset = matrix.body, matrix.offset
+    kind, width, offset = content.element(offset)
     if kind != 5 or len(width.data) != 4 or (length := int(width.numbers(5)[0])) <= 0:
         raise _BrokenError("a struct without the length of its names")
-    _, joined, at = content.element(at)
+    _, joined, offset = content.element(offset)
     if len(joined.data) % length:
         raise _BrokenError("a struct with names of another length")
     fields = [
@@ -258,22 +258,22 @@ def _fields(matrix: _Matrix, names: tuple[str, ...], found: Found, depth: int) -
     if not fields or not count:
         return
     if count > _MOST_STRUCTS:
-        found.skipped.append(f"{'.'.join(names)} ({count} structs)")
+        contents.skipped.append(f"{'.'.join(names)} ({count} structs)")
         return
     for number in range(count):
         group = names if count == 1 else (*names[:-1], f"{names[-1]}({number + 1})")
         for field in fields:
-            kind, inner, at = content.element(at)
+            kind, inner, offset = content.element(offset)
             if kind != _MATRIX:
                 raise _BrokenError(f"no array for {'.'.join((*group, field))}")
             if len(inner.data):
-                _collect(_matrix(inner), (*group, field), found, depth + 1)
+                _collect(_matrix(inner), (*group, field), contents, depth + 1)
 
 
 def _class_name(matrix: _Matrix) -> str:
     """The class of an object: the second text after its name."""
-    _, _, at = matrix.body.element(matrix.at)
-    _, name, _ = matrix.body.element(at)
+    _, _, offset = matrix.body.element(matrix.offset)
+    _, name, _ = matrix.body.element(offset)
     return name.text()
 
 

@@ -16,18 +16,18 @@ from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.damage import behind, fault, library_faults
 from sigmatau.io.read.table import Head, Table, need
 
-_HDF5_AT = 512
+_HDF5_OFFSET = 512
 
 _CLASSES_73 = frozenset(["double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))])
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """The tables of a file: variables of equal length form one table; each struct, table and timetable is one."""
-    contents = mat5.Found()
-    if head.data[_HDF5_AT : _HDF5_AT + 8] == b"\x89HDF\r\n\x1a\n":
+    contents = mat5.MatContents()
+    if head.data[_HDF5_OFFSET : _HDF5_OFFSET + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
         _walk_73(path, contents)
-        contents.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_AT), "the HDF5 file"))
+        contents.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_OFFSET), "the HDF5 file"))
     else:
         version = "5"
         contents.version_5 = True
@@ -55,63 +55,63 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 # ---- version 7.3 ----
 
 
-def _walk_73(path: Path, found: mat5.Found) -> None:
+def _walk_73(path: Path, contents: mat5.MatContents) -> None:
     with hdf5.open_file(path) as file, library_faults(hdf5.damaged):
         for name, item in file.items():
             kind = hdf5.word(item, "MATLAB_class")
             if kind in mat5.TABLES and "MATLAB_object_decode" in item.attrs:
-                found.opaque.append(name)
+                contents.opaque.append(name)
         for names, dataset in hdf5.walk(file):
-            if names[0].startswith("#") or names[0] in found.opaque:
+            if names[0].startswith("#") or names[0] in contents.opaque:
                 continue
             kind = hdf5.word(dataset, "MATLAB_class")
             if dataset.shape is None or "MATLAB_empty" in dataset.attrs or kind == "char":
                 continue
             if dataset.dtype.kind not in "iuf" or kind not in (None, *_CLASSES_73):
-                found.skipped.append(".".join(names))
+                contents.skipped.append(".".join(names))
                 continue
             # HDF5 stores the transpose.
             dims = tuple(int(n) for n in reversed(dataset.shape))
-            found.add(names, dims, hdf5.loader(path, names, transposed=True))
+            contents.add(names, dims, hdf5.loader(path, names, transposed=True))
 
 
 # ---- tables and timetables, of both versions ----
 
 
-def _tables(path: Path, found: mat5.Found) -> None:
+def _tables(path: Path, contents: mat5.MatContents) -> None:
     matio = need("matio", "matlab", "a MATLAB file with a table")
-    if not found.version_5:
+    if not contents.version_5:
         hdf5.check_heaps(path)
     import warnings
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about time zones and formats of display
-            held = matio.load_from_mat(str(path), variable_names=list(found.opaque), add_table_attrs=True)
+            held = matio.load_from_mat(str(path), variable_names=list(contents.opaque), add_table_attrs=True)
     except MemoryError:
         raise
     except Exception as error:
         reason = str(error).split("\n")[0] or type(error).__name__
-        found.findings.append(fault(what=f"variable {', '.join(found.opaque)}", reason=reason))
+        contents.findings.append(fault(what=f"variable {', '.join(contents.opaque)}", reason=reason))
         return
-    for name in found.opaque:
+    for name in contents.opaque:
         value = held.get(name)
         if hasattr(value, "columns") and hasattr(value, "attrs"):
-            found.leaves.extend(_of_frame(name, value, found))
+            contents.leaves.extend(_frame_leaves(name, value, contents))
         elif isinstance(value, np.ndarray) and value.dtype.kind in "mM" and value.size == max(value.shape):
-            found.leaves.append(_leaf((), name, _nanoseconds(value.reshape(-1)), "ns"))
+            contents.leaves.append(_leaf((), name, _nanoseconds(value.reshape(-1)), "ns"))
         else:
-            found.skipped.append(name)
+            contents.skipped.append(name)
 
 
-def _of_frame(name: str, frame: Any, found: mat5.Found) -> Iterator[Leaf]:  # noqa: ANN401  pandas has no types here
+def _frame_leaves(name: str, frame: Any, contents: mat5.MatContents) -> Iterator[Leaf]:  # noqa: ANN401  pandas has no types here
     times = frame.index.to_numpy()
     if times.dtype.kind in "mM":
         yield _leaf((name,), str(frame.index.name or "Time"), _nanoseconds(times), "ns")
     variables = _variables([str(column) for column in frame.columns])
     units = [str(unit) for unit in frame.attrs.get("VariableUnits") or frame.attrs.get("varUnits") or ()]
     if units and len(units) != len(set(variables.values())):
-        found.notes.append(f"{name}: {len(units)} units for {len(frame.columns)} columns, so they are not used")
+        contents.notes.append(f"{name}: {len(units)} units for {len(frame.columns)} columns, so they are not used")
         units = []
     stems = list(dict.fromkeys(variables.values()))
     for k, (column, stem) in enumerate(variables.items()):
@@ -125,7 +125,7 @@ def _of_frame(name: str, frame: Any, found: mat5.Found) -> Iterator[Leaf]:  # no
         elif values.dtype.kind in "iuf":
             yield _leaf((name,), label, values, unit or None)
         else:
-            found.skipped.append(f"{name}.{column}")
+            contents.skipped.append(f"{name}.{column}")
 
 
 def _variables(columns: list[str]) -> dict[str, str]:

@@ -52,7 +52,7 @@ _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
 
 
 @dataclass(slots=True)
-class _Found:
+class _Scan:
     """Rows by name of the log, and bytes that are not part of a whole message."""
 
     rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
@@ -63,11 +63,11 @@ class _Found:
 
 def sniff(head: bytes, path: Path) -> bool:
     """Whether the file begins with a RAWIMU log, or with other NovAtel logs and has a RAWIMU further on."""
-    others = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
-    if _BEGUN.search(head) is None and _SYNC.search(head) is None and not others:
+    has_other_logs = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
+    if _BEGUN.search(head) is None and _SYNC.search(head) is None and not has_other_logs:
         return False
     scan = _scan(head)
-    if scan.rows or not (others or scan.whole):
+    if scan.rows or not (has_other_logs or scan.whole):
         return bool(scan.rows)
     data = file_bytes(path).data
     return scan.whole > 0 or _BEGUN.search(data) is not None or _SYNC.search(data) is not None
@@ -86,26 +86,26 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     return tuple(_table(name, np.array(rows, dtype=_DTYPE), findings) for name, rows in scan.rows.items())
 
 
-def _scan(data: bytes) -> _Found:
-    found = _Found()
+def _scan(data: bytes) -> _Scan:
+    scan = _Scan()
     if _SYNC.search(data):
-        for name, body in _messages(data, found):
-            _take_binary(name, body, found)
+        for name, body in _messages(data, scan):
+            _take_binary(name, body, scan)
     good = 0
     for match in _ASCII.finditer(data):
         start = match.start() + 1
-        if _crc(data[start : match.end() - 9]) == int(match[3], 16) and _take_ascii(match[1].decode(), match[2], found):
+        if _crc(data[start : match.end() - 9]) == int(match[3], 16) and _take_ascii(match[1].decode(), match[2], scan):
             good += 1
-            found.whole += 1
-            found.end = max(found.end, match.end())
+            scan.whole += 1
+            scan.end = max(scan.end, match.end())
         else:
-            found.broken.append(match.start())
+            scan.broken.append(match.start())
     begun = [match.start() for match in _BEGUN.finditer(data)]
     if good < len(begun):
         whole = {match.start() for match in _ASCII.finditer(data)}
-        found.broken.extend(start for start in begun if start not in whole)
-    found.broken.sort()
-    return found
+        scan.broken.extend(start for start in begun if start not in whole)
+    scan.broken.sort()
+    return scan
 
 
 def _crc(data: bytes) -> int:
@@ -113,7 +113,7 @@ def _crc(data: bytes) -> int:
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
-def _messages(data: bytes, found: _Found) -> Iterator[tuple[str, bytes]]:
+def _messages(data: bytes, scan: _Scan) -> Iterator[tuple[str, bytes]]:
     position, size = 0, len(data)
     while (position := data.find(b"\xaaD", position)) >= 0 and position + 12 <= size:
         kind = data[position + 2]
@@ -130,16 +130,16 @@ def _messages(data: bytes, found: _Found) -> Iterator[tuple[str, bytes]]:
             name = _IDS.get(int.from_bytes(message[4:6], "little"))
             if name is not None:
                 yield name, message[header:]
-            found.whole += 1
+            scan.whole += 1
             position = end + 4
-            found.end = position
+            scan.end = position
         else:
             if int.from_bytes(data[position + 4 : position + 6], "little") in _IDS:
-                found.broken.append(position)
+                scan.broken.append(position)
             position += 2
 
 
-def _take_binary(name: str, body: bytes, found: _Found) -> None:
+def _take_binary(name: str, body: bytes, scan: _Scan) -> None:
     if len(body) < 40:
         return
     if name.endswith("X"):
@@ -147,10 +147,10 @@ def _take_binary(name: str, body: bytes, found: _Found) -> None:
     else:
         kind, (week, seconds, _, *counts) = 0, struct.unpack_from("<IdI6i", body)
     if 0 <= seconds < 604_801 and week < 10_000:
-        found.rows.setdefault(name, []).append((_stamp(week, seconds), kind, tuple(counts)))
+        scan.rows.setdefault(name, []).append((_stamp(week, seconds), kind, tuple(counts)))
 
 
-def _take_ascii(name: str, body: bytes, found: _Found) -> bool:
+def _take_ascii(name: str, body: bytes, scan: _Scan) -> bool:
     fields = body.split(b",")
     kind = 0
     try:
@@ -161,7 +161,7 @@ def _take_ascii(name: str, body: bytes, found: _Found) -> bool:
         return False
     if len(counts) != 6 or not (0 <= seconds < 604_801 and 0 <= week < 10_000) or max(map(abs, counts)) >= 1 << 31:
         return False
-    found.rows.setdefault(name, []).append((_stamp(week, seconds), kind, counts))
+    scan.rows.setdefault(name, []).append((_stamp(week, seconds), kind, counts))
     return True
 
 
@@ -210,14 +210,14 @@ def _table(name: str, rows: NDArray[Any], findings: tuple[Finding, ...]) -> Tabl
     )
 
 
-def _findings(found: _Found, rest: bytes) -> tuple[Finding, ...]:
+def _findings(scan: _Scan, rest: bytes) -> tuple[Finding, ...]:
     findings = []
-    rows = sum(map(len, found.rows.values()))
-    inner = [at for at in found.broken if at < found.end]
+    rows = sum(map(len, scan.rows.values()))
+    inner = [start for start in scan.broken if start < scan.end]
     if inner:
         details = SkippedMessages(count=len(inner), place=Place("byte", inner[0]), kept=rows)
         findings.append(Finding(details=details, severity="error"))
     if rest.strip(b"\r\n\0 "):
-        place = Place("byte", found.end)
+        place = Place("byte", scan.end)
         findings.append(fault(truncated=True, place=place, inside="message", kept=rows, counted="messages"))
     return tuple(findings)

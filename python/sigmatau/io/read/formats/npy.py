@@ -57,7 +57,7 @@ class _Array:
     start: int  # of its first number [bytes]
 
     @classmethod
-    def of(cls, path: Path, stream: IO[bytes]) -> _Array:
+    def read_header(cls, path: Path, stream: IO[bytes]) -> _Array:
         shape, order, dtype = _header(stream)
         return cls(path=path, shape=shape, order=order, dtype=dtype, start=stream.tell())
 
@@ -100,11 +100,11 @@ def _npy(path: Path) -> Table:
         for _, part in parts("", array.shape[1:]):
             names.append("")
             places.append((None, part))
-    of_file = [one.columns() for one in arrays]
-    loaders = [lambda place=place: _joined([column(*place) for column in of_file]) for place in places]
+    column_loaders = [each.columns() for each in arrays]
+    loaders = [lambda place=place: _joined([column(*place) for column in column_loaders]) for place in places]
     note = f"array of {array.dtype.base.name if not array.dtype.names else 'records'}, shape {array.shape}"
     if len(arrays) > 1:
-        rows = sum(one.shape[0] for one in arrays)
+        rows = sum(each.shape[0] for each in arrays)
         note = f"{len(arrays)} arrays, one after the other, {rows} rows in all; the first an {note}"
     return _table("npy", [Column(name=name) for name in names], loaders, (note,), findings)
 
@@ -116,16 +116,16 @@ def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
     size = path.stat().st_size
     with path.open("rb") as stream:
         with library_faults(_damaged):
-            first = _Array.of(path, stream)
+            first = _Array.read_header(path, stream)
         if first.dtype.hasobject:
             return [first], ()
         if first.end > size:
-            return _rows_left(first, size)
+            return _keep_whole_rows(first, size)
         arrays = [first]
         with contextlib.suppress(ValueError):  # raised by NumPy if no header follows
             while arrays[-1].end < size:
                 stream.seek(arrays[-1].end)
-                array = _Array.of(path, stream)
+                array = _Array.read_header(path, stream)
                 alike = array.dtype == first.dtype and array.shape and array.shape[1:] == first.shape[1:]
                 if not alike or array.end > size or array.end == arrays[-1].end:
                     break
@@ -134,7 +134,7 @@ def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
     return arrays, behind(path, arrays[-1].end, what)
 
 
-def _rows_left(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, ...]]:
+def _keep_whole_rows(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, ...]]:
     """The whole rows of an array that is truncated; raises `DataError` if there are none, or it is stored by columns."""
     rows = (size - array.start) // max(array.row, 1)
     if not array.shape or (array.order == "F" and len(array.shape) > 1) or not MIN_SAMPLES <= rows < array.shape[0]:

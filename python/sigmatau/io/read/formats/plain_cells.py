@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats.text_lines import COMMENTS
-from sigmatau.io.read.names import stated_unit, unit_of
+from sigmatau.io.read.names import split_unit, stated_unit
 from sigmatau.io.read.table import Column, Table
 
 _LINES = 60  # lines at the end of which rows show how they are written
@@ -70,8 +70,8 @@ class Decoration:
 def _with_unit(column: Column, unit: str | None) -> Column:
     if unit is None:
         return column
-    stated = unit_of(column)[1]
-    if stated is not None and stated != unit_of(Column(name="x", unit=unit))[1]:
+    stated = split_unit(column)[1]
+    if stated is not None and stated != split_unit(Column(name="x", unit=unit))[1]:
         raise DataError(f"column {column.name!r} has cells in {unit!r}; correct its name")
     return column if stated_unit(column) else replace(column, unit=unit)
 
@@ -109,5 +109,5 @@ def _units_of_cells(rows: Sequence[Sequence[str]]) -> tuple[str | None, ...]:
         matches = [_CELL.fullmatch(cell) for cell in cells]
         spelled = {match["unit"] for match in matches if match}
         unit = spelled.pop() if all(matches) and len(spelled) == 1 else None
-        units.append(unit if unit and unit_of(Column(name="x", unit=unit))[1] is not None else None)
+        units.append(unit if unit and split_unit(Column(name="x", unit=unit))[1] is not None else None)
     return tuple(units) if any(units) else ()

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from sigmatau.io.read.table import Column, Loaded
-
-Load = Callable[[Sequence[int], int | None], Loaded]
+from sigmatau.io.read.table import Column, Load, Loaded
 
 # Fields in the order of the message definition, sensor_msgs/msg/Imu of ROS 2, each matrix of covariances row by row.
 _VECTORS = (

@@ -24,7 +24,7 @@ from sigmatau.io.ros_messages import IMU_ROS2
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
 _BATCH = 1 << 14  # messages that are decoded together
-_KNOWN = {"sensor_msgs/msg/Imu": IMU_ROS2}
+_DEFINITIONS = {"sensor_msgs/msg/Imu": IMU_ROS2}
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -43,7 +43,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     tables = []
     for topic in topics:
         rows = declared.get(topic.name)
-        definition = definitions.get(topic.type_name) or _KNOWN.get(topic.type_name)
+        definition = definitions.get(topic.type_name) or _DEFINITIONS.get(topic.type_name)
         if topic.encoding != "cdr" or definition is None:
             why = f"no definition of {topic.type_name} in the bag: convert it by `ros2 bag convert` to MCAP"
             why = why if topic.encoding == "cdr" else f"messages in {topic.encoding}"
@@ -51,8 +51,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             continue
         load = _Reader(path=path, topic=topic, declared=rows, compressed=topic.id in compressed).load
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, definition, load, rows))
-    found = _behind(path)
-    return tuple(replace(table, findings=found) for table in roslog.some_readable(tables))
+    findings = _behind(path)
+    return tuple(replace(table, findings=findings) for table in roslog.some_readable(tables))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,8 +65,8 @@ class _Topic:
 
 def _open(path: Path) -> sqlite3.Connection:
     """The database, opened for reading; no file is written beside it unless a journal exists."""
-    beside = any(path.with_name(path.name + end).exists() for end in ("-wal", "-journal"))
-    mode = "mode=ro" if beside else "mode=ro&immutable=1"
+    has_journal = any(path.with_name(path.name + end).exists() for end in ("-wal", "-journal"))
+    mode = "mode=ro" if has_journal else "mode=ro&immutable=1"
     base = sqlite3.connect(f"file:{quote(str(path.resolve()))}?{mode}", uri=True)
     # Otherwise SQLite refuses a file that is shorter than it declares.
     base.execute("PRAGMA writable_schema=ON")
@@ -131,7 +131,7 @@ def _are(number: object, *words: object) -> bool:
 
 def _declared(path: Path) -> dict[str, int]:
     """Number of messages by topic, as metadata.yaml declares it if this file is its only one."""
-    if split.files_of(path.parent) != (path,):
+    if split.bag_files(path.parent) != (path,):
         return {}
     text = (path.parent / split.METADATA).read_text(encoding="utf-8")
     declared = {}

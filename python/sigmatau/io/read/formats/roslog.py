@@ -41,7 +41,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         groups.setdefault(key, []).append(channel)
     tables = []
     for (topic, type_name, encoding, written, definition), channels in groups.items():
-        several = sum(other[0] == topic for other in groups) > 1
+        several = sum(each[0] == topic for each in groups) > 1
         name = f"{topic} ({type_name})" if several else topic
         rows = sum(channel.messages for channel in channels)
         if (encoding, written) not in _IS_ROS1:
@@ -102,7 +102,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
     )
 
 
-def findings_of(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
+def end_findings(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
     """Findings of how a file ends, and of messages that are missing."""
     if end.kind in ("filler", "behind"):
         return behind(path, end.offset, "the log")
@@ -140,12 +140,12 @@ def _load(
 ) -> Loaded:
     """The columns of a topic."""
     largest = largest_expansion(path.stat().st_size)
-    found, end = logs.log_messages(
+    decoded, end = logs.log_messages(
         str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, most=largest
     )
     _within(path, end)
-    if not found.rows and end.kind:
+    if not decoded.rows and end.kind:
         raise DataError(
             f"{end.what} (byte {end.offset}): no message of {topic} could be read; copy or record the file again"
         )
-    return Loaded(columns=dict(found.columns), findings=findings_of(path, end, topic, found.rows, declared))
+    return Loaded(columns=dict(decoded.columns), findings=end_findings(path, end, topic, decoded.rows, declared))

@@ -249,13 +249,13 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
     usual = {width.most_common(1)[0][0] for width in widths.values()}
     if len(usual) > 1:
         return words or cycles_with_rows([row[column] for row in rows if len(row) > column and row[column] in labels])
-    of_kinds = [row for row in rows if len(row) in usual and row[column] in labels]
+    usual_rows = [row for row in rows if len(row) in usual and row[column] in labels]
 
     def values() -> NDArray[np.float64]:
-        return np.array([[_value(f) for f in row] for row in of_kinds])
+        return np.array([[_value(f) for f in row] for row in usual_rows])
 
     name = names[column] if len(names) in usual else ""
-    return tells_kinds(name, labels, [row[column] for row in of_kinds], values, words=words)
+    return tells_kinds(name, labels, [row[column] for row in usual_rows], values, words=words)
 
 
 def _value(text: str) -> float:

@@ -27,7 +27,7 @@ def zarr_head(folder: Path) -> Path | None:
     return next((folder / mark for mark in _ZARR if (folder / mark).is_file()), None)
 
 
-def files_of(folder: Path) -> tuple[Path, ...]:
+def bag_files(folder: Path) -> tuple[Path, ...]:
     """The files of a bag in the order in which they were recorded, or the file that describes a Zarr store; none if the
     folder is not one log.
     """
@@ -45,9 +45,9 @@ def files_of(folder: Path) -> tuple[Path, ...]:
     return tuple(folder / Path(name).name for name in names if Path(name).name)
 
 
-def part_of(file: Path) -> tuple[Finding, ...]:
+def missing_parts(file: Path) -> tuple[Finding, ...]:
     """A finding if the metadata beside a file name it as one of several parts."""
-    names = [part.name for part in files_of(file.parent)]
+    names = [part.name for part in bag_files(file.parent)]
     if len(names) < 2 or file.name not in names:
         return ()
     details = PartMissing(number=names.index(file.name) + 1, of=len(names), alone=True)
@@ -121,12 +121,12 @@ def _table(held: Sequence[tuple[PartMissing, Table]], lost: tuple[Finding, ...],
         return f"row {row}"
 
     counts = [table.rows for _, table in held]
-    own = [finding for missing, table in held for finding in _in_part(missing.part, table.findings)]
+    part_findings = [finding for missing, table in held for finding in _in_part(missing.part, table.findings)]
     return replace(
         first,
         notes=(f"bag of {parts} parts, joined in the order of {METADATA}", *first.notes),
         load=load,
         where=where,
         rows=sum(n for n in counts if n is not None) if None not in counts else None,
-        findings=(*lost, *own),
+        findings=(*lost, *part_findings),
     )

@@ -31,7 +31,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     need("nptdms", "tdms", "a LabVIEW TDMS file")
     end, findings = _segments(path)
     leaves: list[Leaf] = []
-    others: list[str] = []
+    skipped: list[str] = []
     with _opened(path, end) as file:
         cut: dict[str, int] = {}
         if findings and file.file_status.channel_statuses:
@@ -45,7 +45,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                         f"channel {channel.path} declares {len(channel)} values in {end} bytes; it is damaged"
                     )
                 if channel.dtype.kind not in "iufM":
-                    others.append(f"{group.name}/{channel.name}")
+                    skipped.append(f"{group.name}/{channel.name}")
                     continue
                 # Where the file is truncated some channels are shorter: all are cut to the same length.
                 whole = len(channel) + cut.get(channel.path, 0)
@@ -64,8 +64,8 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
                     )
                 )
     notes = ["TDMS, without checksums: damaged numbers are not detected"]
-    if others:
-        notes.append(f"channels of other types: {', '.join(others[:12])}")
+    if skipped:
+        notes.append(f"channels of other types: {', '.join(skipped[:12])}")
     if not leaves:
         lost = "".join(f"; {sentence(finding)}" for finding in findings)
         raise DataError(f"has no channel of numbers{lost}")
@@ -107,7 +107,7 @@ def _segments(path: Path) -> tuple[int, tuple[Finding, ...]]:
     return size, ()
 
 
-class _Part(io.RawIOBase):
+class _FilePart(io.RawIOBase):
     """A file up to a byte: npTDMS refuses a whole file if one segment is damaged."""
 
     def __init__(self, stream: io.BufferedReader, end: int) -> None:
@@ -140,7 +140,7 @@ def _opened(path: Path, end: int) -> Iterator[Any]:
     """The file by npTDMS, without its name, so that npTDMS does not use an outdated index file."""
     import nptdms
 
-    with _quiet(), path.open("rb") as stream, nptdms.TdmsFile.open(_Part(stream, end)) as file:
+    with _quiet(), path.open("rb") as stream, nptdms.TdmsFile.open(_FilePart(stream, end)) as file:
         yield file
 
 

@@ -6,7 +6,7 @@ nearest double.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from sigmatau.io.read.formats.text_rows import Text, refuse_too_large
 from sigmatau.io.read.formats.truncation import last_line
 from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.instances import is_single_sensor_stated
-from sigmatau.io.read.table import HEAD, Head, Loaded, RowKind, Table
+from sigmatau.io.read.table import HEAD, Head, Load, Loaded, RowKind, Table
 from sigmatau.io.read.time.dates import date_columns
 from sigmatau.record.sampling import STATED
 
@@ -166,10 +166,10 @@ def _make_table(
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         if isinstance(source, Path) and not head.gzip:
             refuse_too_large(source, head, len(wanted) + (exact is not None))
-        return text.load(tuple(wanted), exact)
+        return text.load(wanted, exact)
 
     columns, named = name_sensor_logger(dated, name)
-    loaded: Callable[[Sequence[int], int | None], Loaded] = load
+    loaded: Load = load
     if layout.counts_per_second is not None:
         columns, loaded, counted = time_mt_manager(columns, load, layout.counts_per_second)
         named = (*named, counted)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from sigmatau.io.read.formats.text_lines import DELIMITERS, Line, bare, bare_fields, is_number
-from sigmatau.io.read.names import recognise, unit_of
+from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.table import Column
 
 _UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
@@ -41,7 +41,7 @@ def find_names(
         return fitting[-1][1], units, fitting[-1][0].number, notes
     # A comment, or a row of unknown units, may have as many words as the table has columns.
     line, fields = next((c for c in reversed(fitting) if names_something(c[1])), (line, fields))
-    in_header = any(unit_of(Column(name=f))[1] for f in fields)
+    in_header = any(split_unit(Column(name=f))[1] for f in fields)
     return fields, nothing, line.number, ["units in the header"] if in_header else []
 
 
@@ -74,8 +74,8 @@ def names_in(line: Line, delimiter: str | None, columns: int) -> list[str]:
 def _is_axis_row(fields: list[str]) -> bool:
     """Whether a line has the axes of the columns that the line above it names."""
     axes = [f.lower() for f in fields if f.lower() in ("x", "y", "z")]
-    others = [f for f in fields if f and f.lower() not in ("x", "y", "z")]
-    return len(axes) >= 3 and len(others) <= 1
+    rest = [f for f in fields if f and f.lower() not in ("x", "y", "z")]
+    return len(axes) >= 3 and len(rest) <= 1
 
 
 def _with_axes(stems: list[str], axes: list[str]) -> list[str]:
@@ -89,5 +89,5 @@ def _with_axes(stems: list[str], axes: list[str]) -> list[str]:
 
 def _is_unit_row(fields: list[str]) -> bool:
     named = [f.strip("[](){} ") for f in fields if f.strip("[](){} -")]
-    units = sum(unit_of(Column(name="x", unit=f))[1] is not None for f in named)
+    units = sum(split_unit(Column(name="x", unit=f))[1] is not None for f in named)
     return units > 0 and 2 * units >= len(named)

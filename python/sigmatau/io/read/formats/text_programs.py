@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from sigmatau.io.read.formats.preamble import SAMPLE_TIME, unwrapped
-from sigmatau.io.read.table import Column, Loaded
+from sigmatau.io.read.table import Column, Load, Loaded
 
 _SENSOR_LOGGER = {
     "gyroscope": "gyroscope",
@@ -29,9 +29,7 @@ def name_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Co
     return full, (f"x, y, z of the {sensor} by the name of the file, {name}",)
 
 
-def time_mt_manager(
-    columns: tuple[Column, ...], load: Callable[[Sequence[int], int | None], Loaded], per_second: int
-) -> tuple[tuple[Column, ...], Callable[[Sequence[int], int | None], Loaded], str]:
+def time_mt_manager(columns: tuple[Column, ...], load: Load, per_second: int) -> tuple[tuple[Column, ...], Load, str]:
     """The columns and their loading with the counter SampleTimeFine as nanoseconds."""
     fine = next(k for k, column in enumerate(columns) if column.name.lower() == SAMPLE_TIME)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,25 @@ _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch
 _TAIL = 1 << 10  # [bytes]
 
 
+def read_rows(
+    source: str | bytes,
+    layout: Layout,
+    wanted: Sequence[int],
+    **options: Any,  # noqa: ANN401  of `formats.read_text`
+) -> formats.TextColumns:
+    """Columns of a text of this layout, without its first lines that are not rows; raises `formats.TextReadError`."""
+    return formats.read_text(
+        source,
+        delimiter=layout.delimiter,
+        comment=COMMENTS,
+        columns=len(layout.columns),
+        wanted=tuple(wanted),
+        decimal_comma=layout.decimal_comma,
+        arrow=layout.arrow,
+        **options,
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
     """A text whose layout is known, and the reading of its columns."""
@@ -40,7 +59,7 @@ class Text:
     dates: Mapping[int, DateColumn]  # columns of dates and times of day
     kind: RowKind | None = None  # the kind of the rows that are read
 
-    def load(self, wanted: tuple[int, ...], exact: int | None) -> Loaded:
+    def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
         findings: tuple[Finding, ...] = ()
         until: int | None = None
         order = self._order(exact)
@@ -157,21 +176,17 @@ class Text:
         return None
 
     def _read(
-        self, wanted: tuple[int, ...], exact: int | None, lines: int | None, order: DayOrder | None
+        self, wanted: Sequence[int], exact: int | None, lines: int | None, order: DayOrder | None
     ) -> formats.TextColumns:
-        return formats.read_text(
+        return read_rows(
             self.source if isinstance(self.source, bytes) else str(self.source),
-            delimiter=self.layout.delimiter,
-            comment=COMMENTS,
-            skip_lines=self.layout.skip_lines,
-            columns=len(self.layout.columns),
-            wanted=wanted,
+            self.layout,
+            wanted,
             exact=exact,
+            skip_lines=self.layout.skip_lines,
             encoding=self.encoding,
-            decimal_comma=self.layout.decimal_comma,
             lines=lines,
             dates=order,
-            arrow=self.layout.arrow,
             most=self._largest_size(),
             tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
         )
@@ -201,7 +216,7 @@ class Text:
         if error.kind == "truncated":
             return error.line, Damaged(truncated=True, what="gzip stream", place=Place("line", error.line + 1))
         if error.kind in ("ragged", "not_a_number", "too_long"):
-            line = truncation.line_at(self.source, error.line, self.encoding)
+            line = truncation.find_line(self.source, error.line, self.encoding)
             columns = len(self.layout.columns)
             end = columns - 1 - self.layout.arrow
             short = error.got < error.expected if error.kind == "ragged" else error.column == end
@@ -219,7 +234,7 @@ class Text:
         blank = b" \r\n" if self.layout.delimiter == "\t" else b" \t\r\n"
         comments = tuple(c.encode() for c in COMMENTS)
         rows = -1
-        for number, line in enumerate(truncation.lines_of(self.source, self.encoding), 1):
+        for number, line in enumerate(truncation.iterate_lines(self.source, self.encoding), 1):
             text = line.strip(blank)
             if self.layout.arrow and b"->" in text:
                 text = text.partition(b"->")[2].strip(blank)

@@ -151,11 +151,11 @@ def _without_station(data: bytes) -> bytes:
 def _flatten(data: bytes) -> bytes:
     """Vectors within braces or brackets as a name with three numbers, and a stamp as seconds."""
 
-    def of_stamp(match: re.Match[bytes]) -> bytes:
+    def write_stamp(match: re.Match[bytes]) -> bytes:
         parts = dict(_PART.findall(match["parts"]))
         return b"stamp_s: %d.%09d" % (int(parts.get(b"sec", 0)), int(parts.get(b"nsec", 0))) + _blank(match[0])
 
-    def of_vector(match: re.Match[bytes]) -> bytes:
+    def write_vector(match: re.Match[bytes]) -> bytes:
         axes = dict(_PART.findall(match["axes"]))
         unit = _UNITS_OF_GAZEBO.get(match["name"], b"") if match["open"] == b"{" else b""
         return (
@@ -166,17 +166,17 @@ def _flatten(data: bytes) -> bytes:
             + _blank(match[0])
         )
 
-    return _BRACE.sub(b"", _VECTOR.sub(of_vector, _STAMP.sub(of_stamp, data)))
+    return _BRACE.sub(b"", _VECTOR.sub(write_vector, _STAMP.sub(write_stamp, data)))
 
 
 def _as_json(data: bytes) -> bytes:
     """Messages of MAVLink as JSON."""
 
-    def of_message(match: re.Match[bytes]) -> bytes:
+    def write_message(match: re.Match[bytes]) -> bytes:
         fields = _KEY.sub(rb', "\1": ', match["fields"]).removeprefix(b", ")
         return b'{"message": "' + match["kind"] + b'", ' + re.sub(rb"\bnan\b", b"NaN", fields) + b"}"
 
-    return _MESSAGE.sub(of_message, data)
+    return _MESSAGE.sub(write_message, data)
 
 
 _TRANSLATIONS = (

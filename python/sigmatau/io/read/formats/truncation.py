@@ -24,7 +24,7 @@ _MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at le
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
+class FileLine:
     """A line of a text: its first MiB, whether it has a line end, and whether only blanks follow."""
 
     text: bytes
@@ -32,10 +32,10 @@ class Line:
     last: bool
 
 
-def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
+def iterate_lines(source: Path | bytes, encoding: str) -> Iterator[bytes]:
     """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most some MiB."""
     rest = b""
-    for block in _blocks_of(source, encoding):
+    for block in _iterate_blocks(source, encoding):
         *lines, rest = (rest + block).split(b"\n")
         yield from (line + b"\n" for line in lines)
         if len(rest) > _CHUNK:
@@ -45,7 +45,7 @@ def lines_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
         yield rest
 
 
-def _blocks_of(source: Path | bytes, encoding: str) -> Iterator[bytes]:
+def _iterate_blocks(source: Path | bytes, encoding: str) -> Iterator[bytes]:
     """The same text in blocks that end anywhere, in UTF-8. Damaged compressed data end without an error, which was
     raised before.
     """
@@ -80,7 +80,7 @@ def last_line(source: Path | bytes, encoding: str) -> str | None:
 def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -> bytes:
     """The text below `skip` lines, in UTF-8: its first `size` bytes, and one byte more if it goes on."""
     text, lines = b"", skip
-    for block in _blocks_of(source, encoding):
+    for block in _iterate_blocks(source, encoding):
         rest = block
         if lines:
             ends = rest.count(b"\n")
@@ -95,12 +95,12 @@ def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -
     return text[: size + 1]
 
 
-def line_at(source: Path | bytes, number: int, encoding: str) -> Line:
+def find_line(source: Path | bytes, number: int, encoding: str) -> FileLine:
     """A line, counted from 1; raises `DataError` if there is none."""
     line, end, rest = beginning_below(source, number - 1, encoding, _CHUNK).partition(b"\n")
     if not line + end:
         raise DataError("changed while it was read")
-    return Line(text=line + end, ended=bool(end), last=not rest.strip())
+    return FileLine(text=line + end, ended=bool(end), last=not rest.strip())
 
 
 def damaged(line: bytes, encoding: str) -> bool:

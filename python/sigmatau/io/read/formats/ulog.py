@@ -51,7 +51,7 @@ _INCREMENTS = {"vehicle_imu", "sensor_preflight_imu"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Field:
+class _ULogField:
     name: str
     kind: str
     offset: int
@@ -116,7 +116,7 @@ class _Source:
     size: int
     label: str
 
-    def arrays(self, fields: Sequence[_Field], lengths: Sequence[int] | None = None) -> list[NDArray[Any]]:
+    def arrays(self, fields: Sequence[_ULogField], lengths: Sequence[int] | None = None) -> list[NDArray[Any]]:
         """One array for each field, of shape (n, length) if a length is given that is not 1."""
         lengths = lengths or [1] * len(fields)
         spans = [(f.offset, np.dtype(f.kind).itemsize * n) for f, n in zip(fields, lengths, strict=True)]
@@ -132,7 +132,7 @@ class _Source:
         return f"message {row + 1} of {self.label}"
 
 
-def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[Finding, ...]) -> Iterator[Table]:
+def _plain(source: _Source, name: str, fields: Sequence[_ULogField], findings: tuple[Finding, ...]) -> Iterator[Table]:
     shown = [f for f in fields if f.kind != "S1"]
     columns = tuple(Column(name=_named(name, f.name)) for f in shown)
 
@@ -153,7 +153,7 @@ def _plain(source: _Source, name: str, fields: Sequence[_Field], findings: tuple
         )
 
 
-def _fifo(source: _Source, name: str, fields: Sequence[_Field], findings: tuple[Finding, ...]) -> Iterator[Table]:
+def _fifo(source: _Source, name: str, fields: Sequence[_ULogField], findings: tuple[Finding, ...]) -> Iterator[Table]:
     """Samples of a sensor's buffer: up to 32 integers in a message, with one scale."""
     places = {f.name: f for f in fields}
     depth = sum(f.name.startswith("x[") for f in fields)
@@ -212,14 +212,14 @@ def _spread(times: NDArray[np.int64], dt: NDArray[np.float64], counts: NDArray[n
     """
     nominal = np.clip(np.nan_to_num(dt), 0.0, 1e6) * counts
     since = np.diff(times, prepend=times[:1] - 1).astype(np.float64)
-    is_near = (since > 0) & (since < 1.5 * nominal)
-    is_near[:1] = False
-    span = np.where(is_near, since, nominal)
-    left = (
+    follows = (since > 0) & (since < 1.5 * nominal)
+    follows[:1] = False
+    span = np.where(follows, since, nominal)
+    until_last = (
         np.repeat(np.cumsum(counts), counts) - 1 - np.arange(int(counts.sum()))
     )  # samples up to the last of the message
     step = np.repeat(span / np.maximum(counts, 1), counts)
-    return np.repeat(times, counts) - np.rint(left * step).astype(np.int64)
+    return np.repeat(times, counts) - np.rint(until_last * step).astype(np.int64)
 
 
 def _named(message: str, field: str) -> str:
@@ -242,43 +242,43 @@ def _defined(definitions: Sequence[bytes]) -> dict[str, str]:
 class _Layout:
     """The fields of a message without padding, and its smallest and largest size; or why it cannot be read. [bytes]"""
 
-    fields: Sequence[_Field] = ()
-    least: int = 0
-    most: int = 0
+    fields: Sequence[_ULogField] = ()
+    smallest: int = 0
+    largest: int = 0
     wrong: str = ""
 
     def misfit(self, size: int) -> str:
         """Why messages of this size cannot be read; empty if they can."""
-        if self.wrong or self.least <= size <= self.most:
+        if self.wrong or self.smallest <= size <= self.largest:
             return self.wrong
-        return f"it gives {self.most} bytes, but the messages have {size}"
+        return f"it gives {self.largest} bytes, but the messages have {size}"
 
 
 def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     try:
-        fields, most = _laid_out(message, formats, depth=0)
+        fields, largest = _laid_out(message, formats, depth=0)
     except _UnusableError as error:
         return _Layout(wrong=str(error))
     while fields and fields[-1].name.startswith("_padding"):
         fields.pop()  # not written at the end
-    least = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
-    return _Layout([f for f in fields if "_padding" not in f.name], least, most)
+    smallest = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
+    return _Layout([f for f in fields if "_padding" not in f.name], smallest, largest)
 
 
-def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_Field], int]:
+def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_ULogField], int]:
     """Fields in the order of their bytes, and their total length."""
     if message not in formats:
         raise _UnusableError(f"{message!r} is not defined")
     if depth > 8:
         raise _UnusableError("it is nested more than 8 deep")
-    fields: list[_Field] = []
+    fields: list[_ULogField] = []
     offset = 0
     for text in filter(None, formats[message].split(";")):
         match = _FIELD.fullmatch(text.strip())
         if match is None:
             raise _UnusableError(f"{text[:40]!r} is not a field")
         kind, count, name = match[1], match[2], match[3]
-        inner: list[_Field] = [_Field("", _TYPES[kind], 0)] if kind in _TYPES else []
+        inner: list[_ULogField] = [_ULogField("", _TYPES[kind], 0)] if kind in _TYPES else []
         if inner:
             length = np.dtype(_TYPES[kind]).itemsize
         else:
@@ -288,7 +288,7 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
             raise _UnusableError(f"with {name!r} it is longer than {_LONGEST_MESSAGE} bytes, or the field is empty")
         for k in range(times):
             base = name if count is None else f"{name}[{k}]"
-            fields += [_Field(f"{base}.{f.name}" if f.name else base, f.kind, offset + f.offset) for f in inner]
+            fields += [_ULogField(f"{base}.{f.name}" if f.name else base, f.kind, offset + f.offset) for f in inner]
             offset += length
     return fields, offset
 

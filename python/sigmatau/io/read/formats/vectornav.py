@@ -99,19 +99,23 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
     )
 
 
-def _findings(found: formats.Sentences, rows: int) -> tuple[Finding, ...]:
+def _findings(sentences: formats.Sentences, rows: int) -> tuple[Finding, ...]:
     findings = []
-    if found.broken:
-        line, what = found.examples[0]
-        details = SkippedMessages(count=found.broken, unit="lines", place=Place("line", line), example=what, kept=rows)
-        findings.append(Finding(details=details, severity="error" if found.inner else "info"))
-    if found.others:
+    if sentences.broken:
+        line, what = sentences.examples[0]
+        details = SkippedMessages(
+            count=sentences.broken, unit="lines", place=Place("line", line), example=what, kept=rows
+        )
+        findings.append(Finding(details=details, severity="error" if sentences.inner else "info"))
+    if sentences.others:
         # Alternating sentences are spread evenly. A run longer than their shares explain shows a switch of the sensor.
-        longest, line = found.gap
-        switched = longest > _ALTERNATING + 4 * -(-found.others // max(rows, 1))
+        longest, line = sentences.gap
+        switched = longest > _ALTERNATING + 4 * -(-sentences.others // max(rows, 1))
         place = Place("line", line) if switched else None
-        details = SkippedMessages(count=found.others, other=True, example=f"${found.other}", place=place, kept=rows)
+        details = SkippedMessages(
+            count=sentences.others, other=True, example=f"${sentences.other}", place=place, kept=rows
+        )
         findings.append(Finding(details=details, severity="error" if switched else "info"))
-    if found.cut:
+    if sentences.cut:
         findings.append(fault(truncated=True, inside="line", kept=rows))
     return tuple(findings)

@@ -28,7 +28,7 @@ from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, parts
 from sigmatau.io.read.formats.damage import fault, first_line, library_faults
 from sigmatau.io.read.table import Table, need
 from sigmatau.record.memory import available
-from sigmatau.record.on_disk import Rows
+from sigmatau.record.on_disk import StoredRows
 
 _RATES = ("rate", "rate_hz", "sample_rate", "sampling_rate", "sample_rate_hz", "fs")
 _UNITS = ("unit", "units")
@@ -144,9 +144,9 @@ def _rate(
     groups = (
         [] if hasattr(root, "shape") else [root["/".join(names[:k])] for k in range(len(names) - 1, 0, -1)] + [root]
     )
-    for of in (attributes, *(dict(group.attrs) for group in groups)):
+    for level in (attributes, *(dict(group.attrs) for group in groups)):
         for key in _RATES:
-            value = of.get(key)
+            value = level.get(key)
             if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0:
                 return float(value), key
     return None, ""
@@ -187,7 +187,7 @@ async def _keys(store: Any, prefix: str) -> set[str]:  # noqa: ANN401
     return {key async for key in store.list_prefix(prefix)}
 
 
-class ChunkedRows(Rows):
+class ChunkedRows(StoredRows):
     """Rows of an array in chunks; some decoded chunks are kept.
 
     Parameters
@@ -219,7 +219,7 @@ class ChunkedRows(Rows):
             )
         self._chunk = chunk
         self._step: int = chunk * max(_BLOCK_BYTES // max(chunk * row, 1), 1)
-        self._most = max(min(_KEPT_BLOCKS, _KEPT_BYTES // max(self._step * row, 1)), 1)
+        self._max_blocks = max(min(_KEPT_BLOCKS, _KEPT_BYTES // max(self._step * row, 1)), 1)
         self._blocks: dict[int, NDArray[Any]] = {}
         self._lock = threading.Lock()
 
@@ -245,7 +245,7 @@ class ChunkedRows(Rows):
         if block is None:
             block = self._decoded(first, min(first + self._step, self.count))
             with self._lock:
-                while len(self._blocks) >= self._most:
+                while len(self._blocks) >= self._max_blocks:
                     del self._blocks[next(iter(self._blocks))]
                 self._blocks[first] = block
         return block
@@ -254,11 +254,11 @@ class ChunkedRows(Rows):
         raw = self._stored(0, start, stop)
         if self._whole and self._plain.kind == "f":
             gone = np.zeros(len(raw), dtype=bool)
-            for at in range(start, stop, self._chunk):
-                part = slice(at - start, min(at + self._chunk, stop) - start)
+            for first in range(start, stop, self._chunk):
+                part = slice(first - start, min(first + self._chunk, stop) - start)
                 # A row is missing if any of its chunks is, for chunks may divide columns too.
                 if not raw[part].any(axis=0).all():
-                    again = self._stored(1, at, min(at + self._chunk, stop))
+                    again = self._stored(1, first, min(first + self._chunk, stop))
                     gone[part] = (again != raw[part]).reshape(len(again), -1).any(axis=1)
             raw = raw.astype(np.float64)
             raw[gone] = np.nan
@@ -271,26 +271,26 @@ class ChunkedRows(Rows):
     def _stored(self, twin: int, start: int, stop: int) -> NDArray[Any]:
         try:
             if self._blosc:
-                for key in self._keys_of(start, stop):
+                for key in self._chunk_keys(start, stop):
                     _check_length(self._array.store_path, key)
             return np.asarray(self._twins[twin][start:stop])
         except (MemoryError, KeyboardInterrupt):
             raise
         except Exception as error:
             if stop - start > self._chunk:  # which of the chunks
-                for at in range(start, stop, self._chunk):
-                    self._stored(twin, at, min(at + self._chunk, stop))
-            key = next(self._keys_of(start, stop))
+                for first in range(start, stop, self._chunk):
+                    self._stored(twin, first, min(first + self._chunk, stop))
+            key = next(self._chunk_keys(start, stop))
             raise DataError(
                 f"chunk {key} of array {self.name} is damaged ({first_line(error)}); copy it again, or delete it to treat"
                 " its samples as missing"
             ) from None
 
-    def _keys_of(self, start: int, stop: int) -> Iterator[str]:
+    def _chunk_keys(self, start: int, stop: int) -> Iterator[str]:
         """The stored chunks of rows."""
         rows, *columns = getattr(self._array, "shards", None) or self._array.chunks
-        others = (range(-(-n // size)) for n, size in zip(self._shape, columns, strict=True))
-        for place in itertools.product(range(start // rows, (stop - 1) // rows + 1), *others):
+        across = (range(-(-n // size)) for n, size in zip(self._shape, columns, strict=True))
+        for place in itertools.product(range(start // rows, (stop - 1) // rows + 1), *across):
             yield self._array.metadata.encode_chunk_key(place)
 
 

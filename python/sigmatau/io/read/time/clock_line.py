@@ -22,7 +22,7 @@ _LEAST_INDEPENDENT = 3.0  # independent stamps in a part: two of them determine 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drift:
+class ClockDrift:
     """Mean rates of ten equal parts relative to the rate of the record, and the standard error of one of them."""
 
     rates: NDArray[np.float64]
@@ -49,7 +49,7 @@ class GridFit:
     jitter: float  # Standard deviation of the stamps about the grid
     short: float  # Share of intervals under half the sample interval
     median: float  # Median of the intervals
-    drift: Drift | None  # None if there are too few stamps
+    drift: ClockDrift | None  # None if there are too few stamps
     # Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
     # many pauses that the stamps are not used and all samples are taken as evenly spaced
     pieces: int
@@ -81,13 +81,16 @@ def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | No
         return None
     later = (intervals < math.sqrt(before) * math.sqrt(after)) == (after < before)
     ahead = np.cumsum(np.where(later, -1, 1))
-    at = int(np.argmax(ahead)) + 1
-    wrong = np.count_nonzero(later[:at]) + np.count_nonzero(~later[at:])
-    if min(at, n - at) < _LEAST_SIDE or wrong > _EXCEPTIONS * min(at, n - at):
+    change = int(np.argmax(ahead)) + 1
+    wrong = np.count_nonzero(later[:change]) + np.count_nonzero(~later[change:])
+    if min(change, n - change) < _LEAST_SIDE or wrong > _EXCEPTIONS * min(change, n - change):
         return None
-    near = (median(intervals[max(at - BLOCK, 0) : at]) / before, median(intervals[at : at + BLOCK]) / after)
-    most = (max(before, after) / min(before, after)) ** 0.25
-    return (at, before, after) if all(1 / most < one < most for one in near) else None
+    ratios = (
+        median(intervals[max(change - BLOCK, 0) : change]) / before,
+        median(intervals[change : change + BLOCK]) / after,
+    )
+    largest = (max(before, after) / min(before, after)) ** 0.25
+    return (change, before, after) if all(1 / largest < ratio < largest for ratio in ratios) else None
 
 
 def _by_blocks(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -116,8 +119,8 @@ def finished(
     last = n - 1 if places is None else int(places[-1] - places[0])
     first = float(t[-1] - t[0]) / last
     along = _by_blocks(places.astype(np.float64)) if places is not None else _counted_by_blocks(n)
-    rest, more, middle = about_line(_by_blocks(t) - first * along, along)
-    slope = first + more
+    rest, correction, middle = about_line(_by_blocks(t) - first * along, along)
+    slope = first + correction
     squares = float(middle @ middle)
     short = 0.0
     if intervals is not None:
@@ -169,7 +172,7 @@ def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: flo
     return math.sqrt(float((values * values).sum()) / (len(starts) * (size - 2)))
 
 
-def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> Drift | None:
+def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: float, apart: float) -> ClockDrift | None:
     """Mean rates of ten parts, from means of blocks; the scatter of the blocks about ten lines gives their error.
     Blocks are not independent if bunches are longer than a block: then a part has `apart` independent blocks.
     """
@@ -183,4 +186,4 @@ def _drift(rest: NDArray[np.float64], along: NDArray[np.float64], interval: floa
     slopes = (values * along).sum(axis=1) / squares
     residuals = values - slopes[:, None] * along
     scatter = math.sqrt(float((residuals * residuals).sum()) / (_PARTS * (per - 2)) * max(1.0, per / apart))
-    return Drift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)
+    return ClockDrift(rates=-slopes / interval, error=scatter / math.sqrt(float(squares.mean())) / interval)

@@ -63,7 +63,7 @@ def resolution(intervals: NDArray[Any], largest: float) -> float:
 
 @np.errstate(over="ignore", invalid="ignore")  # a stamp may be arbitrarily wrong
 def fit_grid(
-    t: NDArray[np.float64], intervals: NDArray[np.float64], step: float, *, given: float | None = None
+    t: NDArray[np.float64], intervals: NDArray[np.float64], step: float, *, stated_interval: float | None = None
 ) -> GridFit:
     """The grid of stamps.
 
@@ -80,7 +80,7 @@ def fit_grid(
     half an interval. The returned interval is the slope of the least-squares line of stamp against place.
 
     `t`: stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first; `step`: resolution of
-    their clock, from `resolution`; `given`: interval given by the user; it decides where the stamps fit two grids.
+    their clock, from `resolution`; `stated_interval`: interval given by the user; it decides where the stamps fit two grids.
     """
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)
@@ -92,13 +92,17 @@ def fit_grid(
     if (stairs := _stairs(intervals, t, step)) is not None:
         interval, bound = stairs
         longest = interval if bound == math.inf else interval * (1 + bound)
-        interval = given if given and interval * (1 - bound) <= given <= longest else interval
+        interval = (
+            stated_interval if stated_interval and interval * (1 - bound) <= stated_interval <= longest else interval
+        )
         coarse = finished(t, None, "coarse", usual, intervals)
         return replace(coarse, interval=interval, error=bound * interval, drift=None, bound=bound)
     if _even_line(t, intervals, step):
         period = pattern(intervals, step)
-        stated = bool(given) and period > 0 and abs(cast("float", given) / step - 1) < _EQUAL_INTERVALS
-        even_stated = bool(given) and abs(cast("float", given) / mean - 1) < _EQUAL_INTERVALS
+        stated = (
+            bool(stated_interval) and period > 0 and abs(cast("float", stated_interval) / step - 1) < _EQUAL_INTERVALS
+        )
+        even_stated = bool(stated_interval) and abs(cast("float", stated_interval) / mean - 1) < _EQUAL_INTERVALS
         if stated or (is_loss_pattern(period, n) and not even_stated):
             filled: NDArray[np.int64] = np.rint(t / step).astype(np.int64)
             return finished(t, filled, "grid", usual, intervals, period=0 if stated else period)
@@ -190,8 +194,8 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
     if phase is None:
         return None
     lost: NDArray[np.float64] = np.rint(late - phase)
-    own, lost = lost, consistent_losses(lost, late - phase)
-    if np.count_nonzero(lost != own) > _MAX_MOVED * n:
+    single, lost = lost, consistent_losses(lost, late - phase)
+    if np.count_nonzero(lost != single) > _MAX_MOVED * n:
         return None
     if _scattered(lost) and not _lost_at_random(lost, late - phase - lost):
         return None
@@ -224,10 +228,10 @@ def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool
     holes = np.diff(lost)
     if n < BLOCK or float(lost[-1] - lost[0]) > 1.1 * _MAX_LOSSES * n or float(np.mean(off * off)) > _EXACT_STAMPS**2:
         return False
-    whole, there = float(np.mean(holes == 0)), n / (n + float(lost[-1] - lost[0]))
+    whole, present = float(np.mean(holes == 0)), n / (n + float(lost[-1] - lost[0]))
     some = holes - holes.mean()
     alike = float(some[1:] @ some[:-1]) / max(float(some @ some), 1e-300)
-    return abs(whole / there - 1) < _SHARE_ERROR + 3 / math.sqrt(n * there) and abs(
+    return abs(whole / present - 1) < _SHARE_ERROR + 3 / math.sqrt(n * present) and abs(
         alike
     ) < _INTERVAL_CORRELATION + 3 / math.sqrt(n)
 
@@ -252,12 +256,12 @@ def _refined(t: NDArray[np.float64], interval: float) -> float:
     n = len(t)
     lag = 1
     while 4 * lag <= max(n - 1, 4) and lag < n:
-        at = np.arange(0, n - lag, max((n - lag) // 16384, 1))
-        spans = t[at + lag] - t[at]
+        starts = np.arange(0, n - lag, max((n - lag) // 16384, 1))
+        spans = t[starts + lag] - t[starts]
         counts = np.rint(spans / interval)
         good = (counts > 0) & (counts < 4.0 * lag + 4)
-        near = good & (np.abs(spans / interval - counts) < _NEAR_MULTIPLE)
-        if 2 * np.count_nonzero(near) < len(at):
+        close = good & (np.abs(spans / interval - counts) < _NEAR_MULTIPLE)
+        if 2 * np.count_nonzero(close) < len(starts):
             break
         # A circular mean: the mean of the near differences alone would be biased towards the previous interval.
         turned = np.mean(np.exp(2j * np.pi * (spans[good] / interval - counts[good])))
@@ -306,8 +310,8 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
     while lost[stop - 1] - lost[start] > stop - start:
         if pieces > _MAX_PAUSES:
             return start, stop, 0
-        at = start + 1 + int(np.argmax(np.diff(lost[start:stop])))
-        start, stop = (start, at) if at - start >= stop - at else (at, stop)
+        border = start + 1 + int(np.argmax(np.diff(lost[start:stop])))
+        start, stop = (start, border) if border - start >= stop - border else (border, stop)
         pieces += 1
     if pieces > 1 and (stop - start < 4 or stop - start < _LEAST_PIECE * len(lost)):
         return start, stop, 0
@@ -380,14 +384,14 @@ def _outvoted(
     n, width = len(lost), 2 * _WINDOW + 1
     if n < width:
         return lost
-    near = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
-    windows = np.clip(near[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
+    doubted = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
+    windows = np.clip(doubted[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
     voted = np.median(lost[windows], axis=1)
-    before, after = lost[np.maximum(near - 1, 0)], lost[np.minimum(near + 1, n - 1)]
-    fits = (before <= lost[near]) & (lost[near] <= after)
-    own = fits & (np.abs(voted - lost[near]) == 1) & (np.abs(rest[near] - voted) >= believed)
+    before, after = lost[np.maximum(doubted - 1, 0)], lost[np.minimum(doubted + 1, n - 1)]
+    fits = (before <= lost[doubted]) & (lost[doubted] <= after)
+    stays = fits & (np.abs(voted - lost[doubted]) == 1) & (np.abs(rest[doubted] - voted) >= believed)
     mended = lost.copy()
-    mended[near] = np.where(own, lost[near], voted)
+    mended[doubted] = np.where(stays, lost[doubted], voted)
     return mended
 
 

@@ -16,16 +16,16 @@ from sigmatau.findings.rates import ImplausibleRate
 from sigmatau.hints import RATE, Hint
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
-_UNITS = ("s", "ms", "us", "ns")
+UNITS = ("s", "ms", "us", "ns")
 _RARE_UNITS = ("min", "h", "d")
 _EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
 _DAY_NUMBERS = (
     (36161, 52232),
     (730120, 746191),
 )  # the same years in Excel, counted from 1899, and in MATLAB, from 0. [d]
-_SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
+SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
 _LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
-_SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
+SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
 _FREQUENT = 100.0  # rate near which most logs are: what is closer to it is offered first [Hz]
 _FIRST_NUMBERS = (0, 1)  # of the samples of a log
 _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
@@ -33,7 +33,7 @@ _ROUNDING = 1e-6  # relative difference up to which two rates are of one unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class RateByUnit:
     """Rate and length of a log in a unit of time."""
 
     unit: str
@@ -43,23 +43,36 @@ class Reading:
     @property
     def is_possible(self) -> bool:
         """Whether a gyro or accelerometer may have this rate."""
-        return PLAUSIBLE_RATES[0] <= self.rate <= PLAUSIBLE_RATES[1]
+        return is_possible(self.rate)
 
     @property
     def is_usual(self) -> bool:
         """Whether a log of a gyro or accelerometer usually has such a rate and length."""
-        return self.is_possible and self.rate >= _SLOW and self.length >= _SHORTEST
+        return self.is_possible and self.rate >= SLOW and self.length >= SHORTEST
+
+    @property
+    def from_frequent(self) -> float:
+        """How far the rate is from that of most logs, as the logarithm of a ratio."""
+        return abs(math.log(self.rate / _FREQUENT))
+
+    def __str__(self) -> str:
+        return f"{Hint('unit', 'time', self.unit)} ({_number(self.rate)} Hz, {_number(self.length)} s)"
 
 
-def readings(interval: float, n: int) -> list[Reading]:
+def is_possible(rate: float) -> bool:
+    """Whether an inertial sensor may have a rate."""
+    return PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
+
+
+def readings(interval: float, n: int) -> list[RateByUnit]:
     """Rate and length of a log of n samples with this interval of its stamps, by unit of time."""
-    sizes = [(unit, units.find(unit).factor) for unit in (*_UNITS, *_RARE_UNITS)]
-    return [Reading(unit=unit, rate=1 / (interval * size), length=n * interval * size) for unit, size in sizes]
+    sizes = [(unit, units.find(unit).factor) for unit in (*UNITS, *_RARE_UNITS)]
+    return [RateByUnit(unit=unit, rate=1 / (interval * size), length=n * interval * size) for unit, size in sizes]
 
 
 def epoch_unit(stamp: float) -> str | None:
     """The unit in which a stamp counts from 1970 to a date of our days; None if there is none."""
-    return next((unit for unit in _UNITS if _EPOCH[0] <= stamp * units.find(unit).factor <= _EPOCH[1]), None)
+    return next((unit for unit in UNITS if _EPOCH[0] <= stamp * units.find(unit).factor <= _EPOCH[1]), None)
 
 
 def unit_by_size(first: float, last: float, interval: float, n: int) -> str | None:
@@ -70,9 +83,9 @@ def unit_by_size(first: float, last: float, interval: float, n: int) -> str | No
     by_unit = {reading.unit: reading for reading in readings(interval, n)}
     possible = {unit for unit, reading in by_unit.items() if reading.is_possible}
     unit = epoch_unit(first)
-    if unit is not None and by_unit[unit].rate < _SLOW and any(by_unit[name].is_usual for name in _UNITS):
+    if unit is not None and by_unit[unit].rate < SLOW and any(by_unit[name].is_usual for name in UNITS):
         return None
-    if unit is None and possible.isdisjoint(_UNITS):
+    if unit is None and possible.isdisjoint(UNITS):
         unit = "d" if any(low <= first <= last <= high for low, high in _DAY_NUMBERS) else None
     elif epoch_unit(last) != unit:
         return None
@@ -83,20 +96,34 @@ def refuse_implausible(sensor: str, name: str, rate: float, n: int, second: floa
     """Raise `OptionError` for a rate or length that no log of a gyro or accelerometer has. `name`: the column of the
     stamps; `second`: one unit of the stamps in use, None for dates [s].
     """
-    used = Reading(unit="", rate=rate, length=n / rate)
-    others = [] if second is None else readings(1 / (rate * second), n)
-    likely = [reading for reading in others if reading.is_usual]
-    is_short = used.length < _SHORTEST and n >= _LEAST_SAMPLES and any(reading.unit in _UNITS for reading in likely)
+    used = RateByUnit(unit="", rate=rate, length=n / rate)
+    alternatives = [] if second is None else readings(1 / (rate * second), n)
+    likely = [reading for reading in alternatives if reading.is_usual]
+    is_short = used.length < SHORTEST and n >= _LEAST_SAMPLES and any(reading.unit in UNITS for reading in likely)
     if used.is_possible and not is_short:
         return
-    likely = likely or [reading for reading in others if reading.is_possible]
-    likely.sort(key=lambda reading: abs(math.log(reading.rate / _FREQUENT)))
-    offered = " or ".join(
-        f"{Hint('unit', 'time', r.unit)} ({_number(r.rate)} Hz, {_number(r.length)} s)" for r in likely
-    )
+    likely = likely or [reading for reading in alternatives if reading.is_possible]
+    offered = " or ".join(map(str, sorted(likely, key=lambda reading: reading.from_frequent)))
     raise OptionError(
         f"the time stamps in column {name} give {_number(used.rate)} Hz for {_number(used.length)} s, which is not a log of"
         f" {_SENSORS[sensor]}; give {offered + ', or ' if offered else ''}{RATE}",
+        option="unit",
+    )
+
+
+def ask_for_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str) -> OptionError:
+    """The question for the unit of the stamps, with the rate that each unit gives. `name`: the column of the stamps."""
+    rates = readings(float(intervals.sum()) / len(intervals), len(stamps))
+    usual, rare = rates[: len(UNITS)], rates[len(UNITS) :]
+    likely = [r for r in usual if r.is_possible] or [r for r in rare if r.is_possible] or usual
+    offered = ", ".join(f"as {reading.unit} {_number(reading.rate)} Hz" for reading in likely)
+    epoch = epoch_unit(float(stamps[0]))
+    dated = [reading for reading in likely if reading.unit == epoch and reading.rate >= SLOW]
+    ordered = sorted(dated or likely, key=lambda reading: reading.from_frequent)
+    ways = ", ".join(str(Hint("unit", "time", reading.unit)) for reading in ordered)
+    return OptionError(
+        f"the unit of the time stamps in column {name} is not stated ({stamps[0]}, {stamps[1]} …: {offered});"
+        f" give {ways} or {RATE}",
         option="unit",
     )
 
@@ -126,11 +153,11 @@ def slow_rate(rate: float, n: int, second: float, stride: int) -> tuple[Finding,
     """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible.
     `stride`: of the stamps, if they may be the numbers of samples.
     """
-    if rate >= _SLOW:
+    if rate >= SLOW:
         return ()
     options = readings(1 / (rate * second), n)
     used = next((r for r in options if abs(r.rate / rate - 1) < _ROUNDING), None)
-    usual = next((r for r in options if r.is_usual and r.unit in _UNITS), None)
+    usual = next((r for r in options if r.is_usual and r.unit in UNITS), None)
     if used is None or usual is None:
         return ()
     details = ImplausibleRate(rate=rate, unit=used.unit, other_rate=usual.rate, other_unit=usual.unit, stride=stride)

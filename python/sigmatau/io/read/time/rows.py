@@ -19,7 +19,7 @@ from sigmatau.findings.reading import Place
 from sigmatau.findings.stamps import BadStamps
 from sigmatau.findings.wording import sentence
 from sigmatau.hints import TIME_COLUMN, WITHOUT_STAMPS, Hint
-from sigmatau.io.read.columns import Choice
+from sigmatau.io.read.columns import ColumnChoice
 from sigmatau.io.read.formats.damage import fault
 from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP
@@ -38,7 +38,7 @@ _REGULAR_SPREAD = 0.25  # relative standard deviation of the distances between r
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rows:
+class OrderedRows:
     """Rows in use."""
 
     stamps: NDArray[Any]  # shape (n,); in order
@@ -53,7 +53,7 @@ def in_order(
     where: Callable[[int], str],
     name: str,
     rows: NDArray[np.int64] | None = None,
-) -> Rows:
+) -> OrderedRows:
     """Put rows in time order.
 
     `stamps`: NaN, or the smallest integer, where a stamp is missing; `samples`: the channels; they distinguish a row
@@ -109,7 +109,9 @@ def in_order(
             stamps = stamps[single]
             rows = np.flatnonzero(single) if rows is None else rows[single]
             intervals = np.diff(stamps)
-    return Rows(stamps=stamps, intervals=intervals.astype(np.float64, copy=False), rows=rows, findings=tuple(findings))
+    return OrderedRows(
+        stamps=stamps, intervals=intervals.astype(np.float64, copy=False), rows=rows, findings=tuple(findings)
+    )
 
 
 _LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
@@ -286,8 +288,8 @@ def _without_twins(
     again = np.flatnonzero(intervals == 0) + 1
     same = np.ones(len(again), dtype=bool)
     for channel in samples:
-        one, other = channel[again - 1], channel[again]
-        same &= (one == other) | ((one != one) & (other != other))
+        before, after = channel[again - 1], channel[again]
+        same &= (before == after) | ((before != before) & (after != after))
     copies = bool(samples) and np.count_nonzero(same) >= _MIN_COPIES * len(again)
     if not copies:
         if len(again) > _MAX_REPEATED * len(intervals):
@@ -302,7 +304,7 @@ def _without_twins(
     return single, _finding("repeated", len(again), len(stamps), where(_row(rows, int(again[0]))))
 
 
-def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least: int) -> Loaded:
+def cut(loaded: Loaded, choice: ColumnChoice, table: Table, error: DataError, *, min_rows: int) -> Loaded:
     """The rows of a damaged log before time goes backwards; raises `error`, with known damage, for other logs. The last
     of these rows is left out as well: either it or the next row has a wrong stamp.
     """
@@ -313,7 +315,7 @@ def cut(loaded: Loaded, choice: Choice, table: Table, error: DataError, *, least
     back = np.flatnonzero(stamps[1:] < stamps[:-1])
     rows = len(stamps)
     end = int(back[0]) if len(back) else rows
-    if not least <= end < rows:
+    if not min_rows <= end < rows:
         raise with_damage(error, table, loaded.findings) from None
     finding = fault(place=Place("row", end), reason="time goes backwards", kept=end, declared=rows)
     columns = {index: array[:end] for index, array in loaded.columns.items()}

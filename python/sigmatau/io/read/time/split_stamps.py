@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.io.read.names import key_of, unit_of
+from sigmatau.io.read.names import name_key, split_unit
 from sigmatau.io.read.table import Column
 from sigmatau.io.read.time.dates import NO_STAMP, continued
 
@@ -76,8 +76,8 @@ def _fits(key: tuple[str, str, str], stem: str, words: frozenset[str]) -> bool:
 
 def _key(column: Column) -> str:
     """The name of a column with its unit as the last word, in the form that is compared."""
-    name, unit = unit_of(column)
-    return key_of(f"{name}_{unit}") if unit else key_of(name)
+    name, unit = split_unit(column)
+    return name_key(f"{name}_{unit}") if unit else name_key(name)
 
 
 def join(split: SplitStamp, columns: Mapping[int, NDArray[Any]]) -> NDArray[np.int64] | None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from sigmatau import units
 from sigmatau.errors import OptionError
 from sigmatau.hints import Hint
+from sigmatau.io.read.time.plausible import SHORTEST, SLOW, UNITS, is_possible
 from sigmatau.record.sampling import RateSource
-from sigmatau.record.streams import PLAUSIBLE_RATES
 
 NOMINAL_RATIO = 1.1
 """Largest ratio of two rates that are one nominal rate by two clocks.
@@ -17,11 +17,6 @@ NOMINAL_RATIO = 1.1
 The oscillators of MEMS sensors are within 10 % of their nominal rate, and the rates that a datasheet lists differ by more
 (1000 and 1125 Hz). At this ratio a random walk is off by 5 %, which a finding states. A larger ratio is a contradiction.
 """
-
-_UNITS = ("s", "ms", "us", "ns")
-# Rate and length below which the unit of time of a log is doubted, as in `plausible`.
-_SLOWEST_USUAL = 1.0  # [Hz]
-_SHORTEST_USUAL = 1.0  # [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,11 +51,6 @@ class RateContradiction:
         return OptionError(f"{states} {logged}{in_unit}, which contradicts {rate}. {choice}", option="rate")
 
 
-def is_possible(rate: float) -> bool:
-    """Whether an inertial sensor may have a rate."""
-    return PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
-
-
 def is_one_nominal_rate(rate: float, reference: float) -> bool:
     """Whether two rates may be one nominal rate by two clocks."""
     return 1 / NOMINAL_RATIO <= rate / reference <= NOMINAL_RATIO
@@ -70,7 +60,7 @@ def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
     """The unit of time in which stamps with the mean `interval` are closest to a rate. None for a counter: its `typical`
     interval is 1, or a tick of 10^-k s gives the rate, as the 0.1 ms of a sensor or the 100 ns of a host.
     """
-    unit = min(_UNITS, key=lambda name: abs(math.log(rate * interval * units.find(name).factor)))
+    unit = min(UNITS, key=lambda name: abs(math.log(rate * interval * units.find(name).factor)))
     if is_one_nominal_rate(1 / (interval * units.find(unit).factor), rate):
         return unit
     ticks = 10.0 ** round(math.log10(rate * interval))
@@ -80,7 +70,7 @@ def unit_by_rate(interval: float, typical: float, rate: float) -> str | None:
 
 def unit_for(second: float, by_stamps: float, stated: float) -> str:
     """The unit of time in which stamps that give one rate in the unit of `second` give the stated rate; empty if none."""
-    sizes = {name: units.find(name).factor for name in _UNITS}
+    sizes = {name: units.find(name).factor for name in UNITS}
     return next(
         (
             name
@@ -97,5 +87,5 @@ def is_confirmed(*, by_stamps: float, length: float, other_unit: str, has_stated
     """
     if has_stated_unit or not is_inertial:
         return False
-    is_unusual = by_stamps < _SLOWEST_USUAL or length < _SHORTEST_USUAL
+    is_unusual = by_stamps < SLOW or length < SHORTEST
     return not is_possible(by_stamps) or (is_unusual and bool(other_unit))

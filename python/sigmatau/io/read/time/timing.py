@@ -17,13 +17,13 @@ from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.stamps import Jitter
 from sigmatau.hints import RATE, TIME_COLUMN
-from sigmatau.io.read.columns import Choice, no_time
+from sigmatau.io.read.columns import ColumnChoice, no_time
 from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
 from sigmatau.io.read.time.clock_digits import read_clock_digits
-from sigmatau.io.read.time.plausible import ask_for_sample_numbers, find_stride, unit_by_size
+from sigmatau.io.read.time.plausible import ask_for_sample_numbers, ask_for_unit, find_stride, unit_by_size
 from sigmatau.io.read.time.rows import in_order
 from sigmatau.io.read.time.stamps import Timing
 from sigmatau.io.read.time.stated_rate import (
@@ -35,41 +35,43 @@ from sigmatau.io.read.time.stated_rate import (
 )
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
-from sigmatau.record.sampling import GIVEN
+from sigmatau.record.sampling import GIVEN_RATE
 from sigmatau.record.streams import CHUNK, Stream
 
 
 def timed(
     table: Table,
-    choice: Choice,
+    choice: ColumnChoice,
     raw: Mapping[int, NDArray[Any]],
     spelled: str | None,
     options: Options,
     stream: str = "",
-    own: NDArray[np.int64] | None = None,
+    stream_rows: NDArray[np.int64] | None = None,
 ) -> Timing:
-    """Sampling times of all rows, or of the rows `own` that only one stream fills."""
+    """Sampling times of all rows, or of the rows `stream_rows` that only one stream fills."""
     if choice.time is None:
         if options.rate is None and table.rate is None:
             raise OptionError(f"has no time column: give {RATE}, or name the column with {TIME_COLUMN}", option="rate")
         if options.rate is None and table.rate is not None:
             note = f"sampling rate {table.rate:.6g} Hz from {table.rate_source}"
             return Timing(rate=table.rate, measured=table.rate, source=table.rate_source, notes=(note,))
-        return _by_statement(table, options, own)
+        return _by_statement(table, options, stream_rows)
     name = table.label(choice.time)
     stamps_raw = raw[choice.time]
     clock = read_clock_digits(stamps_raw) if spelled in {None, "s"} else None
     if clock is not None:
         stamps_raw, spelled = clock, "s"
     members = [i for channel, i in choice.channels.items() if not stream or stream_name(channel) == stream]
-    if own is None:
+    if stream_rows is None:
         used = in_order(stamps_raw, [raw[i] for i in members], table.where, name)
     else:
-        if len(own) < MIN_SAMPLES:
+        if len(stream_rows) < MIN_SAMPLES:
             raise RecordTooShortError(
-                f"has {len(own)} rows with {stream}; at least {MIN_SAMPLES} are needed", need=MIN_SAMPLES, got=len(own)
+                f"has {len(stream_rows)} rows with {stream}; at least {MIN_SAMPLES} are needed",
+                need=MIN_SAMPLES,
+                got=len(stream_rows),
             )
-        used = in_order(stamps_raw[own], [raw[i][own] for i in members], table.where, name, own)
+        used = in_order(stamps_raw[stream_rows], [raw[i][stream_rows] for i in members], table.where, name, stream_rows)
     if len(used.stamps) < 2:
         raise RecordTooShortError(
             f"has {len(used.stamps)} rows with a time stamp", need=MIN_SAMPLES, got=len(used.stamps)
@@ -90,7 +92,7 @@ def timed(
         if second < 0:
             raise OptionError("the scale of time must be positive", option="scale")
     elif options.rate is None:
-        raise stamps.without_unit(used.stamps, used.intervals, name)
+        raise ask_for_unit(used.stamps, used.intervals, name)
     fitted = stamps.fit(used, second, table.where, name, rate=options.rate)
     findings = fitted.findings
     notes = fitted.notes
@@ -107,13 +109,13 @@ def timed(
         notes = (*notes, f"time stamps in {by_rate} by the given rate") if by_rate else notes
         findings = (*stamps.mismatch(options.rate, fitted.rate, options.input), *findings)
         contradiction = _contradiction(fitted, second, choice, options, name, by_rate or by_size)
-    if own is not None:
+    if stream_rows is not None:
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
-        notes = (*notes, f"{stream} in {len(own)} of {len(stamps_raw)} rows, with the stamps of these")
+        notes = (*notes, f"{stream} in {len(stream_rows)} of {len(stamps_raw)} rows, with the stamps of these")
     source, stated = fitted.source, options.rate
     if stated is not None:  # "given" alone: the log does not confirm it
         confirmed = second is not None and not stamps.mismatch(stated, fitted.rate)
-        source = replace(source, kind="given", confirmed=True) if confirmed else GIVEN
+        source = replace(source, kind="given", confirmed=True) if confirmed else GIVEN_RATE
     start = 0.0 if second is None else fitted.start
     measured = None if second is None else fitted.rate
     return replace(
@@ -129,7 +131,7 @@ def timed(
     )
 
 
-def _may_count_samples(spelled: str | None, choice: Choice, options: Options) -> bool:
+def _may_count_samples(spelled: str | None, choice: ColumnChoice, options: Options) -> bool:
     """Whether stamps of an inertial sensor are in seconds by the file alone."""
     if spelled is None or "time" in options.unit or "time" in options.scale or units.find(spelled).factor != 1:
         return False
@@ -142,11 +144,11 @@ def _by_statement(table: Table, options: Options, rows: NDArray[np.int64] | None
     if table.rate is None:
         return Timing(rate=rate, rows=rows)
     findings = stamps.mismatch(rate, table.rate, options.input, stated=True)
-    contradiction = of_statement(table, options)
+    contradiction = find_stated_contradiction(table, options)
     return Timing(rate=rate, measured=table.rate, rows=rows, findings=findings, contradiction=contradiction)
 
 
-def of_statement(table: Table, options: Options) -> RateContradiction | None:
+def find_stated_contradiction(table: Table, options: Options) -> RateContradiction | None:
     """The contradiction of the given rate and that of the file, unless the options ignore the times of the file."""
     rate, stated = options.rate, table.rate
     if rate is None or stated is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, stated):
@@ -155,7 +157,7 @@ def of_statement(table: Table, options: Options) -> RateContradiction | None:
 
 
 def _contradiction(
-    timing: Timing, second: float, choice: Choice, options: Options, name: str, assumed: str
+    timing: Timing, second: float, choice: ColumnChoice, options: Options, name: str, assumed: str
 ) -> RateContradiction | None:
     """The contradiction of the given rate and the stamps, if they show a rate. `assumed`: the unit of the stamps, if
     neither the file nor the user states it.
@@ -183,7 +185,7 @@ def _contradiction(
 
 
 _LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
-_FILLED_BY_OTHERS = 0.95  # share of these empty rows that other streams must fill
+_SHARE_FILLED = 0.95  # share of these empty rows that other streams must fill
 
 
 def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
@@ -221,10 +223,10 @@ def own_rows(
         if share < _LEAST_OTHER_ROWS or share == 1:
             continue
         filled = np.zeros(len(nothing), dtype=bool)
-        for other in by_stream:
-            if other != name:
-                filled |= ~empty[other] if other in empty else True
-        if np.count_nonzero(filled & nothing) >= _FILLED_BY_OTHERS * np.count_nonzero(nothing):
+        for each in by_stream:
+            if each != name:
+                filled |= ~empty[each] if each in empty else True
+        if np.count_nonzero(filled & nothing) >= _SHARE_FILLED * np.count_nonzero(nothing):
             rows_of_stream[name] = np.flatnonzero(~nothing)
     return rows_of_stream
 
@@ -251,7 +253,7 @@ def missing_in(
             bad &= inside
         missing_by_channel[channel] = bad
     counts = {channel: len(used[channels[channel]]) for channel in missing_by_channel if channels[channel] in used}
-    return missing_values(missing_by_channel, where, tau0, of=counts, dropped=dropped)
+    return missing_values(missing_by_channel, where, tau0, totals=counts, dropped=dropped)
 
 
 _LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding
@@ -259,10 +261,8 @@ _ROUNDING_FACTOR = 1.3  # times the scatter that the resolution of the clock mak
 _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
 
 
-def jitter_findings(
-    streams: Sequence[Stream], times: Sequence[Timing], *, least: float = _LEAST_JITTER
-) -> tuple[Finding, ...]:
-    """Findings about jitter of more than the share `least` of the interval that the resolution does not explain. An
+def jitter_findings(streams: Sequence[Stream], times: Sequence[Timing]) -> tuple[Finding, ...]:
+    """Findings about jitter of more than 3 % of the interval that the resolution does not explain. An
     integrating sensor whose intervals scatter so shows its mean times the scatter as quantization noise. The mean of a
     rate does not depend on the instant of sampling.
     """
@@ -270,7 +270,7 @@ def jitter_findings(
     for timing in times:
         jitter = timing.jitter or 0.0
         rounding = timing.step / math.sqrt(12)
-        if not timing.on_grid or jitter * timing.rate <= least or jitter <= _ROUNDING_FACTOR * rounding:
+        if not timing.on_grid or jitter * timing.rate <= _LEAST_JITTER or jitter <= _ROUNDING_FACTOR * rounding:
             continue
         jittered = [s for s in streams if s.grid.jitter == timing.jitter]
         integrating = [s for s in jittered if s.samples.transforms[0].kind != "rate"]

@@ -3,11 +3,11 @@
 use crate::compensated::Sum;
 use crate::error::Error;
 use crate::every_size;
+use crate::parallel::{current_num_threads, prelude::*};
 use crate::phase::Phase;
 use crate::squares::Squares;
 use crate::threads::on_threads;
 use crate::trend::Trend;
-use rayon::prelude::*;
 
 /// Which clusters are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -102,7 +102,7 @@ pub fn allan_variances(
     }
     let of_all = || {
         // Each share of the channels is worked off in the memory of one phase.
-        let share = channels.len().div_ceil(rayon::current_num_threads()).max(1);
+        let share = channels.len().div_ceil(current_num_threads()).max(1);
         let in_one_phase = |channels: &[&[f64]]| -> Vec<Result<_, Error>> {
             let mut phase = Phase::reused();
             let of_one = |channel: &&[f64]| {

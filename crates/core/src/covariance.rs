@@ -18,12 +18,12 @@ mod flicker;
 pub(crate) mod lags;
 mod terms;
 
-pub use terms::{Component, Term};
+pub use terms::{Component, PhaseCovariance};
 
 use crate::allan::{Counting, Overlap, check_sizes};
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use lags::{ONE_BY_ONE, Rules};
-use rayon::prelude::*;
 
 /// The tensors from which the covariance follows for any coefficients; computed once, used in every step of a fit.
 ///
@@ -52,21 +52,11 @@ impl Gamma {
     /// # Errors
     ///
     /// [`Error::TooShort`] if the record leaves no cluster size, [`Error::ClusterSize`] for the first size without a
-    /// pair, [`Error::Parameter`] for a component with a parameter out of range.
-    pub fn new(n_samples: usize, sizes: &[usize], components: &[Component]) -> Result<Self, Error> {
-        components.iter().try_for_each(|component| component.check())?;
-        let terms: Vec<&dyn Term> = components.iter().map(|component| component as &dyn Term).collect();
-        Self::of_terms(n_samples, sizes, &terms)
-    }
-
-    /// The same for any terms.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::TooShort`] and [`Error::ClusterSize`], as in [`Gamma::new`].
-    pub fn of_terms(n_samples: usize, sizes: &[usize], terms: &[&dyn Term]) -> Result<Self, Error> {
+    /// pair, [`Error::Parameter`] for a noise with a parameter out of range.
+    pub fn new<T: PhaseCovariance>(n_samples: usize, sizes: &[usize], terms: &[T]) -> Result<Self, Error> {
+        terms.iter().try_for_each(PhaseCovariance::check)?;
         check_sizes(n_samples, sizes, Overlap::Full, Counting::Standard)?;
-        let of_size = |term: &&dyn Term, n: usize| {
+        let of_size = |term: &T, n: usize| {
             let n = n as f64;
             0.5 * term.covariance(n, n, 0.0) / (n * n)
         };
@@ -95,7 +85,7 @@ impl Gamma {
                 ramp.iter_mut().skip(cell).step_by(squares).zip(of_ramp).for_each(|(cell, sum)| *cell = *sum);
             }
         }
-        let powers = terms.iter().map(|term| term.interval_power()).collect();
+        let powers = terms.iter().map(PhaseCovariance::interval_power).collect();
         Ok(Self { sizes: sizes.to_vec(), tau0: 1.0, powers, avar, noise, ramp })
     }
 
@@ -226,21 +216,20 @@ impl Gamma {
 ///
 /// # Panics
 ///
-/// If `theta` has not one element for each component.
-pub fn variances(
+/// If `theta` has not one element for each term.
+pub fn variances<T: PhaseCovariance>(
     n_samples: usize,
     sizes: &[usize],
-    components: &[Component],
+    terms: &[T],
     theta: &[f64],
     ramp: f64,
 ) -> Result<Vec<f64>, Error> {
-    assert_eq!(theta.len(), components.len(), "one coefficient for each component");
-    components.iter().try_for_each(|component| component.check())?;
+    assert_eq!(theta.len(), terms.len(), "one coefficient for each term");
+    terms.iter().try_for_each(PhaseCovariance::check)?;
     check_sizes(n_samples, sizes, Overlap::Full, Counting::Standard)?;
-    let terms: Vec<&dyn Term> = components.iter().map(|component| component as &dyn Term).collect();
     let rules = Rules::get();
     let variance = |&size: &usize| {
-        let sums = entry(rules, n_samples, size, size, &terms);
+        let sums = entry(rules, n_samples, size, size, terms);
         let (of_noise, of_ramp) = sums.split_at(sums.len() - terms.len());
         let noise = of_noise.iter().zip(upper_triangle(terms.len())).map(|(sum, (p, q))| {
             let times = if p == q { 1.0 } else { 2.0 };
@@ -263,7 +252,7 @@ fn upper_triangle(order: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// Γ(p, q) for all p ≤ q, then P(p) for all p, for the cluster sizes `n` ≤ `m`.
-fn entry(rules: &Rules, n_samples: usize, n: usize, m: usize, terms: &[&dyn Term]) -> Vec<f64> {
+fn entry<T: PhaseCovariance>(rules: &Rules, n_samples: usize, n: usize, m: usize, terms: &[T]) -> Vec<f64> {
     let matrices = terms.len() * (terms.len() + 1) / 2;
     let mut sums = vec![0.0; matrices + terms.len()];
     // The number of pairs is a trapezoid: all of the shorter row of differences while it lies inside the longer one,
@@ -273,7 +262,7 @@ fn entry(rules: &Rules, n_samples: usize, n: usize, m: usize, terms: &[&dyn Term
     let mut kinks = vec![0, m - n, n, m, m + n];
     kinks.sort_unstable();
     kinks.dedup();
-    let one_by_one = terms.iter().map(|term| term.memory()).fold(ONE_BY_ONE, usize::max);
+    let one_by_one = terms.iter().map(PhaseCovariance::memory).fold(ONE_BY_ONE, usize::max);
     let sizes = (n as f64, m as f64);
     let mut differences = vec![0.0; terms.len()];
     rules.visit(&kinks, span - 1, one_by_one, |lag, weight| {

@@ -18,9 +18,9 @@ pub mod quadratic;
 
 use crate::allan::Overlap;
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
 use crate::threads::on_threads;
-use rayon::prelude::*;
 
 /// An estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

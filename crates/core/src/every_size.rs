@@ -44,10 +44,10 @@ mod tests;
 mod triangle;
 
 use crate::compensated::Sum;
+use crate::parallel::{join, prelude::*};
 use crate::phase::Phase;
 use crate::trend::Trend;
 use correlation::Correlator;
-use rayon::prelude::*;
 use std::ops::Range;
 use stretch::{Line, Stretch};
 
@@ -155,10 +155,10 @@ impl<'a> Group<'a> {
         let stretch = Stretch::new(self.phase, &reached, &self.lines[block]);
         let values = &stretch.values;
         let last = block + 1 == self.blocks.len();
-        let (increments, (head, tail)) = rayon::join(
+        let (increments, (head, tail)) = join(
             || increments(values, starts.len(), lags, self.correlator),
             || {
-                rayon::join(
+                join(
                     || (block == 0).then(|| self.head(values)),
                     || last.then(|| self.head(&values.iter().rev().take(lags).copied().collect::<Vec<_>>())),
                 )

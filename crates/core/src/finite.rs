@@ -1,6 +1,6 @@
 //! Whether samples are numbers.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 /// Sums that run side by side.
 const LANES: usize = 16;

@@ -8,9 +8,9 @@ mod few;
 use crate::allan::{Counting, Estimate, Overlap, check_sizes};
 use crate::compensated::Sum;
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use crate::phase::LARGEST_RATE;
 use crate::threads::on_threads;
-use rayon::prelude::*;
 
 /// Starts whose squares are added plainly; the sums of such blocks are carried with their rounding errors.
 const BLOCK: usize = 1024;

@@ -8,44 +8,15 @@ use crate::error::Error;
 use crate::flicker::flicker;
 use crate::pole_bank::Bank;
 use crate::processes::{Filtered, GaussMarkov, Sinusoid};
-
-/// Noise coefficients in SI units; 0 leaves a term out. All but the ramp are ≥ 0.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Coefficients {
-    /// Q, standard deviation of white noise on the phase.
-    pub quantization: f64,
-    /// N, square root of the two-sided density of white noise on the rate.
-    pub random_walk: f64,
-    /// B, of the flicker noise B² / (2πf).
-    pub bias_instability: f64,
-    /// K, of the random walk of the samples, yₖ = yₖ₋₁ + K √τ₀ wₖ.
-    pub rate_random_walk: f64,
-    /// R, slope of the deterministic ramp R τ₀ k, of either sign.
-    pub rate_ramp: f64,
-}
-
-/// How flicker noise is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flicker {
-    /// All samples at once, with their exact statistics; they are kept in memory.
-    Exact,
-    /// By a bank of poles, in no memory worth the name.
-    Poles,
-}
+use crate::terms::Term;
 
 /// A part of the noise of a channel, in SI units.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Term {
-    /// R, the ramp R τ₀ k.
-    RateRamp(f64),
-    /// Q.
-    Quantization(f64),
-    /// N.
-    RandomWalk(f64),
-    /// B, and how it is made.
-    BiasInstability(f64, Flicker),
-    /// K.
-    RateRandomWalk(f64),
+pub enum Component {
+    /// A term with its coefficient. Flicker noise has its exact statistics, and its samples are kept in memory.
+    Term(Term, f64),
+    /// Flicker noise of the bias instability B by a bank of poles, which needs hardly any memory.
+    PoleBank(f64),
     /// White noise behind a filter, sampled: x' = A x + L w, the output is the first state times `scale`.
     Filtered {
         /// Of the output.
@@ -77,14 +48,15 @@ pub enum Term {
     },
 }
 
-impl Term {
+impl Component {
     /// Number of the random numbers: each part has its own, so that a new one leaves the others' draws alone.
     fn stream(&self) -> u64 {
         match self {
-            Self::RateRamp(_) | Self::Quantization(_) => 0,
-            Self::RandomWalk(_) | Self::Filtered { .. } => 1,
-            Self::BiasInstability(..) => 2,
-            Self::RateRandomWalk(_) => 3,
+            // A ramp draws none.
+            Self::Term(Term::RateRamp, _) => 0,
+            Self::Term(term, _) => term.index() as u64,
+            Self::PoleBank(_) => Term::BiasInstability.index() as u64,
+            Self::Filtered { .. } => Term::RandomWalk.index() as u64,
             Self::GaussMarkov { index, .. } => 1 << 32 | u64::from(*index),
             Self::Sinusoid { index, .. } => 2 << 32 | u64::from(*index),
         }
@@ -116,50 +88,33 @@ impl Generator {
         Ok(Self { n, made: 0, tau0, seed, sources: Vec::new() })
     }
 
-    /// Adds a term, with the random numbers of a `channel`: the same seed and channel give the same noise.
+    /// Adds a component, with the random numbers of a `channel`: the same seed and channel give the same noise.
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] for a value out of its range, [`Error::Length`] for matrices of unequal size.
-    pub fn add(&mut self, term: &Term, channel: u64) -> Result<(), Error> {
+    pub fn add(&mut self, component: &Component, channel: u64) -> Result<(), Error> {
         let tau0 = self.tau0;
-        let mut draws = Draws::new(self.seed, channel, term.stream());
-        let source: Box<dyn Source> = match *term {
-            Term::RateRamp(slope) => {
-                finite("rate_ramp", slope)?;
-                Box::new(Ramp { step: slope * tau0, at: 0 })
+        let draws = Draws::new(self.seed, channel, component.stream());
+        let source: Box<dyn Source> = match *component {
+            Component::Term(term, coefficient) => {
+                finite(term.name(), coefficient)?;
+                self.source_of(term, coefficient, draws)
             }
-            Term::Quantization(q) => {
-                finite("quantization", q)?;
-                let before = draws.normal();
-                Box::new(Quantization { gain: q / tau0, before, draws })
-            }
-            Term::RandomWalk(n) => {
-                finite("random_walk", n)?;
-                Box::new(White { sigma: n / tau0.sqrt(), draws })
-            }
-            Term::BiasInstability(b, Flicker::Exact) => {
-                finite("bias_instability", b)?;
-                Box::new(Stored { samples: flicker(self.n, b, draws.generator()), at: 0 })
-            }
-            Term::BiasInstability(b, Flicker::Poles) => {
-                finite("bias_instability", b)?;
+            Component::PoleBank(b) => {
+                finite(Term::BiasInstability.name(), b)?;
                 Box::new(Bank::new(self.n, b, draws))
             }
-            Term::RateRandomWalk(k) => {
-                finite("rate_random_walk", k)?;
-                Box::new(Walk { sigma: k * tau0.sqrt(), level: 0.0, draws })
-            }
-            Term::Filtered { scale, ref transition, ref noise, ref start } => {
+            Component::Filtered { scale, ref transition, ref noise, ref start } => {
                 finite("scale", scale)?;
                 Box::new(Filtered::new(scale, transition, noise, start, draws)?)
             }
-            Term::GaussMarkov { sigma, time, .. } => {
+            Component::GaussMarkov { sigma, time, .. } => {
                 finite("sigma", sigma)?;
                 positive("time", time)?;
                 Box::new(GaussMarkov::new(sigma, tau0 / time, draws))
             }
-            Term::Sinusoid { amplitude, frequency, .. } => {
+            Component::Sinusoid { amplitude, frequency, .. } => {
                 finite("amplitude", amplitude)?;
                 positive("frequency", frequency)?;
                 Box::new(Sinusoid::new(amplitude, frequency * tau0, draws))
@@ -167,6 +122,23 @@ impl Generator {
         };
         self.sources.push(source);
         Ok(())
+    }
+
+    /// The samples of a term.
+    fn source_of(&self, term: Term, coefficient: f64, mut draws: Draws) -> Box<dyn Source> {
+        let tau0 = self.tau0;
+        match term {
+            Term::Quantization => {
+                let before = draws.normal();
+                Box::new(Quantization { gain: coefficient / tau0, before, draws })
+            }
+            Term::RandomWalk => Box::new(White { sigma: coefficient / tau0.sqrt(), draws }),
+            Term::BiasInstability => {
+                Box::new(Stored { samples: flicker(self.n, coefficient, draws.generator()), at: 0 })
+            }
+            Term::RateRandomWalk => Box::new(Walk { sigma: coefficient * tau0.sqrt(), level: 0.0, draws }),
+            Term::RateRamp => Box::new(Ramp { step: coefficient * tau0, at: 0 }),
+        }
     }
 
     /// Samples still to be made.
@@ -196,28 +168,25 @@ impl Generator {
     }
 }
 
-/// Simulates `n` rate samples. The same `seed` and `stream` give the same record; streams of a seed are independent.
+/// Simulates `n` rate samples of terms with coefficients in SI units, which are added in their order; all but the ramp are
+/// ≥ 0. The same `seed` and `stream` give the same record; streams of a seed are independent.
 ///
 /// # Errors
 ///
 /// [`Error::Parameter`] for a `tau0` that is not positive, or a coefficient out of its range.
-pub fn simulate(n: usize, tau0: f64, c: &Coefficients, seed: u64, stream: u64) -> Result<Vec<f64>, Error> {
+pub fn simulate(
+    n: usize,
+    tau0: f64,
+    terms: &[(Term, f64)],
+    seed: u64,
+    stream: u64,
+) -> Result<Vec<f64>, Error> {
     let mut generator = Generator::new(n, tau0, seed)?;
-    finite("rate_ramp", c.rate_ramp)?;
-    let terms = [
-        ("rate_ramp", c.rate_ramp.abs(), Term::RateRamp(c.rate_ramp)),
-        ("quantization", c.quantization, Term::Quantization(c.quantization)),
-        ("random_walk", c.random_walk, Term::RandomWalk(c.random_walk)),
-        ("bias_instability", c.bias_instability, Term::BiasInstability(c.bias_instability, Flicker::Exact)),
-        ("rate_random_walk", c.rate_random_walk, Term::RateRandomWalk(c.rate_random_walk)),
-    ];
-    for (name, size, term) in terms {
-        if !(size >= 0.0 && size.is_finite()) {
-            return Err(Error::Parameter { name, value: size });
+    for &(term, coefficient) in terms {
+        if term != Term::RateRamp && (coefficient.is_nan() || coefficient < 0.0) {
+            return Err(Error::Parameter { name: term.name(), value: coefficient });
         }
-        if size > 0.0 {
-            generator.add(&term, stream)?;
-        }
+        generator.add(&Component::Term(term, coefficient), stream)?;
     }
     let mut rate = vec![0.0; n];
     generator.fill(&mut rate)?;

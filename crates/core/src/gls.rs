@@ -27,6 +27,8 @@ mod statement;
 mod step;
 mod whitening;
 
+use crate::terms::{NOISE_TERMS, Term};
+
 pub use components::{Base, Components, Extra, Shape};
 pub use curve_fit::{Curve, CurveFit};
 pub use evidence::{Evidence, detectable};
@@ -34,15 +36,15 @@ pub use non_negative::non_negative;
 pub use ramp::least_ramp;
 pub use step::{Gls, Score};
 
-/// Noise terms: quantization, random walk, bias instability, rate random walk. The ramp is not a noise.
-pub const LINEAR: usize = 4;
+/// Number of noise terms, in the order of [`Term::NOISE`]. The ramp is not a noise.
+pub const LINEAR: usize = NOISE_TERMS;
 
 /// Terms at most: those and one more.
 pub const TERMS: usize = LINEAR + 1;
 
-const QUANTIZATION: usize = 0;
-const BIAS_INSTABILITY: usize = 2;
-const RATE_RANDOM_WALK: usize = 3;
+const QUANTIZATION: usize = Term::Quantization.index();
+const BIAS_INSTABILITY: usize = Term::BiasInstability.index();
+const RATE_RANDOM_WALK: usize = Term::RateRandomWalk.index();
 
 /// Squared coefficients, 0 for terms that are not there.
 pub type Theta = [f64; TERMS];

@@ -23,6 +23,7 @@ pub mod gls;
 mod kernel;
 pub mod likelihood;
 pub mod neighbours;
+mod parallel;
 pub mod phase;
 mod points;
 pub mod pole_bank;

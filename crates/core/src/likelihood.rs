@@ -52,8 +52,6 @@ pub use joint::Common;
 pub use joint_fit::{ALPHA, Contribution, JointFit, RunEstimate, Spread, fit_jointly};
 pub use masked::{MaskedPass, Weighting};
 pub use outcome::Options;
-pub use parts::{
-    GaussMarkovEstimate, LineEstimate, MOST_LINES, Number, Parameter, ResonanceEstimate, TERM_NAMES,
-};
+pub use parts::{GaussMarkovEstimate, LineEstimate, MOST_LINES, Number, Parameter, ResonanceEstimate};
 pub use pass::{LEAST_SAMPLES, Pass, Summary};
 pub use white_levels::WhiteLevel;

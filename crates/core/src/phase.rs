@@ -7,8 +7,8 @@
 
 use crate::compensated::Sum;
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use crate::points::Points;
-use rayon::prelude::*;
 use scan::{GROUP, Plain, Vectors};
 use std::sync::Mutex;
 use survey::Survey;
@@ -16,7 +16,7 @@ use survey::Survey;
 mod scan;
 mod survey;
 
-/// Most phase points per anchor, and fewest: between them lies what a record needs, see [`Survey`].
+/// Most phase points per anchor, and fewest: between them lies what a record needs, see `Survey`.
 pub const LONGEST_BLOCK: usize = 131_072;
 /// See [`LONGEST_BLOCK`].
 pub const SHORTEST_BLOCK: usize = 2048;

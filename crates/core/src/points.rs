@@ -4,6 +4,7 @@
 //! processor for each, and fresh ones a visit to the system.
 
 use crate::error::Error;
+#[cfg(feature = "threads")]
 use memmap2::MmapMut;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -28,6 +29,7 @@ pub(crate) struct Points {
 
 enum Memory {
     Heap(Vec<f64>),
+    #[cfg(feature = "threads")]
     Pages(MmapMut),
 }
 
@@ -86,6 +88,7 @@ impl Points {
 impl Memory {
     /// For so many numbers and one more, wherever they begin; of what there is, if it can be used.
     fn of(count: usize, before: Self) -> Result<Self, Error> {
+        #[cfg(feature = "threads")]
         if count >= WORTH_PAGES {
             let bytes = (count + 1 + LARGE_PAGE) * size_of::<f64>();
             let pages = MmapMut::map_anon(bytes).map_err(|_| Error::Memory { bytes })?;
@@ -96,6 +99,7 @@ impl Memory {
         }
         let mut numbers = match before {
             Self::Heap(numbers) => numbers,
+            #[cfg(feature = "threads")]
             Self::Pages(_) => Vec::new(),
         };
         let size = count + 1 + LINE;
@@ -108,6 +112,7 @@ impl Memory {
     fn numbers(&self) -> &[f64] {
         match self {
             Self::Heap(numbers) => numbers,
+            #[cfg(feature = "threads")]
             Self::Pages(pages) => bytemuck::cast_slice(pages),
         }
     }
@@ -115,6 +120,7 @@ impl Memory {
     fn numbers_mut(&mut self) -> &mut [f64] {
         match self {
             Self::Heap(numbers) => numbers,
+            #[cfg(feature = "threads")]
             Self::Pages(pages) => bytemuck::cast_slice_mut(pages),
         }
     }

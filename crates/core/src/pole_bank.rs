@@ -3,7 +3,7 @@
 //! Discrete flicker noise is white noise through (1 − z⁻¹)^(−1/2) = (1 / π) ∫ x^(−1/2) (1 − x)^(−1/2) / (1 − x z⁻¹) dx
 //! from 0 to 1. With x = 1 / (1 + e⁻ᵘ) the weight becomes 1 / (2π cosh(u / 2)) du, and eᵘ is the time of the pole in
 //! samples: a trapezoidal rule in u spreads the poles evenly over its logarithm. The integrand has no singularity nearer
-//! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at [`STEP`]. What lies beyond the
+//! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at `STEP`. What lies beyond the
 //! poles is one more pole at either end, with the weight and the mean of all those of the rule there.
 
 use crate::draws::{Draws, Source};

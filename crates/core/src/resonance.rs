@@ -21,11 +21,11 @@ const POINTS: usize = 8192;
 /// A resonance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resonance {
-    /// Standard deviation. [rate unit]
+    /// Standard deviation. \[rate unit\]
     pub sigma: f64,
-    /// Centre. [Hz]
+    /// Centre. \[Hz\]
     pub frequency: f64,
-    /// Half width, less than the centre. [Hz]
+    /// Half width, less than the centre. \[Hz\]
     pub width: f64,
 }
 

@@ -5,8 +5,8 @@
 
 use crate::compensated::Sum;
 use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
+use crate::parallel::prelude::*;
 use crate::phase::{Phase, SHORTEST_BLOCK};
-use rayon::prelude::*;
 use std::cell::RefCell;
 use std::ops::Range;
 

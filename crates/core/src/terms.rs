@@ -1,13 +1,110 @@
-//! The Allan variance that each noise term is expected to show.
+//! The list of noise terms, and the Allan variance that each is expected to show.
 //!
 //! `tau0` is the sample interval, `m` the cluster size in samples (≥ 1) and `tau` = m·τ₀ the averaging time, in
 //! seconds. Forms that take `tau` are exact for every cluster size; those that take `m` are exact for the sampled
 //! process that they name, where the continuous one has no samples of finite variance or differs at short times.
 
 use crate::bandlimited::exponential_avar;
+use crate::psd;
 use crate::special::{flicker_cutoff_bracket, odd_harmonic, odd_harmonic_doubling};
 use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
+
+/// Number of terms that are noise.
+pub const NOISE_TERMS: usize = 4;
+
+/// A term of IEEE 952. A new one is a variant here; the compiler then asks for its formulas wherever a term has one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Term {
+    /// White noise on the phase; the coefficient is Q.
+    Quantization,
+    /// White noise on the rate; N.
+    RandomWalk,
+    /// Discrete flicker noise, see [`bias_instability_avar`]; B.
+    BiasInstability,
+    /// Random walk of the samples, see [`rate_random_walk_avar_sampled`]; K.
+    RateRandomWalk,
+    /// Deterministic ramp of either sign, no noise; R.
+    RateRamp,
+}
+
+impl Term {
+    /// The terms that are noise, in the order of coefficients. The Allan variance is linear in their squares.
+    pub const NOISE: [Self; NOISE_TERMS] =
+        [Self::Quantization, Self::RandomWalk, Self::BiasInstability, Self::RateRandomWalk];
+
+    /// All terms: the noise, then the ramp.
+    pub const ALL: [Self; NOISE_TERMS + 1] = {
+        let mut all = [Self::RateRamp; NOISE_TERMS + 1];
+        let mut k = 0;
+        while k < NOISE_TERMS {
+            all[k] = Self::NOISE[k];
+            k += 1;
+        }
+        all
+    };
+
+    /// Place in [`Term::ALL`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Name in results and model files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Quantization => "quantization",
+            Self::RandomWalk => "random_walk",
+            Self::BiasInstability => "bias_instability",
+            Self::RateRandomWalk => "rate_random_walk",
+            Self::RateRamp => "rate_ramp",
+        }
+    }
+
+    /// The term of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|term| term.name() == name)
+    }
+
+    /// Expected Allan variance of the sampled term at the cluster size `m`.
+    #[must_use]
+    pub fn avar(self, coefficient: f64, tau0: f64, m: usize) -> f64 {
+        let tau = m as f64 * tau0;
+        match self {
+            Self::Quantization => quantization_avar(coefficient, tau),
+            Self::RandomWalk => random_walk_avar(coefficient, tau),
+            Self::BiasInstability => bias_instability_avar(coefficient, m),
+            Self::RateRandomWalk => rate_random_walk_avar_sampled(coefficient, tau0, m),
+            Self::RateRamp => rate_ramp_avar(coefficient, tau),
+        }
+    }
+
+    /// Two-sided density of the sampled term at the frequency `f`; of a ramp the conventional one, see [`psd::rate_ramp`].
+    #[must_use]
+    pub fn psd(self, coefficient: f64, tau0: f64, f: f64) -> f64 {
+        match self {
+            Self::Quantization => psd::quantization_sampled(coefficient, tau0, f),
+            Self::RandomWalk => psd::random_walk(coefficient),
+            Self::BiasInstability => psd::bias_instability_sampled(coefficient, tau0, f),
+            Self::RateRandomWalk => psd::rate_random_walk_sampled(coefficient, tau0, f),
+            Self::RateRamp => psd::rate_ramp(coefficient, f),
+        }
+    }
+
+    /// The power p for which the squared coefficient of samples, τ₀ = 1, is that in SI times τ₀^(p − 2).
+    #[must_use]
+    pub const fn interval_power(self) -> i32 {
+        match self {
+            Self::Quantization => 0,
+            Self::RandomWalk => 1,
+            Self::BiasInstability => 2,
+            Self::RateRandomWalk => 3,
+            Self::RateRamp => 4,
+        }
+    }
+}
 
 /// Quantization noise, white noise of standard deviation `q` on the phase: 3Q² / T², eq. (15) of the paper.
 #[must_use]

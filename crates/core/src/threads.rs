@@ -24,8 +24,14 @@ pub(crate) fn on_threads<T: Send>(
     if threads == 0 {
         return Err(out_of_range);
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     // Threads need memory for their stacks.
     let refused = if threads > MOST { out_of_range } else { Error::Memory { bytes: threads * STACK } };
-    Ok(pool.map_err(|_| refused)?.install(work))
+    #[cfg(feature = "threads")]
+    return Ok(rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|_| refused)?
+        .install(work));
+    #[cfg(not(feature = "threads"))]
+    if threads > MOST { Err(refused) } else { Ok(work()) }
 }

@@ -3,12 +3,14 @@
 use crate::allan::{sizes, value_error};
 use crate::frozen_class::frozen_class;
 use crate::pool::detached;
+use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 use sigmatau_core::likelihood as core;
 use sigmatau_core::resonance::Resonance;
+use sigmatau_core::terms::Term;
 
 type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
@@ -253,9 +255,9 @@ impl FittedModel {
         highest: Option<f64>,
         warm_up: Option<(f64, f64)>,
     ) -> PyResult<Self> {
-        let mut coefficients = [0.0; 5];
+        let mut coefficients = [0.0; Term::ALL.len()];
         for (name, value) in terms {
-            coefficients[term(&name)?] = value;
+            coefficients[named_term(&name)?.index()] = value;
         }
         let resonance = resonance
             .into_iter()
@@ -303,8 +305,8 @@ impl FittedModel {
         terms: Vec<(String, f64)>,
         start: f64,
     ) -> PyResult<Vec<Option<(f64, f64)>>> {
-        let terms: Vec<(usize, f64)> =
-            terms.iter().map(|(name, value)| Ok((term(name)?, *value))).collect::<PyResult<_>>()?;
+        let terms: Vec<(Term, f64)> =
+            terms.iter().map(|(name, value)| Ok((named_term(name)?, *value))).collect::<PyResult<_>>()?;
         Ok(py.detach(|| self.0.line_ranges(&terms, start)))
     }
 
@@ -317,14 +319,6 @@ impl FittedModel {
     fn psd_before_filter<'py>(&self, py: Python<'py>, f: PyReadonlyArray1<'py, f64>) -> Floats<'py> {
         Ok(f.as_slice()?.iter().map(|&f| self.0.psd_before_filter(f)).collect::<Vec<_>>().into_pyarray(py))
     }
-}
-
-/// Index of a term.
-pub fn term(name: &str) -> PyResult<usize> {
-    core::TERM_NAMES
-        .iter()
-        .position(|&term| term == name)
-        .ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
 }
 
 const SHAPES: [(core::FilterShape, &str); 7] = [
@@ -443,7 +437,7 @@ impl From<&str> for Parameter {
 impl From<core::Parameter> for Parameter {
     fn from(parameter: core::Parameter) -> Self {
         let (part, number, quantity) = match parameter {
-            core::Parameter::Term(term) => return core::TERM_NAMES[term].into(),
+            core::Parameter::Term(term) => return term.name().into(),
             core::Parameter::GaussMarkov(number, quantity) => ("gauss_markov", number, quantity),
             core::Parameter::Resonance(number, quantity) => ("resonance", number, quantity),
             core::Parameter::Sinusoid(number, quantity) => ("sinusoid", number, quantity),

@@ -5,10 +5,7 @@ use crate::pool::detached;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use sigmatau_core::covariance::{Component, Gamma};
-
-/// The first components, in the order of the tensors' first indices; Gauss-Markov processes come after them.
-const LINEAR: [Component; 4] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
+use sigmatau_core::terms::Term;
 
 type Tensors<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
@@ -23,7 +20,8 @@ pub fn covariance_tensors<'py>(
     let sizes = sizes(&m)?;
     // In samples, as the core has them.
     let processes = correlation_times.iter().map(|time| Component::GaussMarkov { tc: time / tau0 });
-    let components: Vec<Component> = LINEAR.into_iter().chain(processes).collect();
+    // The order of the tensors' first indices.
+    let components: Vec<Component> = Term::NOISE.into_iter().map(Component::Term).chain(processes).collect();
     let gamma = detached(py, || Gamma::new(n, &sizes, &components)?.at_interval(tau0))
         .map_err(|error| value_error(&error))?;
     let terms = 0..components.len();

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use sigmatau_core::allan::Overlap;
 use sigmatau_core::deviations::freedom::{self, Coefficients, Stationary};
 use sigmatau_core::deviations::{self, Kind, quadratic};
+use sigmatau_core::terms::Term;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -54,7 +55,7 @@ pub fn deviations_of_channels<'py>(
     Ok((by_channel, terms.into_pyarray(py)))
 }
 
-/// Expected variances and degrees of freedom for the coefficients Q, N, B, K, R.
+/// Expected variances and degrees of freedom for the coefficients of all terms.
 #[pyfunction]
 pub fn stationary_moments<'py>(
     py: Python<'py>,
@@ -62,7 +63,7 @@ pub fn stationary_moments<'py>(
     overlapped: bool,
     samples: usize,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; 5],
+    coefficients: [f64; Term::ALL.len()],
     tau0: f64,
 ) -> PyResult<(Floats<'py>, Floats<'py>)> {
     let overlap = if overlapped { Overlap::Full } else { Overlap::None };
@@ -88,7 +89,7 @@ pub fn quadratic_edf<'py>(
     kind: &str,
     samples: usize,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; 5],
+    coefficients: [f64; Term::ALL.len()],
     tau0: f64,
 ) -> PyResult<Floats<'py>> {
     let kind = kind_of(kind, true)?;
@@ -99,12 +100,12 @@ pub fn quadratic_edf<'py>(
     Ok(edf.into_pyarray(py))
 }
 
-/// Expected Theo1 variances for the coefficients Q, N, B, K, R.
+/// Expected Theo1 variances for the coefficients of all terms.
 #[pyfunction]
 pub fn theo1_expectation<'py>(
     py: Python<'py>,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; 5],
+    coefficients: [f64; Term::ALL.len()],
     tau0: f64,
 ) -> PyResult<Floats<'py>> {
     let sizes = sizes(&m)?;

@@ -1,19 +1,20 @@
 //! Simulated records, whole and piece by piece.
 
 use crate::allan::value_error;
+use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadwriteArray1};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use sigmatau_core::generate::{self, Flicker, Term};
+use sigmatau_core::generate::{self, Component};
 use sigmatau_core::pole_bank;
+use sigmatau_core::terms::Term;
 
 /// The noise of one channel, piece by piece.
 #[pyclass(module = "sigmatau._core")]
 pub struct Generator(generate::Generator);
 
 impl Generator {
-    fn with(&mut self, py: Python<'_>, term: &Term, channel: u64) -> PyResult<()> {
-        py.detach(|| self.0.add(term, channel)).map_err(|error| value_error(&error))
+    fn with(&mut self, py: Python<'_>, component: &Component, channel: u64) -> PyResult<()> {
+        py.detach(|| self.0.add(component, channel)).map_err(|error| value_error(&error))
     }
 }
 
@@ -24,7 +25,7 @@ impl Generator {
         generate::Generator::new(n, tau0, seed).map(Self).map_err(|error| value_error(&error))
     }
 
-    /// One of the five terms, by name; bias instability exactly or by poles.
+    /// A term, by name; bias instability exactly or by poles.
     fn add_term(
         &mut self,
         py: Python<'_>,
@@ -33,16 +34,11 @@ impl Generator {
         channel: u64,
         poles: bool,
     ) -> PyResult<()> {
-        let term = match term {
-            "rate_ramp" => Term::RateRamp(value),
-            "quantization" => Term::Quantization(value),
-            "random_walk" => Term::RandomWalk(value),
-            "bias_instability" if poles => Term::BiasInstability(value, Flicker::Poles),
-            "bias_instability" => Term::BiasInstability(value, Flicker::Exact),
-            "rate_random_walk" => Term::RateRandomWalk(value),
-            _ => return Err(PyValueError::new_err(format!("unknown term {term}"))),
+        let component = match named_term(term)? {
+            Term::BiasInstability if poles => Component::PoleBank(value),
+            term => Component::Term(term, value),
         };
-        self.with(py, &term, channel)
+        self.with(py, &component, channel)
     }
 
     /// White noise behind a filter; matrices row by row.
@@ -55,7 +51,7 @@ impl Generator {
         start: Vec<f64>,
         channel: u64,
     ) -> PyResult<()> {
-        self.with(py, &Term::Filtered { scale, transition, noise, start }, channel)
+        self.with(py, &Component::Filtered { scale, transition, noise, start }, channel)
     }
 
     fn add_gauss_markov(
@@ -66,7 +62,7 @@ impl Generator {
         index: u32,
         channel: u64,
     ) -> PyResult<()> {
-        self.with(py, &Term::GaussMarkov { sigma, time, index }, channel)
+        self.with(py, &Component::GaussMarkov { sigma, time, index }, channel)
     }
 
     fn add_sinusoid(
@@ -77,7 +73,7 @@ impl Generator {
         index: u32,
         channel: u64,
     ) -> PyResult<()> {
-        self.with(py, &Term::Sinusoid { amplitude, frequency, index }, channel)
+        self.with(py, &Component::Sinusoid { amplitude, frequency, index }, channel)
     }
 
     /// The next samples, into an array.

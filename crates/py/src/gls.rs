@@ -1,9 +1,10 @@
 //! Least squares on Allan variances: the fit of a curve, and its parts for planning and tests.
 
 use crate::allan::{sizes, value_error};
-use crate::channel_fit::{GaussMarkovEstimate, Parameter, TermEstimate, converted, named, term};
+use crate::channel_fit::{GaussMarkovEstimate, Parameter, TermEstimate, converted, named};
 use crate::frozen_class::frozen_class;
 use crate::pool::detached;
+use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::prelude::*;
@@ -262,7 +263,7 @@ pub fn fit_curve(
     if avar.len() != sizes.len() || ramps.len() != sizes.len() || first.unwrap_or(0) >= sizes.len() {
         return Err(PyValueError::new_err("sizes, variances and ramps differ in length"));
     }
-    let terms = terms.iter().map(|name| term(name)).collect::<PyResult<Vec<usize>>>()?;
+    let terms = terms.iter().map(|name| Ok(named_term(name)?.index())).collect::<PyResult<Vec<usize>>>()?;
     let noise: Vec<usize> = terms.iter().copied().filter(|&term| term < gls::LINEAR).collect();
     if noise.is_empty() {
         return Err(PyValueError::new_err("no noise term"));

@@ -1,12 +1,14 @@
 //! The likelihood of a channel: one pass over its samples, then the analysis of what it keeps.
 
 use crate::allan::value_error;
-use crate::channel_fit::{ChannelFit, JointChannelFit, LineEstimate, term};
+use crate::channel_fit::{ChannelFit, JointChannelFit, LineEstimate};
 use crate::pool::detached;
+use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::likelihood::{self, Contribution, Options};
+use sigmatau_core::terms::NOISE_TERMS;
 
 enum Walk {
     Complete(Box<likelihood::Pass>),
@@ -146,7 +148,7 @@ impl LikelihoodSummary {
         level: f64,
         most_quantization: f64,
     ) -> PyResult<ChannelFit> {
-        let terms = terms.map_or(Ok([true; 4]), |terms| chosen(&terms))?;
+        let terms = terms.map_or(Ok([true; NOISE_TERMS]), |terms| chosen(&terms))?;
         let (regressors, samples) = (self.curves(&regressors)?, samples.unwrap_or(self.0.samples));
         let options = Options {
             terms,
@@ -200,11 +202,11 @@ pub fn fit_jointly(
     Ok(detached(py, || likelihood::fit_jointly(&contributions, &options, common)).into())
 }
 
-/// Which of the four noise terms are named.
-fn chosen(names: &[String]) -> PyResult<[bool; 4]> {
-    let mut chosen = [false; 4];
+/// Which of the noise terms are named.
+fn chosen(names: &[String]) -> PyResult<[bool; NOISE_TERMS]> {
+    let mut chosen = [false; NOISE_TERMS];
     for name in names {
-        let index = term(name)?;
+        let index = named_term(name)?.index();
         *chosen
             .get_mut(index)
             .ok_or_else(|| PyValueError::new_err(format!("{name} is not a noise term")))? = true;

@@ -5,10 +5,16 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::bandlimited::{self, Filter};
+use sigmatau_core::psd;
 use sigmatau_core::resonance::Resonance;
-use sigmatau_core::{psd, terms};
+use sigmatau_core::terms::{self, Term};
 
 type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+/// The term of a name.
+pub fn named_term(name: &str) -> PyResult<Term> {
+    Term::from_name(name).ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
+}
 
 #[pyfunction]
 pub fn term_avar<'py>(
@@ -21,20 +27,14 @@ pub fn term_avar<'py>(
     averaged: bool,
 ) -> Floats<'py> {
     let c = coefficient;
-    let form: Box<dyn Fn(usize) -> f64> = match (term, cutoff, averaged) {
-        ("quantization", None, false) => Box::new(move |m| terms::quantization_avar(c, m as f64 * tau0)),
-        ("random_walk", None, false) => Box::new(move |m| terms::random_walk_avar(c, m as f64 * tau0)),
-        ("bias_instability", None, false) => Box::new(move |m| terms::bias_instability_avar(c, m)),
-        ("bias_instability", Some(f0), false) => {
+    let form: Box<dyn Fn(usize) -> f64> = match (named_term(term)?, cutoff, averaged) {
+        (term, None, false) => Box::new(move |m| term.avar(c, tau0, m)),
+        (Term::BiasInstability, Some(f0), false) => {
             Box::new(move |m| terms::bias_instability_avar_cutoff(c, f0, m as f64 * tau0))
         }
-        ("rate_random_walk", None, false) => {
-            Box::new(move |m| terms::rate_random_walk_avar_sampled(c, tau0, m))
-        }
-        ("rate_random_walk", None, true) => {
+        (Term::RateRandomWalk, None, true) => {
             Box::new(move |m| terms::rate_random_walk_avar_averaged(c, m as f64 * tau0))
         }
-        ("rate_ramp", None, false) => Box::new(move |m| terms::rate_ramp_avar(c, m as f64 * tau0)),
         _ => {
             return Err(PyValueError::new_err(format!(
                 "{term} has no form with cutoff = {cutoff:?}, averaged = {averaged}"
@@ -53,20 +53,17 @@ pub fn term_psd<'py>(
     tau0: Option<f64>,
 ) -> Floats<'py> {
     let c = coefficient;
-    let form: Box<dyn Fn(f64) -> f64> = match (term, tau0) {
-        ("quantization", Some(tau0)) => Box::new(move |f| psd::quantization_sampled(c, tau0, f)),
-        ("quantization", None) => {
+    let form: Box<dyn Fn(f64) -> f64> = match (named_term(term)?, tau0) {
+        (term, Some(tau0)) => Box::new(move |f| term.psd(c, tau0, f)),
+        (Term::Quantization, None) => {
             return Err(PyValueError::new_err(
                 "the spectrum of quantization noise needs the sample interval tau0",
             ));
         }
-        ("random_walk", _) => Box::new(move |_| psd::random_walk(c)),
-        ("bias_instability", Some(tau0)) => Box::new(move |f| psd::bias_instability_sampled(c, tau0, f)),
-        ("bias_instability", None) => Box::new(move |f| psd::bias_instability(c, None, f)),
-        ("rate_random_walk", Some(tau0)) => Box::new(move |f| psd::rate_random_walk_sampled(c, tau0, f)),
-        ("rate_random_walk", None) => Box::new(move |f| psd::rate_random_walk(c, f)),
-        ("rate_ramp", _) => Box::new(move |f| psd::rate_ramp(c, f)),
-        _ => return Err(PyValueError::new_err(format!("unknown term {term}"))),
+        (Term::RandomWalk, None) => Box::new(move |_| psd::random_walk(c)),
+        (Term::BiasInstability, None) => Box::new(move |f| psd::bias_instability(c, None, f)),
+        (Term::RateRandomWalk, None) => Box::new(move |f| psd::rate_random_walk(c, f)),
+        (Term::RateRamp, None) => Box::new(move |f| psd::rate_ramp(c, f)),
     };
     Ok(f.as_slice()?.iter().copied().map(form).collect::<Vec<_>>().into_pyarray(py))
 }

@@ -2,43 +2,82 @@
 
 use super::flicker::flicker;
 use crate::error::Error;
+use crate::terms::Term;
 
-/// A noise term as the covariance of the Allan variances sees it.
+/// The autocovariance of a noise, as the covariance of the Allan variances needs it.
 ///
 /// Let s(l) be the generalised autocovariance of its phase at a lag of l samples, with τ₀ = 1 and a coefficient of 1.
 /// The second differences x(k) − 2x(k + n) + x(k + 2n) and, with m for n, those of another cluster size have the
 /// covariance C(u) = δₙ²δₘ² s(u), δₙ² s(u) = s(u + n) − 2s(u) + s(u − n), where u is the lag of their centres.
 /// What a constant or a parabola adds to s is nothing to C.
 ///
-/// The terms of IEEE 952 and the Gauss–Markov process are [`Component`]s. A filter, or any noise whose differences are
-/// stationary, needs [`Term::covariance`] only.
-pub trait Term: Sync {
+/// The noise terms of IEEE 952 have one, and so do [`Component`]s. A filter, or any noise whose differences are stationary,
+/// needs [`PhaseCovariance::covariance`] only.
+pub trait PhaseCovariance: Sync {
     /// The power of τ₀ that C goes with when the coefficient stays; 2 for a term given by its variance.
     fn interval_power(&self) -> i32;
 
     /// C(u), for `n` ≤ `m` and `u` ≥ 0, to all digits: it must not be the difference of large numbers.
     ///
     /// `u` is an integer next to the kinks at 0, `m` − `n`, `n`, `m` and `m` + `n`, and any real number elsewhere.
-    /// Between kinks C must be analytic, as smooth as the distance from them is large; but see [`Term::memory`].
+    /// Between kinks C must be analytic, as smooth as the distance from them is large; but see [`PhaseCovariance::memory`].
     fn covariance(&self, n: f64, m: f64, u: f64) -> f64;
 
     /// So many lags on either side of every kink are integers, and need not be smooth.
     fn memory(&self) -> usize {
         0
     }
+
+    /// Refuses a parameter that is out of range.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`].
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
-/// The terms with a closed form.
+/// The coefficient is the squared one of the term. A ramp is no noise: its covariance is 0.
+impl PhaseCovariance for Term {
+    fn interval_power(&self) -> i32 {
+        Term::interval_power(*self)
+    }
+
+    fn covariance(&self, n: f64, m: f64, u: f64) -> f64 {
+        match self {
+            Self::Quantization => spikes(n, m, u),
+            Self::RandomWalk => triangles(n, m, u),
+            Self::BiasInstability => flicker(n, m, u),
+            Self::RateRandomWalk => cubics(n, m, u) + triangles(n, m, u) / 6.0,
+            Self::RateRamp => 0.0,
+        }
+    }
+}
+
+impl<T: PhaseCovariance + ?Sized> PhaseCovariance for &T {
+    fn interval_power(&self) -> i32 {
+        (**self).interval_power()
+    }
+
+    fn covariance(&self, n: f64, m: f64, u: f64) -> f64 {
+        (**self).covariance(n, m, u)
+    }
+
+    fn memory(&self) -> usize {
+        (**self).memory()
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        (**self).check()
+    }
+}
+
+/// A noise with a closed form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Component {
-    /// White noise on the phase; the coefficient is Q².
-    Quantization,
-    /// White noise on the rate; the coefficient is N².
-    RandomWalk,
-    /// Discrete flicker noise, see [`crate::terms::bias_instability_avar`]; the coefficient is B².
-    BiasInstability,
-    /// Random walk of the samples, see [`crate::terms::rate_random_walk_avar_sampled`]; the coefficient is K².
-    RateRandomWalk,
+    /// A term.
+    Term(Term),
     /// First-order Gauss–Markov process, sampled; the coefficient is its variance.
     GaussMarkov {
         /// Correlation time in samples.
@@ -46,35 +85,28 @@ pub enum Component {
     },
 }
 
-impl Component {
-    pub(super) fn check(self) -> Result<(), Error> {
-        match self {
-            // Its square and that of its reciprocal have to be numbers.
-            Self::GaussMarkov { tc } if !(1e-100..=1e100).contains(&tc) => {
-                Err(Error::Parameter { name: "tc", value: tc })
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Term for Component {
+impl PhaseCovariance for Component {
     fn interval_power(&self) -> i32 {
         match self {
-            Self::Quantization => 0,
-            Self::RandomWalk => 1,
-            Self::BiasInstability | Self::GaussMarkov { .. } => 2,
-            Self::RateRandomWalk => 3,
+            Self::Term(term) => term.interval_power(),
+            Self::GaussMarkov { .. } => 2,
         }
     }
 
     fn covariance(&self, n: f64, m: f64, u: f64) -> f64 {
         match *self {
-            Self::Quantization => spikes(n, m, u),
-            Self::RandomWalk => triangles(n, m, u),
-            Self::BiasInstability => flicker(n, m, u),
-            Self::RateRandomWalk => cubics(n, m, u) + triangles(n, m, u) / 6.0,
+            Self::Term(term) => term.covariance(n, m, u),
             Self::GaussMarkov { tc } => exponentials(n, m, u, 1.0 / tc),
+        }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        match *self {
+            // Its square and that of its reciprocal have to be numbers.
+            Self::GaussMarkov { tc } if !(1e-100..=1e100).contains(&tc) => {
+                Err(Error::Parameter { name: "tc", value: tc })
+            }
+            _ => Ok(()),
         }
     }
 }
@@ -144,10 +176,15 @@ fn sine_excess(a: f64, y: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn assert_relative(component: Component, (n, m, u): (f64, f64, f64), expected: f64, tolerance: f64) {
-        let got = component.covariance(n, m, u);
+    fn assert_relative(
+        noise: &dyn PhaseCovariance,
+        (n, m, u): (f64, f64, f64),
+        expected: f64,
+        tolerance: f64,
+    ) {
+        let got = noise.covariance(n, m, u);
         let close = (got - expected).abs() <= tolerance * expected.abs();
-        assert!(close, "{component:?}, n {n}, m {m}, u {u}: {got} instead of {expected}");
+        assert!(close, "n {n}, m {m}, u {u}: {got} instead of {expected}");
     }
 
     // Computed with 90 digits from the autocovariances: n, m, u and C for a coefficient of 1.
@@ -164,7 +201,7 @@ mod tests {
     #[test]
     fn random_walk_is_exact() {
         for (n, m, u, expected) in WALK {
-            assert_relative(Component::RateRandomWalk, (n, m, u), expected, 1e-15);
+            assert_relative(&Term::RateRandomWalk, (n, m, u), expected, 1e-15);
         }
     }
 
@@ -228,7 +265,7 @@ mod tests {
     #[test]
     fn gauss_markov_keeps_its_digits_for_fast_and_slow_decay() {
         for (tc, n, m, u, expected) in GAUSS_MARKOV {
-            assert_relative(Component::GaussMarkov { tc }, (n, m, u), expected, 1e-13);
+            assert_relative(&Component::GaussMarkov { tc }, (n, m, u), expected, 1e-13);
         }
     }
 

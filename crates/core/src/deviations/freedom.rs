@@ -9,10 +9,11 @@
 
 use super::Kind;
 use crate::allan::Overlap;
+use crate::covariance::PhaseCovariance;
 use crate::covariance::lags::{ONE_BY_ONE, Rules};
-use crate::covariance::{Component, Term};
 use crate::error::Error;
 use crate::special::{EULER_GAMMA, odd_harmonic};
+use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::{LN_2, PI};
 
 /// Estimators whose terms are a stationary sequence.
@@ -29,15 +30,11 @@ pub enum Stationary {
 /// Squared coefficients Q², N², B², K², and the squared ramp R², all for τ₀ = 1: see [`Coefficients::at_interval`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coefficients {
-    /// Of the terms in the order of [`TERMS`].
-    pub noise: [f64; 4],
+    /// Of the terms in the order of [`Term::NOISE`].
+    pub noise: [f64; NOISE_TERMS],
     /// R².
     pub ramp: f64,
 }
-
-/// The order of [`Coefficients::noise`].
-pub const TERMS: [Component; 4] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 /// Expected variance and equivalent degrees of freedom at one cluster size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,12 +46,11 @@ pub struct Moments {
 }
 
 impl Coefficients {
-    /// From coefficients (not squared) in SI units and a sample interval; Q, N, B, K, then R.
+    /// From coefficients (not squared) in SI units and a sample interval, in the order of [`Term::ALL`].
     #[must_use]
-    pub fn at_interval(coefficients: [f64; 5], tau0: f64) -> Self {
-        let [q, n, b, k, r] = coefficients.map(|c| c * c);
-        // C of the phase over τ₀²: see `Term::interval_power`.
-        Self { noise: [q / (tau0 * tau0), n / tau0, b, k * tau0], ramp: r * tau0 * tau0 }
+    pub fn at_interval(coefficients: [f64; NOISE_TERMS + 1], tau0: f64) -> Self {
+        let square = |term: Term| coefficients[term.index()].powi(2) * tau0.powi(term.interval_power() - 2);
+        Self { noise: Term::NOISE.map(square), ramp: square(Term::RateRamp) }
     }
 }
 
@@ -99,8 +95,8 @@ fn of_size(
     let kinks: Vec<usize> = (0..=reach).map(|kink| kink * m / step).collect();
     let covariance = |lag: f64| -> f64 {
         let u = lag * step as f64;
-        let used = TERMS.into_iter().zip(coefficients.noise).filter(|&(_, theta)| theta > 0.0);
-        used.map(|(component, theta)| theta * autocovariance(kind, component, size, u)).sum()
+        let used = Term::NOISE.into_iter().zip(coefficients.noise).filter(|&(_, theta)| theta > 0.0);
+        used.map(|(term, theta)| theta * autocovariance(kind, term, size, u)).sum()
     };
     let mean = match kind {
         Stationary::Allan(_) => size * size,
@@ -127,11 +123,10 @@ pub fn theo1_expectation(m: usize, coefficients: &Coefficients) -> f64 {
     let size = m as f64;
     let of_term = |a: usize| -> f64 {
         let a = a as f64;
-        let variance = |component: Component| component.covariance(a, size - a, 0.0);
-        let noise = TERMS.into_iter().zip(coefficients.noise).filter(|&(_, theta)| theta > 0.0);
+        let variance = |term: Term| term.covariance(a, size - a, 0.0);
+        let noise = Term::NOISE.into_iter().zip(coefficients.noise).filter(|&(_, theta)| theta > 0.0);
         let drift = a * (size - a);
-        noise.map(|(component, theta)| theta * variance(component)).sum::<f64>()
-            + coefficients.ramp * drift * drift
+        noise.map(|(term, theta)| theta * variance(term)).sum::<f64>() + coefficients.ramp * drift * drift
     };
     (1..=m / 2).map(|a| of_term(a) / a as f64).sum::<f64>() / (0.75 * size * size)
 }
@@ -139,25 +134,25 @@ pub fn theo1_expectation(m: usize, coefficients: &Coefficients) -> f64 {
 /// C(u) of the terms of an estimator, for a unit coefficient and τ₀ = 1.
 ///
 /// It is good to about 1e-13 of C(0), but for the tail of flicker noise, which is good to all digits but few.
-fn autocovariance(kind: Stationary, component: Component, m: f64, u: f64) -> f64 {
+fn autocovariance(kind: Stationary, term: Term, m: f64, u: f64) -> f64 {
     match kind {
-        Stationary::Allan(_) => component.covariance(m, m, u),
+        Stationary::Allan(_) => term.covariance(m, m, u),
         // −δₘ² of that of second differences.
         Stationary::Hadamard(_) => {
-            let second = |u: f64| component.covariance(m, m, u.abs());
+            let second = |u: f64| term.covariance(m, m, u.abs());
             2.0 * second(u) - second(u + m) - second(u - m)
         }
-        Stationary::Modified => match component {
+        Stationary::Modified => match term {
             // S(l) of the running sum, with −δ₁² S = s: −|l| / 2, (|l|³ − |l|) / 12, −(|l|⁵ − 5|l|³ + 4|l|) / 240.
-            Component::Quantization => 0.5 * sixth_difference(1, m, u),
-            Component::RandomWalk => (sixth_difference(1, m, u) - sixth_difference(3, m, u)) / 12.0,
-            Component::RateRandomWalk => {
+            Term::Quantization => 0.5 * sixth_difference(1, m, u),
+            Term::RandomWalk => (sixth_difference(1, m, u) - sixth_difference(3, m, u)) / 12.0,
+            Term::RateRandomWalk => {
                 (sixth_difference(5, m, u) - 5.0 * sixth_difference(3, m, u)
                     + 4.0 * sixth_difference(1, m, u))
                     / 240.0
             }
-            Component::BiasInstability => averaged_flicker(m, u),
-            Component::GaussMarkov { .. } => f64::NAN,
+            Term::BiasInstability => averaged_flicker(m, u),
+            Term::RateRamp => 0.0,
         },
     }
 }

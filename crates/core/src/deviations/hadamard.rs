@@ -4,8 +4,8 @@
 use super::Deviation;
 use super::thirds::{Correction, Curve, sums_of_squares, third_of_sums};
 use crate::compensated::Sum;
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
-use rayon::prelude::*;
 
 /// All N + 1 − 3m third differences.
 pub(super) fn overlapping(phase: &Phase, m: &[usize]) -> Vec<Deviation> {

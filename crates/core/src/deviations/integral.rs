@@ -6,9 +6,9 @@
 
 use super::thirds::{Correction, Curve, third_of_sums};
 use crate::compensated::{Sum, two_sum};
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
 use crate::points::Points;
-use rayon::prelude::*;
 
 /// The sums X(p) = Σ x(i), i < p, of a phase of N + 1 points: N + 2 of them, the first 0.
 pub struct Integral {

@@ -7,11 +7,12 @@
 //! averaging times are a small part of the record.
 
 use super::Kind;
-use super::freedom::{Coefficients, TERMS};
-use crate::covariance::{Component, Term};
+use super::freedom::Coefficients;
+use crate::covariance::PhaseCovariance;
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use crate::special::odd_harmonic;
-use rayon::prelude::*;
+use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::PI;
 
 /// Longest record that is taken as it is.
@@ -50,9 +51,9 @@ pub fn degrees_of_freedom(
 
 fn quantization_share(m: usize, coefficients: &Coefficients) -> f64 {
     let size = m as f64;
-    let variance = |(term, theta): (Component, f64)| theta * term.covariance(size, size, 0.0);
-    let all: f64 = TERMS.into_iter().zip(coefficients.noise).map(variance).sum();
-    variance((TERMS[0], coefficients.noise[0])) / all
+    let variance = |(term, theta): (Term, f64)| theta * term.covariance(size, size, 0.0);
+    let all: f64 = Term::NOISE.into_iter().zip(coefficients.noise).map(variance).sum();
+    variance((Term::Quantization, coefficients.noise[Term::Quantization.index()])) / all
 }
 
 fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) -> f64 {
@@ -64,13 +65,12 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
     let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
     let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
     let scale = m as f64 / reduced as f64;
-    let [quantization, white, flicker, walk] = coefficients.noise;
-    let noise = [
-        if reduced == m { quantization } else { 0.0 },
-        white * scale,
-        flicker * scale.powi(2),
-        walk * scale.powi(3),
-    ];
+    let of_reduced = |term: Term| {
+        let power = term.interval_power();
+        // Noise of the phase does not look the same at every scale.
+        if power == 0 && reduced != m { 0.0 } else { coefficients.noise[term.index()] * scale.powi(power) }
+    };
+    let noise = Term::NOISE.map(of_reduced);
     let length = samples as f64 / scale;
     // On the line through two lengths, which are the nearest where they can be.
     let short = (length.floor() as usize).min(LONGEST);
@@ -85,7 +85,7 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
 }
 
 /// tr AΣ and tr (AΣ)².
-fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; 4]) -> (f64, f64) {
+fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> (f64, f64) {
     let points = samples + 1;
     let s: Vec<f64> = (0..points).map(|lag| autocovariance(lag, noise)).collect();
     let mut form = vec![0.0; points * points];
@@ -134,29 +134,25 @@ fn traces(kind: Kind, samples: usize, m: usize, noise: [f64; 4]) -> (f64, f64) {
     (mean, square)
 }
 
-/// s(l) of [`crate::covariance::Term`], summed over the terms.
-fn autocovariance(lag: usize, noise: [f64; 4]) -> f64 {
+/// s(l) of [`PhaseCovariance`], summed over the terms.
+fn autocovariance(lag: usize, noise: [f64; NOISE_TERMS]) -> f64 {
     let l = lag as f64;
-    let of_term = |component: Component| match component {
-        Component::Quantization => f64::from(u8::from(lag == 0)),
-        Component::RandomWalk => -0.5 * l,
-        Component::BiasInstability => ((4.0 * l * l - 1.0) * odd_harmonic(lag) - 3.0 * l * l) / (4.0 * PI),
-        Component::RateRandomWalk => (l * l * l - l) / 12.0,
-        Component::GaussMarkov { .. } => f64::NAN,
+    let of_term = |term: Term| match term {
+        Term::Quantization => f64::from(u8::from(lag == 0)),
+        Term::RandomWalk => -0.5 * l,
+        Term::BiasInstability => ((4.0 * l * l - 1.0) * odd_harmonic(lag) - 3.0 * l * l) / (4.0 * PI),
+        Term::RateRandomWalk => (l * l * l - l) / 12.0,
+        Term::RateRamp => 0.0,
     };
-    TERMS
-        .into_iter()
-        .zip(noise)
-        .filter(|&(_, theta)| theta > 0.0)
-        .map(|(term, theta)| theta * of_term(term))
-        .sum()
+    let used = Term::NOISE.into_iter().zip(noise).filter(|&(_, theta)| theta > 0.0);
+    used.map(|(term, theta)| theta * of_term(term)).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn exact(kind: Kind, samples: usize, m: usize, noise: [f64; 4]) -> f64 {
+    fn exact(kind: Kind, samples: usize, m: usize, noise: [f64; NOISE_TERMS]) -> f64 {
         let (mean, square) = traces(kind, samples, m, noise);
         mean * mean / square
     }
@@ -166,7 +162,7 @@ mod tests {
     #[test]
     fn one_sample_to_average_is_the_allan_variance() {
         for (term, expected) in [(0, 514.036_054_6), (1, 666.222_296_4), (2, 809.923_188_7), (3, 999.0)] {
-            let mut noise = [0.0; 4];
+            let mut noise = [0.0; NOISE_TERMS];
             noise[term] = 1.0;
             let got = exact(Kind::Total, 1000, 1, noise);
             assert!((got / expected - 1.0).abs() < 1e-9, "{got} instead of {expected}");

@@ -8,9 +8,9 @@
 use super::Deviation;
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 /// Starts handled together.
 const STARTS: usize = 1024;

@@ -5,9 +5,9 @@
 //! differences of large numbers never occur; what the origins add to a third difference is a [`Correction`].
 
 use crate::compensated::{Sum, two_sum};
+use crate::parallel::prelude::*;
 use crate::phase::SHORTEST_BLOCK;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 /// Starts handled together.
 pub const STARTS: usize = 1024;

@@ -6,8 +6,8 @@
 use super::Deviation;
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
-use rayon::prelude::*;
 
 /// Starts handled together; results do not depend on how they are shared out.
 const RUN: usize = 1024;

@@ -9,8 +9,8 @@ use super::lifted::copy_lifted;
 use crate::allan::{Counting, Overlap, allan_variance};
 use crate::compensated::Sum;
 use crate::error::Error;
+use crate::parallel::prelude::*;
 use crate::phase::Phase;
-use rayon::prelude::*;
 
 /// Terms handled together.
 const RUN: usize = 512;

@@ -2,24 +2,20 @@
 
 use super::*;
 use crate::allan::{Counting, Estimate, Overlap, allan_variance, largest_cluster};
-use crate::generate::{Coefficients, simulate};
+use crate::generate::simulate;
+use crate::terms::Term;
 use std::f64::consts::TAU;
 
-const NONE: Coefficients = Coefficients {
-    quantization: 0.0,
-    random_walk: 0.0,
-    bias_instability: 0.0,
-    rate_random_walk: 0.0,
-    rate_ramp: 0.0,
-};
+/// Terms and their coefficients.
+type Noise = &'static [(Term, f64)];
 
-fn noise(samples: usize, coefficients: Coefficients) -> Vec<f64> {
-    simulate(samples, 1.0, &coefficients, 7, 0).unwrap()
+fn noise(samples: usize, terms: Noise) -> Vec<f64> {
+    simulate(samples, 1.0, terms, 7, 0).unwrap()
 }
 
 /// White noise of standard deviation 1 and something more.
 fn white_and(samples: usize, more: impl Fn(usize) -> f64) -> Vec<f64> {
-    let mut rate = noise(samples, Coefficients { random_walk: 1.0, ..NONE });
+    let mut rate = noise(samples, &[(Term::RandomWalk, 1.0)]);
     rate.iter_mut().enumerate().for_each(|(k, y)| *y += more(k));
     rate
 }
@@ -28,18 +24,18 @@ fn white_and(samples: usize, more: impl Fn(usize) -> f64) -> Vec<f64> {
 fn records(samples: usize) -> Vec<(&'static str, Vec<f64>)> {
     let time = |k: usize| k as f64 / samples as f64;
     let third = samples / 3;
-    let mixture = Coefficients {
-        quantization: 10.0,
-        random_walk: 1.0,
-        bias_instability: 0.1,
-        rate_random_walk: 1e-2,
-        rate_ramp: 1e-4,
-    };
+    let mixture = &[
+        (Term::RateRamp, 1e-4),
+        (Term::Quantization, 10.0),
+        (Term::RandomWalk, 1.0),
+        (Term::BiasInstability, 0.1),
+        (Term::RateRandomWalk, 1e-2),
+    ];
     vec![
         ("white", white_and(samples, |_| 0.0)),
-        ("random walk", noise(samples, Coefficients { rate_random_walk: 1.0, ..NONE })),
-        ("quantization", noise(samples, Coefficients { quantization: 1.0, ..NONE })),
-        ("flicker", noise(samples, Coefficients { bias_instability: 1.0, ..NONE })),
+        ("random walk", noise(samples, &[(Term::RateRandomWalk, 1.0)])),
+        ("quantization", noise(samples, &[(Term::Quantization, 1.0)])),
+        ("flicker", noise(samples, &[(Term::BiasInstability, 1.0)])),
         ("mixture", noise(samples, mixture)),
         ("mean a million times the noise", white_and(samples, |_| 1e6)),
         ("mean and strong drift", white_and(samples, |k| 1e6 * (1.0 + time(k)))),

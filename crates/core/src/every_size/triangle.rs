@@ -5,6 +5,7 @@
 //! can be done at the same time.
 
 use super::correlation::Correlator;
+use crate::parallel::join;
 
 /// Triangles up to this side are added up one by one.
 const SMALL: usize = 256;
@@ -25,7 +26,7 @@ fn add_triangle(values: &[f64], first: usize, sums: &mut [f64], correlator: &Cor
     }
     let (near, far) = sums.split_at_mut(sums.len() / 2);
     let middle = first + near.len();
-    rayon::join(
+    join(
         || add_triangle(values, first, near, correlator),
         || {
             let mut square = vec![0.0; far.len()];

@@ -43,7 +43,7 @@ impl Data {
         self.base.sizes()
     }
 
-    /// Components at all averaging times; `time`: correlation time of a Gauss-Markov process. [samples]
+    /// Components at all averaging times; `time`: correlation time of a Gauss-Markov process. \[samples\]
     pub(crate) fn parts(&self, time: Option<f64>) -> Result<Components, Failed> {
         let extra = time.map(|time| Extra::new(&self.base, Shape::GaussMarkov(time))).transpose();
         Ok(Components { base: Arc::clone(&self.base), extra: extra.map_err(|_| Failed)? })
@@ -55,7 +55,7 @@ impl Data {
         Ok(Gls::new(&self.parts(time)?, first, &self.avar[first..], candidates, None))
     }
 
-    /// Derivative of the variances of a process of variance 1 by the logarithm of its correlation time. [samples]
+    /// Derivative of the variances of a process of variance 1 by the logarithm of its correlation time. \[samples\]
     pub(crate) fn by_time(&self, first: usize, time: f64) -> Vec<f64> {
         let at = |step: f64| process_avar(&self.sizes()[first..], time * step.exp());
         at(STEP).iter().zip(at(-STEP)).map(|(after, before)| (after - before) / (2.0 * STEP)).collect()
@@ -82,7 +82,7 @@ pub(crate) struct Attempt {
     pub ramp: Option<Ramp>,
     /// The problem with the ramp removed, significant or not, and its θ.
     pub still: Option<(Gls, Theta)>,
-    /// Correlation time of the Gauss-Markov process. [samples]
+    /// Correlation time of the Gauss-Markov process. \[samples\]
     pub time: Option<f64>,
 }
 

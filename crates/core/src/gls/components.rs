@@ -14,16 +14,13 @@ use crate::error::Error;
 use crate::gls::kept::Kept;
 use crate::gls::modes::modes;
 use crate::gls::{LINEAR, Theta};
-use crate::terms;
+use crate::terms::{self, Term};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Components that are kept: of the noise terms, and of one more.
 const KEPT: usize = 16;
 const KEPT_EXTRA: usize = 32;
-
-const TERMS_OF_LINEAR: [Component; LINEAR] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 /// The four noise terms at some cluster sizes of a record of `n` samples.
 #[derive(Debug)]
@@ -51,7 +48,7 @@ pub struct Base {
 /// Shape of a term beside the four.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// A first-order Gauss-Markov process of a correlation time; its θ is the variance. [samples]
+    /// A first-order Gauss-Markov process of a correlation time; its θ is the variance. \[samples\]
     GaussMarkov(f64),
     /// A sinusoid of random phase and a frequency; its θ is the squared amplitude. [cycles per sample]
     Sinusoid(f64),
@@ -88,14 +85,9 @@ impl Base {
     }
 
     fn computed(n: usize, sizes: &[usize]) -> Result<Self, Error> {
-        let gamma = Gamma::new(n, sizes, &TERMS_OF_LINEAR)?;
-        let forms: [fn(usize) -> f64; LINEAR] = [
-            |m| terms::quantization_avar(1.0, m as f64),
-            |m| terms::random_walk_avar(1.0, m as f64),
-            |m| terms::bias_instability_avar(1.0, m),
-            |m| terms::rate_random_walk_avar_sampled(1.0, 1.0, m),
-        ];
-        let design = forms.iter().flat_map(|form| sizes.iter().map(|&m| form(m))).collect();
+        let gamma = Gamma::new(n, sizes, &Term::NOISE)?;
+        let design =
+            Term::NOISE.iter().flat_map(|term| sizes.iter().map(|&m| term.avar(1.0, 1.0, m))).collect();
         let mut noise = Vec::new();
         for p in 0..LINEAR {
             for q in p..LINEAR {
@@ -106,8 +98,11 @@ impl Base {
         let slopes = (0..LINEAR).flat_map(|p| slopes(&gamma, p, &squares)).collect();
         let (angles, modes) = modes(n);
         let sines: Vec<f64> = angles.iter().map(|angle| (0.5 * angle).sin()).collect();
-        let powers: [fn(f64) -> f64; LINEAR] = [|s| 4.0 * s * s, |_| 1.0, |s| 0.5 / s, |s| 0.25 / (s * s)];
-        let spectra = powers.iter().flat_map(|power| sines.iter().map(|&s| power(s) / n as f64)).collect();
+        let density = |term: &Term, angle: &f64| term.psd(1.0, 1.0, angle / (2.0 * PI)) / n as f64;
+        let spectra = Term::NOISE
+            .iter()
+            .flat_map(|term| angles.iter().map(move |angle| density(term, angle)))
+            .collect();
         let gain = |m: usize, square: f64, k: usize| {
             2.0 * (0.5 * (m as f64 * angles[k])).sin().powi(4) / (square * (sines[k] * sines[k]))
         };
@@ -193,8 +188,11 @@ impl Extra {
     }
 
     fn process(base: &Base, time: f64) -> Result<Self, Error> {
-        let with: Vec<Component> =
-            TERMS_OF_LINEAR.into_iter().chain([Component::GaussMarkov { tc: time }]).collect();
+        let with: Vec<Component> = Term::NOISE
+            .into_iter()
+            .map(Component::Term)
+            .chain([Component::GaussMarkov { tc: time }])
+            .collect();
         let gamma = Gamma::new(base.n, &base.sizes, &with)?;
         let decay = -(-1.0 / time).exp_m1();
         let power =
@@ -214,9 +212,8 @@ impl Extra {
         let order = base.order();
         let design: Vec<f64> =
             base.sizes.iter().map(|&m| terms::sinusoid_avar(1.0, frequency, 1.0, m)).collect();
-        let s = (PI * frequency).sin();
         let mut noise = Vec::with_capacity((LINEAR + 1) * order * order);
-        for density in [4.0 * s * s, 1.0, 0.5 / s, 0.25 / (s * s), 0.0] {
+        for density in Term::NOISE.iter().map(|term| term.psd(1.0, 1.0, frequency)).chain([0.0]) {
             let factor = 8.0 / base.n as f64 * density;
             noise.extend(design.iter().flat_map(|x| design.iter().map(move |y| factor * x * y)));
         }

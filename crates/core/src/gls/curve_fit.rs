@@ -4,7 +4,8 @@ use crate::gls::attempt::Data;
 use crate::gls::components::Base;
 use crate::gls::statement::{Described, Found, Outcome, Ramps, fit};
 use crate::gls::{Failed, LINEAR, Terms};
-use crate::likelihood::{Estimate, GaussMarkovEstimate, TERM_NAMES, TermEstimate};
+use crate::likelihood::{Estimate, GaussMarkovEstimate, TermEstimate};
+use crate::terms::Term;
 use std::sync::Arc;
 
 const RAMP: usize = LINEAR;
@@ -14,7 +15,7 @@ const RAMP: usize = LINEAR;
 pub struct Curve {
     /// The noise terms at the averaging times.
     pub base: Arc<Base>,
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
     /// Allan variances, and a typical one. [(rate unit)²]
     pub avar: Vec<f64>,
@@ -41,9 +42,9 @@ pub struct CurveFit {
     pub p_value: Option<f64>,
     /// Whether a model was adequate, but its covariance is not positive definite.
     pub no_covariance: bool,
-    /// Terms that were fitted, by name; none if no model is adequate. [SI]
+    /// Terms that were fitted, by name; none if no model is adequate. \[SI\]
     pub terms: Vec<(&'static str, TermEstimate)>,
-    /// Coefficients that together describe the curve, by name. [SI]
+    /// Coefficients that together describe the curve, by name. \[SI\]
     pub model: Vec<(&'static str, f64)>,
     /// Terms of which at least one is present, although none is significant beside the others.
     pub unclear: Vec<&'static str>,
@@ -51,7 +52,7 @@ pub struct CurveFit {
     pub gauss_markov: Vec<GaussMarkovEstimate>,
     /// Names of the rows of `covariance`.
     pub parameters: Vec<&'static str>,
-    /// Covariance of the coefficients of noise, row after row. [SI]
+    /// Covariance of the coefficients of noise, row after row. \[SI\]
     pub covariance: Vec<f64>,
     /// The averaging time that deviates most from the model, of those that were left out or if none is adequate: its index,
     /// and the measured deviation over that of the model.
@@ -81,7 +82,8 @@ impl Curve {
 
     /// A coefficient in SI from its square θ in samples.
     fn coefficient(&self, theta: f64, term: usize) -> f64 {
-        (theta * self.scale).max(0.0).sqrt() * self.tau0.powf(1.0 - 0.5 * term as f64)
+        (theta * self.scale).max(0.0).sqrt()
+            * self.tau0.powf(1.0 - 0.5 * f64::from(Term::ALL[term].interval_power()))
     }
 
     fn stated(&self, result: &Found, level: f64) -> CurveFit {
@@ -108,18 +110,18 @@ impl Curve {
                     TermEstimate::limited(Some(high), evidence.p_value)
                 }
             });
-            terms.push((TERM_NAMES[term], estimate));
+            terms.push((Term::ALL[term].name(), estimate));
         }
-        let parameters: Vec<&str> = positive.iter().map(|&term| TERM_NAMES[term]).collect();
+        let parameters: Vec<&str> = positive.iter().map(|&term| Term::ALL[term].name()).collect();
         let mut model: Vec<(&str, f64)> = parameters.iter().copied().zip(values).collect();
         let mut unclear: Vec<&str> =
-            result.unclear.into_iter().flat_map(Terms::iter).map(|term| TERM_NAMES[term]).collect();
+            result.unclear.into_iter().flat_map(Terms::iter).map(|term| Term::ALL[term].name()).collect();
         if let Some(ramp) = result.ramp {
             let estimate = self.ramp(ramp, level);
-            terms.push((TERM_NAMES[RAMP], estimate));
-            model.extend(estimate.value.map(|value| (TERM_NAMES[RAMP], value)));
+            terms.push((Term::RateRamp.name(), estimate));
+            model.extend(estimate.value.map(|value| (Term::RateRamp.name(), value)));
             if ramp.undecided && result.unclear.is_some() {
-                unclear.push(TERM_NAMES[RAMP]);
+                unclear.push(Term::RateRamp.name());
             }
         }
         let gauss_markov = result.process.map(|(size, time)| GaussMarkovEstimate {
@@ -170,7 +172,7 @@ impl Curve {
             .iter()
             .map(|term| {
                 let value = self.coefficient(result.theta[term], term);
-                (TERM_NAMES[term], if term == RAMP { value.copysign(sign) } else { value })
+                (Term::ALL[term].name(), if term == RAMP { value.copysign(sign) } else { value })
             })
             .collect();
         CurveFit {

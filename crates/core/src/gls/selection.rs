@@ -16,7 +16,7 @@ const LEAST_P_LATER: f64 = 0.01;
 /// Largest p-value of the terms alone for a process to be tried. It misses 1 of 256 that were worth their price.
 const PROCESS_P: f64 = 0.3;
 
-/// Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. [samples]
+/// Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. \[samples\]
 const LARGEST_START: usize = 128;
 
 /// The adequate attempt if there is one, otherwise the attempt with the largest p-value; and which of the two it is.

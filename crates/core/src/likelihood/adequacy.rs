@@ -23,7 +23,7 @@ const LEAST_LEFT: f64 = 0.05;
 pub struct Adequacy {
     /// P-value of all three together.
     pub p_value: f64,
-    /// Bands of a quarter decade: mean frequency [Hz] and normal deviate, positive if the record has more than the model.
+    /// Bands of a quarter decade: mean frequency \[Hz\] and normal deviate, positive if the record has more than the model.
     pub bands: Vec<(f64, f64)>,
 }
 

@@ -4,10 +4,10 @@ use crate::likelihood::adequacy::{Adequacy, adequacy};
 use crate::likelihood::band::{
     Attempt, SLOWEST_FILTER, allowed, attempt, best_attempt, hides_white_noise, of_terms,
 };
-use crate::likelihood::bins::{Bins, Regressor, TERMS, usable};
+use crate::likelihood::bins::{Bins, Regressor, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
-use crate::likelihood::expected::Part;
+use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::intervals::{
     gauss_markov, heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds,
     thresholds_of_student, value_of_likelihood,
@@ -24,6 +24,7 @@ use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost, is_needed};
 use crate::likelihood::slow_lines::{prices, slow_lines};
 use crate::likelihood::white_levels::white_levels;
+use crate::terms::Term;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -57,7 +58,7 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
             found
                 .terms
                 .insert(bare.removed, unseen(&plain, &bins, bare.removed, test.p_value, options.level));
-            if let Some(j) = plain.model.index(Part::RandomWalk) {
+            if let Some(j) = plain.model.index(Term::RandomWalk) {
                 found.terms[j].low = (found.terms[j].low - bare.less).max(0.0);
             }
             found
@@ -113,7 +114,9 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
 fn shows_slow(attempt: &Attempt) -> bool {
     let (fit, bins) = (&attempt.fit, &attempt.bins);
     fit.model.processes().next().is_some()
-        || [Part::BiasInstability, Part::RateRandomWalk].into_iter().any(|part| is_needed(fit, part, bins))
+        || [Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)]
+            .into_iter()
+            .any(|part| is_needed(fit, part, bins))
 }
 
 /// The same with no filter but a series.
@@ -200,7 +203,7 @@ pub(crate) fn inferred(
     join_without_resonances(&mut terms, plain, bins, at);
     reduced = reduced.model.clone().refit(bins, 40, TOLERANCE, plain);
     value_of_likelihood(&mut terms, plain, &reduced);
-    if let Some(j) = plain.model.index(Part::RandomWalk) {
+    if let Some(j) = plain.model.index(Term::RandomWalk) {
         heavy_tails(&mut terms[j], tails, thresholds);
     }
     // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
@@ -223,7 +226,7 @@ pub(crate) fn inferred(
         })
         .collect();
     // White noise behind a filter of first order is such a process: then N² = 2σ²T.
-    if let Some(j) = plain.model.index(Part::RandomWalk).filter(|_| hides_white_noise(plain)) {
+    if let Some(j) = plain.model.index(Term::RandomWalk).filter(|_| hides_white_noise(plain)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
                 if time <= SLOWEST_FILTER {
@@ -234,7 +237,7 @@ pub(crate) fn inferred(
         }
     }
     // Behind a slow filter the level at low frequencies is that of both.
-    if let (Some(j), Some(slowest)) = (plain.model.index(Part::RandomWalk), slowest_process(plain, bins)) {
+    if let (Some(j), Some(slowest)) = (plain.model.index(Term::RandomWalk), slowest_process(plain, bins)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
                 if time <= slowest {
@@ -267,14 +270,14 @@ fn behind_filter(fit: &Fit, process: &Process) -> Second {
     let mut gauss_markov: Vec<(f64, f64)> = gauss_markov(fit).collect();
     let mut filter = None;
     if let Part::GaussMarkov { time } = process.part {
-        terms[1] += 2.0 * process.variance.value * time;
+        terms[Term::RandomWalk.index()] += 2.0 * process.variance.value * time;
         gauss_markov.retain(|&(_, other)| other.to_bits() != time.to_bits());
         filter = Some(1.0 / (2.0 * PI * time));
     }
     Second { terms, gauss_markov, warm_up: None, exponent: None, filter }
 }
 
-/// Correlation time up to which a process is no slower than the filter of a model. [s]
+/// Correlation time up to which a process is no slower than the filter of a model. \[s\]
 fn slowest_process(fit: &Fit, bins: &Bins) -> Option<f64> {
     const SLOWER: f64 = 3.0; // than the filter
     let corner = fit.model.family?.shape(&fit.model.filter).half_power() / bins.record.tau0;

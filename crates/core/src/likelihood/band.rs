@@ -2,9 +2,9 @@
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::analysis::{LEAST, LINE_SEARCHES};
-use crate::likelihood::bins::{Bins, ENDS, Regressor, TERMS, usable};
+use crate::likelihood::bins::{Bins, ENDS, Regressor, usable};
 use crate::likelihood::drifts::{GIVEN_AT, with_drifts};
-use crate::likelihood::expected::Part;
+use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::intervals::thresholds;
 use crate::likelihood::lines::{Line, above_model, without_images};
 use crate::likelihood::masked::Weighting;
@@ -13,6 +13,7 @@ use crate::likelihood::outcome::Options;
 use crate::likelihood::pass::Summary;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, GOOD, is_needed, select, select_with_lines};
+use crate::terms::{NOISE_TERMS, Term};
 use std::sync::Arc;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
@@ -25,7 +26,7 @@ const HOPELESS: f64 = 1e-4;
 const MOST_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
 
-/// Correlation time up to which a process without white noise beside it may be white noise behind a filter. [s]
+/// Correlation time up to which a process without white noise beside it may be white noise behind a filter. \[s\]
 pub(crate) const SLOWEST_FILTER: f64 = 2.0;
 
 /// White noise over the level of such a process below which there is none beside it.
@@ -104,13 +105,13 @@ pub(crate) fn best_attempt<'a>(
 
 /// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
 pub(crate) fn hides_white_noise(fit: &Fit) -> bool {
-    fit.model.index(Part::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
+    fit.model.index(Term::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 
 /// Whether the white noise is surely seen beside such a process.
 fn shows_white_noise(attempt: &Attempt) -> bool {
     let fit = &attempt.fit;
-    fit.model.index(Part::RandomWalk).is_some_and(|j| is_needed(fit, fit.model.parts[j], &attempt.bins))
+    fit.model.index(Term::RandomWalk).is_some_and(|j| is_needed(fit, fit.model.parts[j], &attempt.bins))
 }
 
 /// Highest level at low frequencies of processes as fast as filters are.
@@ -122,7 +123,7 @@ fn fast_level(fit: &Fit) -> f64 {
     fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
-/// The model of a band: up to a highest frequency [Hz], and behind a running mean, if there are; of all noise, or of the random
+/// The model of a band: up to a highest frequency \[Hz\], and behind a running mean, if there are; of all noise, or of the random
 /// walk alone.
 pub(crate) fn attempt<'a>(
     record: &'a Summary,
@@ -181,7 +182,7 @@ pub(crate) fn attempt<'a>(
 
 pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
     Allowed {
-        quantization: wanted_terms(record, options)[0],
+        quantization: wanted_terms(record, options)[Term::Quantization.index()],
         filter: options.filter,
         processes: options.processes,
         resonances: options.resonances,
@@ -191,9 +192,11 @@ pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
 
 /// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
 /// the same, and the random walk stands for both.
-pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; 4] {
+pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; NOISE_TERMS] {
     let mut terms = options.terms;
-    terms[0] &= record.masked.as_ref().is_none_or(|masked| masked.has_neighbours() || !terms[1]);
+    let walk = terms[Term::RandomWalk.index()];
+    terms[Term::Quantization.index()] &=
+        record.masked.as_ref().is_none_or(|masked| masked.has_neighbours() || !walk);
     terms
 }
 
@@ -251,13 +254,19 @@ impl Summary {
         if !differenced && !masked.has_neighbours() {
             return Weighting::default();
         }
-        let theta = fit_of_terms(self, usable(self));
+        let all = fit_of_terms(self, usable(self));
+        let theta = |term: Term| all[term.index()];
         let root = |above: f64, below: f64| {
             if above > 0.0 { (above / below.max(1e-12 * above)).sqrt() } else { 0.0 }
         };
         Weighting {
-            taper: if masked.has_neighbours() { root(theta[0] / self.tau0, theta[1]) } else { 0.0 },
-            differences: differenced.then(|| root(theta[1], theta[3] * self.tau0 * self.tau0)),
+            taper: if masked.has_neighbours() {
+                root(theta(Term::Quantization) / self.tau0, theta(Term::RandomWalk))
+            } else {
+                0.0
+            },
+            differences: differenced
+                .then(|| root(theta(Term::RandomWalk), theta(Term::RateRandomWalk) * self.tau0 * self.tau0)),
         }
     }
 }

@@ -4,12 +4,13 @@ mod edges;
 
 pub(crate) use edges::{first_density, high_ranges, low_edges, median, usable};
 
-use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, fine_densities, flicker_modes};
+use crate::likelihood::expected::{Blocks, FinePoint, ModePoint, Part, TERMS, fine_densities, flicker_modes};
 use crate::likelihood::linear::products;
 use crate::likelihood::lines::Line;
 use crate::likelihood::pass::Summary;
 use crate::likelihood::power_law::Mixture;
 use crate::likelihood::running_mean::RunningMean;
+use crate::terms::Term;
 use edges::{high_edges, modes_kept, spacing_of, stretches_of};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -36,7 +37,7 @@ const EDGE: f64 = 0.5;
 pub(crate) struct Regressor {
     /// Cosine modes.
     pub modes: Vec<f64>,
-    /// Frequency of a cosine whose sine is the next regressor. [Hz]
+    /// Frequency of a cosine whose sine is the next regressor. \[Hz\]
     pub line: Option<f64>,
 }
 
@@ -87,7 +88,7 @@ pub(crate) struct Bins<'a> {
     pub high_power: Vec<f64>,
     /// Range of densities of each bin of the periodogram.
     pub ranges: Vec<(usize, usize)>,
-    /// Mean frequency of all bins. [Hz]
+    /// Mean frequency of all bins. \[Hz\]
     pub frequency: Vec<f64>,
     /// Degrees of freedom: information, and law of a single mean.
     pub freedom: Vec<f64>,
@@ -106,7 +107,7 @@ pub(crate) struct Bins<'a> {
     leak: Option<Arc<Vec<f64>>>,
     /// What lines that were left out add to the bins through missing samples.
     pub lines: Vec<f64>,
-    /// Columns of the four terms, in the order of [`TERMS`].
+    /// Columns of the noise terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
     /// Samples whose interval is that of the filter's cosines: 1 with a whole band, more where its top is left out.
     pub spacing: usize,
@@ -118,10 +119,6 @@ pub(crate) struct Bins<'a> {
     /// number for each bin is then that of all runs, one after the other.
     pub runs: Arc<Vec<(Bins<'a>, Vec<usize>)>>,
 }
-
-/// The four terms, in their order in a model.
-pub(crate) const TERMS: [Part; 4] =
-    [Part::Quantization, Part::RandomWalk, Part::BiasInstability, Part::RateRandomWalk];
 
 /// Coefficients of a filter, at most.
 pub(crate) const MOST_FILTER: usize = 6;
@@ -302,8 +299,8 @@ impl<'a> Bins<'a> {
 
     /// The densities of a part of unit amplitude.
     pub(crate) fn column(&self, part: Part) -> Column {
-        if part.is_term() && !self.terms.is_empty() {
-            return self.terms[TERMS.iter().position(|&t| t == part).unwrap_or(0)].clone();
+        if let Some(column) = self.term(part) {
+            return column.clone();
         }
         let mut column = self.empty();
         self.fill(part, &mut column);
@@ -311,7 +308,8 @@ impl<'a> Bins<'a> {
     }
 
     /// The same as means over all bins.
-    pub(crate) fn unit(&self, part: Part) -> Vec<f64> {
+    pub(crate) fn unit(&self, part: impl Into<Part>) -> Vec<f64> {
+        let part = part.into();
         if !self.runs.is_empty() {
             return self.runs.iter().flat_map(|(bins, _)| bins.unit(part)).collect();
         }
@@ -367,7 +365,7 @@ impl<'a> Bins<'a> {
         (0..self.low).flat_map(of_bin).filter(move |&(_, k)| k < last)
     }
 
-    /// Modes of a low bin, some of many. [Hz]
+    /// Modes of a low bin, some of many. \[Hz\]
     fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
         let modes = &self.kept[self.edges[bin]..self.edges[bin + 1]];
         let points = modes.len().min(BIN_POINTS);
@@ -471,7 +469,10 @@ impl<'a> Bins<'a> {
 
     /// The column of a term, which is kept.
     pub(crate) fn term(&self, part: Part) -> Option<&Column> {
-        TERMS.iter().position(|&t| t == part).map(|k| &self.terms[k])
+        match part {
+            Part::Term(term) => self.terms.get(term.index()),
+            _ => None,
+        }
     }
 
     /// The same into a column that is there.
@@ -482,7 +483,7 @@ impl<'a> Bins<'a> {
             return;
         }
         let blocks = self.blocks();
-        if part == Part::BiasInstability {
+        if part == Part::Term(Term::BiasInstability) {
             let all = flicker_modes(blocks, self.record.modes.len());
             let length = self.record.block_length();
             for (slot, pair) in column.low.iter_mut().zip(self.edges.windows(2)) {
@@ -499,7 +500,7 @@ impl<'a> Bins<'a> {
             self.mode_means(column, |point| blocks.density(part, point));
         }
         fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
-        if part == Part::Quantization {
+        if part == Part::Term(Term::Quantization) {
             for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
                 *slot += self.of_mirror(point.frequency);
             }

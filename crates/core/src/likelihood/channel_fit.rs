@@ -9,11 +9,12 @@ use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
 use crate::likelihood::fitted_model::FittedModel;
 use crate::likelihood::outcome::{Options, Outcome, Process, Second};
 use crate::likelihood::parts::{
-    GaussMarkovEstimate, LineEstimate, Parameter, Parts, ResonanceEstimate, TERM_NAMES, covariance,
+    GaussMarkovEstimate, LineEstimate, Parameter, Parts, ResonanceEstimate, covariance,
 };
 use crate::likelihood::pass::Summary;
 use crate::likelihood::white_levels::WhiteLevel;
 use crate::resonance::Resonance;
+use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::LN_10;
 
 /// Width of the band around its centre in which record and model are compared: a quarter of a decade.
@@ -33,30 +34,30 @@ pub enum Verdict {
 /// A drift of the mean that decays exponentially from the first sample on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WarmUpEstimate {
-    /// Drift at the first sample, of either sign. [rate unit]
+    /// Drift at the first sample, of either sign. \[rate unit\]
     pub amplitude: Estimate,
-    /// Time constant, the best of a grid. [s]
+    /// Time constant, the best of a grid. \[s\]
     pub time: f64,
 }
 
 /// Another model that explains the record as well, with the same resonances and lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SecondModel {
-    /// Its coefficients by name. [SI]
+    /// Its coefficients by name. \[SI\]
     pub terms: Vec<(&'static str, f64)>,
-    /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
+    /// Standard deviation \[rate unit\] and correlation time \[s\] of each of its Gauss-Markov processes.
     pub gauss_markov: Vec<(f64, f64)>,
-    /// Time constant of a warm-up in it. [s]
+    /// Time constant of a warm-up in it. \[s\]
     pub warm_up: Option<f64>,
     /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
     pub exponent: Option<f64>,
-    /// Corner of a filter of first order in it, of the white noise. [Hz]
+    /// Corner of a filter of first order in it, of the white noise. \[Hz\]
     pub filter: Option<f64>,
 }
 
 impl From<&Second> for SecondModel {
     fn from(second: &Second) -> Self {
-        let coefficients = TERM_NAMES.into_iter().zip(second.terms.map(f64::sqrt));
+        let coefficients = Term::ALL.into_iter().map(Term::name).zip(second.terms.map(f64::sqrt));
         let gauss_markov = second.gauss_markov.iter().map(|&(variance, time)| (variance.sqrt(), time));
         Self {
             terms: coefficients.filter(|&(_, value)| value > 0.0).collect(),
@@ -89,32 +90,32 @@ pub struct ChannelFit {
     pub warm_up: Option<WarmUpEstimate>,
     /// Coefficients of the regressors, in their units.
     pub regressors: Vec<Estimate>,
-    /// Frequency from which the spectrum was left out. [Hz]
+    /// Frequency from which the spectrum was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as well;
+    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time \[s\] explains the record as well;
     /// and the standard deviation of that of this time, None if the model has no rate random walk.
     pub alike_from: Option<(f64, Option<f64>)>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
-    /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+    /// Discrepancy that the intervals allow for, of an adequate model too: frequency \[Hz\], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// Whether the model describes the record.
     pub verdict: Verdict,
-    /// The band that deviates most from a model with widened intervals: frequency [Hz], density over that of the model.
+    /// The band that deviates most from a model with widened intervals: frequency \[Hz\], density over that of the model.
     pub worst_band: Option<(f64, f64)>,
-    /// Shortest averaging time at which the noise model made from the fit describes the curve. [s]
+    /// Shortest averaging time at which the noise model made from the fit describes the curve. \[s\]
     pub tau_min: f64,
-    /// Longest averaging time. [s]
+    /// Longest averaging time. \[s\]
     pub tau_max: f64,
     /// P-value of the goodness of fit.
     pub p_value: f64,
     /// Rows of `covariance`.
     pub parameters: Vec<Parameter>,
-    /// Covariance of these numbers, row after row. [SI]
+    /// Covariance of these numbers, row after row. \[SI\]
     pub covariance: Vec<f64>,
     /// White level of each eighth of the record that has samples.
     pub levels: Vec<WhiteLevel>,
-    /// Ends of what each line leaves out of the fit. [Hz]
+    /// Ends of what each line leaves out of the fit. \[Hz\]
     pub left_out: Vec<(f64, f64)>,
     /// Every resonance in front of the filter, with those that are among the lines.
     pub resonances: Vec<Resonance>,
@@ -123,7 +124,7 @@ pub struct ChannelFit {
 /// The record that a fit is of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
     /// Samples, with those that are missing at its ends.
     pub samples: usize,
@@ -177,22 +178,27 @@ impl ChannelFit {
     /// The fit that an outcome states.
     pub(crate) fn of(outcome: &Outcome, options: &Options, span: Span) -> Self {
         let level = options.level;
-        let mut coefficients = [0.0; 5];
-        coefficients[..4].copy_from_slice(&outcome.reduced.map(|theta| theta.max(0.0).sqrt()));
-        let noise: [f64; 4] = std::array::from_fn(|k| coefficients[k]);
+        let mut coefficients = [0.0; Term::ALL.len()];
+        coefficients[..NOISE_TERMS].copy_from_slice(&outcome.reduced.map(|theta| theta.max(0.0).sqrt()));
+        let noise: [f64; NOISE_TERMS] = std::array::from_fn(|k| coefficients[k]);
         let filter = filter(outcome, span.tau0, level);
         let parts = Parts::of(outcome, filter.as_ref(), level);
         let (parameters, covariance) = parts.with_lines(covariance(outcome, &noise));
         let Parts { gauss_markov, resonance, sinusoid, .. } = parts;
         let mut terms = terms(outcome, options, &noise, |term| {
-            let row = parameters.iter().position(|&parameter| parameter == Parameter::Term(term));
+            let row =
+                parameters.iter().position(|&parameter| parameter == Parameter::Term(Term::NOISE[term]));
             row.map_or(0.0, |row| covariance[row * (parameters.len() + 1)].max(0.0).sqrt())
         });
         let ramp = TermEstimate::of_ramp(outcome.ramp, outcome.ramp_observed, level);
-        terms.push((TERM_NAMES[4], ramp));
-        coefficients[4] = ramp.value.unwrap_or(0.0);
-        let model: Vec<(&str, f64)> =
-            TERM_NAMES.into_iter().zip(coefficients).filter(|&(_, value)| value != 0.0).collect();
+        terms.push((Term::RateRamp.name(), ramp));
+        coefficients[Term::RateRamp.index()] = ramp.value.unwrap_or(0.0);
+        let model: Vec<(&str, f64)> = Term::ALL
+            .into_iter()
+            .map(Term::name)
+            .zip(coefficients)
+            .filter(|&(_, value)| value != 0.0)
+            .collect();
         let observed = |name| terms.iter().any(|&(term, estimate)| term == name && estimate.observed);
         let unclear = model.iter().map(|&(name, _)| name).filter(|&name| !observed(name)).collect();
         let warm_up = outcome.warm_up.map(|(time, drift, _)| WarmUpEstimate {
@@ -218,9 +224,9 @@ impl ChannelFit {
                 .map(|drift| Estimate::around(drift.value, quantile(level) * drift.error))
                 .collect(),
             highest: outcome.highest,
-            alike_from: outcome
-                .alike_from
-                .map(|(time, variance)| (time, alike_sigma(time, variance, noise[3]))),
+            alike_from: outcome.alike_from.map(|(time, variance)| {
+                (time, alike_sigma(time, variance, noise[Term::RateRandomWalk.index()]))
+            }),
             second: outcome.second.iter().map(SecondModel::from).collect(),
             discrepancy: outcome.discrepancy.clone(),
             verdict: match (outcome.widened, has_parts) {
@@ -247,7 +253,7 @@ impl ChannelFit {
     }
 
     /// The model as a curve.
-    fn described(&self, terms: [f64; 5], span: Span) -> FittedModel {
+    fn described(&self, terms: [f64; Term::ALL.len()], span: Span) -> FittedModel {
         FittedModel {
             tau0: span.tau0,
             samples: span.samples,
@@ -278,17 +284,17 @@ impl ChannelFit {
 fn terms(
     outcome: &Outcome,
     options: &Options,
-    model: &[f64; 4],
+    model: &[f64; NOISE_TERMS],
     error: impl Fn(usize) -> f64,
 ) -> Vec<(&'static str, TermEstimate)> {
-    (0..4)
+    (0..NOISE_TERMS)
         .filter(|&k| options.terms[k])
         .map(|k| {
             let estimate = outcome.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
                 let value = if model[k] > 0.0 { model[k] } else { bounds.value.sqrt() };
                 TermEstimate::of_square(bounds, value, error(k), options.level)
             });
-            (TERM_NAMES[k], estimate)
+            (Term::NOISE[k].name(), estimate)
         })
         .collect()
 }

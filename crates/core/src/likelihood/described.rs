@@ -6,7 +6,7 @@
 use crate::bandlimited::{Filter, band_limited_avar};
 use crate::likelihood::fitted_model::FittedModel;
 use crate::psd::{MEAN_OF_SINE_4, band_limited_sampled};
-use crate::terms;
+use crate::terms::{self, Term};
 use std::f64::consts::PI;
 
 /// Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors
@@ -17,14 +17,14 @@ const SAME_ERRORS: f64 = 0.5;
 /// Length of the record over the longest averaging time.
 pub(crate) const LONGEST_SHARE: usize = 3;
 
-/// The shortest averaging time of the model made from a fit [s], and the order and corner [Hz] of the low-pass filter that
+/// The shortest averaging time of the model made from a fit \[s\], and the order and corner \[Hz\] of the low-pass filter that
 /// describes shorter ones than the model without it, if one does.
 pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let (n, tau0) = (fit.samples, fit.tau0);
     let sizes = half_octaves(n / 2);
     let noise = FittedModel { filter: None, sinusoid: Vec::new(), warm_up: None, ..fit.clone() };
     let mut filtered = noise.avar_before_filter(&sizes);
-    let [_, random_walk, ..] = fit.terms;
+    let random_walk = fit.coefficient(Term::RandomWalk);
     let walk = if random_walk > 0.0 { random_walk } else { f64::INFINITY };
     let resonance = fit.resonance.iter().copied().filter(|band| !band.folds(tau0, walk)).collect();
     // What a model carries.

@@ -34,7 +34,7 @@ struct Band {
     leverage: f64,
 }
 
-/// The fit with limited weights, the bins that have them, and the size of the wiggle: frequency [Hz], standard deviation of
+/// The fit with limited weights, the bins that have them, and the size of the wiggle: frequency \[Hz\], standard deviation of
 /// the logarithm of the density.
 pub(crate) fn widened<'a>(fit: &Fit, bins: &Bins<'a>) -> (Fit, Bins<'a>, Vec<(f64, f64)>) {
     let mut bins = bins.clone();

@@ -1,11 +1,11 @@
 //! Curves that the mean follows: a ramp, a warm-up, those given.
 
 use crate::likelihood::bins::{Bins, Regressor};
-use crate::likelihood::expected::Part;
 use crate::likelihood::model::Fit;
 use crate::likelihood::outcome::{Drift, Options};
 use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Thresholds, of_part};
+use crate::terms::Term;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
 pub(crate) struct Drifts {
     pub ramp: Drift,
     pub ramp_observed: bool,
-    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    /// Time constant \[s\], amplitude at the start, and fall of the deviance.
     pub warm_up: Option<(f64, Drift, f64)>,
 }
 
@@ -138,7 +138,7 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
 }
 
 /// The best fit with a warm-up that the fit does not have yet, and its fall of the deviance; None if it has one. Its time
-/// constant is that of the grid. [s]
+/// constant is that of the grid. \[s\]
 pub(crate) fn with_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, f64, Fit)> {
     if fit.model.regressors.iter().any(|k| (WARM_AT..GIVEN_AT).contains(k)) {
         return None;
@@ -210,7 +210,7 @@ fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
     if ramp.value.abs() <= RAMP * ramp.error {
         return (ramp, false, gain, found);
     }
-    if let Some(j) = found.model.index(Part::RateRandomWalk) {
+    if let Some(j) = found.model.index(Term::RateRandomWalk) {
         let high = of_part(&found, bins, j, at).high;
         if high.is_finite() {
             let mut model = found.model.clone();

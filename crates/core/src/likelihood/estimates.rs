@@ -53,7 +53,7 @@ impl From<&Bounds> for Estimate {
     }
 }
 
-/// A coefficient with an interval if it was observed, otherwise with an upper limit. [SI]
+/// A coefficient with an interval if it was observed, otherwise with an upper limit. \[SI\]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TermEstimate {
     /// Whether the term is significant and its interval excludes 0.

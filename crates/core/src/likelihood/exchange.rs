@@ -7,11 +7,15 @@ use crate::likelihood::expected::Part;
 use crate::likelihood::flicker_slope::with_free_exponent;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::profile::Thresholds;
+use crate::terms::Term;
 use std::f64::consts::PI;
 
 /// Terms that a process may take the place of, alone or together.
-pub(crate) const REPLACED: [&[Part]; 3] =
-    [&[Part::RateRandomWalk], &[Part::BiasInstability], &[Part::BiasInstability, Part::RateRandomWalk]];
+pub(crate) const REPLACED: [&[Part]; 3] = [
+    &[Part::Term(Term::RateRandomWalk)],
+    &[Part::Term(Term::BiasInstability)],
+    &[Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)],
+];
 
 /// Correlation times that are tried, in a decade.
 const TIMES: f64 = 2.0;
@@ -40,7 +44,7 @@ const OF_THREE_KINDS: f64 = 1.18;
 /// N + B + K.
 const OF_SEVERAL_TIMES: f64 = 1.4;
 
-/// A fit that explains a record as well as another one does, the time constant of the warm-up in it [s], and the terms that may
+/// A fit that explains a record as well as another one does, the time constant of the warm-up in it \[s\], and the terms that may
 /// be absent because of it.
 pub(crate) struct Alike {
     pub fit: Fit,
@@ -79,7 +83,7 @@ impl Walk {
 /// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
 pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, drifts: bool) -> Vec<Alike> {
     let observed = |&part: &Part| match part {
-        Part::RateRandomWalk => walk.is_some(),
+        Part::Term(Term::RateRandomWalk) => walk.is_some(),
         _ => loss_of_term(fit, bins, part).is_some_and(|loss| loss > at.observed),
     };
     let sets = REPLACED.into_iter().filter(|set| set.iter().all(observed));
@@ -93,7 +97,7 @@ pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, 
 
 /// The rate random walk of a fit, if it is observed.
 pub(crate) fn observed_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Walk> {
-    let loss = loss_of_term(fit, bins, Part::RateRandomWalk)?;
+    let loss = loss_of_term(fit, bins, Part::Term(Term::RateRandomWalk))?;
     (loss > at.observed).then_some(Walk { loss, at })
 }
 
@@ -116,7 +120,7 @@ fn with_process(
     // Beside a rate random walk slow noise of any kind resembles the bias instability.
     let rise = if walk.is_some() && replaced.len() == 1 { NUMBER } else { at.interval };
     let may_open = |part: &Part| match (part, walk) {
-        (Part::RateRandomWalk, Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),
+        (Part::Term(Term::RateRandomWalk), Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),
         _ => fall + rise >= price,
     };
     let opens: Vec<Part> = replaced.iter().copied().filter(may_open).collect();
@@ -127,13 +131,13 @@ fn with_process(
 
 /// The fit with a warm-up in the place of the rate random walk, if it is better.
 fn with_warm_up_for_walk(fit: &Fit, bins: &Bins, walk: Walk) -> Option<Alike> {
-    let (loss, bare) = fit.loss_of(fit.model.index(Part::RateRandomWalk)?, bins);
+    let (loss, bare) = fit.loss_of(fit.model.index(Term::RateRandomWalk)?, bins);
     let (gain, time, found) = with_warm_up(&bare, bins)?;
     let restricted = fit.restricted - bare.restricted; // `gain` is of the likelihoods that are not restricted
     let price = NUMBER * (NUMBERS_OF_WARM_UP - 1.0);
     let fall = gain - loss - restricted;
     let opens = walk.gives_way(fall, walk.sure() + OF_SEVERAL_TIMES);
-    let terms = if opens { vec![Part::RateRandomWalk] } else { Vec::new() };
+    let terms = if opens { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
     (opens || fall >= price).then_some(Alike { fit: found, warm_up: Some(time), opens: terms })
 }
 

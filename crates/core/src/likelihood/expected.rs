@@ -1,6 +1,7 @@
 //! Expected densities of unit amplitude: at the cosine modes of block means, and in Welch's periodogram.
 
 use crate::special::odd_harmonic;
+use crate::terms::{NOISE_TERMS, Term};
 use sigmatau_fft::Planner;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
@@ -14,42 +15,53 @@ const KEPT: usize = 8;
 /// A part of the model whose density is proportional to one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Part {
-    /// Quantization noise; the parameter is Q².
-    Quantization,
-    /// White noise of the rate; N².
-    RandomWalk,
-    /// Flicker noise; B².
-    BiasInstability,
-    /// Random walk of the rate; K².
-    RateRandomWalk,
+    /// A noise term; the parameter is its squared coefficient.
+    Term(Term),
     /// First-order Gauss-Markov process; σ².
     GaussMarkov {
-        /// Correlation time. [s]
+        /// Correlation time. \[s\]
         time: f64,
     },
     /// Bias instability whose density is f^−α; B² at a frequency.
     Flicker {
         /// α.
         exponent: f64,
-        /// Where the density is that of B. [Hz]
+        /// Where the density is that of B. \[Hz\]
         pivot: f64,
     },
     /// Band-pass resonance with a density of 0 at the frequency 0; its variance.
     Resonance {
-        /// Centre. [Hz]
+        /// Centre. \[Hz\]
         frequency: f64,
-        /// Half width. [Hz]
+        /// Half width. \[Hz\]
         width: f64,
     },
 }
 
 impl Part {
-    /// Whether the part is one of the four terms whose density has no shape to be found.
+    /// Whether the part is a noise term, whose density has no shape to be found.
     #[must_use]
     pub fn is_term(self) -> bool {
-        !matches!(self, Self::GaussMarkov { .. } | Self::Resonance { .. } | Self::Flicker { .. })
+        matches!(self, Self::Term(_))
     }
 }
+
+impl From<Term> for Part {
+    fn from(term: Term) -> Self {
+        Self::Term(term)
+    }
+}
+
+/// The noise terms, in their order in a model.
+pub(crate) const TERMS: [Part; NOISE_TERMS] = {
+    let mut parts = [Part::Term(Term::RandomWalk); NOISE_TERMS];
+    let mut k = 0;
+    while k < NOISE_TERMS {
+        parts[k] = Part::Term(Term::NOISE[k]);
+        k += 1;
+    }
+    parts
+};
 
 /// Where a mode is evaluated: k with θ = πk/M.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,9 +110,9 @@ impl Blocks {
     pub(crate) fn density(self, part: Part, at: &ModePoint) -> f64 {
         let (n, length) = (self.samples as f64, self.length());
         match part {
-            Part::Quantization => 4.0 * (PI * at.frequency * self.tau0).sin().powi(2) / self.tau0,
-            Part::RandomWalk => 1.0,
-            Part::RateRandomWalk => {
+            Part::Term(Term::Quantization) => 4.0 * (PI * at.frequency * self.tau0).sin().powi(2) / self.tau0,
+            Part::Term(Term::RandomWalk) => 1.0,
+            Part::Term(Term::RateRandomWalk) => {
                 // The differences of block means of a sampled random walk are a moving average of order 1.
                 let own = self.tau0 * (2.0 * n * n + 1.0) / (3.0 * n);
                 let next = self.tau0 * (n * n - 1.0) / (6.0 * n);
@@ -108,7 +120,7 @@ impl Blocks {
             }
             Part::GaussMarkov { time } => self.gauss_markov(time).density(at),
             Part::Resonance { frequency, width } => resonance(frequency, width, at.frequency),
-            Part::BiasInstability | Part::Flicker { .. } => f64::NAN,
+            Part::Term(Term::BiasInstability | Term::RateRamp) | Part::Flicker { .. } => f64::NAN,
         }
     }
 
@@ -137,7 +149,7 @@ pub(crate) struct MarkovModes {
     /// Correlation of blocks beside each other, and of the first and the last.
     q: f64,
     tail: f64,
-    /// Blocks, and the length of one. [s]
+    /// Blocks, and the length of one. \[s\]
     m: f64,
     length: f64,
 }
@@ -211,10 +223,11 @@ impl FinePoint {
     /// Expected density of a part of unit amplitude.
     pub(crate) fn density(&self, part: Part, tau0: f64) -> f64 {
         match part {
-            Part::Quantization => 4.0 * self.square / tau0,
-            Part::RandomWalk => 1.0,
-            Part::BiasInstability => tau0 / (2.0 * self.sin) * (1.0 + 2.0 * self.smear),
-            Part::RateRandomWalk => tau0 * tau0 / (4.0 * self.square) * (1.0 + 6.0 * self.smear),
+            Part::Term(Term::Quantization) => 4.0 * self.square / tau0,
+            Part::Term(Term::RandomWalk) => 1.0,
+            Part::Term(Term::BiasInstability) => tau0 / (2.0 * self.sin) * (1.0 + 2.0 * self.smear),
+            Part::Term(Term::RateRandomWalk) => tau0 * tau0 / (4.0 * self.square) * (1.0 + 6.0 * self.smear),
+            Part::Term(Term::RateRamp) => f64::NAN,
             Part::GaussMarkov { time } => MarkovDensity::new(time, tau0).at(self),
             Part::Resonance { frequency, width } => resonance(frequency, width, self.frequency),
             Part::Flicker { exponent, pivot } => {
@@ -381,7 +394,7 @@ mod tests {
                 let exact = by_definition(|l| flicker[l], 32, k);
                 assert!((got[k - 1] / exact - 1.0).abs() < 1e-10, "flicker, n {n}, mode {k}");
                 let exact = by_definition(|l| walk[l], 32, k) * blocks.length();
-                let walk = blocks.density(Part::RateRandomWalk, &blocks.point(k));
+                let walk = blocks.density(Part::Term(Term::RateRandomWalk), &blocks.point(k));
                 assert!((walk / exact - 1.0).abs() < 1e-10, "walk, n {n}, mode {k}: {walk} for {exact}");
             }
         }

@@ -51,21 +51,21 @@ pub enum FilterShape {
 /// A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedFilter {
-    /// a₁, a₂ … [1]
+    /// a₁, a₂ … \[1\]
     pub coefficients: Vec<f64>,
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
-    /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    /// Δ: the sample interval, or a multiple where the top of the band was left out. \[s\]
     pub interval: f64,
     /// The shape that it is like.
     pub shape: FilterShape,
     /// Of a Butterworth filter; samples of a running mean.
     pub order: Option<u32>,
-    /// Frequency of half the power, with the ends of its interval. [Hz]
+    /// Frequency of half the power, with the ends of its interval. \[Hz\]
     pub corner: Option<[f64; 3]>,
-    /// The Butterworth filter in front of the sampler, in the place of this one in a noise model: order and corner. [Hz]
+    /// The Butterworth filter in front of the sampler, in the place of this one in a noise model: order and corner. \[Hz\]
     pub low_pass: Option<(u8, f64)>,
-    /// Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. [Hz]
+    /// Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. \[Hz\]
     pub known_to: Option<f64>,
     /// Damping of two poles.
     pub damping: Option<f64>,

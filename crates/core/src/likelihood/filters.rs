@@ -5,6 +5,7 @@ use crate::likelihood::candidates::spaced;
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter_shapes::Family;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::terms::Term;
 
 /// Corners that are tried in a decade, their limits times the sample interval, and the fewest cycles of the lowest in a record.
 const CORNERS: f64 = 3.0;
@@ -43,7 +44,7 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
             corners.map(|corner| rough(family, corner, false)).min_by(by_deviance)
         })
         .collect();
-    let slow = [Part::BiasInstability, Part::RateRandomWalk];
+    let slow = [Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)];
     if slow.into_iter().any(|part| bare.index(part).is_some()) {
         let behind = first.iter().zip(FIRST).filter_map(|(fit, family)| {
             let corner = corner_of(&fit.model)?;
@@ -69,12 +70,9 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
 /// than `rise`.
 pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
     let Some(corner) = corner_of(&fit.model) else { return Vec::new() };
-    let slow = fit
-        .model
-        .parts
-        .iter()
-        .zip(&fit.model.theta)
-        .any(|(&part, &theta)| !matches!(part, Part::Quantization | Part::RandomWalk) && theta > 0.0);
+    let slow = fit.model.parts.iter().zip(&fit.model.theta).any(|(&part, &theta)| {
+        !matches!(part, Part::Term(Term::Quantization | Term::RandomWalk)) && theta > 0.0
+    });
     let sides: &[bool] = if slow { &[false, true] } else { &[false] };
     let present = (fit.model.family, fit.model.of_white && slow);
     let mut found: Vec<Fit> = Vec::new();

@@ -2,6 +2,7 @@
 
 use crate::likelihood::filter::FittedFilter;
 use crate::resonance::Resonance;
+use crate::terms::Term;
 use crate::{psd, terms};
 
 /// Share of the Allan variance that a filter leaves, at least.
@@ -13,12 +14,12 @@ const FEWEST_PAIRS: f64 = 1e-9;
 /// A model of a record. Coefficients of 0 are absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedModel {
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
     /// Samples of the record.
     pub samples: usize,
-    /// Q, N, B, K and R. [SI]
-    pub terms: [f64; 5],
+    /// Coefficients in the order of [`Term::ALL`]. \[SI\]
+    pub terms: [f64; Term::ALL.len()],
     /// Gauss-Markov processes: standard deviation and correlation time. [rate unit, s]
     pub gauss_markov: Vec<(f64, f64)>,
     /// Resonances, up to half the rate.
@@ -27,7 +28,7 @@ pub struct FittedModel {
     pub sinusoid: Vec<(f64, f64)>,
     /// Filter on all noise but quantization.
     pub filter: Option<FittedFilter>,
-    /// Frequency from which the spectrum was left out. [Hz]
+    /// Frequency from which the spectrum was left out. \[Hz\]
     pub highest: Option<f64>,
     /// Drift of the mean that decays from the first sample on: amplitude and time constant. [rate unit, s]
     pub warm_up: Option<(f64, f64)>,
@@ -39,7 +40,7 @@ impl FittedModel {
         Self {
             tau0,
             samples,
-            terms: [0.0; 5],
+            terms: [0.0; Term::ALL.len()],
             gauss_markov: Vec::new(),
             resonance: Vec::new(),
             sinusoid: Vec::new(),
@@ -47,6 +48,12 @@ impl FittedModel {
             highest: None,
             warm_up: None,
         }
+    }
+
+    /// Coefficient of a term. \[SI\]
+    #[must_use]
+    pub fn coefficient(&self, term: Term) -> f64 {
+        self.terms[term.index()]
     }
 
     /// Expected Allan variances at cluster sizes in samples. [(rate unit)²]
@@ -68,16 +75,12 @@ impl FittedModel {
 
     /// That of the terms, processes and resonances, as if there were no filter.
     pub(crate) fn avar_before_filter(&self, sizes: &[usize]) -> Vec<f64> {
-        let (tau0, [q, n, b, k, r]) = (self.tau0, self.terms);
+        let tau0 = self.tau0;
         let mut total: Vec<f64> = sizes
             .iter()
             .map(|&m| {
-                let tau = m as f64 * tau0;
-                let of_terms = terms::quantization_avar(q, tau)
-                    + terms::random_walk_avar(n, tau)
-                    + terms::bias_instability_avar(b, m)
-                    + terms::rate_random_walk_avar_sampled(k, tau0, m)
-                    + terms::rate_ramp_avar(r, tau);
+                let coefficients = Term::ALL.into_iter().zip(self.terms);
+                let of_terms: f64 = coefficients.map(|(term, value)| term.avar(value, tau0, m)).sum();
                 self.gauss_markov.iter().fold(of_terms, |sum, &(sigma, time)| {
                     sum + terms::gauss_markov_avar_sampled(sigma, time, tau0, m)
                 })
@@ -92,14 +95,11 @@ impl FittedModel {
     /// Two-sided density of the noise that the filter acts on, before it. [(rate unit)²/Hz]
     #[must_use]
     pub fn psd_before_filter(&self, f: f64) -> f64 {
-        let (tau0, [_, n, b, k, _]) = (self.tau0, self.terms);
-        let mut total = psd::random_walk(n);
-        if b != 0.0 {
-            total += psd::bias_instability_sampled(b, tau0, f);
-        }
-        if k != 0.0 {
-            total += psd::rate_random_walk_sampled(k, tau0, f);
-        }
+        let tau0 = self.tau0;
+        // The filter does not act on quantization noise, and a ramp has no density.
+        let filtered = Term::NOISE.into_iter().filter(|&term| term != Term::Quantization);
+        let present = filtered.map(|term| (term, self.coefficient(term))).filter(|&(_, value)| value != 0.0);
+        let mut total: f64 = present.map(|(term, value)| term.psd(value, tau0, f)).sum();
         for &(sigma, time) in &self.gauss_markov {
             total += psd::gauss_markov_sampled(sigma, time, tau0, f);
         }
@@ -109,7 +109,7 @@ impl FittedModel {
     /// The part of that on which the filter acts. [(rate unit)²/Hz]
     pub(crate) fn psd_that_is_filtered(&self, f: f64) -> f64 {
         match &self.filter {
-            Some(filter) if filter.of_white => psd::random_walk(self.terms[1]),
+            Some(filter) if filter.of_white => psd::random_walk(self.coefficient(Term::RandomWalk)),
             _ => self.psd_before_filter(f),
         }
     }
@@ -121,7 +121,7 @@ impl FittedModel {
         let filtered = self.psd_that_is_filtered(f);
         filtered * power
             + (self.psd_before_filter(f) - filtered)
-            + psd::quantization_sampled(self.terms[0], self.tau0, f)
+            + psd::quantization_sampled(self.coefficient(Term::Quantization), self.tau0, f)
     }
 
     /// Part of the drift A e^(−t/T) in the overlapped Allan variance: the mean over the pairs of clusters of
@@ -183,7 +183,7 @@ pub(crate) mod tests {
         let (tau0, n) = (0.01, 200_000);
         let (size, time, amplitude, frequency) = (0.05, 150.0, 0.02, 0.013);
         let model = FittedModel {
-            terms: [0.0; 5],
+            terms: [0.0; Term::ALL.len()],
             warm_up: Some((size, time)),
             sinusoid: vec![(amplitude, frequency)],
             ..white(tau0)

@@ -7,6 +7,7 @@ use crate::likelihood::intervals::{squares, without};
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::power_law::Mixture;
 use crate::likelihood::profile::{Bounds, Thresholds};
+use crate::terms::Term;
 use std::f64::consts::PI;
 
 const STEPS: usize = 40;
@@ -32,15 +33,16 @@ pub(crate) fn with_free_exponent(
     observed: Option<Walk>,
     at: Thresholds,
 ) -> Option<Alike> {
-    let fit = &without(fit, bins, vec![Part::BiasInstability, Part::RateRandomWalk], at);
+    let fit =
+        &without(fit, bins, vec![Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)], at);
     let pivot = pivot(fit, bins)?;
     let is_process = |part: Part| matches!(part, Part::GaussMarkov { .. });
     let is_present = |test: &dyn Fn(Part) -> bool| {
         fit.model.parts.iter().zip(&fit.model.theta).any(|(&part, &theta)| theta > 0.0 && test(part))
     };
-    let is_walk = |part: Part| part == Part::RateRandomWalk;
+    let is_walk = |part: Part| part == Part::Term(Term::RateRandomWalk);
     let walk = is_present(&is_walk);
-    if !(walk || is_present(&is_process) || is_present(&|part| part == Part::BiasInstability)) {
+    if !(walk || is_present(&is_process) || is_present(&|part| part == Part::Term(Term::BiasInstability))) {
         return None;
     }
     let mut best: Option<(f64, Alike)> = None;
@@ -49,7 +51,7 @@ pub(crate) fn with_free_exponent(
             continue;
         }
         let removed = |part: Part| {
-            part == Part::BiasInstability || (replaces_walk && is_walk(part)) || is_process(part)
+            part == Part::Term(Term::BiasInstability) || (replaces_walk && is_walk(part)) || is_process(part)
         };
         let tried = free_exponent(fit, bins, pivot, removed);
         let fewer = numbers(&fit.model) - numbers(&tried.model);
@@ -65,7 +67,7 @@ pub(crate) fn with_free_exponent(
         let is_alike = tried.deviance <= fit.deviance + rise;
         let opens = observed.is_some_and(|walk| walk.gives_way(fit.deviance + rise - tried.deviance, 0.0));
         if is_flicker && (is_alike || opens) && best.as_ref().is_none_or(|(least, _)| price < *least) {
-            let opens = if opens { vec![Part::RateRandomWalk] } else { Vec::new() };
+            let opens = if opens { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
             best = Some((price, Alike { fit: tried, warm_up: None, opens }));
         }
     }
@@ -84,10 +86,10 @@ fn flicker(fit: &Fit) -> Option<(f64, f64, f64)> {
 fn numbers(model: &Model) -> f64 {
     let of = |(part, &theta): (&Part, &f64)| match part {
         _ if theta <= 0.0 => 0.0,
-        Part::Quantization | Part::RandomWalk => 0.0,
+        Part::Term(Term::Quantization | Term::RandomWalk) => 0.0,
         Part::GaussMarkov { .. } | Part::Flicker { .. } => 2.0,
         Part::Resonance { .. } => 3.0,
-        _ => 1.0,
+        Part::Term(_) => 1.0,
     };
     model.parts.iter().zip(&model.theta).map(of).sum::<f64>()
 }
@@ -104,7 +106,7 @@ fn free_exponent(fit: &Fit, bins: &Bins, pivot: f64, removed: impl Fn(Part) -> b
     model.with(part, theta).refit(bins, STEPS, TOLERANCE, fit)
 }
 
-/// The middle of the frequencies below which the white noise does not dominate. [Hz]
+/// The middle of the frequencies below which the white noise does not dominate. \[Hz\]
 fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
     let [_, white, ..] = squares(fit);
     let below = (0..bins.low).take_while(|&i| fit.spectrum[i] > DOMINATES * white).last()?;

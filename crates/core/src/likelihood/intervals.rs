@@ -2,16 +2,17 @@
 
 use crate::distributions::student_quantile;
 use crate::likelihood::analysis::Tails;
-use crate::likelihood::bins::{Bins, TERMS};
+use crate::likelihood::bins::Bins;
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::exchange::{Alike, alike, observed_walk};
-use crate::likelihood::expected::Part;
+use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::flicker_slope::{of_model, over_frequencies};
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::model::{Fit, Shape, TOLERANCE};
 use crate::likelihood::outcome::Second;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 use crate::likelihood::select::{ALIKE, Allowed, second_explanations};
+use crate::terms::{NOISE_TERMS, Term};
 
 /// Price in deviance of a process that is not in the model, where the interval of a term is joined with that beside it: of the
 /// rate random walk that of two numbers (Akaike); of other terms more, because slow noise of any kind resembles the bias
@@ -98,7 +99,7 @@ pub(crate) fn join_alike(
     at: Thresholds,
     allowed: Allowed,
 ) -> Vec<Second> {
-    let is_slow = |part: Part| matches!(part, Part::BiasInstability | Part::RateRandomWalk);
+    let is_slow = |part: Part| matches!(part, Part::Term(Term::BiasInstability | Term::RateRandomWalk));
     // Of several runs a term stays what it is: there a process of a quarter of a run stands for any rate random walk.
     let is_single = bins.runs.is_empty();
     let shows_slow = is_single
@@ -110,11 +111,11 @@ pub(crate) fn join_alike(
     if allowed.processes {
         others.extend(alike(plain, bins, walk, at, allowed.drifts));
     }
-    let is_walk = |part: Part| part == Part::RateRandomWalk;
-    let has_walk = plain.model.index(Part::RateRandomWalk).is_some_and(|j| terms[j].observed);
+    let is_walk = |part: Part| part == Part::Term(Term::RateRandomWalk);
+    let has_walk = plain.model.index(Term::RateRandomWalk).is_some_and(|j| terms[j].observed);
     // Of a walk that is not needed beside a process, but does not give way to it, the lower end moves from 0, where the process
     // is as much better as it must be, to two standard errors, as in `profile::of_part`.
-    let error_of_walk = plain.model.index(Part::RateRandomWalk).map_or(0.0, |j| terms[j].error_below(at));
+    let error_of_walk = plain.model.index(Term::RateRandomWalk).map_or(0.0, |j| terms[j].error_below(at));
     let least_walk = |gain: f64| {
         let needed = walk.map_or(0.0, |walk| walk.needed_of_process(plain));
         let share = (needed - gain) / (needed + at.interval - BESIDE_OTHERS);
@@ -132,7 +133,8 @@ pub(crate) fn join_alike(
         let (limited, limited_bins, _) = widened(&other, bins);
         for (j, part) in plain.model.parts.iter().enumerate().filter(|(_, part)| part.is_term()) {
             let is_same = |&p: &Part| {
-                p == *part || (*part == Part::BiasInstability && matches!(p, Part::Flicker { .. }))
+                p == *part
+                    || (*part == Part::Term(Term::BiasInstability) && matches!(p, Part::Flicker { .. }))
             };
             let Some(k) = limited.model.parts.iter().position(is_same) else {
                 if opens.contains(part) {
@@ -146,8 +148,8 @@ pub(crate) fn join_alike(
                 continue; // a weak process changes no other interval
             }
             let price = match part {
-                Part::RateRandomWalk => BESIDE_WALK,
-                Part::BiasInstability if has_walk => BESIDE_BOTH,
+                Part::Term(Term::RateRandomWalk) => BESIDE_WALK,
+                Part::Term(Term::BiasInstability) if has_walk => BESIDE_BOTH,
                 _ => BESIDE_OTHERS,
             };
             let less = if is_addition { (price - gain).max(0.0) } else { 0.0 };
@@ -200,14 +202,14 @@ fn second_model(fit: &Fit, bins: &Bins, warm_up: Option<f64>) -> Second {
     };
     if let Some((exponent, mixture)) = of_model(fit, bins) {
         found.exponent = Some(exponent);
-        found.terms[1] += mixture.white;
+        found.terms[Term::RandomWalk.index()] += mixture.white;
         found.gauss_markov.extend(mixture.processes());
     }
     found
 }
 
 /// Squares of the four terms of a model.
-pub(crate) fn squares(fit: &Fit) -> [f64; 4] {
+pub(crate) fn squares(fit: &Fit) -> [f64; NOISE_TERMS] {
     TERMS.map(|part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]))
 }
 
@@ -221,7 +223,7 @@ pub(crate) fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
 
 /// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
 pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
-    let walk = fit.model.index(Part::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
+    let walk = fit.model.index(Term::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
     let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
     let reference = fit.model.clone().refit(bins, 40, TOLERANCE, fit).deviance;
     let mut found = None;

@@ -3,16 +3,17 @@
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::analysis::{Tails, fitted, fitted_with_series, inferred, outcome};
 use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
-use crate::likelihood::bins::{Bins, TERMS, median};
+use crate::likelihood::bins::{Bins, median};
 use crate::likelihood::drifts::{Drifts, RAMP_AT};
-use crate::likelihood::expected::Part;
+use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Fit, Model, TOLERANCE};
 use crate::likelihood::outcome::{Drift, Options, Outcome};
 use crate::likelihood::pass::Summary;
 use crate::likelihood::runs::{Level as Levels, Own};
 use crate::likelihood::select::select;
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
+use crate::terms::{NOISE_TERMS, Term};
 
 /// Spread of the levels of a term while nothing is known of it, and the least one: of the logarithm of the squared
 /// coefficient. The first one leaves the levels free; the second one is far below their errors.
@@ -34,13 +35,13 @@ const STEPS: usize = 40;
 /// Bisections of the spread of levels.
 const BISECTIONS: usize = 60;
 
-/// Which of the four terms are common to all runs; the others differ from run to run.
-pub type Common = [bool; 4];
+/// Which of the noise terms are common to all runs; the others differ from run to run.
+pub type Common = [bool; NOISE_TERMS];
 
 /// Levels of a term that differs from run to run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// Which of the four terms.
+    /// Which of the noise terms.
     pub term: usize,
     /// Standard deviation of the logarithm of the squared coefficient over runs, and the p-value of none.
     pub spread: f64,
@@ -53,9 +54,9 @@ pub struct Level {
 /// What one run says for itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Other {
-    /// For each of the four terms that is common: squared coefficient of this run alone with its standard error, that of the
+    /// For each of the noise terms that is common: squared coefficient of this run alone with its standard error, that of the
     /// other runs, and the fall of the deviance.
-    pub terms: [Option<[f64; 4]>; 4],
+    pub terms: [Option<[f64; 4]>; NOISE_TERMS],
     /// Fall of the deviance if all that is common is of this run alone, and the number of parameters.
     pub all: (f64, usize),
 }
@@ -70,7 +71,7 @@ pub struct Joint {
     /// Terms that differ from run to run.
     pub levels: Vec<Level>,
     /// Of each common term that some run shows: fall of the deviance if every run has its own, and the parameters more.
-    pub homogeneity: [Option<(f64, usize)>; 4],
+    pub homogeneity: [Option<(f64, usize)>; NOISE_TERMS],
     /// Of each run.
     pub others: Vec<Other>,
     /// Number of bins of each run.
@@ -117,16 +118,16 @@ pub fn analyse_jointly(
     let wanted = records
         .iter()
         .map(|record| wanted_terms(record, options))
-        .fold(options.terms, |all, one| [0, 1, 2, 3].map(|k| all[k] && one[k]));
-    let mut parts: Vec<Part> = (0..4).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
+        .fold(options.terms, |all, one| std::array::from_fn(|k| all[k] && one[k]));
+    let mut parts: Vec<Part> = (0..NOISE_TERMS).filter(|&k| wanted[k]).map(|k| TERMS[k]).collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut model = Model { mean, of_white: of_white && mean.is_some(), ..Model::new(parts, Vec::new()) };
     let free = |part: Part| Levels { part, logs: vec![0.0; records.len()], spread: FREE };
-    model.levels = (0..4).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
+    model.levels = (0..NOISE_TERMS).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
     allow.drifts = false; // a warm-up is of a single run
-    allow.quantization &= wanted[0];
+    allow.quantization &= wanted[Term::Quantization.index()];
     allow.filter &= mean.is_none();
     let mut free_fit = select(model.fit(&bins), &bins, allow);
     let (levels, _) = levels_of(&free_fit, &bins, &place);
@@ -150,7 +151,7 @@ pub fn analyse_jointly(
     let found = inferred(&plain, &bins, test.p_value, tails, allow, options.level);
     let others = place.par_iter().map(|&at| other(&free_fit, &bins, at, common)).collect();
     let homogeneity =
-        [0, 1, 2, 3].map(|k| common[k].then(|| each_its_own(&free_fit, &bins, TERMS[k])).flatten());
+        std::array::from_fn(|k| common[k].then(|| each_its_own(&free_fit, &bins, TERMS[k])).flatten());
     let counts = place.iter().map(|&at| bins.runs[at].0.len()).collect();
     Joint {
         outcome: Outcome { highest, ..outcome(&plain, &bins, test, found) },

@@ -7,8 +7,9 @@ use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
 use crate::likelihood::joint::{Common, Joint, Level, analyse_jointly};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::outcome::{Drift, Options};
-use crate::likelihood::parts::{LineEstimate, TERM_NAMES};
+use crate::likelihood::parts::LineEstimate;
 use crate::likelihood::pass::Summary;
+use crate::terms::{NOISE_TERMS, Term};
 
 /// Corrected p-value below which a run does not belong to the others.
 pub const ALPHA: f64 = 0.01;
@@ -42,9 +43,9 @@ pub struct Spread {
 /// One run among the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunEstimate {
-    /// Coefficients that differ from run to run, by name. [SI]
+    /// Coefficients that differ from run to run, by name. \[SI\]
     pub values: Vec<(&'static str, Estimate)>,
-    /// Common coefficients as this run alone has them; intervals are symmetric about the square. [SI]
+    /// Common coefficients as this run alone has them; intervals are symmetric about the square. \[SI\]
     pub own: Vec<(&'static str, Estimate)>,
     /// Of the run among the others, corrected for the number of runs and tests.
     pub p_value: f64,
@@ -115,24 +116,30 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
     }
     let fit = fit_of_all(&joint, runs, options);
     let has_levels = |k: usize| joint.levels.iter().any(|level| level.term == k);
-    let homogeneity = (0..4)
+    let homogeneity = (0..NOISE_TERMS)
         .filter(|&k| shows(&joint, k) && shared[k] && !has_levels(k))
-        .filter_map(|k| p_value_of(&joint, k).map(|p_value| (TERM_NAMES[k], p_value)))
+        .filter_map(|k| p_value_of(&joint, k).map(|p_value| (Term::NOISE[k].name(), p_value)))
         .collect();
     // A run is judged among runs that are alike: levels would hide the run that differs.
     let mut estimates = judged(alike, all, |which| jointly(which, common), options.level);
     for (k, run) in estimates.iter_mut().enumerate().filter(|_| shared != common) {
         run.values = of_run(&joint, k, options.level).values;
-        run.own.retain(|(name, _)| !joint.levels.iter().any(|level| TERM_NAMES[level.term] == *name));
+        run.own.retain(|(name, _)| !joint.levels.iter().any(|level| Term::NOISE[level.term].name() == *name));
     }
     JointFit {
-        common: (0..4).filter(|&k| options.terms[k] && !has_levels(k)).map(|k| TERM_NAMES[k]).collect(),
+        common: (0..NOISE_TERMS)
+            .filter(|&k| options.terms[k] && !has_levels(k))
+            .map(|k| Term::NOISE[k].name())
+            .collect(),
         spreads: joint
             .levels
             .iter()
             .filter(|level| shows(&joint, level.term))
             .map(|level| {
-                (TERM_NAMES[level.term], Spread { relative: 0.5 * level.spread, p_value: level.p_value })
+                (
+                    Term::NOISE[level.term].name(),
+                    Spread { relative: 0.5 * level.spread, p_value: level.p_value },
+                )
             })
             .collect(),
         homogeneity,
@@ -162,11 +169,11 @@ fn fit_of_all(joint: &Joint, runs: &[Contribution], options: &Options) -> Channe
     fit.sinusoid = lines;
     let ramp = ramp_of_runs(&joint.ramps_of, options.level);
     for (name, term) in &mut fit.terms {
-        if *name == TERM_NAMES[4] {
+        if *name == Term::RateRamp.name() {
             *term = ramp;
         }
     }
-    fit.model.extend(ramp.value.map(|value| (TERM_NAMES[4], value)));
+    fit.model.extend(ramp.value.map(|value| (Term::RateRamp.name(), value)));
     fit
 }
 
@@ -210,7 +217,8 @@ fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
         if !shows(joint, level_of_term.term) || !error.is_finite() {
             continue;
         }
-        let (name, value, factor) = (TERM_NAMES[level_of_term.term], theta.sqrt(), (0.5 * z * error).exp());
+        let (name, value, factor) =
+            (Term::NOISE[level_of_term.term].name(), theta.sqrt(), (0.5 * z * error).exp());
         values.push((name, Estimate { value, low: Some(value / factor), high: Some(value * factor) }));
         if level_of_term.runs.len() >= LEAST_RUNS {
             tests.push((name, among_others(level_of_term, k)));
@@ -218,7 +226,7 @@ fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
     }
     let alone = &joint.others[k];
     let mut falls: Vec<(&str, f64)> = Vec::new();
-    for (name, term) in TERM_NAMES.into_iter().zip(&alone.terms) {
+    for (name, term) in Term::ALL.into_iter().map(Term::name).zip(&alone.terms) {
         let Some([theta, error, _, fall]) = *term else { continue };
         falls.push((name, fall));
         tests.push((name, chi2_above(fall, 1.0)));
@@ -241,7 +249,7 @@ fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
 
 /// The coefficient of a run over that of the others.
 fn factor(joint: &Joint, k: usize, cause: &str) -> Option<f64> {
-    let term = TERM_NAMES[..4].iter().position(|&name| name == cause)?;
+    let term = Term::from_name(cause)?.index();
     let level = joint.levels.iter().find(|level| level.term == term);
     let (own, others) = match (level, joint.others[k].terms[term]) {
         (Some(level), _) => (level.runs[k].0, joint.outcome.reduced[term]),

@@ -1,6 +1,7 @@
 //! Where the line of a term can be laid on a curve: the averaging times at which the term makes most of the variance.
 
 use crate::likelihood::fitted_model::FittedModel;
+use crate::terms::Term;
 
 /// Least share of the variance of the model: between the crossings with the lines of the other terms.
 const MOST: f64 = 0.5;
@@ -17,10 +18,10 @@ const PER_OCTAVE: f64 = 8.0;
 const SHORTEST: f64 = 2.0;
 
 impl FittedModel {
-    /// Range of averaging times of each term, by its index and coefficient [s]; None if the term never makes half of the
+    /// Range of averaging times of each term, by its coefficient \[s\]; None if the term never makes half of the
     /// variance of the model over an octave, between the averaging time `from` and a quarter of the record.
     #[must_use]
-    pub fn line_ranges(&self, terms: &[(usize, f64)], from: f64) -> Vec<Option<(f64, f64)>> {
+    pub fn line_ranges(&self, terms: &[(Term, f64)], from: f64) -> Vec<Option<(f64, f64)>> {
         let octaves = (self.samples as f64 / LONGEST).max(1.0).log2();
         let steps = ((octaves + 1e-9) * PER_OCTAVE).ceil() as usize;
         let mut sizes: Vec<usize> =
@@ -31,15 +32,9 @@ impl FittedModel {
         terms.iter().map(|&(term, coefficient)| self.line_range(term, coefficient, &sizes, &total)).collect()
     }
 
-    fn line_range(
-        &self,
-        term: usize,
-        coefficient: f64,
-        sizes: &[usize],
-        total: &[f64],
-    ) -> Option<(f64, f64)> {
-        let mut alone = [0.0; 5];
-        alone[term] = coefficient;
+    fn line_range(&self, term: Term, coefficient: f64, sizes: &[usize], total: &[f64]) -> Option<(f64, f64)> {
+        let mut alone = [0.0; Term::ALL.len()];
+        alone[term.index()] = coefficient;
         let part = Self { terms: alone, ..Self::without_parts(self.tau0, self.samples) }.avar(sizes);
         let inside: Vec<bool> =
             part.iter().zip(total).map(|(part, total)| (MOST..=FILTERED).contains(&(part / total))).collect();
@@ -68,13 +63,16 @@ mod tests {
         let model =
             FittedModel { terms: [1.0, 1.0, 0.0, 0.0, 0.0], ..FittedModel::without_parts(0.01, 200_000) };
         let eighth = 0.125_f64.exp2();
-        let ranges = model.line_ranges(&[(0, 1.0), (1, 1.0)], 0.0);
+        let ranges = model.line_ranges(&[(Term::Quantization, 1.0), (Term::RandomWalk, 1.0)], 0.0);
         let [Some(steep), Some(flat)] = ranges[..] else { panic!("{ranges:?}") };
         assert!((steep.0 - 0.01).abs() < 1e-12 && (3.0 / eighth..=3.0).contains(&steep.1));
         assert!((3.0..=3.0 * eighth).contains(&flat.0) && (500.0 / eighth..=500.0).contains(&flat.1));
         // From 2 s on, less than an octave is left of the first; from beyond the record on, nothing of both.
-        assert_eq!(model.line_ranges(&[(0, 1.0)], 2.0), [None]);
-        assert_eq!(model.line_ranges(&[(0, 1.0), (1, 1.0)], 1e4), [None, None]);
-        assert_eq!(model.line_ranges(&[(2, 1e-3)], 0.0), [None]);
+        assert_eq!(model.line_ranges(&[(Term::Quantization, 1.0)], 2.0), [None]);
+        assert_eq!(
+            model.line_ranges(&[(Term::Quantization, 1.0), (Term::RandomWalk, 1.0)], 1e4),
+            [None, None]
+        );
+        assert_eq!(model.line_ranges(&[(Term::BiasInstability, 1e-3)], 0.0), [None]);
     }
 }

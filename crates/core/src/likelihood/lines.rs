@@ -1,10 +1,12 @@
 //! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
 
-use crate::likelihood::bins::{Bins, TERMS, first_density, median};
+use crate::likelihood::bins::{Bins, first_density, median};
+use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
 use crate::likelihood::pass::Summary;
+use crate::terms::NOISE_TERMS;
 
 /// Probability of a false line in a record.
 const FALSE_ALARM: f64 = 1e-4;
@@ -39,16 +41,16 @@ const ROUGH: f64 = 0.02;
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Ends of what was left out. [Hz]
+    /// Ends of what was left out. \[Hz\]
     pub from: f64,
-    /// The other end. [Hz]
+    /// The other end. \[Hz\]
     pub to: f64,
-    /// Highest density, between two of the periodogram. [Hz]
+    /// Highest density, between two of the periodogram. \[Hz\]
     pub frequency: f64,
-    /// Its standard error, or a quarter of the width of noise of a narrow band. [Hz]
+    /// Its standard error, or a quarter of the width of noise of a narrow band. \[Hz\]
     pub frequency_error: f64,
     /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
-    /// sinusoid has a smaller one. [rate unit]
+    /// sinusoid has a smaller one. \[rate unit\]
     pub amplitude: f64,
     /// See `amplitude`.
     pub error: f64,
@@ -130,10 +132,10 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
 /// changes slowly.
 fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
     let mut processes = model.clone().unfiltered();
-    let mut terms = [0.0; TERMS.len()];
+    let mut terms = [0.0; NOISE_TERMS];
     for (part, theta) in model.parts.iter().zip(&mut processes.theta) {
-        if let Some(at) = TERMS.iter().position(|term| term == part) {
-            terms[at] = std::mem::take(theta);
+        if let Part::Term(term) = part {
+            terms[term.index()] = std::mem::take(theta);
         }
     }
     let seen = masked.densities(&terms);

@@ -16,10 +16,11 @@ mod windows;
 
 pub use pass::{MaskedPass, Weighting};
 
-use crate::likelihood::bins::{TERMS, high_ranges, low_edges};
-use crate::likelihood::expected::Part;
+use crate::likelihood::bins::{high_ranges, low_edges};
+use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::pass::{PARTS, Summary};
 use crate::special::odd_harmonic;
+use crate::terms::Term;
 use differences::Differences;
 use nodes::StringModes;
 use std::f64::consts::PI;
@@ -82,10 +83,12 @@ impl Masked {
         let low = TERMS
             .iter()
             .map(|&part| match part {
-                Part::RandomWalk => bins.iter().map(|b| mean(&string.white[b.clone()])).collect(),
-                Part::Quantization => bins.iter().map(|b| mean(&string.steps[b.clone()]) / tau0).collect(),
+                Part::Term(Term::RandomWalk) => bins.iter().map(|b| mean(&string.white[b.clone()])).collect(),
+                Part::Term(Term::Quantization) => {
+                    bins.iter().map(|b| mean(&string.steps[b.clone()]) / tau0).collect()
+                }
                 _ => {
-                    let bent = if part == Part::BiasInstability { 1.0 / PI } else { 0.0 };
+                    let bent = if part == Part::Term(Term::BiasInstability) { 1.0 / PI } else { 0.0 };
                     let covariance = grid.covariance(|l| covariance(part, l, tau0), bent);
                     low_windows.iter().map(|w| w.expected(&covariance)).collect()
                 }
@@ -200,12 +203,13 @@ impl Masked {
 
 /// Covariance of a term of unit amplitude by the distance of samples, up to a constant.
 fn covariance(part: Part, lag: usize, tau0: f64) -> f64 {
-    match (part, lag) {
-        (Part::RandomWalk, 0) => 1.0 / tau0,
-        (Part::Quantization, 0) => 2.0 / (tau0 * tau0),
-        (Part::Quantization, 1) => -1.0 / (tau0 * tau0),
-        (Part::BiasInstability, _) => -2.0 / PI * odd_harmonic(lag),
-        (Part::RateRandomWalk, _) => -0.5 * tau0 * lag as f64,
+    let Part::Term(term) = part else { return 0.0 };
+    match (term, lag) {
+        (Term::RandomWalk, 0) => 1.0 / tau0,
+        (Term::Quantization, 0) => 2.0 / (tau0 * tau0),
+        (Term::Quantization, 1) => -1.0 / (tau0 * tau0),
+        (Term::BiasInstability, _) => -2.0 / PI * odd_harmonic(lag),
+        (Term::RateRandomWalk, _) => -0.5 * tau0 * lag as f64,
         _ => 0.0,
     }
 }

@@ -7,6 +7,7 @@ use crate::likelihood::linear::{Symmetric, bounded_step, dot};
 use crate::likelihood::power_law::EXPONENTS;
 use crate::likelihood::running_mean::{RunningMean, tapered};
 use crate::likelihood::runs::{Level, Own, regressed};
+use crate::terms::Term;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -105,7 +106,8 @@ impl Model {
         }
     }
 
-    pub(crate) fn index(&self, part: Part) -> Option<usize> {
+    pub(crate) fn index(&self, part: impl Into<Part>) -> Option<usize> {
+        let part = part.into();
         self.parts.iter().position(|&p| p == part)
     }
 
@@ -143,7 +145,7 @@ impl Model {
                 Part::GaussMarkov { .. } => found.push((j, Shape::Time)),
                 Part::Flicker { .. } => found.push((j, Shape::Exponent)),
                 Part::Resonance { .. } => found.extend([(j, Shape::Frequency), (j, Shape::Width)]),
-                _ => {}
+                Part::Term(_) => {}
             }
         }
         found
@@ -195,7 +197,11 @@ impl Model {
 
     /// Whether the filter acts on a part.
     pub(crate) fn filters(&self, part: Part) -> bool {
-        if self.of_white { part == Part::RandomWalk } else { part != Part::Quantization }
+        if self.of_white {
+            part == Part::Term(Term::RandomWalk)
+        } else {
+            part != Part::Term(Term::Quantization)
+        }
     }
 
     /// Slopes of ln |H|² by the numbers of the filter, at the low bins and at the points.
@@ -538,7 +544,7 @@ fn add(sum: &mut [f64], x: &[f64], factor: f64) {
     sum.iter_mut().zip(x).for_each(|(s, x)| *s += factor * x);
 }
 
-/// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. [s]
+/// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. \[s\]
 pub(crate) fn time_limits(bins: &Bins) -> (f64, f64) {
     let shortest = 20.0 * bins.record.tau0;
     (shortest, (0.25 * bins.record.duration()).max(shortest))
@@ -720,13 +726,13 @@ pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) 
 }
 
 impl Model {
-    /// Interval of the cosines of the filter; of a known shape, that of the samples. [s]
+    /// Interval of the cosines of the filter; of a known shape, that of the samples. \[s\]
     pub(crate) fn interval(&self, bins: &Bins) -> f64 {
         let spacing = if self.family.is_some() { 1 } else { bins.spacing };
         spacing as f64 * bins.record.tau0
     }
 
-    /// Density at a frequency of the periodogram. [Hz]
+    /// Density at a frequency of the periodogram. \[Hz\]
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
         let point = FinePoint::new(f, record.tau0, record.segment);
@@ -735,7 +741,9 @@ impl Model {
         let of = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {
-                Part::Quantization if record.masked.is_none() => density + theta * bins.of_mirror(f),
+                Part::Term(Term::Quantization) if record.masked.is_none() => {
+                    density + theta * bins.of_mirror(f)
+                }
                 _ if self.filters(part) => density * response,
                 _ => density,
             }

@@ -4,14 +4,10 @@ use crate::covariance::{Component, variances};
 use crate::error::Error;
 use crate::likelihood::fitted_model::FittedModel;
 use crate::likelihood::lines::interpolated;
-use crate::terms;
-use std::f64::consts::PI;
+use crate::terms::{self, NOISE_TERMS, Term};
 
 /// Cluster sizes at which they are computed; of more, others are interpolated.
 const MOST_EXACT: usize = 100;
-
-const NOISE: [Component; 4] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 impl FittedModel {
     /// Degrees of freedom 2 E²/Var of the Allan variances of the terms, processes and lines; None for a model without noise,
@@ -21,10 +17,12 @@ impl FittedModel {
     ///
     /// For a size that is 0 or above half the record.
     pub fn degrees_of_freedom(&self, sizes: &[usize]) -> Result<Option<Vec<f64>>, Error> {
-        let [q, n, b, k, _] = self.terms;
-        let tau0 = self.tau0;
         // Of samples 1 s apart.
-        let theta = [q / tau0, n / tau0.sqrt(), b, k * tau0.sqrt()].map(|root| root * root);
+        let of_samples = |term: Term| {
+            let root = self.coefficient(term) * self.tau0.powf(0.5 * f64::from(term.interval_power()) - 1.0);
+            root * root
+        };
+        let theta = Term::NOISE.map(of_samples);
         if theta.iter().all(|&theta| theta == 0.0) && self.gauss_markov.is_empty() {
             return Ok(None);
         }
@@ -40,26 +38,26 @@ impl FittedModel {
         Ok(Some(sizes.iter().map(|&m| interpolated(&centres, (m as f64).ln()).exp()).collect()))
     }
 
-    fn freedom_at(&self, sizes: &[usize], theta: [f64; 4]) -> Result<Vec<f64>, Error> {
+    fn freedom_at(&self, sizes: &[usize], theta: [f64; NOISE_TERMS]) -> Result<Vec<f64>, Error> {
         // The unit does not matter: squares of the largest and the smallest numbers stay in range.
         let powers = self.gauss_markov.iter().map(|(sigma, _)| sigma * sigma);
         let unit = theta.into_iter().chain(powers.clone()).fold(0.0, f64::max);
         let theta = theta.map(|theta| theta / unit);
         let powers: Vec<f64> = powers.map(|power| power / unit).collect();
         let times: Vec<f64> = self.gauss_markov.iter().map(|(_, time)| time / self.tau0).collect();
-        let ramp = self.terms[4] * self.tau0 / unit.sqrt();
-        let components: Vec<Component> =
-            NOISE.into_iter().chain(times.iter().map(|&tc| Component::GaussMarkov { tc })).collect();
+        let ramp = self.coefficient(Term::RateRamp) * self.tau0 / unit.sqrt();
+        let components: Vec<Component> = Term::NOISE
+            .into_iter()
+            .map(Component::Term)
+            .chain(times.iter().map(|&tc| Component::GaussMarkov { tc }))
+            .collect();
         let all: Vec<f64> = theta.iter().chain(&powers).copied().collect();
         let scatter = variances(self.samples, sizes, &components, &all, ramp)?;
         let roots = theta.map(f64::sqrt);
         let freedom = |(&m, mut variance): (&usize, f64)| {
-            let tau = m as f64;
-            let mut avar = terms::rate_ramp_avar(ramp, tau)
-                + terms::quantization_avar(roots[0], tau)
-                + terms::random_walk_avar(roots[1], tau)
-                + terms::bias_instability_avar(roots[2], m)
-                + terms::rate_random_walk_avar_sampled(roots[3], 1.0, m);
+            let noise = Term::NOISE.into_iter().zip(roots);
+            let mut avar = terms::rate_ramp_avar(ramp, m as f64)
+                + noise.map(|(term, root)| term.avar(root, 1.0, m)).sum::<f64>();
             for (power, &time) in powers.iter().zip(&times) {
                 avar += power * terms::gauss_markov_avar_sampled(1.0, time, 1.0, m);
             }
@@ -77,10 +75,9 @@ impl FittedModel {
     }
 }
 
-/// Two-sided density of the four noise terms at a frequency in cycles per sample.
-fn density(theta: [f64; 4], frequency: f64) -> f64 {
-    let sine = (PI * frequency).sin();
-    theta[0] * 4.0 * sine * sine + theta[1] + theta[2] * 0.5 / sine + theta[3] * 0.25 / (sine * sine)
+/// Two-sided density of the noise terms at a frequency in cycles per sample.
+fn density(theta: [f64; NOISE_TERMS], frequency: f64) -> f64 {
+    Term::NOISE.into_iter().zip(theta).map(|(term, theta)| theta * term.psd(1.0, 1.0, frequency)).sum()
 }
 
 /// Sizes whose ranks are in a geometric series, from the first to the last.
@@ -99,14 +96,14 @@ mod tests {
     use crate::likelihood::fitted_model::tests::white;
 
     const SIZES: [usize; 8] = [1, 2, 3, 7, 50, 400, 5000, 9999];
-    const THETA: [f64; 4] = [3.0, 2.0, 0.5, 1e-4];
+    const THETA: [f64; NOISE_TERMS] = [3.0, 2.0, 0.5, 1e-4];
 
     /// They are those by the diagonal of the whole covariance, whatever the sample interval.
     #[test]
     fn equals_the_whole_covariance() {
         for time in [None, Some(4.0), Some(300.0)] {
             for ramp in [0.0, 1e-3] {
-                let mut components = NOISE.to_vec();
+                let mut components = Term::NOISE.map(Component::Term).to_vec();
                 let mut theta = THETA.to_vec();
                 if let Some(tc) = time {
                     components.push(Component::GaussMarkov { tc });
@@ -132,7 +129,7 @@ mod tests {
 
     #[test]
     fn line_alone_has_no_scatter() {
-        let line = FittedModel { terms: [0.0; 5], sinusoid: vec![(1.0, 2.0)], ..white(0.01) };
+        let line = FittedModel { terms: [0.0; Term::ALL.len()], sinusoid: vec![(1.0, 2.0)], ..white(0.01) };
         assert_eq!(line.degrees_of_freedom(&[1]), Ok(None));
     }
 

@@ -4,9 +4,9 @@
 //! rates in steps: where these have none, or one that is small beside the noise, the record has no such noise.
 
 use crate::likelihood::bins::Bins;
-use crate::likelihood::expected::Part;
 use crate::likelihood::intervals::squares;
 use crate::likelihood::model::Fit;
+use crate::terms::Term;
 
 /// Rise of the deviance without quantization noise up to which it is chance: one standard error. Other noise of the same
 /// density, such as jitter of the time stamps, needs no step; what is more likely than not to be there stays in the model.
@@ -27,8 +27,8 @@ pub(crate) struct Bare {
 /// The fit without quantization noise, if a record does not show any and its samples have room for little; `most`: the largest
 /// Q² of their step.
 pub(crate) fn without_quantization(fit: &Fit, bins: &Bins, most: f64) -> Option<Bare> {
-    let removed = fit.model.index(Part::Quantization).filter(|_| most.is_finite())?;
-    let walk = fit.model.index(Part::RandomWalk).filter(|_| squares(fit)[1] > 0.0)?;
+    let removed = fit.model.index(Term::Quantization).filter(|_| most.is_finite())?;
+    let walk = fit.model.index(Term::RandomWalk).filter(|_| squares(fit)[Term::RandomWalk.index()] > 0.0)?;
     let (information, _) = fit.information(bins);
     let of_walk = information.get(walk, walk);
     let less = most * information.get(removed, walk) / of_walk;

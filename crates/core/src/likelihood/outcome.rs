@@ -7,13 +7,14 @@ use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::slow_lines::SlowLine;
 use crate::likelihood::white_levels::WhiteLevel;
+use crate::terms::NOISE_TERMS;
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
 pub struct Options {
-    /// Terms that may be present: quantization, random walk, bias instability, rate random walk.
-    pub terms: [bool; 4],
+    /// Which of [`Term::NOISE`](crate::terms::Term::NOISE) may be present.
+    pub terms: [bool; NOISE_TERMS],
     /// Whether a filter, Gauss-Markov processes and resonances may be added.
     pub filter: bool,
     /// See `filter`.
@@ -24,7 +25,7 @@ pub struct Options {
     pub lines: bool,
     /// Whether a rate ramp and a warm-up are tested.
     pub drifts: bool,
-    /// Correlation times of Gauss-Markov processes that are in the model from the start. [s]
+    /// Correlation times of Gauss-Markov processes that are in the model from the start. \[s\]
     pub times: Vec<f64>,
     /// Curves that the mean may follow, at the centres of the blocks.
     pub regressors: Vec<Vec<f64>>,
@@ -38,7 +39,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            terms: [true; 4],
+            terms: [true; NOISE_TERMS],
             filter: true,
             processes: true,
             resonances: true,
@@ -59,7 +60,7 @@ pub struct Process {
     pub part: Part,
     /// Its variance.
     pub variance: Bounds,
-    /// Its correlation time [s], or its centre and half width [Hz].
+    /// Its correlation time \[s\], or its centre and half width \[Hz\].
     pub shape: [Option<Bounds>; 2],
 }
 
@@ -72,19 +73,19 @@ pub struct Drift {
     pub error: f64,
 }
 
-/// Another model that explains the record as well: its squares of Q, N, B and K, and the variances and correlation times [s]
+/// Another model that explains the record as well: its squares of Q, N, B and K, and the variances and correlation times \[s\]
 /// of its Gauss-Markov processes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second {
     /// Q², N², B², K²; 0 for a term that it does without.
-    pub terms: [f64; 4],
+    pub terms: [f64; NOISE_TERMS],
     /// Variance and correlation time of each process.
     pub gauss_markov: Vec<(f64, f64)>,
-    /// Time constant of a warm-up in it. [s]
+    /// Time constant of a warm-up in it. \[s\]
     pub warm_up: Option<f64>,
     /// Exponent of its bias instability, f^−α; its processes add up to that.
     pub exponent: Option<f64>,
-    /// Corner of a filter of first order in it, of the white noise. [Hz]
+    /// Corner of a filter of first order in it, of the white noise. \[Hz\]
     pub filter: Option<f64>,
 }
 
@@ -92,14 +93,14 @@ pub struct Second {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The terms that were fitted: Q², N², B², K².
-    pub terms: [Option<Bounds>; 4],
+    pub terms: [Option<Bounds>; NOISE_TERMS],
     /// The model that describes the record: the same with terms that were not observed removed.
-    pub reduced: [f64; 4],
+    pub reduced: [f64; NOISE_TERMS],
     /// Processes and resonances.
     pub processes: Vec<Process>,
     /// ln |H|² = Σ aₖ (cos 2πk f Δ − 1): a filter on all but quantization noise.
     pub filter: Vec<f64>,
-    /// Δ: the sample interval, or a multiple where the top of the band was left out. [s]
+    /// Δ: the sample interval, or a multiple where the top of the band was left out. \[s\]
     pub filter_interval: f64,
     /// A running mean on all but quantization noise, in the place of a filter.
     pub mean: Option<RunningMean>,
@@ -108,13 +109,13 @@ pub struct Outcome {
     pub(crate) of_white: bool,
     /// Lines that were left out.
     pub lines: Vec<Line>,
-    /// Frequency up to which modes describe the record. [Hz]
+    /// Frequency up to which modes describe the record. \[Hz\]
     pub end_of_modes: f64,
     /// Lines below it, which the mean follows.
     pub slow_lines: Vec<SlowLine>,
-    /// Frequency from which the band was left out. [Hz]
+    /// Frequency from which the band was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time [s] explains the record as
+    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time \[s\] explains the record as
     /// well; and the variance of the one of this time.
     pub alike_from: Option<(f64, f64)>,
     /// Other models with processes in place of terms, or terms in place of processes, that explain the record as well.
@@ -123,7 +124,7 @@ pub struct Outcome {
     pub ramp: Drift,
     /// See `ramp`.
     pub ramp_observed: bool,
-    /// Time constant [s], amplitude at the start, and fall of the deviance.
+    /// Time constant \[s\], amplitude at the start, and fall of the deviance.
     pub warm_up: Option<(f64, Drift, f64)>,
     /// Coefficients of the regressors given.
     pub regressors: Vec<Drift>,
@@ -131,17 +132,17 @@ pub struct Outcome {
     pub p_value: f64,
     /// Whether the model is not adequate, and intervals are widened.
     pub widened: bool,
-    /// Bands: frequency [Hz], normal deviate of record and model.
+    /// Bands: frequency \[Hz\], normal deviate of record and model.
     pub bands: Vec<(f64, f64)>,
-    /// Size of the wiggle that the intervals allow for: frequency [Hz], standard deviation of the logarithm of the density.
+    /// Size of the wiggle that the intervals allow for: frequency \[Hz\], standard deviation of the logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// White level of each eighth of the record that has samples.
     pub levels: Vec<WhiteLevel>,
-    /// Parts of the reduced model, in the order of `covariance`: terms by index 0 … 3, then processes.
+    /// Parts of the reduced model, in the order of `covariance`: terms, then processes.
     pub parameters: Vec<Part>,
     /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the
     /// parts (logarithms of times and widths; frequencies in widths), row after row.
     pub covariance: Vec<f64>,
-    /// Bins: frequency [Hz], measured and expected density, degrees of freedom.
+    /// Bins: frequency \[Hz\], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
 }

@@ -1,10 +1,10 @@
 //! Processes, resonances and lines of a model, and the covariance of all its numbers.
 
-use crate::likelihood::bins::TERMS;
 use crate::likelihood::estimates::{Estimate, quantile};
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter::FittedFilter;
 use crate::likelihood::outcome::{Outcome, Process};
+use crate::terms::{NOISE_TERMS, Term};
 
 /// Lines that are kept, the strongest: a record that repeats itself has thousands.
 pub const MOST_LINES: usize = 100;
@@ -21,29 +21,29 @@ const ROUNDING: f64 = 1e-9;
 /// A first-order Gauss-Markov process.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussMarkovEstimate {
-    /// Standard deviation. [rate unit]
+    /// Standard deviation. \[rate unit\]
     pub sigma: Estimate,
-    /// Correlation time. [s]
+    /// Correlation time. \[s\]
     pub time: Estimate,
 }
 
 /// Noise of a band, in front of the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResonanceEstimate {
-    /// Standard deviation. [rate unit]
+    /// Standard deviation. \[rate unit\]
     pub sigma: Estimate,
-    /// Centre. [Hz]
+    /// Centre. \[Hz\]
     pub frequency: Estimate,
-    /// Half width. [Hz]
+    /// Half width. \[Hz\]
     pub width: Estimate,
 }
 
 /// A line of the spectrum, behind the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineEstimate {
-    /// Amplitude. [rate unit]
+    /// Amplitude. \[rate unit\]
     pub amplitude: Estimate,
-    /// Frequency; of a line that was left out of the fit, with the band that was. [Hz]
+    /// Frequency; of a line that was left out of the fit, with the band that was. \[Hz\]
     pub frequency: Estimate,
 }
 
@@ -157,23 +157,23 @@ fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
 /// A number of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
-    /// Standard deviation. [rate unit]
+    /// Standard deviation. \[rate unit\]
     Sigma,
-    /// Correlation time. [s]
+    /// Correlation time. \[s\]
     Time,
-    /// Centre. [Hz]
+    /// Centre. \[Hz\]
     Frequency,
-    /// Half width. [Hz]
+    /// Half width. \[Hz\]
     Width,
-    /// [rate unit]
+    /// \[rate unit\]
     Amplitude,
 }
 
 /// A number of a model. Processes of a kind are counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
-    /// Coefficient of a term, by its index in `TERM_NAMES`.
-    Term(usize),
+    /// Coefficient of a term.
+    Term(Term),
     /// Of a Gauss-Markov process.
     GaussMarkov(usize, Number),
     /// Of a resonance.
@@ -184,7 +184,7 @@ pub enum Parameter {
 
 /// The coefficients √θ in the model and the numbers of its processes, and their covariance, row after row, from that
 /// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Those of lines follow, by [`Parts::with_lines`].
-pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>, Vec<f64>) {
+pub(crate) fn covariance(outcome: &Outcome, model: &[f64; NOISE_TERMS]) -> (Vec<Parameter>, Vec<f64>) {
     let order = outcome.covariance.len().isqrt();
     // Row, number, and slope of the number by that of the row: the delta method.
     let mut rows: Vec<(usize, Parameter, f64)> = Vec::new();
@@ -198,8 +198,10 @@ pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>
                 (Parameter::Resonance, &[Number::Frequency, Number::Width][..], &mut counts[1])
             }
             _ => {
-                let term = TERMS.iter().position(|&term| term == part).filter(|&term| model[term] > 0.0);
-                rows.extend(term.map(|term| (row, Parameter::Term(term), 0.5 / model[term])));
+                if let Part::Term(term) = part {
+                    let coefficient = model[term.index()];
+                    rows.extend((coefficient > 0.0).then(|| (row, Parameter::Term(term), 0.5 / coefficient)));
+                }
                 continue;
             }
         };
@@ -227,7 +229,3 @@ pub(crate) fn covariance(outcome: &Outcome, model: &[f64; 4]) -> (Vec<Parameter>
         .collect();
     (rows.into_iter().map(|(_, parameter, _)| parameter).collect(), matrix)
 }
-
-/// Names of the four noise terms and of the ramp.
-pub const TERM_NAMES: [&str; 5] =
-    ["quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp"];

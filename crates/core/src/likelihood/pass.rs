@@ -21,7 +21,7 @@ const BLOCKS: usize = 131_072;
 /// The segments are as long as 1024 blocks would be if a record had so many.
 const COARSE_BLOCKS: usize = 16_384;
 
-/// Longest block, also of those: segments then have 2²⁰ samples, and the memory of a pass is bounded. [samples]
+/// Longest block, also of those: segments then have 2²⁰ samples, and the memory of a pass is bounded. \[samples\]
 const LONGEST_BLOCK: usize = 1024;
 
 /// Samples of a segment over those of a coarse block.
@@ -34,7 +34,7 @@ const STEPS: usize = 4;
 const MODES: usize = 8;
 
 /// Longest record that is described by all its modes, up to half the sampling rate. Of a few segments, the periodogram loses
-/// information at its ends: up to a quarter of a standard error. [samples]
+/// information at its ends: up to a quarter of a standard error. \[samples\]
 const SHORT: usize = 4 * SEGMENT;
 
 /// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
@@ -54,7 +54,7 @@ pub const LEAST_SAMPLES: usize = 256;
 pub struct Summary {
     /// Samples of the record.
     pub samples: usize,
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
     /// Samples of a block.
     pub block: usize,
@@ -88,19 +88,19 @@ impl Summary {
         pass.finish()
     }
 
-    /// Length of a block. [s]
+    /// Length of a block. \[s\]
     #[must_use]
     pub fn block_length(&self) -> f64 {
         self.block as f64 * self.tau0
     }
 
-    /// Length of the record. [s]
+    /// Length of the record. \[s\]
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.samples as f64 * self.tau0
     }
 
-    /// Frequency of the mode k = 1, 2 … [Hz]
+    /// Frequency of the mode k = 1, 2 … \[Hz\]
     #[must_use]
     pub fn mode_frequency(&self, k: usize) -> f64 {
         match &self.masked {
@@ -115,14 +115,14 @@ impl Summary {
         self.masked.as_ref().map_or(self.samples, |masked| masked.present())
     }
 
-    /// Times of the centres of the blocks, from the first sample, where curves are given. [s]
+    /// Times of the centres of the blocks, from the first sample, where curves are given. \[s\]
     #[must_use]
     pub fn centres(&self) -> Vec<f64> {
         let length = self.block_length();
         (0..self.blocks).map(|i| (i as f64 + 0.5) * length).collect()
     }
 
-    /// Frequency of the density k. [Hz]
+    /// Frequency of the density k. \[Hz\]
     #[must_use]
     pub fn frequency(&self, k: usize) -> f64 {
         k as f64 / (self.segment as f64 * self.tau0)

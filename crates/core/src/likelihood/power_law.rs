@@ -5,6 +5,7 @@
 //! than 2·10⁻⁴, and its densities at the modes of a record are exact sums.
 
 use crate::likelihood::expected::{Blocks, MarkovModes, ModePoint, Part};
+use crate::terms::Term;
 use std::f64::consts::{LN_10, PI};
 
 /// Processes in a decade of correlation times.
@@ -22,7 +23,7 @@ pub(crate) const EXPONENTS: (f64, f64) = (0.3, 1.9);
 /// Processes that add up to noise with a density B²/(2πf)·(f/pivot)^(1−α), two-sided, B = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mixture {
-    /// Variance and correlation time of each. [s]
+    /// Variance and correlation time of each. \[s\]
     processes: Vec<(f64, f64)>,
     /// K² of all slower ones.
     walk: f64,
@@ -69,7 +70,7 @@ impl Mixture {
         let (walk, white) = (self.walk, self.white);
         move |at| {
             let processes: f64 = modes.iter().map(|(variance, process)| variance * process.density(at)).sum();
-            processes + walk * blocks.density(Part::RateRandomWalk, at) + white
+            processes + walk * blocks.density(Part::Term(Term::RateRandomWalk), at) + white
         }
     }
 }

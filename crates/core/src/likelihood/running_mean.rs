@@ -47,7 +47,7 @@ const OF_MEDIAN: f64 = 1.4826;
 /// Part of the distance of densities that stands for the frequency 0.
 const TINY: f64 = 1e-6;
 
-/// Limits of the frequency of half the power, times the length of the mean, and bisections between them. [1]
+/// Limits of the frequency of half the power, times the length of the mean, and bisections between them. \[1\]
 const CORNER_WITHIN: [f64; 2] = [0.2, 0.7];
 const BISECTIONS: usize = 50;
 
@@ -56,7 +56,7 @@ const BISECTIONS: usize = 50;
 pub struct RunningMean {
     /// Samples in the mean.
     pub length: u32,
-    /// Sample interval. [s]
+    /// Sample interval. \[s\]
     pub tau0: f64,
     /// Density of the zeros over that of the lowest frequencies: the ends of the record, and noise behind the mean.
     pub floor: f64,
@@ -90,12 +90,12 @@ impl RunningMean {
         Some((Self { floor: nearest.floor, ..nearest.mean }, mask))
     }
 
-    /// ln |H|² at a frequency. [Hz]
+    /// ln |H|² at a frequency. \[Hz\]
     pub(crate) fn log_power(self, f: f64) -> f64 {
         Shape::RunningMean { length: self.length }.log_power(f * self.tau0)
     }
 
-    /// The same of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. [Hz]
+    /// The same of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. \[Hz\]
     pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
         tapered(|f| self.log_power(f).exp(), f, spacing).ln()
     }
@@ -113,7 +113,7 @@ impl RunningMean {
             .collect()
     }
 
-    /// Frequency of half the power. [Hz]
+    /// Frequency of half the power. \[Hz\]
     pub(crate) fn corner(self) -> f64 {
         let shape = Shape::RunningMean { length: self.length };
         let (mut low, mut high) = CORNER_WITHIN.map(|x| x / f64::from(self.length)).into();
@@ -161,7 +161,7 @@ impl RunningMean {
     }
 }
 
-/// |H|² of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. [Hz]
+/// |H|² of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. \[Hz\]
 pub(crate) fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
     let power = |f: f64| power(f.abs().max(TINY * spacing));
     power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0

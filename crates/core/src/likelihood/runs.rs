@@ -4,6 +4,7 @@ use crate::likelihood::bins::{Bins, Products};
 use crate::likelihood::expected::Part;
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::model::{Fit, Model, Regressed, regress};
+use crate::terms::Term;
 
 /// Levels of a term in several runs: logarithms of its squared coefficient over the common one, which are normal deviates
 /// with the standard deviation `spread`.
@@ -109,17 +110,17 @@ impl Fit {
 
     /// Adds the slopes by Q² of the end values of the angle.
     pub(crate) fn add_ends(&self, gradient: &mut [f64], first: usize) {
-        let Some(j) = self.model.index(Part::Quantization) else { return };
+        let Some(j) = self.model.index(Term::Quantization) else { return };
         let own = |run: usize| {
-            self.model.own.iter().position(|own| own.run == run && own.part == Part::Quantization)
+            self.model.own.iter().position(|own| own.run == run && own.part == Part::Term(Term::Quantization))
         };
-        let before = |level: &&Level| level.part != Part::Quantization;
+        let before = |level: &&Level| level.part != Part::Term(Term::Quantization);
         let level_at =
             first + self.model.levels.iter().take_while(before).map(|l| l.logs.len()).sum::<usize>();
         for (run, slope) in self.slope_of_ends.iter().enumerate() {
             if let Some(k) = own(run) {
                 gradient[first + self.levels().count() + k] += slope;
-            } else if let Some(level) = self.model.level(Part::Quantization) {
+            } else if let Some(level) = self.model.level(Part::Term(Term::Quantization)) {
                 gradient[j] += slope * level.logs[run].exp();
                 gradient[level_at + run] += slope * self.model.theta_of(j, run);
             } else {
@@ -136,7 +137,7 @@ pub(crate) fn regressed(
     bins: &Bins,
     products: &[Products],
 ) -> (Regressed, Vec<f64>) {
-    let quantization = model.index(Part::Quantization);
+    let quantization = model.index(Term::Quantization);
     if bins.runs.is_empty() {
         let found = regress(&products[0], spectrum, quantization.map_or(0.0, |j| model.theta[j]));
         let powers = bins.powers(&bins.residual_power(&products[0], &found.beta));
@@ -181,7 +182,7 @@ mod tests {
     /// Changes a parameter by so much of its size, and returns by how much.
     type Move = fn(&mut Model, f64) -> f64;
 
-    const TERMS: [Part; 2] = [Part::RandomWalk, Part::RateRandomWalk];
+    const TERMS: [Part; 2] = [Part::Term(Term::RandomWalk), Part::Term(Term::RateRandomWalk)];
 
     fn noise(samples: usize, seed: u64) -> Summary {
         let mut state = seed;

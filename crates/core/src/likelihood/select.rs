@@ -8,6 +8,7 @@ use crate::likelihood::expected::Part;
 use crate::likelihood::filters::{best_of_families, other_families};
 use crate::likelihood::model::{Fit, Model, TOLERANCE, time_limits};
 use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
+use crate::terms::Term;
 use std::f64::consts::PI;
 
 /// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
@@ -147,7 +148,7 @@ fn price_of_filter(model: &Model) -> f64 {
 
 /// The model to which a filter is added: quantization noise whose share is small makes room for it.
 fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
-    match fit.model.index(Part::Quantization) {
+    match fit.model.index(Term::Quantization) {
         Some(j) if quantization_share(fit, bins, j) < BESIDE_FILTER => fit.model.without(j),
         _ => fit.model.clone(),
     }
@@ -158,7 +159,7 @@ fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
     let wanted = AT / bins.record.tau0;
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
     let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
-    fit.model.theta[part] * bins.unit(Part::Quantization)[bin] / fit.spectrum[bin]
+    fit.model.theta[part] * bins.unit(Term::Quantization)[bin] / fit.spectrum[bin]
 }
 
 /// The model with the lines that its mean follows, if they are worth more than what else explains them; and its bins. A line may
@@ -187,7 +188,7 @@ pub(crate) fn cost(fit: &Fit) -> f64 {
     let price = |(part, &theta): (&Part, &f64)| match part {
         Part::GaussMarkov { .. } => PROCESS,
         Part::Resonance { .. } => RESONANCE,
-        Part::Quantization if theta > 0.0 => QUANTIZATION,
+        Part::Term(Term::Quantization) if theta > 0.0 => QUANTIZATION,
         _ => 0.0,
     };
     let of_parts: f64 = fit.model.parts.iter().zip(&fit.model.theta).map(price).sum();
@@ -199,7 +200,7 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
     let mut chosen: Option<(f64, Fit)> = None;
     for replaced in REPLACED {
         // A process beside the rate random walk is worth a look whether there is one or not.
-        let always = *replaced == [Part::RateRandomWalk];
+        let always = *replaced == [Part::Term(Term::RateRandomWalk)];
         if !always && !replaced.iter().all(|&part| is_needed(&fit, part, bins)) {
             continue;
         }
@@ -250,9 +251,9 @@ fn best_addition(
     };
     let scores = Scores::at(fit, bins);
     let mut worth: Vec<(f64, Addition)> = Vec::new();
-    let no_quantization = fit.model.index(Part::Quantization).is_none();
+    let no_quantization = fit.model.index(Term::Quantization).is_none();
     if allowed.quantization && no_quantization && !refused.quantization && fit.model.filter.is_empty() {
-        let gain = scores.gain_of(&bins.unit(Part::Quantization), false);
+        let gain = scores.gain_of(&bins.unit(Term::Quantization), false);
         worth.push((gain, Addition::Quantization));
     }
     let present = fit.model.filter.len();
@@ -316,8 +317,11 @@ fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
             (fit.deviance, model.refit(bins, 40, TOLERANCE, fit))
         }
         Addition::Quantization => {
-            let theta = 0.1 * smallest_ratio(fit, &bins.unit(Part::Quantization));
-            (fit.deviance, fit.model.with(Part::Quantization, theta).refit(bins, 40, TOLERANCE, fit))
+            let theta = 0.1 * smallest_ratio(fit, &bins.unit(Term::Quantization));
+            (
+                fit.deviance,
+                fit.model.with(Part::Term(Term::Quantization), theta).refit(bins, 40, TOLERANCE, fit),
+            )
         }
         Addition::Process(part) | Addition::Resonance(part) => {
             let share = if matches!(addition, Addition::Process(_)) { 0.1 } else { 0.3 };
@@ -333,9 +337,9 @@ fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
         return fit;
     }
     let mut model = fit.model.clone().unfiltered();
-    if allowed.quantization && model.index(Part::Quantization).is_none() {
-        let theta = 0.1 * smallest_ratio(&fit, &bins.unit(Part::Quantization));
-        model = model.with(Part::Quantization, theta);
+    if allowed.quantization && model.index(Term::Quantization).is_none() {
+        let theta = 0.1 * smallest_ratio(&fit, &bins.unit(Term::Quantization));
+        model = model.with(Part::Term(Term::Quantization), theta);
     }
     let without = model.refit(bins, 40, TOLERANCE, &fit);
     if without.deviance - fit.deviance < price_of_filter(&fit.model) { without } else { fit }
@@ -395,7 +399,7 @@ pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, show
 /// The fit with a process in the place of a filter of first order, if white noise is seen beside it.
 fn process_like_filter(fit: &Fit, bins: &Bins, allowed: Allowed) -> Option<Fit> {
     let corner = fit.model.family?.corner_of_first_order(&fit.model.filter)?;
-    let walk = fit.model.index(Part::RandomWalk).filter(|_| allowed.processes)?;
+    let walk = fit.model.index(Term::RandomWalk).filter(|_| allowed.processes)?;
     let time = bins.record.tau0 / (2.0 * PI * corner);
     if time < time_limits(bins).0 {
         return None;
@@ -405,5 +409,5 @@ fn process_like_filter(fit: &Fit, bins: &Bins, allowed: Allowed) -> Option<Fit> 
     model.theta[walk] *= 0.01;
     let tried = model.refit(bins, 40, TOLERANCE, fit);
     let alike = tried.deviance + PROCESS <= fit.deviance + price_of_filter(&fit.model) + ALIKE_FILTER;
-    (alike && is_needed(&tried, Part::RandomWalk, bins)).then_some(tried)
+    (alike && is_needed(&tried, Part::Term(Term::RandomWalk), bins)).then_some(tried)
 }

@@ -4,11 +4,11 @@
 
 use crate::likelihood::bins::{Bins, Regressor};
 use crate::likelihood::drifts::gain_of;
-use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::linear::Symmetric;
 use crate::likelihood::model::{Fit, Model, regress};
 use crate::likelihood::pass::Summary;
+use crate::terms::Term;
 use std::sync::Arc;
 
 /// Probability of a false line in an octave of frequency, if the density is known.
@@ -48,13 +48,13 @@ const IDLE_SHARE: f64 = 0.8;
 /// A sinusoid that the mean follows, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowLine {
-    /// [Hz]
+    /// \[Hz\]
     pub frequency: f64,
-    /// [Hz]
+    /// \[Hz\]
     pub frequency_error: f64,
-    /// [rate unit]
+    /// \[rate unit\]
     pub amplitude: f64,
-    /// [rate unit]
+    /// \[rate unit\]
     pub amplitude_error: f64,
 }
 
@@ -76,7 +76,7 @@ fn is_harmonic(frequency: f64, fit: &Fit, bins: &Bins) -> bool {
     })
 }
 
-/// Frequencies of the lines of a model. [Hz]
+/// Frequencies of the lines of a model. \[Hz\]
 fn frequencies<'a>(model: &'a Model, bins: &'a Bins) -> impl Iterator<Item = f64> + 'a {
     cosines(model, bins).filter_map(|k| bins.regressors[k].line)
 }
@@ -182,12 +182,12 @@ fn refine(fit: &mut Fit, bins: &mut Bins, cosine: usize) {
     }
 }
 
-/// Lowest and highest frequency of a slow line: a cycle in the record, and the end of the modes. [Hz]
+/// Lowest and highest frequency of a slow line: a cycle in the record, and the end of the modes. \[Hz\]
 fn limits_of(record: &Summary) -> (f64, f64) {
     (1.0 / record.duration(), record.mode_frequency(record.low_modes().max(1)))
 }
 
-/// Change of the frequency of a line by least squares, and its standard error. [Hz]
+/// Change of the frequency of a line by least squares, and its standard error. \[Hz\]
 fn step_of(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(f64, f64)> {
     let (beta, covariance, used) = with_slope(fit, bins, cosine)?;
     let last = used - 1;
@@ -209,7 +209,7 @@ fn with_slope(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(Vec<f64>, Symmet
     let mut used = fit.model.regressors.clone();
     used.push(all.len() - 1);
     with.regressors = Arc::new(all);
-    let quantization = fit.model.index(Part::Quantization).map_or(0.0, |j| fit.model.theta[j]);
+    let quantization = fit.model.index(Term::Quantization).map_or(0.0, |j| fit.model.theta[j]);
     let fitted = regress(&with.products(&used), &fit.spectrum, quantization);
     Some((fitted.beta, fitted.covariance, used.len()))
 }
@@ -235,7 +235,7 @@ pub(crate) fn slow_lines(fit: &Fit, bins: &Bins) -> Vec<SlowLine> {
     cosines(&fit.model, bins).filter_map(line).collect()
 }
 
-/// Frequencies at which the modes stand out of a fit most: the best ones near the highest peaks. [Hz]
+/// Frequencies at which the modes stand out of a fit most: the best ones near the highest peaks. \[Hz\]
 fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     let peaks = Peaks::of(fit, bins);
     let share = |i: usize| if peaks.mode[i] < LOWEST { WORTH_A_FIT_BELOW } else { WORTH_A_FIT };
@@ -258,7 +258,7 @@ fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
 struct Peaks {
     /// Numbers of the modes, less 1.
     mode: Vec<usize>,
-    /// [Hz]
+    /// \[Hz\]
     frequency: Vec<f64>,
     residual: Vec<f64>,
     density: Vec<f64>,
@@ -324,6 +324,7 @@ impl Peaks {
 mod tests {
     use super::*;
     use crate::likelihood::drifts::regressors;
+    use crate::likelihood::expected::Part;
     use crate::likelihood::outcome::Options;
     use std::f64::consts::PI;
 
@@ -372,7 +373,9 @@ mod tests {
         let mask = Arc::new(vec![true; record.density.len()]);
         let all = Arc::new(regressors(&record, &Options::default()));
         let mut bins = Bins::new(&record, mask, all);
-        let mut fit = Model::new(vec![Part::RandomWalk, Part::RateRandomWalk], vec![0, 1]).fit(&bins);
+        let mut fit =
+            Model::new(vec![Part::Term(Term::RandomWalk), Part::Term(Term::RateRandomWalk)], vec![0, 1])
+                .fit(&bins);
         assert!(add_lines(&mut fit, &mut bins));
         let [line] = slow_lines(&fit, &bins)[..] else { panic!("one line") };
         // Of a sinusoid in white noise: √(2/n) of the noise, and √6 over π T √(n/2) of the ratio.

@@ -2,9 +2,9 @@
 
 use crate::likelihood::analysis::Tails;
 use crate::likelihood::bins::Bins;
-use crate::likelihood::expected::Part;
 use crate::likelihood::model::Fit;
 use crate::likelihood::pass::PARTS;
+use crate::terms::Term;
 
 /// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
 const LEAST_PART: f64 = 0.2;
@@ -22,7 +22,7 @@ pub struct WhiteLevel {
 
 /// The white level of each eighth that has samples; none without a random walk.
 pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {
-    let Some(j) = fit.model.index(Part::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
+    let Some(j) = fit.model.index(Term::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
         return Vec::new();
     };
     if bins.ranges.is_empty() {

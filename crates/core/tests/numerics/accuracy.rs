@@ -3,15 +3,19 @@
 
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::compensated::Sum;
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::simulate;
 use sigmatau_core::phase::Phase;
+use sigmatau_core::terms::Term;
+
+/// Terms and their coefficients.
+type Noise = &'static [(Term, f64)];
 
 /// Samples are multiples of 2⁻³⁶, below 2¹⁷: exact both as floats and as integers.
 const QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 
 struct Case {
     name: &'static str,
-    noise: Coefficients,
+    noise: Noise,
     /// In standard deviations of the white noise, which is 0.1.
     mean: f64,
     /// End-to-end drift, in the same unit.
@@ -20,30 +24,14 @@ struct Case {
 
 const SIGMA: f64 = 0.1;
 
-const WHITE: Coefficients = Coefficients {
-    quantization: 0.0,
-    random_walk: SIGMA,
-    bias_instability: 0.0,
-    rate_random_walk: 0.0,
-    rate_ramp: 0.0,
-};
+const WHITE: Noise = &[(Term::RandomWalk, SIGMA)];
 
 const CASES: [Case; 5] = [
     Case { name: "white", noise: WHITE, mean: 0.0, drift: 0.0 },
     Case { name: "mean a million times the noise", noise: WHITE, mean: 1e6, drift: 0.0 },
     Case { name: "mean and drift", noise: WHITE, mean: 1e6, drift: 100.0 },
-    Case {
-        name: "random walk",
-        noise: Coefficients { rate_random_walk: SIGMA, random_walk: 0.0, ..WHITE },
-        mean: 1e4,
-        drift: 0.0,
-    },
-    Case {
-        name: "quantization",
-        noise: Coefficients { quantization: SIGMA, random_walk: 0.0, ..WHITE },
-        mean: 1e6,
-        drift: 0.0,
-    },
+    Case { name: "random walk", noise: &[(Term::RateRandomWalk, SIGMA)], mean: 1e4, drift: 0.0 },
+    Case { name: "quantization", noise: &[(Term::Quantization, SIGMA)], mean: 1e6, drift: 0.0 },
 ];
 
 /// FNV-1a: a seed from the name of the case.
@@ -53,7 +41,7 @@ fn seed_of(name: &str) -> u64 {
 }
 
 fn integers(case: &Case, n: usize) -> Vec<i64> {
-    let noise = simulate(n, 1.0, &case.noise, seed_of(case.name), 0).unwrap();
+    let noise = simulate(n, 1.0, case.noise, seed_of(case.name), 0).unwrap();
     let level = |k: usize| SIGMA * (case.mean + case.drift * k as f64 / n as f64);
     noise.iter().enumerate().map(|(k, y)| ((y + level(k)) / QUANTUM).round() as i64).collect()
 }
@@ -134,7 +122,7 @@ fn second_differences_one_by_one() {
             let height = 4096.0
                 * SIGMA
                 * (1.0 + case.drift)
-                * if case.noise.rate_random_walk > 0.0 { 150.0 } else { 1.0 };
+                * if case.noise[0].0 == Term::RateRandomWalk { 150.0 } else { 1.0 };
             assert!(
                 error.abs() <= 4.0 * f64::EPSILON * (height + exact.abs()),
                 "{} at {k}, {m}: {error:e}",

@@ -4,15 +4,13 @@
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::covariance::{Component, Gamma};
 use sigmatau_core::error::Error;
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::simulate;
 use sigmatau_core::phase::Phase;
+use sigmatau_core::terms::Term;
 use sigmatau_core::terms::{
     bias_instability_avar, gauss_markov_avar_sampled, quantization_avar, random_walk_avar, rate_ramp_avar,
     rate_random_walk_avar_sampled,
 };
-
-const LINEAR: [Component; 4] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 /// Half octaves up to N / `part`.
 fn half_octaves(n: usize, part: usize) -> Vec<usize> {
@@ -55,7 +53,7 @@ const EDF: [[f64; 6]; 4] = [
 
 #[test]
 fn degrees_of_freedom_known_answers() {
-    for (component, expected) in LINEAR.into_iter().zip(EDF) {
+    for (component, expected) in Term::NOISE.into_iter().zip(EDF) {
         let edf = Gamma::new(1000, &EDF_SIZES, &[component]).unwrap().edf(&[0.7], 0.0);
         for (got, expected) in edf.into_iter().zip(expected) {
             assert_close(got, expected, 1e-12, &format!("{component:?}"));
@@ -67,7 +65,7 @@ fn degrees_of_freedom_known_answers() {
 fn degrees_of_freedom_of_quantization_have_a_closed_form() {
     let n_samples = 5000;
     let sizes = half_octaves(n_samples, 2);
-    let edf = Gamma::new(n_samples, &sizes, &[Component::Quantization]).unwrap().edf(&[2.0], 0.0);
+    let edf = Gamma::new(n_samples, &sizes, &[Term::Quantization]).unwrap().edf(&[2.0], 0.0);
     for (got, n) in edf.into_iter().zip(sizes) {
         let pairs = |lag: usize| (n_samples + 1).saturating_sub(2 * n + lag) as f64;
         let expected = 36.0 * pairs(0).powi(2) / (36.0 * pairs(0) + 32.0 * pairs(n) + 2.0 * pairs(2 * n));
@@ -89,7 +87,7 @@ const MIXTURE_COVARIANCE: [[f64; 3]; 3] = [
 #[test]
 fn mixture_known_answers_whatever_the_interval_and_the_order() {
     for tau0 in [1.0, 0.01, 3.7] {
-        let gamma = Gamma::new(1000, &[1, 10, 100], &LINEAR).unwrap().at_interval(tau0).unwrap();
+        let gamma = Gamma::new(1000, &[1, 10, 100], &Term::NOISE).unwrap().at_interval(tau0).unwrap();
         // The same rates, described in the units of another interval.
         let theta: Vec<f64> =
             MIXTURE.iter().zip([1, 0, -1, -2]).map(|(c, e)| c * c * tau0.powi(e + 1)).collect();
@@ -102,7 +100,7 @@ fn mixture_known_answers_whatever_the_interval_and_the_order() {
             assert_close(got, expected, 1e-13, "covariance");
         }
     }
-    let backwards: Vec<Component> = LINEAR.into_iter().rev().collect();
+    let backwards: Vec<Term> = Term::NOISE.into_iter().rev().collect();
     let gamma = Gamma::new(1000, &[100, 1, 10], &backwards).unwrap();
     let theta: Vec<f64> = MIXTURE.iter().rev().map(|c| c * c).collect();
     let covariance = gamma.covariance(&theta, 0.0);
@@ -112,7 +110,7 @@ fn mixture_known_answers_whatever_the_interval_and_the_order() {
 
 #[test]
 fn parts_add_up_in_any_units() {
-    let mut components = LINEAR.to_vec();
+    let mut components = Term::NOISE.map(Component::Term).to_vec();
     components.push(Component::GaussMarkov { tc: 12.0 });
     let gamma = Gamma::new(700, &[1, 3, 50, 200], &components).unwrap().at_interval(0.02).unwrap();
     let (theta, ramp): ([f64; 5], f64) = ([1e-4, 2.0, 0.3, 0.1, 0.7], -0.3);
@@ -159,7 +157,7 @@ fn least_pivot(covariance: &[f64], order: usize) -> f64 {
 fn covariance_on_half_octaves_has_a_cholesky_decomposition() {
     for n_samples in [1 << 12, 1 << 20] {
         let sizes = half_octaves(n_samples, 3);
-        let gamma = Gamma::new(n_samples, &sizes, &LINEAR).unwrap();
+        let gamma = Gamma::new(n_samples, &sizes, &Term::NOISE).unwrap();
         let mixtures: [[f64; 4]; 7] = [
             MIXTURE.map(|c| c * c),
             [1.0, 0.0, 0.0, 0.0],
@@ -187,21 +185,21 @@ fn simulated_records_scatter_as_the_covariance_says() {
     const TRIALS: u64 = 4000;
     let (n_samples, tau0) = (512, 0.5);
     let sizes = half_octaves(n_samples, 3);
-    let truth = Coefficients {
-        quantization: 0.4,
-        random_walk: 1.0,
-        bias_instability: 0.3,
-        rate_random_walk: 0.05,
-        rate_ramp: 0.01,
-    };
+    let truth = &[
+        (Term::RateRamp, 0.01),
+        (Term::Quantization, 0.4),
+        (Term::RandomWalk, 1.0),
+        (Term::BiasInstability, 0.3),
+        (Term::RateRandomWalk, 0.05),
+    ];
     let theta = [0.4, 1.0, 0.3, 0.05f64].map(|c| c * c);
-    let gamma = Gamma::new(n_samples, &sizes, &LINEAR).unwrap().at_interval(tau0).unwrap();
+    let gamma = Gamma::new(n_samples, &sizes, &Term::NOISE).unwrap().at_interval(tau0).unwrap();
     let (mean, covariance) = (gamma.expectation(&theta, 0.01), gamma.covariance(&theta, 0.01));
 
     let cells = sizes.len() * sizes.len();
     let (mut sums, mut squares) = (vec![0.0; cells], vec![0.0; cells]);
     for stream in 0..TRIALS {
-        let rate = simulate(n_samples, tau0, &truth, 20_081, stream).unwrap();
+        let rate = simulate(n_samples, tau0, truth, 20_081, stream).unwrap();
         let phase = Phase::from_rate(&rate).unwrap();
         let estimates = allan_variance(&phase, &sizes, Overlap::Full, Counting::Standard).unwrap();
         let excess: Vec<f64> =
@@ -230,7 +228,7 @@ fn threads_do_not_change_a_bit() {
     let sizes = half_octaves(30_000, 2);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Gamma::new(30_000, &sizes, &LINEAR).unwrap())
+        pool.install(|| Gamma::new(30_000, &sizes, &Term::NOISE).unwrap())
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -251,6 +249,6 @@ fn wrong_arguments_are_refused() {
         assert_eq!(of(100, &[1], tc), Err(Error::Parameter { name: "tc", value: tc }));
     }
     assert!(of(100, &[1], f64::NAN).is_err());
-    let gamma = Gamma::new(100, &[1], &LINEAR).unwrap();
+    let gamma = Gamma::new(100, &[1], &Term::NOISE).unwrap();
     assert_eq!(gamma.at_interval(0.0), Err(Error::Parameter { name: "tau0", value: 0.0 }));
 }

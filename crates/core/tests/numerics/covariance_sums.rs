@@ -2,12 +2,10 @@
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 
 use sigmatau_core::compensated::two_sum;
-use sigmatau_core::covariance::{Component, Gamma, Term};
+use sigmatau_core::covariance::{Component, Gamma, PhaseCovariance};
+use sigmatau_core::terms::Term;
 use std::f64::consts::PI;
 use std::ops::{Add, Mul};
-
-const LINEAR: [Component; 4] =
-    [Component::Quantization, Component::RandomWalk, Component::BiasInstability, Component::RateRandomWalk];
 
 /// Relative, but for an `expected` of 0.
 fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
@@ -56,11 +54,16 @@ fn autocovariance(component: Component, last: usize) -> Vec<Wide> {
     let times = |values: Vec<Wide>, factor: f64| values.into_iter().map(|s| s * Wide::of(factor)).collect();
     let lags = (0..=last).map(|l| l as f64);
     match component {
-        Component::Quantization => lags.map(|l| Wide::of(if l == 0.0 { 1.0 } else { 0.0 })).collect(),
-        Component::RandomWalk => lags.map(|l| Wide::of(-0.5 * l)).collect(),
+        Component::Term(Term::Quantization) => {
+            lags.map(|l| Wide::of(if l == 0.0 { 1.0 } else { 0.0 })).collect()
+        }
+        Component::Term(Term::RateRamp) => unreachable!("a ramp is no noise"),
+        Component::Term(Term::RandomWalk) => lags.map(|l| Wide::of(-0.5 * l)).collect(),
         // Below 2⁵³ as it stands.
-        Component::RateRandomWalk => times(lags.map(|l| Wide::of(l * l * l - l)).collect(), 1.0 / 12.0),
-        Component::BiasInstability => {
+        Component::Term(Term::RateRandomWalk) => {
+            times(lags.map(|l| Wide::of(l * l * l - l)).collect(), 1.0 / 12.0)
+        }
+        Component::Term(Term::BiasInstability) => {
             // −J(l) / 2π, J(l) = −(4l² − 1) h(l − 1) / 2 + 2l (l − 1) − (l − 1)² / 2, h(l) = Σ 1 / (2j − 1).
             let mut h = Wide::default();
             let j = lags.map(|l| {
@@ -131,7 +134,7 @@ fn brute_force(n_samples: usize, n: usize, m: usize, components: &[Component]) -
 
 #[test]
 fn every_entry_is_the_sum_over_all_lags() {
-    let mut components = LINEAR.to_vec();
+    let mut components = Term::NOISE.map(Component::Term).to_vec();
     components.extend([0.3, 7.0, 90.0, 2000.0, 1e7].map(|tc| Component::GaussMarkov { tc }));
     let cases: [(usize, &[usize]); 5] = [
         (2, &[1]),
@@ -162,7 +165,7 @@ fn every_entry_is_the_sum_over_all_lags() {
 /// A component whose every lag is summed.
 struct LagByLag(Component);
 
-impl Term for LagByLag {
+impl PhaseCovariance for LagByLag {
     fn interval_power(&self) -> i32 {
         self.0.interval_power()
     }
@@ -176,14 +179,13 @@ impl Term for LagByLag {
 
 #[test]
 fn panels_are_as_good_as_every_lag_in_long_records() {
-    let mut components = LINEAR.to_vec();
+    let mut components = Term::NOISE.map(Component::Term).to_vec();
     components.extend([3.0, 100.0, 4000.0, 1e6].map(|tc| Component::GaussMarkov { tc }));
     let one_by_one = components.clone().into_iter().map(LagByLag).collect::<Vec<_>>();
-    let one_by_one: Vec<&dyn Term> = one_by_one.iter().map(|term| term as &dyn Term).collect();
     let n_samples = (1 << 16) + 321;
     let sizes = [1, 6, 181, 1023, 1024, 5000, 11_585, 22_000, n_samples / 2];
     let panels = Gamma::new(n_samples, &sizes, &components).unwrap();
-    let exact = Gamma::of_terms(n_samples, &sizes, &one_by_one).unwrap();
+    let exact = Gamma::new(n_samples, &sizes, &one_by_one).unwrap();
     for p in 0..components.len() {
         for (&got, expected) in panels.ramp_part(p).iter().zip(exact.ramp_part(p)) {
             // All but 1 / N of either sum cancels.
@@ -211,7 +213,7 @@ impl MovingAverage {
     }
 }
 
-impl Term for MovingAverage {
+impl PhaseCovariance for MovingAverage {
     fn interval_power(&self) -> i32 {
         2
     }
@@ -230,8 +232,10 @@ fn any_stationary_noise_can_be_a_term() {
     // e⁻⁴⁰ is nothing.
     let term = MovingAverage { r: (0..100).map(|k| (-f64::from(k) / tc).exp()).collect() };
     let sizes = [1, 2, 30, 512, 700, 2000];
-    let got = Gamma::of_terms(4096, &sizes, &[&Component::RandomWalk, &term]).unwrap();
-    let expected = Gamma::new(4096, &sizes, &[Component::RandomWalk, Component::GaussMarkov { tc }]).unwrap();
+    let got = Gamma::new(4096, &sizes, &[&Term::RandomWalk as &dyn PhaseCovariance, &term]).unwrap();
+    let expected =
+        Gamma::new(4096, &sizes, &[Component::Term(Term::RandomWalk), Component::GaussMarkov { tc }])
+            .unwrap();
     for (p, q) in [(0, 1), (1, 1)] {
         for (got, expected) in got.noise_part(p, q).into_iter().zip(expected.noise_part(p, q)) {
             // Plain fourth differences of lags up to 10⁴.

@@ -4,7 +4,11 @@
 use sigmatau_core::allan::Overlap;
 use sigmatau_core::compensated::Sum;
 use sigmatau_core::deviations::{Kind, deviations, deviations_of_channels};
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::simulate;
+use sigmatau_core::terms::Term;
+
+/// Terms and their coefficients.
+type Noise = &'static [(Term, f64)];
 
 /// Samples are multiples of 2⁻³⁶, below 2¹⁷: exact both as floats and as integers.
 const QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
@@ -13,22 +17,15 @@ const SIGMA: f64 = 0.1;
 
 struct Case {
     name: &'static str,
-    noise: Coefficients,
+    noise: Noise,
     /// In standard deviations of the white noise, as is the drift from end to end of 200 000 samples or more.
     mean: f64,
     drift: f64,
 }
 
-const NONE: Coefficients = Coefficients {
-    quantization: 0.0,
-    random_walk: 0.0,
-    bias_instability: 0.0,
-    rate_random_walk: 0.0,
-    rate_ramp: 0.0,
-};
-const WHITE: Coefficients = Coefficients { random_walk: SIGMA, ..NONE };
-const WALK: Coefficients = Coefficients { rate_random_walk: SIGMA, ..NONE };
-const QUANTIZATION: Coefficients = Coefficients { quantization: SIGMA, ..NONE };
+const WHITE: Noise = &[(Term::RandomWalk, SIGMA)];
+const WALK: Noise = &[(Term::RateRandomWalk, SIGMA)];
+const QUANTIZATION: Noise = &[(Term::Quantization, SIGMA)];
 
 const CASES: [Case; 5] = [
     Case { name: "white", noise: WHITE, mean: 0.0, drift: 0.0 },
@@ -46,7 +43,7 @@ fn seed_of(name: &str) -> u64 {
 
 /// Rates, and the phase in multiples of [`QUANTUM`].
 fn record(case: &Case, n: usize) -> (Vec<f64>, Vec<i128>) {
-    let noise = simulate(n, 1.0, &case.noise, seed_of(case.name), 0).unwrap();
+    let noise = simulate(n, 1.0, case.noise, seed_of(case.name), 0).unwrap();
     let level = |k: usize| SIGMA * (case.mean + case.drift * k as f64 / n.max(200_000) as f64);
     let samples: Vec<i128> =
         noise.iter().enumerate().map(|(k, y)| ((y + level(k)) / QUANTUM).round() as i128).collect();

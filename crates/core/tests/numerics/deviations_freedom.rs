@@ -3,8 +3,9 @@
 #![allow(clippy::unreadable_literal, clippy::excessive_precision)] // Digits as they were computed.
 
 use sigmatau_core::allan::Overlap;
-use sigmatau_core::covariance::{Component, Gamma};
-use sigmatau_core::deviations::freedom::{Coefficients, Stationary, TERMS, moments};
+use sigmatau_core::covariance::Gamma;
+use sigmatau_core::deviations::freedom::{Coefficients, Stationary, moments};
+use sigmatau_core::terms::Term;
 
 const KINDS: [Stationary; 5] = [
     Stationary::Allan(Overlap::Full),
@@ -41,16 +42,16 @@ fn filter(kind: Stationary, m: usize) -> (Vec<f64>, usize) {
 }
 
 /// Autocovariances of the terms at lags 0 … `last`: the filter, summed as often as the noise asks for, with itself.
-fn by_filter(kind: Stationary, component: Component, m: usize, last: usize) -> Vec<f64> {
+fn by_filter(kind: Stationary, term: Term, m: usize, last: usize) -> Vec<f64> {
     let (weights, _) = filter(kind, m);
     // Response of a term to each innovation, the oldest first.
-    let response: Vec<f64> = match component {
-        Component::RandomWalk => weights,
-        Component::Quantization => {
+    let response: Vec<f64> = match term {
+        Term::RandomWalk => weights,
+        Term::Quantization => {
             let later = weights.iter().copied().chain([0.0]);
             later.zip([0.0].into_iter().chain(weights.iter().copied())).map(|(a, b)| a - b).collect()
         }
-        Component::RateRandomWalk => weights
+        Term::RateRandomWalk => weights
             .iter()
             .rev()
             .scan(0.0, |sum, weight| {
@@ -82,7 +83,7 @@ fn by_filter(kind: Stationary, component: Component, m: usize, last: usize) -> V
 fn every_edf_is_the_sum_over_all_lags() {
     for kind in KINDS {
         for (samples, m) in [(40, 1), (41, 2), (60, 7), (60, 19), (200, 16), (200, 50)] {
-            for (term, &component) in TERMS.iter().enumerate() {
+            for (term, &component) in Term::NOISE.iter().enumerate() {
                 let (_, step) = filter(kind, m);
                 let (weights, _) = filter(kind, m);
                 let terms = (samples - weights.len()) / step + 1;
@@ -95,7 +96,7 @@ fn every_edf_is_the_sum_over_all_lags() {
                 let expected = (c[0] * terms as f64).powi(2) / sum;
                 let got = moments(kind, samples, &[m], &unit(term)).unwrap()[0];
                 // The memory of the flicker filter ends.
-                let tolerance = if component == Component::BiasInstability { 1e-5 } else { 1e-11 };
+                let tolerance = if component == Term::BiasInstability { 1e-5 } else { 1e-11 };
                 let what = format!("{kind:?}, {component:?}, {samples} samples, m {m}");
                 assert!(
                     (got.edf / expected - 1.0).abs() < tolerance,
@@ -122,7 +123,7 @@ fn every_edf_is_the_sum_over_all_lags() {
 fn allan_is_that_of_the_covariance() {
     let sizes = [1, 2, 10, 333, 1000, 4000];
     let theta = [1.63f64.powi(2), 1.0, 0.188f64.powi(2), 0.0125f64.powi(2)];
-    let gamma = Gamma::new(10_000, &sizes, &TERMS).unwrap();
+    let gamma = Gamma::new(10_000, &sizes, &Term::NOISE).unwrap();
     let coefficients = Coefficients { noise: theta, ramp: 1e-3f64.powi(2) };
     let got = moments(Stationary::Allan(Overlap::Full), 10_000, &sizes, &coefficients).unwrap();
     for ((got, edf), avar) in got.iter().zip(gamma.edf(&theta, 1e-3)).zip(gamma.expectation(&theta, 1e-3)) {

@@ -3,8 +3,9 @@
 
 use sigmatau_core::allan::{Counting, Estimate, Overlap, allan_variance, allan_variances, largest_cluster};
 use sigmatau_core::error::Error;
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::simulate;
 use sigmatau_core::phase::{LONGEST_BLOCK as BLOCK, Phase};
+use sigmatau_core::terms::Term;
 
 /// A seed made from the name of the case (FNV-1a), so that none is ever chosen.
 fn seed_of(name: &str) -> u64 {
@@ -13,14 +14,14 @@ fn seed_of(name: &str) -> u64 {
 }
 
 fn record(name: &str, n: usize) -> Vec<f64> {
-    let mixture = Coefficients {
-        quantization: 0.3,
-        random_walk: 1.0,
-        bias_instability: 0.2,
-        rate_random_walk: 0.01,
-        rate_ramp: -1e-5,
-    };
-    simulate(n, 1.0, &mixture, seed_of(name), 0).unwrap()
+    let mixture = &[
+        (Term::RateRamp, -1e-5),
+        (Term::Quantization, 0.3),
+        (Term::RandomWalk, 1.0),
+        (Term::BiasInstability, 0.2),
+        (Term::RateRandomWalk, 0.01),
+    ];
+    simulate(n, 1.0, mixture, seed_of(name), 0).unwrap()
 }
 
 fn full(rate: &[f64], m: &[usize]) -> Vec<Estimate> {

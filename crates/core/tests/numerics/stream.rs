@@ -6,9 +6,10 @@ use rand_chacha::ChaCha8Rng;
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::compensated::Sum;
 use sigmatau_core::error::Error;
-use sigmatau_core::generate::{Coefficients, simulate};
+use sigmatau_core::generate::simulate;
 use sigmatau_core::phase::Phase;
 use sigmatau_core::stream::{Accumulator, GROUP, LARGEST, Long, Strided, stride};
+use sigmatau_core::terms::Term;
 
 /// FNV-1a: a seed from the name of the case.
 fn seed_of(name: &str) -> u64 {
@@ -18,8 +19,8 @@ fn seed_of(name: &str) -> u64 {
 
 /// White noise and a random walk on a mean a million times as large, with a drift.
 fn record(name: &str, n: usize) -> Vec<f64> {
-    let noise = Coefficients { random_walk: 1.0, rate_random_walk: 1e-3, ..Coefficients::default() };
-    let noise = simulate(n, 1.0, &noise, seed_of(name), 0).unwrap();
+    let noise = &[(Term::RandomWalk, 1.0), (Term::RateRandomWalk, 1e-3)];
+    let noise = simulate(n, 1.0, noise, seed_of(name), 0).unwrap();
     noise.iter().enumerate().map(|(k, y)| 1e6 + 1e-5 * k as f64 + y).collect()
 }
 
@@ -282,14 +283,13 @@ fn the_largest_samples_do_not_overflow_in_groups() {
 fn strides_lose_little_of_white_noise_and_a_random_walk() {
     let n = 1 << 17;
     let m = 1 << 13; // The smallest size with a stride: 128 starts a cluster.
-    for (name, noise) in [
-        ("stride white", Coefficients { random_walk: 1.0, ..Coefficients::default() }),
-        ("stride walk", Coefficients { rate_random_walk: 1.0, ..Coefficients::default() }),
-    ] {
+    let cases: [(&str, &[(Term, f64)]); 2] =
+        [("stride white", &[(Term::RandomWalk, 1.0)]), ("stride walk", &[(Term::RateRandomWalk, 1.0)])];
+    for (name, noise) in cases {
         let (mut own, mut lost) = (0.0, 0.0);
         let records = 40;
         for stream in 0..records {
-            let rate = simulate(n, 1.0, &noise, seed_of(name), stream).unwrap();
+            let rate = simulate(n, 1.0, noise, seed_of(name), stream).unwrap();
             let mut accumulator = Accumulator::new(&[m], Long::Strided, 0).unwrap();
             accumulator.push(&rate).unwrap();
             let strided = accumulator.snapshot().unwrap()[0].estimate.avar;

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-/// Longest step of a difference. [samples]
+/// Longest step of a difference. \[samples\]
 const LONGEST: usize = 8;
 
 /// Share of the pairs of the best step from which a shorter one is taken.

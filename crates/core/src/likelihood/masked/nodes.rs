@@ -52,7 +52,7 @@ impl Quadratic {
 pub(crate) struct StringModes {
     /// The record.
     pub modes: Vec<f64>,
-    /// [Hz]
+    /// \[Hz\]
     pub frequencies: Vec<f64>,
     /// Values at the nodes, mode after mode.
     pub shapes: Vec<Vec<f64>>,

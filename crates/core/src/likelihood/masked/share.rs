@@ -4,6 +4,7 @@ use crate::likelihood::expected::Part;
 use crate::likelihood::masked::Masked;
 use crate::likelihood::masked::differences::Differences;
 use crate::likelihood::masked::windows::spectrum;
+use crate::terms::Term;
 use std::f64::consts::PI;
 
 /// Covariance of the values in the segments: of a value with itself, and with that one step later, times τ₀.
@@ -18,9 +19,9 @@ impl Masked {
     /// one that has a covariance at a step beside it.
     pub(crate) fn plain_terms(&self) -> [Part; 2] {
         if self.seen.differences.used {
-            [Part::RateRandomWalk, Part::RandomWalk]
+            [Part::Term(Term::RateRandomWalk), Part::Term(Term::RandomWalk)]
         } else {
-            [Part::RandomWalk, Part::Quantization]
+            [Part::Term(Term::RandomWalk), Part::Term(Term::Quantization)]
         }
     }
 

@@ -5,6 +5,7 @@ use super::*;
 use crate::error::Error;
 use crate::likelihood::bins::{Bins, usable};
 use crate::likelihood::pass::hann;
+use crate::terms::Term;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -162,15 +163,15 @@ fn expected_powers_are_those_of_the_dense_covariance() {
                 // The level of a segment is right in all frequencies together, not in each. Differences have none of
                 // the power of low frequencies that leaks.
                 let [modes, densities] = match part {
-                    Part::RandomWalk => [1e-9, 0.05],
-                    Part::Quantization => [0.01, 0.05],
-                    Part::BiasInstability => [0.06, 0.25],
-                    Part::RateRandomWalk => [0.02, 0.4],
+                    Part::Term(Term::RandomWalk) => [1e-9, 0.05],
+                    Part::Term(Term::Quantization) => [0.01, 0.05],
+                    Part::Term(Term::BiasInstability) => [0.06, 0.25],
+                    Part::Term(Term::RateRandomWalk) => [0.02, 0.4],
                     _ => [0.03, 0.4],
                 };
                 let differenced = weighting.differences.is_some();
                 let densities = match part {
-                    Part::Quantization if differenced => 0.1,
+                    Part::Term(Term::Quantization) if differenced => 0.1,
                     _ if differenced => 0.07,
                     _ => densities,
                 };
@@ -205,7 +206,7 @@ fn a_filter_and_a_resonance_are_seen_through_the_mask() {
         for weighting in [tapered(0.0), Weighting { taper: 0.0, differences: Some(0.0) }] {
             let record = record(&present, weighting);
             let bins = Bins::new(&record, Arc::new(usable(&record)), Arc::new(Vec::new()));
-            let at = bins.column(Part::RandomWalk);
+            let at = bins.column(Part::Term(Term::RandomWalk));
             let cells = bins.cosines_high[0].iter().map(|c| (a * c).exp()).collect();
             let low = bins.cosines_low[0].iter().map(|c| (a * c).exp()).collect();
             let whole = |i: &usize| bins.mask[bins.ranges[*i].0..bins.ranges[*i].1].iter().all(|&used| used);

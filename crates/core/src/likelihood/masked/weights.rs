@@ -18,7 +18,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// `taper`: the root of the ratio of quantization noise to random walk, Q/(N√τ₀). [samples]
+    /// `taper`: the root of the ratio of quantization noise to random walk, Q/(N√τ₀). \[samples\]
     pub(super) fn new(taper: f64) -> Self {
         Self { rate: if taper < LEAST_TAPER { 0.0 } else { 2.0 * (0.5 / taper).asinh() } }
     }

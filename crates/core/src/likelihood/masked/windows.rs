@@ -293,19 +293,19 @@ impl Running {
 /// Cells of frequency, in which a density is taken as constant where it leaks elsewhere.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cells {
-    /// From 0 to half the rate. [Hz]
+    /// From 0 to half the rate. \[Hz\]
     pub edges: Vec<f64>,
-    /// Where a density is evaluated: geometric means, so that 1/f² has its mean. [Hz]
+    /// Where a density is evaluated: geometric means, so that 1/f² has its mean. \[Hz\]
     pub at: Vec<f64>,
 }
 
 impl Cells {
-    /// The cell of a frequency. [Hz]
+    /// The cell of a frequency. \[Hz\]
     pub(crate) fn of(&self, frequency: f64) -> usize {
         self.edges.partition_point(|&e| e <= frequency).clamp(1, self.at.len()) - 1
     }
 
-    /// [Hz]
+    /// \[Hz\]
     pub(crate) fn width(&self, cell: usize) -> f64 {
         self.edges[cell + 1] - self.edges[cell]
     }

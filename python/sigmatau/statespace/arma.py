@@ -18,7 +18,7 @@ from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
 from sigmatau.results import Printed, plain
-from sigmatau.statespace.spectral_factor import Spectrum
+from sigmatau.statespace.spectral_factor import RationalSpectrum
 from sigmatau.statespace.state_space import check_channel_model, find_flicker_poles
 
 Floats = NDArray[np.float64]
@@ -264,19 +264,19 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     if poles is not None:
         processes += [(level * math.sqrt(v), t) for t, v in zip(poles.times, poles.variances, strict=True)]
     n = terms.get("random_walk", 0.0)
-    spectrum = Spectrum.of(
+    walk = terms.get("rate_random_walk", 0.0)
+    spectrum = RationalSpectrum.from_noise(
         dt=dt,
         white=0.0 if model.bandwidth else n,
         quantization=terms.get("quantization", 0.0),
-        walk=terms.get("rate_random_walk", 0.0),
+        walk=walk,
         processes=processes,
         filtered=(model.bandwidth.before_sampling(n), model.bandwidth) if n and model.bandwidth else None,
         resonances=model.resonance,
     )
-    zeros, variance = spectrum.factor()
-    ar_roots, ma_roots = spectrum.poles.array(), zeros.array()
-    d = 1 if spectrum.walk or ramp else 0
-    if d and not spectrum.walk:
+    ma_roots, variance = spectrum.factor()
+    ar_roots, d = spectrum.roots, 1 if walk or ramp else 0
+    if d and not walk:
         ma_roots = np.append(1.0, ma_roots)  # the difference is in the noise too
     found = Arma(
         d=d,

@@ -1,70 +1,61 @@
-"""Spectral factor of a sum of sampled processes, in arithmetic of sufficient precision.
+"""Spectral factor of a sum of sampled processes: the moving average with the same spectrum.
 
-With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum is c + q·w + k/w + Σ aⱼ(w)/dⱼ(w), real polynomials of degree 2 at most.
-With a sharp filter whose corner is far below the rate, the terms cancel to 1e-30 of their size, which double precision
-cannot represent. Sum, roots and innovation variance are therefore computed by mpmath, and rounded once at the end. A root w
-of the numerator gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w.
+With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum over dt is constant + slope·w + Σ weight/(w − pole), one pole for each
+autocovariance ρ·φˡ: pole −(1 − φ)²/φ, weight ρ·(1 − φ²)/φ. Its zeros in w are the eigenvalues of a matrix, refined by Aberth's
+iteration; each zero gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w. All of it is double precision: where the terms of
+the spectrum cancel, as behind a sharp filter whose corner is far below the rate, the factor is refused.
+
+References
+----------
+O. Aberth, "Iteration methods for finding all zeros of a polynomial simultaneously," Math. Comp. 27 (1973),
+:doi:`10.1090/S0025-5718-1973-0329236-7`.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Self
 
 import numpy as np
-from mpmath import mp, mpc, mpf
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
+from sigmatau.frozen import frozen
 from sigmatau.model.processes import LowPass, Resonance
 
-Floats = NDArray[np.float64]
-Number = Any  # of mpmath, which has no types
+Complexes = NDArray[np.complex128]
 
-_DIGITS = 60  # Digits left after the expected cancellation
-_LEAST_DIGITS = 25  # Correct digits that a spectrum must have; otherwise `DataError`
-_NEGLIGIBLE = 1e-14  # Correlation of neighbouring samples below which a process counts as white
-_ITERATIONS = 300
-_REAL = 1e-10  # largest imaginary part of a real root, over its size
-
-
-@dataclass(frozen=True, slots=True)
-class Roots:
-    """Roots of a real polynomial in the lag, inside the unit circle: the real ones, and one of each complex pair."""
-
-    real: tuple[float, ...] = ()
-    pairs: tuple[complex, ...] = ()
-
-    def array(self) -> NDArray[np.complex128]:
-        """All roots, real ones first in descending order; pairs are conjugates to the bit."""
-        real = sorted(self.real, reverse=True)
-        return np.array([*real, *(root for pair in self.pairs for root in (pair, pair.conjugate()))], dtype=complex)
+_NEGLIGIBLE = 1e-14  # correlation of neighbouring samples below which a process counts as white [1]
+_STEPS = 60  # of Aberth's iteration, which doubles the digits in each
+_CONVERGED = 1e-15  # relative change of a zero that ends it [1]
+_REAL = 1e-6  # largest imaginary part of a real root, over its size [1]
+_LEAST_SHARE = 1e-9
+"""Least sum of the terms of a spectrum over the largest term: with less, rounding is more than 1e-7 of the sum."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """The ratio above/below of two polynomials in w, coefficients from the constant on."""
+@frozen(eq=False)
+class RationalSpectrum:
+    """The spectrum of samples, over their interval: constant + slope·w + Σ weights/(w − poles).
 
-    above: list[Number]
-    below: list[Number]
+    Attributes
+    ----------
+    constant, slope : float
+        White noise, and quantization noise over w. [unit²]
+    poles, weights : ndarray of complex, shape (n_poles,)
+        In w; a random walk has the pole 0.
+    roots : ndarray of complex, shape (n_roots,)
+        φ of the autocovariances ρ·φˡ, without the walk: real ones first in descending order, pairs conjugate to the bit.
+    """
 
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Spectrum:
-    """The spectrum white + quantization·w + walk/w + the parts."""
-
-    white: Number
-    quantization: Number
-    walk: Number
-    parts: tuple[_Part, ...]
-    poles: Roots  # Of the parts
-    digits: int  # Of the arithmetic
+    constant: float
+    slope: float
+    poles: Complexes
+    weights: Complexes
+    roots: Complexes
 
     @classmethod
-    def of(
+    def from_noise(
         cls,
         *,
         dt: float,
@@ -74,194 +65,119 @@ class Spectrum:
         processes: Sequence[tuple[float, float]],
         filtered: tuple[float, LowPass] | None = None,
         resonances: Sequence[Resonance] = (),
-    ) -> Self:
-        """The spectrum, over dt, of samples. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
-        [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N
-        of white noise behind a filter.
+    ) -> RationalSpectrum:
+        """The spectrum of terms and processes. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
+        [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N of
+        white noise behind a filter.
         """
-        digits = _DIGITS + max([math.ceil(abs(math.log10(t) - math.log10(dt))) for _, t in processes], default=0)
-        if filtered:
-            pace = math.log10(2 * math.pi * filtered[1].corner) + math.log10(dt)
-            # The spectrum of order n falls by the power 2n between the corner and half the rate.
-            digits += 2 * filtered[1].order * math.ceil(max(1.0, -pace))
-        for one in resonances:  # between the least of its damping and half the rate, as a filter of second order
-            digits += 4 * math.ceil(max(1.0, -math.log10(one.damping) - math.log10(dt)))
-        with mp.workdps(digits):
-            step = mpf(dt)
-            spread = mpf(white) ** 2 / step
-            parts: list[_Part] = []
-            real: list[float] = []
-            by_time: dict[float, Number] = {}
-            for sigma, time in processes:
-                by_time[time] = by_time.get(time, mpf(0)) + mpf(sigma) ** 2
-            for time, power in by_time.items():
-                phi = mp.exp(-step / mpf(time))
-                if phi < _NEGLIGIBLE:
-                    spread += power
-                else:
-                    parts.append(_single(power, phi))
-                    real.append(float(phi))
-            pairs: list[complex] = []
-            for rho, phi in [
-                *(_filter(*filtered, step) if filtered else ()),
-                *(_resonance(r, step) for r in resonances),
-            ]:
-                twice = 1 if isinstance(phi, mpf) else 2
-                if abs(phi) < _NEGLIGIBLE:
-                    spread += twice * rho.real
-                elif twice == 1:
-                    parts.append(_single(rho, phi))
-                    real.append(float(phi))
-                else:
-                    parts.append(_pair(rho, phi))
-                    root = complex(float(phi.real), abs(float(phi.imag)))
-                    if root.imag:
-                        pairs.append(root)
-                    else:
-                        real += [root.real, root.real]
-            return cls(
-                white=spread,
-                quantization=(mpf(quantization) / step) ** 2,
-                walk=mpf(walk) ** 2 * step,
-                parts=tuple(parts),
-                poles=Roots(tuple(real), tuple(pairs)),
-                digits=digits,
-            )
+        by_time: dict[float, float] = {}
+        for sigma, time in processes:
+            by_time[time] = by_time.get(time, 0.0) + sigma**2
+        # Variance and logarithm of φ of each autocovariance; of a complex pair, those of one.
+        parts = [(complex(variance), complex(-dt / time)) for time, variance in by_time.items()]
+        parts += [*(_filter_parts(*filtered, dt) if filtered else ()), *(_resonance_part(r, dt) for r in resonances)]
+        constant, roots = white**2 / dt, list[complex]()
+        poles, weights = ([0.0], [walk**2 * dt]) if walk else ([], [])
+        for variance, exponent in parts:
+            root = complex(np.exp(exponent))
+            twins = 2 if exponent.imag else 1
+            if abs(root) < _NEGLIGIBLE:
+                constant += twins * variance.real
+                continue
+            lost = -complex(np.expm1(exponent))
+            pole, weight = -(lost**2) / root, variance * -complex(np.expm1(2 * exponent)) / root
+            pairs = [(pole, weight, root), (pole.conjugate(), weight.conjugate(), root.conjugate())][:twins]
+            for values, value in zip((poles, weights, roots), zip(*pairs, strict=True), strict=True):
+                values.extend(value)  # type: ignore[arg-type]
+        return cls(
+            constant=constant,
+            slope=(quantization / dt) ** 2,
+            poles=np.array(poles, dtype=complex),
+            weights=np.array(weights, dtype=complex),
+            roots=_ordered(np.array(roots, dtype=complex)),
+        )
 
     def at(self, w: Floats) -> Floats:
-        """The spectrum at w from 0 to 4; w = 0 is excluded with a walk."""
-        result = []
-        with mp.workdps(self.digits):
-            for x in map(mpf, w.tolist()):
-                terms = [self.white, self.quantization * x, self.walk / x if self.walk else mpf(0)]
-                terms += [
-                    mp.polyval(part.above, x, asc=True) / mp.polyval(part.below, x, asc=True) for part in self.parts
-                ]
-                total = mp.fsum(terms)
-                if total <= max(map(abs, terms)) * mpf(10) ** (_LEAST_DIGITS - self.digits):
-                    raise DataError("the spectrum of this model falls too far below its peak to have a moving average")
-                result.append(float(total))
-        return np.array(result)
+        """The spectrum at w from 0 to 4, w = 0 excluded with a walk; `DataError` where its terms cancel."""
+        terms = np.column_stack(
+            [np.full(w.shape, self.constant), self.slope * w, (self.weights / (w[:, None] - self.poles)).real]
+        )
+        total = terms.sum(axis=1)
+        if (total <= _LEAST_SHARE * np.abs(terms).max(axis=1)).any():
+            raise DataError(
+                "the spectrum of this model falls too far below its peak for a moving average in double precision; take its"
+                " state space, or a longer sample interval"
+            )
+        return np.asarray(total)
 
-    def factor(self) -> tuple[Roots, float]:
-        """Roots of the moving average, and the variance of its innovations; a walk is one difference."""
-        with mp.workdps(self.digits):
-            above, below = [self.white, self.quantization], [mpf(1)]
-            if self.walk:
-                above, below = [self.walk, *above], [mpf(0), mpf(1)]
-            for part in self.parts:
-                above = _sum(_product(above, part.below), _product(part.above, below))
-                below = _product(below, part.below)
-            while len(above) > 1 and above[-1] == 0:
-                above.pop()
-            real, pairs = _roots(above)
-            ma = Roots(tuple(_inside(x).real for x in real), tuple(map(_inside, pairs)))
-            return ma, self._variance(ma)
+    def zeros(self) -> Complexes:
+        """The zeros in w, shape (n_zeros,)."""
+        constant, poles, weights = self.constant, self.poles, self.weights
+        if not (constant or self.slope):
+            # Times w − pole: a spectrum without that pole, and with a constant.
+            first = int(np.argmax(np.abs(poles)))
+            constant, rest = float(weights.sum().real), np.arange(len(poles)) != first
+            weights, poles = weights[rest] * (poles[rest] - poles[first]), poles[rest]
+        if self.slope:
+            matrix = np.diag(np.append(poles, -constant / self.slope))
+            matrix[:-1, -1], matrix[-1, :-1] = 1.0, -weights / self.slope
+        else:
+            matrix = np.diag(poles) - weights / constant
+        return _refined(np.linalg.eigvals(matrix), constant, self.slope, poles, weights) if matrix.size else poles[:0]
 
-    def _variance(self, ma: Roots) -> float:
-        """Variance of the innovations, from w = 2: there the gain |1 + ϑ²| of a rounded root is accurate to rounding."""
-        top = float(self.at(np.array([2.0]))[0]) * (2.0 if self.walk else 1.0)
-        gains = [float(np.prod(1 + roots.array() ** 2).real) for roots in (self.poles, ma)]
-        return top * gains[0] / gains[1]
-
-
-def _product(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
-    result = [mpf(0)] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        for j, y in enumerate(b):
-            result[i + j] += x * y
-    return result
+    def factor(self) -> tuple[Complexes, float]:
+        """Roots ϑ of the moving average, and the variance of its innovations; a walk is one difference."""
+        w = self.zeros()
+        half = np.sqrt(-w * (1 - w / 4))
+        outside = np.where(np.abs(1 - w / 2 + half) >= np.abs(1 - w / 2 - half), 1 - w / 2 + half, 1 - w / 2 - half)
+        roots = _ordered(1 / outside)
+        # At w = 2 the gain |1 + ϑ²| of a rounded root is accurate to rounding.
+        walk = 2.0 if (self.poles == 0).any() else 1.0
+        gains = [float(np.prod(1 + each**2).real) for each in (self.roots, roots)]
+        return roots, float(self.at(np.array([2.0]))[0]) * walk * gains[0] / gains[1]
 
 
-def _sum(a: Sequence[Number], b: Sequence[Number]) -> list[Number]:
-    return [x + y for x, y in itertools.zip_longest(a, b, fillvalue=mpf(0))]
+def _refined(zeros: Complexes, constant: float, slope: float, poles: Complexes, weights: Complexes) -> Complexes:
+    """Zeros of constant + slope·w + Σ weights/(w − poles) by Aberth's iteration from near ones."""
+    z = np.asarray(zeros, dtype=complex)
+    own = np.eye(len(z), dtype=bool)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_STEPS):
+            inverse = 1 / (z[:, None] - poles)
+            value = constant + slope * z + inverse @ weights
+            change = slope - inverse**2 @ weights
+            # The logarithmic derivative of the numerator, and what the other zeros have of it.
+            rise = change / value + inverse.sum(axis=1) - np.where(own, 0, 1 / (z[:, None] - z)).sum(axis=1)
+            step = np.where(np.isfinite(1 / rise), 1 / rise, 0.0)
+            z = z - step
+            if (np.abs(step) <= _CONVERGED * np.abs(z)).all():
+                break
+    return z
 
 
-def _filter(n: float, bandwidth: LowPass, step: Number) -> list[tuple[Number, Number]]:
-    """Sampled Butterworth noise: variance and decay of each part; of a complex pair, those of one.
+def _ordered(roots: Complexes) -> Complexes:
+    """Real roots in descending order, then pairs whose second is the conjugate of the first."""
+    is_real = np.abs(roots.imag) <= _REAL * np.abs(roots)
+    real, upper = np.sort(roots[is_real].real)[::-1], roots[~is_real & (roots.imag > 0)]
+    if len(real) + 2 * len(upper) != len(roots):
+        raise DataError("the moving average of this model was not found in double precision; take its state space")
+    return np.concatenate([real, np.column_stack([upper, upper.conj()]).ravel()])
+
+
+def _filter_parts(n: float, bandwidth: LowPass, dt: float) -> list[tuple[complex, complex]]:
+    """Sampled Butterworth noise: variance and logarithm of φ of each part; of a complex pair, those of one.
 
     r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
     """
-    order = bandwidth.order
-    omega = 2 * mp.pi * mpf(bandwidth.corner)
-    size = mpf(n) ** 2 * omega / (2 * order)
-    poles = [mp.expjpi(mpf(2 * k + order + 1) / (2 * order)) for k in range(order // 2)]
-    poles += [mpf(-1)] if order % 2 else []
-    return [(-p * size, mp.exp(p * omega * step)) for p in poles]
+    order, omega = bandwidth.order, 2 * math.pi * bandwidth.corner
+    angles = [math.pi * (2 * k + order + 1) / (2 * order) for k in range(order // 2)]
+    poles = [complex(math.cos(angle), math.sin(angle)) for angle in angles] + [complex(-1.0)] * (order % 2)
+    return [(-p * n**2 * omega / (2 * order), p * omega * dt) for p in poles]
 
 
-def _resonance(one: Resonance, step: Number) -> tuple[Number, Number]:
-    """A sampled resonance: variance and decay of one of its pair. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
-    turn = 2 * mp.pi * step
-    loss = turn * mpf(one.width)
-    swing = mp.sqrt((turn * mpf(one.frequency)) ** 2 - loss**2)
-    half = mpf(one.sigma) ** 2 / 2
-    return mpc(half, half * loss / swing), mp.exp(mpc(-loss, swing))
-
-
-def _single(rho: Number, phi: Number) -> _Part:
-    """The part with the autocovariance ρ·φˡ."""
-    return _Part([rho * (1 - phi * phi)], [(1 - phi) ** 2, phi])
-
-
-def _pair(rho: Number, phi: Number) -> _Part:
-    """The same and its conjugate over one denominator: ρ(1 − φ²)/((1 − φ)² + φ·w)."""
-    beside, height = (1 - phi) ** 2, rho * (1 - phi**2)
-
-    def product(a: Number, b: Number) -> Number:
-        return 2 * (a * b.conjugate()).real
-
-    below = [product(beside, beside) / 2, product(beside, phi), product(phi, phi) / 2]
-    return _Part([product(height, beside), product(height, phi)], below)
-
-
-def _roots(coefficients: list[Number]) -> tuple[list[Number], list[Number]]:
-    """Roots of a real polynomial, real ones and one of each pair, from the Newton polygon's radii."""
-    zeros = 0
-    while len(coefficients) > 1 and coefficients[0] == 0:  # a root at 0 is one, to the last digit
-        coefficients, zeros = coefficients[1:], zeros + 1
-    degree = len(coefficients) - 1
-    if degree == 0:
-        return [mpf(0)] * zeros, []
-    options = {"maxsteps": _ITERATIONS, "cleanup": False, "extraprec": 2 * mp.prec, "roots_init": _starts(coefficients)}
-    try:
-        found = mp.polyroots(coefficients, asc=True, **options)
-    except mp.NoConvergence:
-        raise DataError(
-            "the moving average of this model was not found: two of its roots are too close to each other"
-        ) from None
-    real = [x.real for x in found if abs(x.imag) <= _REAL * abs(x)]
-    pairs = [x for x in found if x.imag > _REAL * abs(x)]
-    if 2 * len(pairs) != degree - len(real):
-        raise DataError("the moving average of this model was not found: its complex roots are no pairs")
-    return [mpf(0)] * zeros + real, pairs
-
-
-def _starts(coefficients: list[Number]) -> list[Number]:
-    """Start values of the roots: on circles whose radii and numbers of roots follow from the Newton polygon."""
-    logs = [float(mp.log10(abs(c))) if c else -math.inf for c in coefficients]
-    hull: list[int] = []
-    for k, height in enumerate(logs):
-        if height == -math.inf:
-            continue
-        while len(hull) >= 2:
-            i, j = hull[-2:]
-            if (logs[j] - logs[i]) * (k - i) > (height - logs[i]) * (j - i):
-                break
-            hull.pop()
-        hull.append(k)
-    starts = []
-    for i, j in itertools.pairwise(hull):
-        radius = mpf(10) ** mpf((logs[i] - logs[j]) / (j - i))
-        # Off the real line, none the conjugate of another.
-        angles = (math.pi + 2 * math.pi * (k + 0.3) / (j - i) + 0.1 * len(hull) + 0.05 * i for k in range(j - i))
-        starts += [radius * mp.expj(angle) for angle in angles]
-    return starts
-
-
-def _inside(w: Number) -> complex:
-    """The ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w; its imaginary part is not negative."""
-    half = mp.sqrt(mpc(-w) * (1 - w / 4))
-    outside = max((1 - w / 2 + half, 1 - w / 2 - half), key=abs)
-    found = 1 / outside
-    return complex(float(found.real), abs(float(found.imag)))
+def _resonance_part(resonance: Resonance, dt: float) -> tuple[complex, complex]:
+    """A sampled resonance: variance and logarithm of φ of one of its pair. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
+    loss = 2 * math.pi * dt * resonance.width
+    swing = math.sqrt((2 * math.pi * dt * resonance.frequency) ** 2 - loss**2)
+    half = resonance.sigma**2 / 2
+    return complex(half, half * loss / swing), complex(-loss, swing)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 import sigmatau as st
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.planning import smallest_detectable
-from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.noise.terms import BIAS_LEVEL, NOISE
 from studies.mixtures import ABSENT, SHORT, Mixture
 from studies.runner import run
 
@@ -145,7 +144,7 @@ def _false_alarms(results: dict[str, Any], failures: list[str]) -> list[str]:
     for name, mixture in ABSENT.items():
         records = [r for r in _all(results, f"absent from {name}") if r["verdict"] == "adequate"]
         shares = []
-        for term in (*LINEAR, "rate_ramp"):
+        for term in (*NOISE, "rate_ramp"):
             if term in mixture.truth:
                 shares.append("")
                 continue

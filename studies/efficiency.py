@@ -13,7 +13,8 @@ import sigmatau as st
 from sigmatau._native.gls import Components, Gls, non_negative
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
-from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.components import power_of_interval
+from sigmatau.noise.terms import NOISE
 from studies.mixtures import GRADES, crb
 from studies.runner import run
 
@@ -125,7 +126,7 @@ def _theory(name: str) -> tuple[Floats, Floats]:
 
 
 def _theta(truth: Mapping[str, float], tau0: float) -> Floats:
-    return np.array([truth.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
+    return np.array([truth.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in NOISE])
 
 
 def _parts(curve: DeviationCurve) -> tuple[Components, Floats]:
@@ -136,7 +137,7 @@ def _parts(curve: DeviationCurve) -> tuple[Components, Floats]:
 def _coefficients(theta: Floats, terms: Collection[str], tau0: float) -> dict[str, float]:
     return {
         name: math.sqrt(theta[p]) * tau0 ** (1 - power_of_interval(name) / 2)
-        for p, name in enumerate(LINEAR)
+        for p, name in enumerate(NOISE)
         if name in terms
     }
 
@@ -154,15 +155,15 @@ def _values(fit: st.NoiseFit, terms: Collection[str]) -> dict[str, float]:
 
 def _known(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     parts, avar = _parts(curve)
-    active = [p for p, name in enumerate(LINEAR) if name in terms]
+    active = [p for p, name in enumerate(NOISE) if name in terms]
     return _coefficients(Gls(parts, avar, active).fit(), terms, curve.tau0)
 
 
 def _diagonal(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     """Each variance weighted by its degrees of freedom for the fitted model, neighbours taken as independent."""
     parts, avar = _parts(curve)
-    active = [p for p, name in enumerate(LINEAR) if name in terms]
-    theta = np.zeros(len(LINEAR))
+    active = [p for p, name in enumerate(NOISE) if name in terms]
+    theta = np.zeros(len(NOISE))
     theta[active] = _relative_fit(parts.design[:, active], avar, np.ones(len(avar)))
     for _ in range(8):
         errors = np.sqrt(2 / parts.degrees_of_freedom(theta, ramp=0.0))
@@ -176,7 +177,7 @@ def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, flo
     from scipy.optimize import least_squares
 
     parts, avar = _parts(curve)
-    active = [p for p, name in enumerate(LINEAR) if name in terms]
+    active = [p for p, name in enumerate(NOISE) if name in terms]
     design = parts.design[:, active]
     begin = np.maximum(_relative_fit(design, avar, np.ones(len(avar))), 1e-12 * avar.min() / design.max(axis=0))
 
@@ -184,7 +185,7 @@ def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, flo
         return np.asarray(np.log(design @ np.exp(x)) - np.log(avar))
 
     found = least_squares(residuals, np.log(begin), max_nfev=200)
-    theta = np.zeros(len(LINEAR))
+    theta = np.zeros(len(NOISE))
     theta[active] = np.exp(found.x)
     return _coefficients(theta, terms, curve.tau0)
 

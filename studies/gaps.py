@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import kernels
 from sigmatau._native.likelihood import ChannelFit, summarize, summarize_masked
-from sigmatau.fitting.components import LINEAR
+from sigmatau.noise.terms import NOISE
 from studies.likelihood import LETTERS, _above, _below, _holds, _origin, _row
 from studies.mixtures import SHORT, Mixture
 from studies.runner import run
@@ -182,7 +182,7 @@ def _false_parts(rows: list[Row], truth: Mapping[str, float]) -> dict[str, float
 
     found: dict[str, float | None] = {
         LETTERS[term]: None if term in truth else of(bool(row["terms"].get(term, [False])[0]) for row in rows)
-        for term in LINEAR
+        for term in NOISE
     }
     found["R"] = of(bool(row["ramp"][2]) for row in rows)
     found["process"] = of(bool(row["processes"]) for row in rows)

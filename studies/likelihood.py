@@ -22,8 +22,9 @@ from sigmatau._native import kernels
 from sigmatau._native.generators import Generator
 from sigmatau._native.gls import Components
 from sigmatau._native.likelihood import ChannelFit, Estimate, summarize
-from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.components import power_of_interval
 from sigmatau.model.noise_model import NoiseModel
+from sigmatau.noise.terms import NOISE
 from studies.misspecified import CASES, TAU0, TRUTH, record
 from studies.mixtures import GRADES, SHORT, Mixture, crb, si
 from studies.runner import run
@@ -158,7 +159,7 @@ def _curve(found: ChannelFit, sizes: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variances of the model with its processes."""
     total = np.zeros(len(sizes))
     for term, value in found.model:
-        if term in LINEAR:
+        if term in NOISE:
             total += kernels.term_avar(term, value, sizes, tau0)
     for one in found.gauss_markov:
         total += kernels.gauss_markov_avar(one.sigma.value, one.time.value, sizes, tau0)
@@ -187,7 +188,7 @@ def _curve_limits(terms: Mapping[str, float], time: float, sizes: NDArray[np.int
 
 
 def _theta(terms: Mapping[str, float], tau0: float) -> Floats:
-    return np.array([terms.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR])
+    return np.array([terms.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in NOISE])
 
 
 def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, float]:
@@ -205,7 +206,7 @@ def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, fl
         scale = np.sqrt(np.diag(information))
         variances = np.diag(np.linalg.inv(information / np.outer(scale, scale))) / scale**2
         found = np.sqrt(variances[there]) / (2 * theta[there])
-    return dict(zip([LINEAR[p] for p in there], found.tolist(), strict=True))
+    return dict(zip([NOISE[p] for p in there], found.tolist(), strict=True))
 
 
 def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
@@ -275,7 +276,7 @@ def _holds(stated: Sequence[Any] | None, value: float) -> bool:
 
 def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
     """Whether the terms that are well known were found, and no part that is not there."""
-    seen = [term for term in LINEAR if row["terms"].get(term, [False])[0]]
+    seen = [term for term in NOISE if row["terms"].get(term, [False])[0]]
     terms = all(term in seen for term in well) and all(term in mixture.truth for term in seen)
     return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
 
@@ -350,7 +351,7 @@ def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) 
             if _above(mean, limit, len(seen)):
                 failures.append(f"- {name}, {n} samples: {what} in {100 * mean:.1f} % of the records")
 
-        for term in LINEAR:
+        for term in NOISE:
             if term in mixture.truth:
                 shares.append("")
             else:
@@ -387,7 +388,7 @@ def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[st
                 if _below(shares[what], limit, len(rows)):
                     failures.append(f"{cell}: {what} in {100 * shares[what]:.1f} %")
             several = float(np.mean([len(row["processes"]) > 1 for row in rows]))
-            extra = [term for term in LINEAR if term not in terms]
+            extra = [term for term in NOISE if term not in terms]
             false = " ".join(
                 f"{LETTERS[t]} {100 * np.mean([row['terms'].get(t, [False])[0] for row in rows]):.0f}" for t in extra
             )
@@ -449,6 +450,7 @@ _HEAD = """# The likelihood of a channel
 
 Made by `make study` (studies/likelihood.py, studies/misspecified.py); {origin}. The seeds are derived
 from the names of the cells. The analysis has its defaults: it selects terms, processes, filters and lines for each record.
+from sigmatau.noise.terms import NOISE
 Letters are those of IEEE 952: Q quantization, N random walk, B bias instability, K rate random walk, R ramp. All shares
 are in per cent.
 

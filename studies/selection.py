@@ -9,7 +9,8 @@ import numpy as np
 
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau._native.gls import Components, Gls
-from sigmatau.fitting.components import LINEAR, power_of_interval
+from sigmatau.fitting.components import power_of_interval
+from sigmatau.noise.terms import NOISE
 from sigmatau.quality.selection.window import most_stable
 from studies.runner import run
 from studies.selection_bias import selection_bias
@@ -39,8 +40,8 @@ def cell(seed: int, name: str) -> list[list[float]]:
     model = NoiseModel(channels={"gyro_x": terms})
     window = round(WINDOW * 3600 * RATE)
     expected = model.avar("gyro_x", m=np.array(SIZES), tau0=1 / RATE)
-    fitted = [p for p, term in enumerate(LINEAR) if term in terms]
-    truth = np.array([terms[LINEAR[p]] ** 2 * RATE ** (2 - power_of_interval(LINEAR[p])) for p in fitted])
+    fitted = [p for p, term in enumerate(NOISE) if term in terms]
+    truth = np.array([terms[NOISE[p]] ** 2 * RATE ** (2 - power_of_interval(NOISE[p])) for p in fitted])
     parts = Components(window, SIZES)
     rows = []
     for _ in range(RECORDS // PARTS):
@@ -86,7 +87,7 @@ def main() -> None:
             for k, tau in enumerate(known)
             if abs(bias.at(tau) - mean[k]) > 3 * math.hypot(error[k], ours[tau])
         ]
-        for k, term in enumerate(term for term in LINEAR if term in terms):
+        for k, term in enumerate(term for term in NOISE if term in terms):
             found, scatter = mean[len(known) + k], error[len(known) + k]
             stated = bias.factors[term]
             factors.append(f"| {name} | {term} | {stated:.3f} | {math.sqrt(max(found, 0)):.3f} ± {scatter / 2:.3f} |")

@@ -21,8 +21,8 @@ import numpy as np
 from sigmatau._native.distributions import digamma
 from sigmatau._native.gls import Components, Gls
 from sigmatau.arrays import Floats, Ints
-from sigmatau.fitting.components import LINEAR, power_of_interval
-from sigmatau.noise.terms import TERMS, avar
+from sigmatau.fitting.components import power_of_interval
+from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.quality.selection.window import block_length, scatter
 
 __all__ = ["SelectionBias", "autocovariance", "selection_bias"]
@@ -122,7 +122,7 @@ def _draw(
         raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join(TERMS)}")
     count = blocks - 1
     covariance = np.zeros(count + 1)
-    for term in LINEAR:
+    for term in NOISE:
         if model.get(term):
             theta = model[term] ** 2 * tau0 ** (power_of_interval(term) - 2)
             covariance += theta * autocovariance(term, count + 1, block)
@@ -170,25 +170,25 @@ def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, rati
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
     sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
     parts = Components(window, tuple(sizes))
-    theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in LINEAR])
+    theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in NOISE])
     # Below a block the choice tells the less, the shorter: what it lowers is slow.
     lowered = np.interp(np.log(sizes), np.log(m), ratio)
     short = np.array(sizes) < m[0]
     lowered[short] = 1 - (1 - ratio[0]) * np.array(sizes)[short] / m[0]
-    terms = [p for p in range(len(LINEAR)) if theta[p] > 0]
+    terms = [p for p in range(len(NOISE)) if theta[p] > 0]
     scale = float(np.median(parts.design @ theta))
     try:
         found = Gls(parts, parts.design @ theta / scale * lowered, terms).fit(start=theta / scale) * scale
     except FloatingPointError:
         return {}
-    return {LINEAR[p]: math.sqrt(found[p] / theta[p]) for p in terms}
+    return {NOISE[p]: math.sqrt(found[p] / theta[p]) for p in terms}
 
 
 def autocovariance(term: str, lags: int, length: int) -> Floats:
     """Covariance of differences of neighbouring block means at lags 0 … `lags` − 1, for a squared coefficient of 1.
 
     The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term (one of
-    `sigmatau.fitting.components.LINEAR`), over length²; the sample interval is 1. Shape (lags,).
+    `sigmatau.noise.terms.NOISE`), over length²; the sample interval is 1. Shape (lags,).
     """
     known = {
         "quantization": [6.0, -4.0, 1.0],

@@ -8,8 +8,7 @@ import pytest
 from conftest import ROOT
 from sigmatau import DataError, NoiseModel
 from sigmatau.model.file import _OTHER_KEYS
-from sigmatau.model.noise_model import CORRELATED
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import NOISE, TERMS
 from sigmatau.units import find
 
 PAGE = (ROOT / "docs" / "how-to" / "model-file.md").read_text(encoding="utf-8")
@@ -40,7 +39,7 @@ def test_the_file_has_every_key_and_the_table_lists_it():
     assert used == {*TERMS, *_OTHER_KEYS, *PARTS}
     assert set(LISTED) == used
     assert len(LISTED) == len(used)
-    assert set(CORRELATED) == set(re.findall(r"`(\w+)`", PAGE.split("## Correlation")[1].split("which both")[0]))
+    assert set(NOISE) == set(re.findall(r"`(\w+)`", PAGE.split("## Correlation")[1].split("which both")[0]))
 
 
 def test_the_file_is_read_as_it_says():

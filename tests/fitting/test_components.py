@@ -9,14 +9,13 @@ from known import seed_of
 from sigmatau._native import kernels
 from sigmatau._native.gls import Components, Gls
 from sigmatau.estimators.deviation_kinds import cluster_sizes
-from sigmatau.fitting.components import LINEAR
-from sigmatau.noise.terms import avar
+from sigmatau.noise.terms import NOISE, avar
 from sigmatau.noise.uncertainty import avar_covariance, degrees_of_freedom
 
 N = 1024
 SIZES = tuple(int(m) for m in cluster_sizes("half", n=N, tau0=1.0) if m <= N // 3)
 MIXTURE = {"quantization": 1.63, "random_walk": 1.0, "bias_instability": 0.188, "rate_random_walk": 0.0125}
-THETA = np.array([MIXTURE[name] ** 2 for name in LINEAR])
+THETA = np.array([MIXTURE[name] ** 2 for name in NOISE])
 
 
 def simulated(coefficients, case, records, n=N):
@@ -86,7 +85,7 @@ def test_covariance_beside_a_sinusoid():
 def test_variances_without_their_ramp(term):
     """Mean of what is left, for any weights, and variance, for the best, by simulation."""
     parts = Components(N, SIZES)
-    theta = np.array([1.0 if name == term else 0.0 for name in LINEAR])
+    theta = np.array([1.0 if name == term else 0.0 for name in NOISE])
     any_weights = np.zeros(len(SIZES))
     any_weights[-1] = 1.0
     gls = Gls(parts, np.ones(len(SIZES)))

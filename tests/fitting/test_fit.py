@@ -14,8 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.reasons import Misfit, TooFewTimes
-from sigmatau.fitting.components import LINEAR
-from sigmatau.noise.terms import TERMS, avar
+from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.units import to_si
 
 
@@ -49,7 +48,7 @@ class TestExactCurves:
     @pytest.mark.parametrize("coefficients", MIXTURES)
     @pytest.mark.parametrize("grid", ["octave", "half", "quarter", "eighth"])
     def test_coefficients_come_back(self, coefficients, grid):
-        fitted = fit(exact(coefficients, grid=grid), terms=LINEAR)
+        fitted = fit(exact(coefficients, grid=grid), terms=NOISE)
         assert fitted.verdict == "adequate"
         assert fitted.p_value > 0.999
         assert fitted.tau_min == 0.01
@@ -290,10 +289,8 @@ class TestWhatItSays:
 
     def test_paper_counting_is_a_record_shorter_by_one(self):
         y = np.random.default_rng(3).standard_normal(5000)
-        paper = fit(
-            allan(Record.from_arrays(rate=1, gyro_x=y), counting="paper", taus="octave")["gyro_x"], terms=LINEAR
-        )
-        short = fit(allan(Record.from_arrays(rate=1, gyro_x=y[:-1]), taus="octave")["gyro_x"], terms=LINEAR)
+        paper = fit(allan(Record.from_arrays(rate=1, gyro_x=y), counting="paper", taus="octave")["gyro_x"], terms=NOISE)
+        short = fit(allan(Record.from_arrays(rate=1, gyro_x=y[:-1]), taus="octave")["gyro_x"], terms=NOISE)
         assert paper["random_walk"].value == pytest.approx(short["random_walk"].value, rel=1e-9)
 
     def test_the_shortest_time_may_be_given(self):

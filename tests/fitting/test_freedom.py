@@ -8,8 +8,8 @@ import pytest
 from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native.gls import Components
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Sinusoid
+from sigmatau.noise.terms import NOISE
 
 N, SIZES = 20_000, (1, 2, 3, 7, 50, 400, 5000, 9999)
 THETA = [3.0, 2.0, 0.5, 1e-4]
@@ -27,7 +27,7 @@ def _of(value, unit):
 
 def test_of_a_fit_with_a_process_or_a_line(fitted):
     assert fitted.tau0 == 1.0
-    model = dict(zip(LINEAR, np.sqrt(THETA), strict=True))
+    model = dict(zip(NOISE, np.sqrt(THETA), strict=True))
     process = GaussMarkov(sigma=_of(0.8, "rad/s"), time=_of(40.0, "s"))
     line = Sinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
     m = np.array(SIZES)

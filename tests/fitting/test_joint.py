@@ -9,9 +9,9 @@ import pytest
 from known import seed_of
 from sigmatau import DataError, OptionError, Record, fit_channel, fit_jointly
 from sigmatau._native import likelihood as native
-from sigmatau.fitting.components import LINEAR
+from sigmatau.noise.terms import NOISE
 
-ALL = LINEAR
+ALL = NOISE
 
 
 def samples(seed, n=8192, rate=10.0, walk=1.0, slow=0.0):

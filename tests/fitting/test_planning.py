@@ -12,10 +12,11 @@ from sigmatau import NoiseModel, allan, simulate
 from sigmatau._native.gls import Components, Gls
 from sigmatau.cli import main
 from sigmatau.errors import OptionError
-from sigmatau.fitting.components import LINEAR, LONGEST_SHARE, half_octaves
+from sigmatau.fitting.components import LONGEST_SHARE, half_octaves
 from sigmatau.fitting.planning import needed_samples, plan, relative_error, smallest_detectable
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
+from sigmatau.noise.terms import NOISE
 from sigmatau.units import to_si
 
 CIMU = {"quantization": to_si(0.973, "arcsec"), "random_walk": to_si(0.0015, "deg/sqrt(h)")}
@@ -75,7 +76,7 @@ def found_share(model, term, case, *, n, count, level=0.95, correlation_time=Non
     for _ in range(count):
         curve = allan(simulate(model, duration=n, rate=1.0, rng=rng), taus=sizes, threads=1)["gyro_x"]
         assert curve.m.tolist() == list(sizes)
-        found += Gls(parts, curve.avar / curve.avar[0]).score(LINEAR.index(term), 0.0)[0] < 1 - level
+        found += Gls(parts, curve.avar / curve.avar[0]).score(NOISE.index(term), 0.0)[0] < 1 - level
     return found / count
 
 

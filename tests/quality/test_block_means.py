@@ -8,11 +8,11 @@ from known import seed_of
 from sigmatau import Record
 from sigmatau._native import kernels
 from sigmatau.fitting.block_temperature import between_steps, smoothed
-from sigmatau.fitting.components import LINEAR
+from sigmatau.noise.terms import NOISE
 from sigmatau.quality.samples.common import block_means
 
 
-@pytest.mark.parametrize("term", LINEAR)
+@pytest.mark.parametrize("term", NOISE)
 @pytest.mark.parametrize("length", [1, 7, 100, 5000])
 def test_variance_is_twice_the_allan_variance(term, length):
     """Identity: neighbouring means over T differ by twice AVAR(T); closed forms against closed forms, to rounding."""
@@ -20,7 +20,7 @@ def test_variance_is_twice_the_allan_variance(term, length):
     assert autocovariance(term, 3, length)[0] == pytest.approx(expected, rel=1e-10)
 
 
-@pytest.mark.parametrize("term", LINEAR)
+@pytest.mark.parametrize("term", NOISE)
 def test_all_lags_make_the_allan_variance_of_many_blocks(term):
     """Identity: 2 AVAR(kL) = Σ w(l) γ(l), w the autocorrelation of the triangle 1 … k … 1 over k²."""
     length, k = 6, 100  # beyond lag 64, where the series of the flicker's covariance takes over

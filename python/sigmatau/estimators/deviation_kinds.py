@@ -20,7 +20,7 @@ from sigmatau._native import kernels
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import NOISE, TERMS
 
 _ALL = 20_000  # samples up to which every averaging time is done one by one
 
@@ -107,8 +107,6 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
     return np.unique(rounded).astype(np.int64)
 
 
-_NOISE = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-
 # E[TOTVAR]/AVAR = 1 - a τ/T: NIST SP 1065, section 5.2.11; white noise has none.
 _TOTAL_BIAS = {"random_walk": 0.0, "bias_instability": 0.481, "rate_random_walk": 0.750}
 
@@ -130,8 +128,8 @@ def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
         raise OptionError(f"{{option}}: {unknown_term(unknown[0])}", option="noise")
     if not all(math.isfinite(value) for value in noise.values()):
         raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
-    if not any(noise.get(name) for name in _NOISE):
-        raise OptionError(f"{{option}} has no noise in it: want one of {', '.join(_NOISE)}", option="noise")
+    if not any(noise.get(name) for name in NOISE):
+        raise OptionError(f"{{option}} has no noise in it: want one of {', '.join(NOISE)}", option="noise")
     return dict(noise)
 
 

@@ -26,11 +26,11 @@ from sigmatau.navigation.reference_filter import (
     judge_filter,
     run_of_process,
 )
+from sigmatau.noise.terms import SLOW
 
 HORIZON = 60.0
 """Default time after which a filter has to state its error right: a minute without the other sensor. [s]"""
 
-_SLOW_TERMS = ("bias_instability", "rate_random_walk", "rate_ramp")
 _TIMES = (1 / 6, 1.0, 10.0)  # At which a file states the error, in horizons: 10 s, 60 s and 10 min
 
 
@@ -58,7 +58,7 @@ def assume_noise(model: ChannelModel, policy: Unobserved) -> AssumedNoise:
     possible = {**model.terms, **model.limits}
     return AssumedNoise(
         noise=TrueNoise(terms=terms, gauss_markov=model.gauss_markov, resonance=model.resonance),
-        slow=any(term in possible for term in _SLOW_TERMS) or bool(model.gauss_markov or model.resonance),
+        slow=any(term in possible for term in SLOW) or bool(model.gauss_markov or model.resonance),
         assumed=len(terms) > len(model.terms),
     )
 

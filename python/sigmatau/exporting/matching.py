@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.terms import SLOW
 
-_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov", "resonance")
+_SLOW = (*SLOW, "gauss_markov", "resonance")
 _SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
 
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options, hints_in, worded
+from sigmatau.noise.terms import RANKED
 from sigmatau.results import Tabular
 
 Severity = Literal["info", "warning", "error"]
@@ -22,7 +23,6 @@ DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation
 """Codes of findings about samples that are not the sensor's noise."""
 
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
-_RANKED_TERMS = ("random_walk", "bias_instability", "rate_random_walk", "quantization", "rate_ramp")
 
 
 class Words(NamedTuple):
@@ -267,9 +267,9 @@ def ranked(findings: Iterable[Finding]) -> Findings:
 def effects(finding: Finding) -> tuple[float, ...]:
     """Size of the effect of a finding on each term, ``|ln factor|``, the random walk first; infinite if it alters all."""
     if type(finding.details).alters_all:
-        return (math.inf,) * len(_RANKED_TERMS)
+        return (math.inf,) * len(RANKED)
     factors = finding.details.possible_factors(finding.size) | dict(finding.factors)
-    return tuple(_effect(factors.get(term, 1.0)) for term in _RANKED_TERMS)
+    return tuple(_effect(factors.get(term, 1.0)) for term in RANKED)
 
 
 def _effect(factor: float) -> float:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from sigmatau.errors import OptionError
-from sigmatau.fitting.components import LINEAR
 from sigmatau.model.processes import real
 from sigmatau.noise.synonyms import unknown_term
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import NOISE, TERMS
 
 _LEVELS = (0.5, 0.999)
 
@@ -23,7 +22,7 @@ def wanted_terms(terms: object) -> set[str]:
     wanted = {one for one in given if isinstance(one, str)}
     if others := [one for one in given if one in wanted - set(TERMS)]:
         raise OptionError(f"{{option}}: {unknown_term(others[0])}", option="terms")
-    if len(wanted) < len(given) or not wanted & set(LINEAR):
+    if len(wanted) < len(given) or not wanted & set(NOISE):
         known = ", ".join(TERMS)
         raise OptionError(
             f"{{option}} must be of {known}, one of them a noise, not {', '.join(map(str, given))}", option="terms"

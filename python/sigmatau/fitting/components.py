@@ -8,23 +8,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-# Noise terms: the Allan variance is linear in their squared coefficients. The ramp is not a noise.
-LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-_POWERS = {"quantization": 0, "random_walk": 1, "bias_instability": 2, "rate_random_walk": 3}
+from sigmatau.noise.terms import NOISE, TERMS
 
-QUANTIZATION = LINEAR.index("quantization")
 LONGEST_SHARE = 3  # The longest averaging time is the record over this; a longer one has hardly two degrees of freedom
 LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
 
 
 def power_of_interval(name: str) -> int:
     """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
-    return _POWERS.get(name, 2)
+    return TERMS[name].interval_power if name in TERMS else 2
 
 
 def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:
-    """The squares θ of the coefficients of `LINEAR` in samples; 0 for a term that the model lacks."""
-    return [model.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
+    """The squares θ of the coefficients of `NOISE` in samples; 0 for a term that the model lacks."""
+    return [model.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in NOISE]
 
 
 def coefficient(theta: float, name: str, tau0: float) -> float:

@@ -13,11 +13,10 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.arguments import check_level
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.read_off_by_hand import Slope, slope_gain, slope_of_curve
 from sigmatau.fitting.read_off_lines import points_in, span_of
 from sigmatau.frozen import frozen
-from sigmatau.noise.terms import TERMS, avar
+from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.noise.uncertainty import avar_covariance
 from sigmatau.results import Printed, plain, seconds
 
@@ -197,7 +196,7 @@ def _exact_errors(curve: DeviationCurve, used: NDArray[np.intp]) -> dict[str, fl
     m = curve.m[used]
     gain = slope_gain(curve.tau[used], curve.error[used], np.ones(len(used)))
     errors = {}
-    for term in LINEAR:
+    for term in NOISE:
         expected = avar(term, 1.0, m=m, tau0=curve.tau0)
         covariance = avar_covariance({term: 1.0}, n=curve.n, m=m, tau0=curve.tau0) / np.outer(expected, expected)
         errors[term] = math.sqrt(float(gain @ covariance @ gain)) / 2

@@ -20,7 +20,6 @@ from sigmatau.fitting.adjustment import Adjustment
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import is_disturbed, limits_alone, vibration_share
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.from_native import named_interval
@@ -30,6 +29,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of, usable
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
+from sigmatau.noise.terms import NOISE
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
@@ -165,9 +165,9 @@ def _axis_name(label: str, channel: str, records: int) -> str:
 def common_terms(common: Iterable[str]) -> tuple[str, ...]:
     """The terms that are common to all runs, checked."""
     given = [common] if isinstance(common, str) else list(common)
-    if unknown := [name for name in given if name not in LINEAR]:
+    if unknown := [name for name in given if name not in NOISE]:
         raise OptionError(
-            f"{{option}}: {unknown[0]!r} cannot be common to runs; known terms: {', '.join(LINEAR)}", option="common"
+            f"{{option}}: {unknown[0]!r} cannot be common to runs; known terms: {', '.join(NOISE)}", option="common"
         )
     return tuple(dict.fromkeys(given))
 
@@ -264,7 +264,7 @@ def join(
     given = wanted_terms(terms)
     joint = native.fit_jointly(
         [(run.summary, run.curves, run.stream.grid.n, _lines(run.fit)) for run in runs],
-        terms=[name for name in LINEAR if name in given],
+        terms=[name for name in NOISE if name in given],
         common=list(common),
         processes=processes is None,
         drifts="rate_ramp" in given,

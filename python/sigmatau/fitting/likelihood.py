@@ -16,7 +16,6 @@ from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import crowded_lines
 from sigmatau.fitting.changing_level import changing_level, unsteadiness
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.disturbance import hidden_by_vibration
 from sigmatau.fitting.fitted_values import SecondModel
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, named_interval, typed
@@ -25,6 +24,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summary_of
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
+from sigmatau.noise.terms import NOISE
 from sigmatau.record.streams import Stream
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def fit_samples(
     def fitted_with(*, lines: bool) -> ChannelFit:
         return summary.fit(
             samples=stream.grid.n,
-            terms=[name for name in LINEAR if name in given_terms],
+            terms=[name for name in NOISE if name in given_terms],
             processes=processes is None,
             resonances=processes is None,
             lines=lines,

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
+from sigmatau.noise.terms import NOISE, SLOW
 from sigmatau.record.streams import Stream
 
 Floats = NDArray[np.float64]
@@ -40,7 +41,7 @@ _FILLED = 0.5  # share of the samples of a mean that must be there
 _PIECE = 1 << 20  # samples read at a time
 _AT_ONCE = 1 << 12  # modes whose aliases are in memory
 _ALIASES = 16  # of a mode that are summed one by one on each side; the rest of sinc² is taken as white
-_SLOW = ("bias_instability", "rate_random_walk")
+_SLOW = tuple(name for name in NOISE if name in SLOW)
 # In the logarithm of 1 − 2·w·tilt of the largest w, in which the normal quantile is nearly straight.
 _FIRST_STEP, _FARTHEST = 0.5, 40.0
 _NEAREST = 0.01  # to 0, where the saddlepoint is a difference of nearly equal numbers

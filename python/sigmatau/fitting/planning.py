@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from sigmatau._native.gls import Components, Gls
 from sigmatau.digits import significant
 from sigmatau.errors import OptionError
-from sigmatau.fitting.components import LEAST_TIMES, LINEAR, LONGEST_SHARE, coefficient, half_octaves, power_of_interval
+from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, coefficient, half_octaves, linear_powers
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 from sigmatau.noise.synonyms import unknown_term
-from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.noise.terms import NOISE, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
@@ -158,8 +158,8 @@ def smallest_detectable(
     if not (math.isfinite(tau0) and tau0 > 0):
         raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="rate")
     theta = _theta(others, tau0)
-    if term in LINEAR:
-        theta[LINEAR.index(term)] = 0.0
+    if term in NOISE:
+        theta[NOISE.index(term)] = 0.0
     if not theta.any():
         raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
     parts = _parts(n, tau_min / tau0, _times(others, tau0))
@@ -167,7 +167,7 @@ def smallest_detectable(
     theta /= scale
     if term == "rate_ramp":
         return parts.least_ramp(theta, level=level, power=power) * math.sqrt(scale) / tau0
-    found = parts.detectable(LINEAR.index(term), theta, level=level, power=power)
+    found = parts.detectable(NOISE.index(term), theta, level=level, power=power)
     return coefficient(found * scale, term, tau0) if math.isfinite(found) else math.inf
 
 
@@ -213,7 +213,7 @@ def relative_error(
     From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
     """
     theta = _theta(others, tau0)
-    k = LINEAR.index(term)
+    k = NOISE.index(term)
     theta[k] = _theta({term: value}, tau0)[k]
     parts = _parts(n, tau_min / tau0, _times(others, tau0))
     theta /= float(np.median(parts.design @ theta))
@@ -343,8 +343,7 @@ def _times(noise: Mapping[str, float], tau0: float) -> tuple[float, ...]:
 
 def _theta(noise: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
     """Squared coefficients in samples, followed by the variance of a Gauss-Markov process."""
-    linear = [noise.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in LINEAR]
-    return np.array(linear + [process.sigma**2 for process in _processes(noise)])
+    return np.array(linear_powers(noise, tau0) + [process.sigma**2 for process in _processes(noise)])
 
 
 def _parts(n: int, smallest: float, times: tuple[float, ...]) -> Components:

@@ -14,12 +14,11 @@ from sigmatau._native.gls import non_negative
 from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.arguments import check_level, wanted_terms
-from sigmatau.fitting.components import LINEAR
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.density_sources import check_density, rising_frequencies
 from sigmatau.model.psd_avar import Sided, check_interval, check_nyquist
-from sigmatau.noise.terms import TERMS, display_units, psd
+from sigmatau.noise.terms import NOISE, TERMS, display_units, psd
 from sigmatau.results import Printed, lines_text, plain
 from sigmatau.units import find
 
@@ -89,7 +88,7 @@ class PsdFit(Printed):
         lines = [f"{band}, p = {self.p:.2g}; {100 * self.level:g} % intervals"]
         if not self.is_adequate:
             lines.append("  the terms do not describe this density: no interval holds")
-        for name in LINEAR:
+        for name in NOISE:
             printed = self.model.get(name, self.model.limits.get(name))
             unit, factor = display_units(name, self.model.quantity, self.model.unit, [printed])[0]
             label = TERMS[name].label(self.model.quantity)
@@ -197,7 +196,7 @@ def fit_psd(
         raise DataError(f"`density` must have {_MIN_FREQUENCIES} or more values above 0; it has {positive}")
     weights = _freedom(dof, f)
     check_nyquist(float(f[-1]), tau0)
-    names = [name for name in LINEAR if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
+    names = [name for name in NOISE if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
     shapes = np.array([psd(name, 1.0, f, tau0=tau0) for name in names])
     scale = float(np.exp(np.log(measured).mean()))  # so that squares of very small and very large densities are numbers
     fitted = _Likelihood(measured / scale * (0.5 if sided == "one" else 1.0), weights, shapes)

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 from sigmatau._native.gls import CurveFit
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.findings.reasons import Misfit, NoCovariance, Reason, ShortTimesDeviate
-from sigmatau.fitting.components import LINEAR
 from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, typed
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.noise.terms import coefficient_unit
-
-_FITTED = (*LINEAR, "rate_ramp")  # order of a descriptive fit
+from sigmatau.noise.terms import TERMS, coefficient_unit
 
 
 def stated(
@@ -36,7 +33,7 @@ def stated(
             level=level,
             value=values.get(name),
         )
-        for name in _FITTED
+        for name in TERMS
         if name in terms
     }
     return typed(

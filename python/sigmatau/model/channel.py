@@ -29,14 +29,14 @@ from sigmatau.model.processes import (
 )
 from sigmatau.model.turn_on import TurnOn
 from sigmatau.noise import terms
-from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.noise.terms import SLOW, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
 
 Floats = NDArray[np.float64]
 _SAMPLES_WITHOUT_RATE = 1000  # per shortest averaging time, if no rate is known
 
 # Terms that have an autocovariance. Only differences of the other terms are stationary.
-STATIONARY = ("quantization", "random_walk")
+STATIONARY = tuple(name for name in TERMS if name not in SLOW)
 PROCESSES: Mapping[str, type] = {"gauss_markov": GaussMarkov, "resonance": Resonance, "sinusoid": Sinusoid}
 """The parts beside the terms: their fields, and what they hold."""
 

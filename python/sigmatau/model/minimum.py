@@ -11,7 +11,7 @@ from sigmatau._native import kernels
 from sigmatau.arrays import Floats
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import exponential_less
-from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.noise.terms import TERMS
 
 _TAU = (-6.0, 12.0)  # search range for a minimum; a random walk alone has none [log10 s]
 
@@ -27,24 +27,12 @@ def min_adev(
     for points in (721, 201):  # the second grid is around the minimum of the first
         log_tau = np.linspace(low, high, points)
         tau = 10.0**log_tau
-        avar = sum(value**2 * _term_avar(term, tau) for term, value in coefficients.items())
+        avar = sum(value**2 * TERMS[term].deviation(tau) ** 2 for term, value in coefficients.items())
         avar = avar if model is None else avar + processes_avar(model, tau, cancelled=cancelled)
         k = int(np.argmin(avar))
         step = float(log_tau[1] - log_tau[0])
         low, high = float(log_tau[k]) - step, float(log_tau[k]) + step
     return math.sqrt(float(np.asarray(avar)[k])), 10.0 ** float(log_tau[k])
-
-
-def _term_avar(term: str, tau: Floats) -> Floats:
-    """σ²(τ) of a term with coefficient 1, eqs. (15), (17), (19), (21), (23) of the paper."""
-    by_term = {
-        "quantization": 3 / tau**2,
-        "random_walk": 1 / tau,
-        "bias_instability": np.full_like(tau, BIAS_LEVEL**2),
-        "rate_random_walk": tau / 3,
-        "rate_ramp": tau**2 / 2,
-    }
-    return np.asarray(by_term[term])
 
 
 def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False) -> Floats:

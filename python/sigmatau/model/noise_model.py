@@ -19,13 +19,12 @@ from sigmatau.io.atomic import atomic
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import read_channels, read_correlation, toml
 from sigmatau.model.turn_on import TurnOn
+from sigmatau.noise.terms import NOISE
 from sigmatau.record.record import stream_name
 from sigmatau.results import Printed, lines_text
 
 Correlation = Mapping[str, Mapping[tuple[str, str], float]]
 
-# Terms whose noise may be correlated between channels
-CORRELATED = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 
@@ -89,8 +88,8 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
 
     def _check_correlation(self) -> None:
         for term, pairs in self.correlation.items():
-            if term not in CORRELATED:
-                raise DataError(f"correlation of {term!r}: only {', '.join(CORRELATED)} may be correlated")
+            if term not in NOISE:
+                raise DataError(f"correlation of {term!r}: only {', '.join(NOISE)} may be correlated")
             for (a, b), value in pairs.items():
                 for name in (a, b):
                     if term not in self.channels.get(name, {}):

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, Resonance
+from sigmatau.noise.terms import SLOW
 from sigmatau.statespace.riccati import stationary_covariance
 
 Floats = NDArray[np.float64]
@@ -220,7 +221,7 @@ def _solve_walk(
     """Solve for the K of `find_consistent_walk`."""
     terms = dict(coefficients)
     truth = TrueNoise(terms=terms, gauss_markov=gauss_markov, resonance=resonance)
-    slow = [term for term in ("bias_instability", "rate_random_walk", "rate_ramp") if term in terms]
+    slow = [term for term in SLOW if term in terms]
     if (
         slow == ["rate_random_walk"]
         and not (truth.gauss_markov or truth.resonance)

@@ -1,4 +1,4 @@
-"""The five noise terms: their names, slopes, read-off points, units and expected variances.
+"""The table of noise terms: names, slopes, read-off points, units and expected variances.
 
 The names are the field's (IEEE Std 952, 1293), the letters are not public: the paper's Q for the random walk is the N of the
 standards. The formulas live in the Rust core and are called from here.
@@ -45,8 +45,20 @@ class Term:
         σ(read_at) over the coefficient. [1]
     labels : mapping
         What it is called on a gyro, an accelerometer and any other signal.
+    short_name : str
+        For narrow tables.
+    times : str
+        What its unit has behind that of the rate: ``"*sqrt(s)"``.
+    si_units : mapping
+        SI unit of its coefficient on a gyro and an accelerometer.
+    usual_units : mapping
+        Units in which it is printed there, the table's own first.
+    synonyms : str
+        Names that it has elsewhere, separated by commas, in small letters: those of the glossary.
     look_alikes : str
         Other processes with the same slope, which an Allan variance cannot tell apart; empty if none.
+    is_noise : bool
+        False for the ramp, which is the same in each record.
     """
 
     name: str
@@ -55,7 +67,33 @@ class Term:
     read_at: float | None
     level: float
     labels: Mapping[str, str]
+    short_name: str
+    times: str
+    si_units: Mapping[str, str]
+    usual_units: Mapping[str, tuple[str, ...]]
+    synonyms: str
     look_alikes: str = ""
+    is_noise: bool = True
+
+    @property
+    def interval_power(self) -> int:
+        """P of coefficient² ∝ τ₀^(2 − p) for the same samples at another interval τ₀: twice the slope + 2."""
+        return round(2 * self.slope + 2)
+
+    def deviation(self, tau: ArrayLike) -> NDArray[np.float64]:
+        """Its line: σ(τ) of the coefficient 1 at averaging times long against the sample interval.
+
+        Parameters
+        ----------
+        tau : array_like, shape (n_tau,)
+            Averaging times. [s]
+
+        Returns
+        -------
+        ndarray, shape (n_tau,)
+            [unit of the rate over that of the coefficient]
+        """
+        return self.level * (np.asarray(tau, dtype=float) / (self.read_at or 1.0)) ** self.slope
 
     def label(self, quantity: str) -> str:
         """Name on this kind of sensor, e.g. ``"angle random walk"``.
@@ -82,6 +120,11 @@ TERMS: Mapping[str, Term] = {
             read_at=math.sqrt(3),
             level=1.0,
             labels={"signal": "quantization"},
+            short_name="quantization",
+            times="*s",
+            si_units={"angular_rate": "rad", "acceleration": "m/s"},
+            usual_units={"angular_rate": ("arcsec",), "acceleration": ("m/s",)},
+            synonyms="quantisation, quantization noise, angle white noise, white phase noise",
             look_alikes="flicker or white noise of the angle (velocity) itself",
         ),
         Term(
@@ -95,6 +138,15 @@ TERMS: Mapping[str, Term] = {
                 "acceleration": "velocity random walk",
                 "signal": "random walk",
             },
+            short_name="random walk",
+            times="*sqrt(s)",
+            si_units={"angular_rate": "rad/sqrt(s)", "acceleration": "m/s/sqrt(s)"},
+            usual_units={"angular_rate": ("deg/sqrt(h)",), "acceleration": ("m/s/sqrt(h)",)},
+            synonyms=(
+                "n, arw, vrw, angle random walk, angular random walk, velocity random walk, white, white noise,"
+                " noise density, rate noise density, acceleration noise density, noise spectral density, nsd,"
+                " gyroscope noise density, accelerometer noise density, white frequency noise"
+            ),
         ),
         Term(
             name="bias_instability",
@@ -103,6 +155,14 @@ TERMS: Mapping[str, Term] = {
             read_at=None,
             level=BIAS_LEVEL,
             labels={"signal": "bias instability"},
+            short_name="bias instab.",
+            times="",
+            si_units={"angular_rate": "rad/s", "acceleration": "m/s^2"},
+            usual_units={"angular_rate": ("deg/h",), "acceleration": ("m/s/h", "ug")},
+            synonyms=(
+                "b, bi, bias stability, in run bias stability, in run bias instability, flicker, flicker noise, 1/f noise,"
+                " pink noise, flicker frequency noise, allan deviation floor"
+            ),
             look_alikes="a valley between a random walk and a rate random walk, or a Gauss-Markov hump",
         ),
         Term(
@@ -112,6 +172,14 @@ TERMS: Mapping[str, Term] = {
             read_at=3.0,
             level=1.0,
             labels={"acceleration": "acceleration random walk", "signal": "rate random walk"},
+            short_name="rate walk",
+            times="/sqrt(s)",
+            si_units={"angular_rate": "rad/s/sqrt(s)", "acceleration": "m/s^2/sqrt(s)"},
+            usual_units={"angular_rate": ("deg/h/sqrt(h)",), "acceleration": ("m/s/h^(3/2)",)},
+            synonyms=(
+                "k, rrw, acceleration random walk, bias random walk, random walk frequency noise, gyroscope random walk,"
+                " accelerometer random walk"
+            ),
             look_alikes="a Gauss-Markov process with a long correlation time",
         ),
         Term(
@@ -121,52 +189,25 @@ TERMS: Mapping[str, Term] = {
             read_at=math.sqrt(2),
             level=1.0,
             labels={"acceleration": "acceleration ramp", "signal": "rate ramp"},
+            short_name="ramp",
+            times="/s",
+            si_units={"angular_rate": "rad/s^2", "acceleration": "m/s^3"},
+            usual_units={"angular_rate": ("deg/h^2",), "acceleration": ("m/s/h^2",)},
+            synonyms="r, ramp, acceleration ramp, linear drift, drift rate ramp, frequency drift",
             look_alikes="flicker acceleration noise (PSD ~ 1/f³), or a slow change of temperature",
+            is_noise=False,
         ),
     )
 }
-"""The five noise terms by their key in results and model files, in the order of their slopes."""
+"""The noise terms by their key in results and model files, in the order of their slopes."""
 
-# Coefficient units in SI, and as printed: the table's own first, others behind an equals sign.
-_TIMES = {
-    "quantization": "*s",
-    "random_walk": "*sqrt(s)",
-    "bias_instability": "",
-    "rate_random_walk": "/sqrt(s)",
-    "rate_ramp": "/s",
-}
-_SI_UNITS: Mapping[str, Mapping[str, str]] = {
-    "angular_rate": {
-        "quantization": "rad",
-        "random_walk": "rad/sqrt(s)",
-        "bias_instability": "rad/s",
-        "rate_random_walk": "rad/s/sqrt(s)",
-        "rate_ramp": "rad/s^2",
-    },
-    "acceleration": {
-        "quantization": "m/s",
-        "random_walk": "m/s/sqrt(s)",
-        "bias_instability": "m/s^2",
-        "rate_random_walk": "m/s^2/sqrt(s)",
-        "rate_ramp": "m/s^3",
-    },
-}
-_DISPLAY_UNITS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
-    "angular_rate": {
-        "quantization": ("arcsec",),
-        "random_walk": ("deg/sqrt(h)",),
-        "bias_instability": ("deg/h",),
-        "rate_random_walk": ("deg/h/sqrt(h)",),
-        "rate_ramp": ("deg/h^2",),
-    },
-    "acceleration": {
-        "quantization": ("m/s",),
-        "random_walk": ("m/s/sqrt(h)",),
-        "bias_instability": ("m/s/h", "ug"),
-        "rate_random_walk": ("m/s/h^(3/2)",),
-        "rate_ramp": ("m/s/h^2",),
-    },
-}
+NOISE = tuple(name for name, term in TERMS.items() if term.is_noise)
+"""Terms whose squared coefficients an Allan variance is linear in: all but the ramp."""
+SLOW = tuple(name for name, term in TERMS.items() if term.slope >= 0)
+"""Terms whose deviation does not fall with the averaging time."""
+RANKED = tuple(sorted(TERMS, key=lambda name: (abs(TERMS[name].slope) > 1 / 2, TERMS[name].slope)))
+"""The terms by how much users need them: the steep ones last."""
+_OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units of their own
 
 
 def coefficient_unit(term: str, quantity: str, unit: str) -> str:
@@ -174,9 +215,9 @@ def coefficient_unit(term: str, quantity: str, unit: str) -> str:
 
     For a signal in a unit U of its own: U*s, U*sqrt(s), U, U/sqrt(s), U/s.
     """
-    if quantity in _SI_UNITS:
-        return _SI_UNITS[quantity][term]
-    times = _TIMES[term]
+    if quantity in _OWN_UNITS:
+        return TERMS[term].si_units[quantity]
+    times = TERMS[term].times
     if unit == "1":
         return times[1:] if times.startswith("*") else f"1{times}"
     return f"({unit}){times}" if "/" in unit and times.startswith("*") else f"{unit}{times}"
@@ -196,10 +237,10 @@ def display_units(
     """
     if SHOWN.get() and (asked := asked_unit(*_asked_for(term, quantity, unit))) is not None:
         return (asked,)
-    if quantity in _DISPLAY_UNITS:
-        units = (find(symbol) for symbol in _DISPLAY_UNITS[quantity][term])
+    if quantity in _OWN_UNITS:
+        units = (find(symbol) for symbol in TERMS[term].usual_units[quantity])
         return tuple((u.text, u.factor) for u in units)
-    if (prefixed := prefixed_unit(unit, _TIMES[term], values)) is not None:
+    if (prefixed := prefixed_unit(unit, TERMS[term].times, values)) is not None:
         return ((prefixed.text, prefixed.factor),)
     return ((coefficient_unit(term, quantity, unit).replace("sqrt(s)", "√s").replace("*", "·"), 1.0),)
 
@@ -209,7 +250,7 @@ def asked_rate_unit(quantity: str, unit: str, values: Iterable[float | None] = (
 
     The unit of another signal has the prefix that the `values` need, see `display_units`.
     """
-    if quantity in _SI_UNITS:
+    if quantity in _OWN_UNITS:
         return asked_unit(unit, unit, None)
     rate_unit, _, of_integral = unit.partition("·")
     tail = "*s" if of_integral == "s" else ""
@@ -229,7 +270,7 @@ def asked_density(quantity: str, unit: str, values: Iterable[float | None] = ())
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
     """What `asked_unit` needs of a coefficient: its SI unit, the unit of the channel, and what follows that of a signal."""
-    return coefficient_unit(term, quantity, unit), unit, None if quantity in _SI_UNITS else _TIMES[term]
+    return coefficient_unit(term, quantity, unit), unit, None if quantity in _OWN_UNITS else TERMS[term].times
 
 
 def check_shown(channels: Mapping[str, tuple[str, str]], terms: Iterable[str] = tuple(TERMS)) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau._native.distributions import gamma_quantile
-from sigmatau.noise.terms import avar
+from sigmatau.noise.terms import NOISE, TERMS, avar
 
 
 def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
@@ -64,9 +64,6 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(1 / np.sqrt(2 * (n / sizes - 1)))
 
 
-_LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
-
-
 def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Exact covariance of the overlapped Allan variances of a record with the given noise.
 
@@ -111,9 +108,9 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
     >>> covariance.diagonal().round(7)  # variances of the Allan variances of white noise
     array([3.002e-03, 1.369e-04, 1.560e-05])
     """
-    unknown = set(coefficients) - {*_LINEAR, "rate_ramp"}
+    unknown = set(coefficients) - {*TERMS}
     if unknown:
-        raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join((*_LINEAR, 'rate_ramp'))}")
+        raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join(TERMS)}")
     if not all(map(math.isfinite, coefficients.values())):
         raise ValueError(f"coefficients must be finite numbers, got {dict(coefficients)}")
     sizes = np.atleast_1d(np.asarray(m))
@@ -122,7 +119,7 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
     if sizes.size and (sizes.min() < 1 or sizes.max() > n / 2):
         raise ValueError(f"`m` must lie in 1 … {n // 2} (half of the {n} samples of the record)")
     noise, ramp = _tensors(n, tuple(int(size) for size in sizes), float(tau0))
-    theta = np.array([coefficients.get(term, 0.0) ** 2 for term in _LINEAR])
+    theta = np.array([coefficients.get(term, 0.0) ** 2 for term in NOISE])
     drift = coefficients.get("rate_ramp", 0.0) ** 2
     return np.asarray(np.einsum("p,q,pqij->ij", theta, theta, noise) + drift * np.einsum("p,pij->ij", theta, ramp))
 

@@ -7,12 +7,11 @@ from typing import Any
 
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
+from sigmatau.noise.terms import SLOW
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import pieces, present
 from sigmatau.record.streams import Stream
 from sigmatau.results import plain
-
-_WANDERING = ("bias_instability", "rate_random_walk", "rate_ramp")
 
 
 @frozen
@@ -60,7 +59,7 @@ def channel_mean(stream: Stream, channel: str, fitted: NoiseFit | None) -> Chann
 
 def _error(fitted: NoiseFit) -> float | None:
     """Standard deviation of the mean of noise that averages out."""
-    if not fitted.quantified or any(name in fitted.model for name in _WANDERING) or fitted.warm_up is not None:
+    if not fitted.quantified or any(name in fitted.model for name in SLOW) or fitted.warm_up is not None:
         return None
     length = fitted.n * fitted.tau0
     variance = fitted.model.get("random_walk", 0.0) ** 2 / length

@@ -17,6 +17,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import real, sampling_rate
 from sigmatau.model.unobserved import Unobserved, check_policy, include_in_all
+from sigmatau.noise.terms import NOISE, TERMS
 from sigmatau.record.record import MIN_SAMPLES, QUANTITIES, stream_name
 from sigmatau.simulation.imperfections import Imperfections, rounded
 from sigmatau.statespace.state_space import state_space
@@ -223,7 +224,7 @@ def _channel_value(values: Mapping[str, T], channel: str, default: T) -> T:
 
 Flicker = Literal["exact", "poles"]
 
-_ORDER = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
+_ORDER = tuple(sorted(TERMS, key=NOISE.__contains__))  # the ramp first: a sum of floats depends on the order
 _NO_PIVOT = 1e-8  # correlations are known to fewer digits
 
 

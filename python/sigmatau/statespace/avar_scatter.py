@@ -29,10 +29,9 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.covariance import Damped
 from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import Sinusoid
+from sigmatau.noise.terms import NOISE
 
 Floats = NDArray[np.float64]
-
-_LINEAR = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 
 # Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros
 _SMALLEST_SINE = 1e-9
@@ -48,10 +47,10 @@ def covariance_of_model(
     times = [process.time for process in model.gauss_markov]
     noise, ramp = kernels.covariance_tensors(n, m, tau0, correlation_times=times)
     theta = np.array(
-        [model.terms.get(term, 0.0) ** 2 for term in _LINEAR] + [process.sigma**2 for process in model.gauss_markov]
+        [model.terms.get(term, 0.0) ** 2 for term in NOISE] + [process.sigma**2 for process in model.gauss_markov]
     )
     if model.bandwidth is not None:
-        theta[_LINEAR.index("random_walk")] = 0.0
+        theta[NOISE.index("random_walk")] = 0.0
     total = np.einsum("p,q,pqij->ij", theta, theta, noise)
     total += model.terms.get("rate_ramp", 0.0) ** 2 * np.einsum("p,pij->ij", theta, ramp)
     if model.bandwidth is not None or model.resonance:
@@ -86,9 +85,7 @@ def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tupl
     """What filtered white noise and resonances add; cached: it is the same for all records of one length."""
     model, filtered = same.model, same.model.bandwidth is not None
     terms = {
-        term: value
-        for term, value in model.terms.items()
-        if term in _LINEAR and not (filtered and term == "random_walk")
+        term: value for term, value in model.terms.items() if term in NOISE and not (filtered and term == "random_walk")
     }
     covariances_damped = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
     total = np.zeros((len(m), len(m)))
@@ -131,7 +128,7 @@ def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) ->
 
 def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
     """Raise `DataError` for a model without noise."""
-    if not (set(model.terms) & set(_LINEAR) or model.gauss_markov or model.resonance):
+    if not (set(model.terms) & set(NOISE) or model.gauss_markov or model.resonance):
         raise DataError(
             f"the model of {curve.channel} has no noise: nothing in its variances is by chance, and no misfit is more or"
             " less likely; verify a model with noise"

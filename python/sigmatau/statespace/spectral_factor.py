@@ -1,9 +1,9 @@
 """Spectral factor of a sum of sampled processes: the moving average with the same spectrum.
 
 With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum over dt is constant + slope·w + Σ weight/(w − pole), one pole for each
-autocovariance ρ·φˡ: pole −(1 − φ)²/φ, weight ρ·(1 − φ²)/φ. Its zeros in w are the eigenvalues of a matrix, refined by Aberth's
-iteration; each zero gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w. All of it is double precision: where the terms of
-the spectrum cancel, as behind a sharp filter whose corner is far below the rate, the factor is refused.
+autocovariance ρ·φˡ: pole −(1 − φ)²/φ, weight ρ·(1 − φ²)/φ. Its zeros in w are the eigenvalues of a matrix, refined by
+Aberth's iteration; each zero gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w. All of it is double precision: where
+the terms of the spectrum cancel, as behind a sharp filter whose corner is far below the rate, the factor is refused.
 
 References
 ----------
@@ -77,7 +77,8 @@ class RationalSpectrum:
         parts = [(complex(variance), complex(-dt / time)) for time, variance in by_time.items()]
         parts += [*(_filter_parts(*filtered, dt) if filtered else ()), *(_resonance_part(r, dt) for r in resonances)]
         constant, roots = white**2 / dt, list[complex]()
-        poles, weights = ([0.0], [walk**2 * dt]) if walk else ([], [])
+        poles: list[complex] = [0j] if walk else []
+        weights: list[complex] = [complex(walk**2 * dt)] if walk else []
         for variance, exponent in parts:
             root = complex(np.exp(exponent))
             twins = 2 if exponent.imag else 1
@@ -86,9 +87,8 @@ class RationalSpectrum:
                 continue
             lost = -complex(np.expm1(exponent))
             pole, weight = -(lost**2) / root, variance * -complex(np.expm1(2 * exponent)) / root
-            pairs = [(pole, weight, root), (pole.conjugate(), weight.conjugate(), root.conjugate())][:twins]
-            for values, value in zip((poles, weights, roots), zip(*pairs, strict=True), strict=True):
-                values.extend(value)  # type: ignore[arg-type]
+            for values, value in ((poles, pole), (weights, weight), (roots, root)):
+                values += [value, value.conjugate()][:twins]
         return cls(
             constant=constant,
             slope=(quantization / dt) ** 2,
@@ -123,14 +123,17 @@ class RationalSpectrum:
             matrix[:-1, -1], matrix[-1, :-1] = 1.0, -weights / self.slope
         else:
             matrix = np.diag(poles) - weights / constant
-        return _refined(np.linalg.eigvals(matrix), constant, self.slope, poles, weights) if matrix.size else poles[:0]
+        if not matrix.size:
+            return poles[:0]
+        first_guess = np.linalg.eigvals(matrix).astype(np.complex128)
+        return _refined(first_guess, constant, self.slope, poles, weights)
 
     def factor(self) -> tuple[Complexes, float]:
         """Roots ϑ of the moving average, and the variance of its innovations; a walk is one difference."""
         w = self.zeros()
         half = np.sqrt(-w * (1 - w / 4))
         outside = np.where(np.abs(1 - w / 2 + half) >= np.abs(1 - w / 2 - half), 1 - w / 2 + half, 1 - w / 2 - half)
-        roots = _ordered(1 / outside)
+        roots = _ordered(np.asarray(1 / outside, dtype=complex))
         # At w = 2 the gain |1 + ϑ²| of a rounded root is accurate to rounding.
         walk = 2.0 if (self.poles == 0).any() else 1.0
         gains = [float(np.prod(1 + each**2).real) for each in (self.roots, roots)]

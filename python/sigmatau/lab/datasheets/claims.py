@@ -43,7 +43,7 @@ from typing import Any, Literal
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import AVERAGES
 from sigmatau.model import LARGEST, SMALLEST, value_in_si
-from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
+from sigmatau.noise.terms import RANKED, TERMS, coefficient_unit, display_units
 from sigmatau.results import plain
 from sigmatau.units import find
 
@@ -51,18 +51,9 @@ Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
 MINIMUM = "minimum"  # Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms
-KEYS = {
-    "noise_density": "random_walk",
-    "random_walk": "random_walk",
-    "bias_instability": "bias_instability",
-    "rate_random_walk": "rate_random_walk",
-    "quantization": "quantization",
-    "rate_ramp": "rate_ramp",
-    "bias_stability": "bias_stability",
-}
-"""Keys of a datasheet and their terms; a bias stability, the standard deviation of means, is of all terms."""
-
 MEANS = "bias_stability"
+KEYS = {"noise_density": "random_walk", **{term: term for term in RANKED}, MEANS: MEANS}
+"""Keys of a datasheet and their terms; a bias stability, the standard deviation of means, is of all terms."""
 
 QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}  # Quantity and SI unit by sensor
 

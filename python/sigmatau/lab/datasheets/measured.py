@@ -15,8 +15,8 @@ from sigmatau.fitting import MeanStability
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.doubts import Doubt, DoubtKind
 from sigmatau.model import min_adev, processes_avar
+from sigmatau.noise.terms import SLOW
 
-_SLOW = ("bias_instability", "rate_random_walk", "rate_ramp")
 _SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
 _NEGLIGIBLE = 0.01  # share of a variance; 0.5 % of a deviation
 
@@ -107,10 +107,10 @@ def _minimum(model: ChannelModel) -> Measured:
     observed terms with the limits of the others give an upper bound.
     """
     seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
-    unseen = {term: limit for term, limit in model.limits.items() if term in _SLOW}
+    unseen = {term: limit for term, limit in model.limits.items() if term in SLOW}
     # A term that is not in the model need not be zero.
     silent = "bias_instability" not in seen and "bias_instability" not in unseen
-    if not any(term in seen for term in _SLOW):
+    if not any(term in seen for term in SLOW):
         return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, seen, unseen)
     floor, _ = min_adev(seen)
     low, high = _interval(model, seen)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from sigmatau.lab.lots.lot_remark import STATES, Remark, State
 from sigmatau.lab.lots.lot_statistics import Band, Distribution, Floats
 from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.lab.lots.lot_words import STATE_WORDS, what_text, what_unit
-from sigmatau.noise.terms import BIAS_LEVEL
+from sigmatau.noise.terms import TERMS
 from sigmatau.results import Tabular, plain, printable
 
 if TYPE_CHECKING:
@@ -395,14 +394,7 @@ class Lot(Tabular):
         list of (str, ndarray of shape (n_tau,))
             Name of the coefficient, and its line. [unit of the rate]
         """
-        shapes = {
-            "quantization": math.sqrt(3) / tau,
-            "random_walk": 1 / np.sqrt(tau),
-            "bias_instability": np.full_like(tau, BIAS_LEVEL),
-            MINIMUM: np.ones_like(tau),
-            "rate_random_walk": np.sqrt(tau / 3),
-            "rate_ramp": tau / math.sqrt(2),
-        }
+        shapes = {name: term.deviation(tau) for name, term in TERMS.items()} | {MINIMUM: np.ones_like(tau)}
         quantity, _ = self.quantity_of(channel)
         return [
             ("Allan minimum" if what == MINIMUM else what_text(what, quantity), limit * shape)

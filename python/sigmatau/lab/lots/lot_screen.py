@@ -12,6 +12,7 @@ from sigmatau.lab.lots.lot_findings import difference
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text, listed, percent, what_text
+from sigmatau.noise.terms import TERMS
 from sigmatau.results import WIDTH, aligned, printable, wrapped
 
 _MOST_UNITS = 10  # that are told, each with its reason
@@ -155,15 +156,8 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
     return [_cut(line, width) for line in [*lines, *note]]
 
 
-_SHORT_NAMES = {
-    "quantization": "quantization",
-    "random_walk": "random walk",
-    "bias_instability": "bias instab.",
-    "rate_random_walk": "rate walk",
-    "rate_ramp": "ramp",
-    "means_10": "10 s means",
-    "means_100": "100 s means",
-}
+_MEANS = {"means_10": "10 s means", "means_100": "100 s means"}
+_SHORT_NAMES = _MEANS | {name: term.short_name for name, term in TERMS.items()}
 
 
 def _abbreviated(row: Pooled) -> str:

@@ -21,6 +21,7 @@ from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
 from sigmatau.io.read.time.rows import OrderedRows
 from sigmatau.io.read.time.stated_rate import RateContradiction
+from sigmatau.noise.terms import TERMS
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 from sigmatau.record.streams import InputKind
 
@@ -42,13 +43,7 @@ _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap,
 # Powers of (given / true rate) in the factors on coefficients of rates. All have the form coefficient² = avar·τ^(−2·slope),
 # and a rate that is too high makes the averaging times too short by the ratio. Increments are divided by an interval that
 # is too short as well, which adds 1.
-_POWERS = {
-    "quantization": -1.0,
-    "random_walk": -0.5,
-    "bias_instability": 0.0,
-    "rate_random_walk": 0.5,
-    "rate_ramp": 1.0,
-}
+_POWERS = {name: term.slope for name, term in TERMS.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -60,7 +60,7 @@ lap("reading")
 others = [0.0, 0.0]
 timed("rest", "whether the sensor rests")
 timed("examine", "checks of samples and spectra")
-timed("curves_of", "Allan deviations")
+timed("compute_curves", "Allan deviations")
 timed("in_threads", "fits")
 timed("check_fits", "checks with the fits")
 found = analyze(record)

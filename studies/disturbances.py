@@ -17,7 +17,7 @@ from scipy.signal import butter, lfilter, sosfilt
 
 import sigmatau as st
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.samples.disturbances import without
 from studies import false_alarms
 from studies.runner import run
@@ -219,7 +219,7 @@ def filtered_part(seed: int, name: str) -> list[list[str]]:
     """Causes for which samples of clean filtered records are left out."""
     rng, rows = np.random.default_rng(seed), []
     for _ in range(FILTERED // FILTERED_PARTS):
-        with facts_kept():
+        with keep_facts():
             found = without(filtered(rng, name).streams[0])[1]
         rows.append(sorted({f.code for f in found if f.left_out}))
     return rows

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 import sigmatau as st
 from sigmatau.fitting.channel import fit_channel
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest, at_rest_only, rest
 from sigmatau.units import to_si
@@ -33,7 +33,7 @@ TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 def verdict(record: st.Record) -> Rest:
     """As `sigmatau.analyze` has it."""
-    with facts_kept():
+    with keep_facts():
         return rest(from_the_start(record))
 
 
@@ -94,7 +94,7 @@ def of_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
     rows = []
     for _ in range(records):
         record, (start, stop) = handled(int(rng.integers(1 << 62)), grade)
-        with facts_kept():
+        with keep_facts():
             record = from_the_start(record)
             found = rest(record)
             part, told = at_rest_only(record, found, assumed=False)

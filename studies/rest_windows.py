@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 import sigmatau as st
-from sigmatau.quality.facts import facts_kept
-from sigmatau.quality.samples.stillness import moved
+from sigmatau.quality.facts import keep_facts
+from sigmatau.quality.motion.stillness import moved
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest, rest
 from studies.motions import KINDS, held, moving
@@ -54,7 +54,7 @@ LIMIT_REFUSED = 0.005
 
 def verdict(record: st.Record) -> Rest:
     """As `sigmatau.analyze` has it."""
-    with facts_kept():
+    with keep_facts():
         return rest(from_the_start(record))
 
 

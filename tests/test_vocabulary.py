@@ -63,7 +63,7 @@ LEFT_BY_ROOM = {
     "lab": 511,
     "model": 1,
     "noise": 1,
-    "quality": 199,
+    "quality": 9,
     "spectrum": 29,
     "statespace": 13,
 }

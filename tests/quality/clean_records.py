@@ -6,7 +6,7 @@ import numpy as np
 
 from known import seed_of
 from sigmatau import NoiseModel, simulate
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.samples.check import check
 from sigmatau.quality.samples.disturbances import disturbances
 
@@ -71,7 +71,7 @@ def pairs(name, count):
         yield simulate(model, duration=duration, rate=rate, rng=rng).streams[0]
 
 
-@facts_kept()
+@keep_facts()
 def check_samples(stream):
     """Disturbances as they are found, and the findings beside them."""
     return [*(one.finding for one in disturbances(stream)), *check(stream)]

@@ -10,9 +10,9 @@ from clean_records import record, rounded
 from known import seed_of
 from sigmatau import Record
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.samples.disturbances import without
-from sigmatau.quality.samples.masking import mask_of, masked
+from sigmatau.quality.samples.masking import mask_from_spans, masked
 
 RECORDS = 12
 LIMIT = 0.001  # warnings a channel
@@ -95,7 +95,7 @@ def test_any_samples_are_taken(name, sensor, kind):
         x = np.append(x, x[-1])
     names = [f"{sensor}_{axis}" for axis in "xyz"] if sensor != "signal" else ["signal"]
     (stream,) = Record.from_arrays(rate=100, input=kind, **dict.fromkeys(names, x)).streams
-    with facts_kept():
+    with keep_facts():
         for finding in [*check(stream), *without(stream)[1]]:
             told(finding, stream)
 
@@ -187,7 +187,7 @@ class TestSamplesTakenForMissingOfAccumulatedValues:
             np.testing.assert_allclose(without.column(channel), expected[:, k], atol=1e-12)
             np.testing.assert_allclose(without.only(channel).column(channel), expected[:, k], atol=1e-12)
             np.testing.assert_allclose(without.cut(400, 600).column(channel), expected[400:600, k], atol=1e-12)
-        assert masked(without, mask_of(1000, [(-5, 3), (998, 2000)])).mask.sum() == 1 + 3 * 5
+        assert masked(without, mask_from_spans(1000, [(-5, 3), (998, 2000)])).mask.sum() == 1 + 3 * 5
         assert stream.mask is None
 
     def test_their_step_is_still_one_of_the_angle(self):
@@ -209,7 +209,7 @@ class TestSamplesTakenForMissingOfAccumulatedValues:
         rates = np.random.default_rng(seed_of("an angle that rests")).normal(size=(20_000, 3))
         rates[9000:9200] = 0
         stream = accumulated(rates).streams[0]
-        for one in (stream, masked(stream, mask_of(20_000, [(100, 110)]))):
+        for one in (stream, masked(stream, mask_from_spans(20_000, [(100, 110)]))):
             codes = {f.code for f in check(one)}
             assert "stuck_samples" in codes
             assert "dropout" not in codes

@@ -7,7 +7,7 @@ from scipy.signal import butter, lfilter
 import known
 from sigmatau import Record
 from sigmatau.fitting.channel import fit_channel
-from sigmatau.quality.clocks import Mark, compare_clocks, marks_of
+from sigmatau.quality.clocks import Mark, collect_marks, compare_clocks
 
 RATE, N, POOL, SETS = 100.0, 40_000, 10, 250
 LINES = (7.31, 18.77)  # not multiples of each other [Hz]
@@ -24,7 +24,7 @@ def marks_of_record(name, *, rate=RATE, lines=LINES):
         y += sum(rng.uniform(0.1, 0.2) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in lines)
         axes[f"gyro_{axis}"] = 0.05 * y + 1e-6 * np.cumsum(rng.standard_normal(N))
     record = Record.from_arrays(rate=rate, unit={"gyro": "deg/s"}, **axes)
-    return marks_of({channel: fit_channel(record, channel) for channel in axes})
+    return collect_marks({channel: fit_channel(record, channel) for channel in axes})
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
 from sigmatau.estimators.octaves import octaves
-from sigmatau.quality.samples.common import block_rms, sample_of, white_level
+from sigmatau.quality.samples.common import block_rms, take_samples, white_level
 
 N = 1 << 17
 
@@ -59,6 +59,6 @@ def test_scale_is_not_moved_by_a_few_large_values():
 
 def test_samples_of_a_long_record_are_spread_over_it():
     stream = Record.from_arrays(rate=1, signal=np.arange(1e6)).streams[0]
-    x = sample_of(stream, "signal", most=3200)
+    x = take_samples(stream, "signal", count=3200)
     assert (len(x), x[0], x[-1]) == (3200, 0.0, 999_999.0)
     assert np.count_nonzero(np.diff(x) != 1) == 31

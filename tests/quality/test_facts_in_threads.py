@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sigmatau import Record
-from sigmatau.quality.facts import _KEPT, channel_fact, facts_kept, forget, in_threads
+from sigmatau.quality.facts import _FACTS, channel_fact, forget, in_threads, keep_facts
 
 NAMES = ("a", "b", "c", "d")
 
@@ -34,10 +34,10 @@ def test_threads_share_the_facts():
 
     def facts(_):
         meeting.wait()
-        return id(_KEPT.get())
+        return id(_FACTS.get())
 
-    with facts_kept():
-        assert set(in_threads(facts, ("a", "b"), 2).values()) == {id(_KEPT.get())}
+    with keep_facts():
+        assert set(in_threads(facts, ("a", "b"), 2).values()) == {id(_FACTS.get())}
 
 
 def test_only_the_facts_of_these_samples_are_forgotten():
@@ -50,7 +50,7 @@ def test_only_the_facts_of_these_samples_are_forgotten():
 
     record = Record.from_arrays(rate=100, gyro=np.eye(6)[:, :3].copy(), accel=np.eye(6)[:, 3:].copy())
     gyro, accel = record.streams
-    with facts_kept():
+    with keep_facts():
         for _ in range(2):
             assert size(gyro, "gyro_x") == size(accel, "accel_x")
         forget(gyro)

@@ -12,9 +12,9 @@ from sigmatau.quality.samples.counts import rounding_by_sums
 from sigmatau.quality.samples.resolution import (
     coarse_resolution,
     common_step,
+    find_step,
     resolution,
     rounded,
-    step_of,
 )
 from sigmatau.quality.samples.spikes import find_spikes
 from sigmatau.record.streams import Columns, Grid, Stream, Transform
@@ -76,7 +76,7 @@ def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
     raw = {"counts": np.diff(angle) * 5e-7, "accumulated": angle * 5e-7, "differenced": np.diff(angle * 5e-7)}[form]
     record = Record.from_arrays(rate=100, gyro_x=raw, input="accumulated" if form == "accumulated" else "increments")
     stream = record.streams[0]
-    assert step_of(stream, "gyro_x") * 0.01 == pytest.approx(5e-7, rel=1e-6)
+    assert find_step(stream, "gyro_x") * 0.01 == pytest.approx(5e-7, rel=1e-6)
     assert not find_spikes(stream.column("gyro_x")).any()
     found = check(record)
     assert {f.severity for f in found} == {"info"}

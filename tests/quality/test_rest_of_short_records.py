@@ -15,7 +15,7 @@ from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError
 from sigmatau.findings.rest import TooShortToTell
-from sigmatau.quality.selection.shortest import shortest_of
+from sigmatau.quality.selection.shortest import shortest_length
 
 AT_REST = ("at_rest", "partly_at_rest")
 
@@ -66,7 +66,7 @@ def test_clean_records(grade):
     ],
 )
 def test_the_shortest_record(quantities, rate, shortest):
-    assert shortest_of(quantities, 1 / rate) == pytest.approx(shortest)
+    assert shortest_length(quantities, 1 / rate) == pytest.approx(shortest)
 
 
 @pytest.mark.parametrize(

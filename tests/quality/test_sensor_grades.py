@@ -6,7 +6,7 @@ import pytest
 from known import seed_of
 from sigmatau import Record
 from sigmatau.hints import Hint
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.samples.units import implausible_unit
 
 DEG, G = np.pi / 180, 9.80665
@@ -27,7 +27,7 @@ def accel_record(samples, unit="m/s^2"):
     return Record.from_arrays(rate=RATE, unit={"accel": unit}, accel=samples)
 
 
-@facts_kept()
+@keep_facts()
 def found(record):
     return implausible_unit(record.streams[0])
 

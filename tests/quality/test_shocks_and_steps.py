@@ -7,10 +7,10 @@ import pytest
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, allan, simulate
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
+from sigmatau.quality.motion.shocks_and_steps import not_static, shocks
+from sigmatau.quality.motion.windows import bursts, mean_steps, summarise_windows
 from sigmatau.quality.samples.masking import masked
-from sigmatau.quality.samples.motion import bursts, level_changes, summary
-from sigmatau.quality.samples.shocks_and_steps import not_static, shocks
 
 RATE, N = 50.0, 150_000
 
@@ -25,7 +25,7 @@ def accel(x, rate=RATE):
 
 def at_rest(stream):
     """Whether nothing is told of a stream."""
-    with facts_kept():
+    with keep_facts():
         return not_static(stream) == shocks(stream) == []
 
 
@@ -109,7 +109,7 @@ def test_few_windows_have_no_far_ones(windows):
     records, found = 1000, 0
     for _ in range(records):
         stream = Record.from_arrays(rate=16, accel_x=rng.normal(size=16 * windows)).streams[0]
-        found += bool(level_changes(stream, summary(stream, "accel_x")))
+        found += bool(mean_steps(stream, summarise_windows(stream, "accel_x")))
     assert found <= 0.001 * records + 3 * math.sqrt(0.001 * records)
 
 
@@ -117,7 +117,7 @@ def test_up_and_back_is_two_changes():
     x = white("back", (N, 1))
     x[50_000:60_000] += 3
     stream = Record.from_arrays(rate=RATE, accel_x=x[:, 0]).streams[0]
-    changes = level_changes(stream, summary(stream, "accel_x"))
+    changes = mean_steps(stream, summarise_windows(stream, "accel_x"))
     assert [round(c.sample / 1000) for c in changes] == [50, 60]
     assert [c.size for c in changes] == pytest.approx([3, -3], abs=0.3)
     assert len(not_static(stream)[0].details.steps) == 2
@@ -188,7 +188,7 @@ def test_bursts_and_signals():
     x = white("bursts", (N, 1))[:, 0]
     x[60_000:60_100] *= 10
     stream = Record.from_arrays(rate=RATE, signal=x).streams[0]
-    (burst,) = bursts(stream, summary(stream, "signal"))
+    (burst,) = bursts(stream, summarise_windows(stream, "signal"))
     assert (burst.start, burst.stop) == (60_000, 60_100)
     assert at_rest(stream)  # a temperature may do as it likes
 

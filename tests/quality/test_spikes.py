@@ -10,7 +10,7 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from known import seed_of
 from sigmatau import NoiseModel, Record, simulate
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.disturbances import disturbances, without
 from sigmatau.quality.samples.spikes import _multiple, find_spikes, spike_mask, spikes
@@ -23,7 +23,7 @@ def white(name, n=N):
     return np.random.default_rng(seed_of(name)).normal(size=n)
 
 
-@facts_kept()
+@keep_facts()
 def found_in(x):
     """The spikes of a channel, and the finding about them."""
     stream = Record.from_arrays(rate=RATE, signal=x).streams[0]

@@ -240,7 +240,7 @@ class TestStuck:
     def test_runs(self):
         first, lengths = runs_of_equal(np.array([1.0, 1, 2, 3, 3, 3, np.nan, np.nan, 4, 4]))
         assert (first.tolist(), lengths.tolist()) == ([0, 3, 8], [2, 3, 2])
-        first, lengths = runs_of_equal(np.array([1.0, 1, 2, 3, 3, 3, 3, 5]), least=4)
+        first, lengths = runs_of_equal(np.array([1.0, 1, 2, 3, 3, 3, 3, 5]), shortest=4)
         assert (first.tolist(), lengths.tolist()) == ([3], [4])
 
 

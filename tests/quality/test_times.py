@@ -14,8 +14,8 @@ from sigmatau.findings.phrases import window_hint
 from sigmatau.findings.rest import NotAtRest, PartlyAtRest
 from sigmatau.findings.stamps import Gaps
 from sigmatau.quality.check import check
+from sigmatau.quality.motion.shocks_and_steps import between_steps, not_static
 from sigmatau.quality.samples.masking import masked
-from sigmatau.quality.samples.shocks_and_steps import between_steps, not_static
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.window import cut
 from sigmatau.record.record import make_stream

@@ -16,7 +16,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.frozen import frozen
 from sigmatau.quality.check import Examination
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest
@@ -94,7 +94,7 @@ def run(source: object, options: AnalysisOptions) -> Analysis:
     return _through_stages(record, replace(options, long="strided"))
 
 
-@facts_kept()
+@keep_facts()
 def _through_stages(record: Record, options: AnalysisOptions) -> Analysis:
     record = from_the_start(record)
     state = State(options=options, record=record, whole=record, findings=tuple(record.findings))

@@ -27,7 +27,7 @@ from sigmatau.fitting.read_off_at import ReadOffAt
 from sigmatau.fitting.rounding import rounding_of
 from sigmatau.options import stated
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
-from sigmatau.quality.curves import curves_of
+from sigmatau.quality.curves import compute_curves
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.means import channel_mean
@@ -108,7 +108,7 @@ def check(state: State) -> State:
         record,
         bandwidth=options.bandwidth,
         looked_at=LOOKED_AT_BOUNDED if bounded else LOOKED_AT,
-        keep=options.causes_kept,
+        keep=options.kept_causes,
         untouched=bounded,
         threads=options.threads,
     )
@@ -128,7 +128,7 @@ def mask(state: State) -> State:
 def curves(state: State) -> State:
     """Compute the curves; raises `DataError` if no channel has one."""
     options = state.options
-    computed, fitted_on, without_curve = curves_of(
+    computed, fitted_on, without_curve = compute_curves(
         state.record, taus=options.taus, overlap=options.overlap, counting=options.counting, long=options.long,
         bounded=state.bounded, threads=options.threads,
     )  # fmt: skip
@@ -177,7 +177,7 @@ def fit(state: State) -> State:
         fits[channel], final_curves[channel] = final, curve
         stream = streams[channel]
         missing = 0.0 if stream.mask is None else float(stream.mask[:, stream.channels.index(channel)].mean())
-        findings += tuple(fit_findings(first, start=stream.grid.lead, missing=missing, beside=findings))
+        findings += tuple(fit_findings(first, start=stream.grid.lead, missing=missing, sample_findings=findings))
     return replace(state, fits=fits, curves=final_curves, findings=findings)
 
 
@@ -187,7 +187,7 @@ def judge(state: State) -> State:
     channels = tuple(state.curves)
     if fits:
         lags = LOOKED_AT_BOUNDED if state.bounded else LOOKED_AT
-        fit_faults = check_fits(record, fits, looked_at=lags, found=findings, threads=options.threads)
+        fit_faults = check_fits(record, fits, looked_at=lags, findings=findings, threads=options.threads)
         findings = (*without_consequences(findings, fits), *fit_faults)
         fits = {
             name: adjusted(fitted, partial(bias, biases=[walk_bias(findings, name)])) for name, fitted in fits.items()

@@ -17,7 +17,7 @@ from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.io.read.formats.split import bag_files
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.process import keep_freed
-from sigmatau.quality.clocks import Mark, marks_of
+from sigmatau.quality.clocks import Mark, collect_marks
 from sigmatau.results import aligned, duration_text
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def _outcome(
 ) -> Outcome:
     try:
         analysis = work(log)
-        marks = marks_of(analysis.fits)
+        marks = collect_marks(analysis.fits)
         extract = None if keep is None else keep(log, analysis)
         return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=extract)
     except (OptionError, DataError) as error:

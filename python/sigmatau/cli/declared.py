@@ -13,7 +13,7 @@ from sigmatau.cli.ranges import read_off_ranges
 from sigmatau.cli.rates import parse_rate
 from sigmatau.hints import SPELLED, as_options, worded
 from sigmatau.options import Form, GroupName, Option
-from sigmatau.quality.selection.time_text import seconds_of, time_of
+from sigmatau.quality.selection.time_text import parse_seconds, parse_time
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -65,8 +65,8 @@ FORMS: Mapping[Form, Typed] = {
     "flag": Typed(bool, _as_it_is),
     "count": Typed(int, _as_it_is),
     "number": Typed(float, _as_it_is),
-    "seconds": Typed(str, lambda text, name, _: seconds_of(text, option=name), with_minus=True),
-    "time": Typed(str, lambda text, name, _: time_of(text, text, option=name, forms=_TIME)),
+    "seconds": Typed(str, lambda text, name, _: parse_seconds(text, option=name), with_minus=True),
+    "time": Typed(str, lambda text, name, _: parse_time(text, text, option=name, forms=_TIME)),
     "times": Typed(str, lambda text, *_: averaging_times(text)),
     "ranges": Typed(list[str], lambda texts, *_: read_off_ranges(texts)),
     "span": Typed(str, _as_it_is, with_minus=True),

@@ -25,7 +25,7 @@ from sigmatau.estimators.deviation_kinds import TauGrid
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import line
 from sigmatau.io.atomic import atomic
-from sigmatau.quality.selection.time_text import seconds_of
+from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.results import csv_text, printable
 
 if TYPE_CHECKING:
@@ -294,7 +294,7 @@ def averaging_times(text: str) -> str | list[float]:
     if text in grids:
         return text
     try:
-        return [seconds_of(part, option="taus") for part in text.split(",")]
+        return [parse_seconds(part, option="taus") for part in text.split(",")]
     except OptionError:
         raise OptionError(
             f"--taus {text!r}: must be {', '.join(grids)}, or times in s, or with units, e.g. 0.1,1,10min",

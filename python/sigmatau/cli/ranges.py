@@ -9,7 +9,7 @@ from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
 from sigmatau.fitting.curve_slope import fit_slope
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.selection.time_text import time_of
+from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.results import seconds, wrapped
 
 _EXAMPLE = "random_walk=1s:10s"
@@ -49,7 +49,7 @@ def _ends(text: str, typed: str, *, option: str, example: str) -> tuple[float, f
             option=option,
         )
     forms = f"e.g. {example} (ms, s, min, h, d)"
-    shortest, longest = (time_of(part, typed, option=option, forms=forms) for part in (first, last))
+    shortest, longest = (parse_time(part, typed, option=option, forms=forms) for part in (first, last))
     return shortest, longest
 
 

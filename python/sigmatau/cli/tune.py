@@ -32,7 +32,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.model.file import has_unit, value_in_si
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
-from sigmatau.quality.selection.time_text import seconds_of
+from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.record.record import stream_name
 
 _UNITS = {"noise": ("rad/sqrt(s)", "m/s/sqrt(s)"), "walk": ("rad/s/sqrt(s)", "m/s^2/sqrt(s)")}
@@ -119,7 +119,7 @@ def tune_command(
         raise OptionError("--show is for the coefficients of --rest; innovations have no unit", option="show")
     data = read_innovations(innovations, columns=key_values(columns or [], "columns", "gyro_x=nu:S") or None, time=time)
     filters = _filters(data, noise or [], walk or [], model)
-    after = 0.0 if skip is None else seconds_of(skip, option="skip")
+    after = 0.0 if skip is None else parse_seconds(skip, option="skip")
     with working("comparing noises", quiet=quiet):
         result = tune(data, filters=filters, skip=after)
     if plot is not None:

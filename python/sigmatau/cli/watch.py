@@ -31,7 +31,7 @@ from sigmatau.io.read.options import ReadOptions
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.selection.live import LiveStretches
-from sigmatau.quality.selection.time_text import seconds_of
+from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.record.record import MIN_SAMPLES, Provenance, conversion, stream_name
 from sigmatau.record.sampling import Sampling, sampling_text
 
@@ -135,7 +135,7 @@ def watch_command(
 
 
 def _positive(text: str, option: str) -> float:
-    time = seconds_of(text, option=option)
+    time = parse_seconds(text, option=option)
     if not 0 < time < float("inf"):
         raise OptionError(f"--{option} {text}: must be a positive time", option=option)
     return time

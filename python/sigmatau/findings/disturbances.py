@@ -35,7 +35,7 @@ class MotionBurst:
         How far the mean moves before it returns; 0 if the changes from sample to sample show the motion. [unit of
         stream]
     shock : bool
-        Whether the motion lasts no more than a few windows, see `sigmatau.quality.samples.shocks_and_steps`.
+        Whether the motion lasts no more than a few windows, see `sigmatau.quality.motion.shocks_and_steps`.
     """
 
     start: float

@@ -43,11 +43,11 @@ class ClassThresholds:
 THRESHOLDS = ClassThresholds()
 
 
-def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Finding]:
+def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[Finding]:
     """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
     All terms, processes and resonances count together, because motion is divided among them in any way. Lines and warm-up
-    do not count. None where a warning of `beside` doubts the unit, or names bursts or steps.
+    do not count. None where a warning of `findings` doubts the unit, or names bursts or steps.
     """
     limits = SENSOR_CLASSES.get(fitted.quantity)
     if (
@@ -55,7 +55,7 @@ def beyond_class(fitted: NoiseFit, *, beside: Sequence[Finding] = ()) -> list[Fi
         or not fitted.quantified
         or any(
             finding.code in _OTHER_CAUSES and finding.severity == "warning" and fitted.channel in finding.channels
-            for finding in beside
+            for finding in findings
         )
     ):
         return []

@@ -21,13 +21,13 @@ from sigmatau.frozen import frozen
 from sigmatau.quality.beyond_class import beyond_class
 from sigmatau.quality.drift.stationarity import non_stationary
 from sigmatau.quality.drift.without_drifts import steps_beside_drifts, without_drifts
-from sigmatau.quality.facts import facts_kept, forget, in_threads
+from sigmatau.quality.facts import forget, in_threads, keep_facts
 from sigmatau.quality.fit_findings import other_axes_disturbed
+from sigmatau.quality.motion.shocks_and_steps import between_steps
 from sigmatau.quality.options import Bandwidth
 from sigmatau.quality.samples.check import check as check_samples
 from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
-from sigmatau.quality.samples.masking import bridged, mask_of, masked
-from sigmatau.quality.samples.shocks_and_steps import between_steps
+from sigmatau.quality.samples.masking import bridged, mask_from_spans, masked
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.spectrum.aliasing import aliasing
 from sigmatau.quality.spectrum.axis_correlation import cross_axis
@@ -120,7 +120,7 @@ class Examination:
     excluded: tuple[Exclusion, ...]
 
 
-@facts_kept()
+@keep_facts()
 def examine(
     record: Record,
     *,
@@ -146,25 +146,28 @@ def examine(
         name: masked(part, np.logical_or.reduce([*elsewhere[name].values()])) if elsewhere[name] else part
         for name, part in usable.items()
     }
-    of_streams = in_threads(lambda name: _of_stream(undisturbed[name], stated.get(name)), tuple(usable), threads)
-    streams, found, excluded = [], list[Finding](), list[Exclusion]()
+    by_stream = in_threads(lambda name: _check_stream(undisturbed[name], stated.get(name)), tuple(usable), threads)
+    streams, findings, excluded = [], list[Finding](), list[Exclusion]()
     for stream in record.streams:
         part = undisturbed.get(stream.name)
         if part is None:
             streams.append(stream)
             continue
-        left, told = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
+        without_it, findings_left_out = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
         if stream.name not in untouched:
-            for one in disturbances(part):
-                excluded += exclusions(part, None if one.cause in keep else one.mask, one.finding.code)
-            for reason, mask in elsewhere[stream.name].items():
-                excluded += exclusions(part, np.repeat(mask[:, None], len(part.channels), axis=1), reason)
-            stream = _with_missing(stream, left)
+            for disturbance in disturbances(part):
+                mask = None if disturbance.cause in keep else disturbance.mask
+                excluded += exclusions(part, mask, disturbance.finding.code)
+            for reason, samples in elsewhere[stream.name].items():
+                excluded += exclusions(part, np.repeat(samples[:, None], len(part.channels), axis=1), reason)
+            stream = _with_missing(stream, without_it)
         streams.append(stream)
-        found += [*told, *(_trusting_file(finding, record) for finding in of_streams[stream.name])]
+        findings += [*findings_left_out, *(_trusting_file(finding, record) for finding in by_stream[stream.name])]
         if part.grid.n < stream.grid.n:
-            found.append(_checked_in_part(stream, part))
-    return Examination(record=replace(record, streams=tuple(streams)), findings=tuple(found), excluded=tuple(excluded))
+            findings.append(_checked_in_part(stream, part))
+    return Examination(
+        record=replace(record, streams=tuple(streams)), findings=tuple(findings), excluded=tuple(excluded)
+    )
 
 
 def _trusting_file(finding: Finding, record: Record) -> Finding:
@@ -177,13 +180,13 @@ def _trusting_file(finding: Finding, record: Record) -> Finding:
     return replace(finding, details=replace(details, likely="", by_file=True), factors=())
 
 
-_OF_ALL = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
+_SHARED_CAUSES = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
 
 
 def _shaken(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
     """The times at which a sensor shows what disturbs all sensors of a record, by code, in the clock of the log. [s]"""
     tau0, start = stream.grid.tau0, stream.grid.start
-    causes = [cause for cause in _OF_ALL if cause not in keep]
+    causes = [cause for cause in _SHARED_CAUSES if cause not in keep]
     return {
         disturbance.finding.code: [(start + a * tau0, start + b * tau0) for a, b in runs(disturbance.mask[:, 0])]
         for disturbance in disturbances(stream)
@@ -198,7 +201,7 @@ def _at_times(stream: Stream, shaken: Mapping[str, Mapping[str, Sequence[Span]]]
     n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
 
     def samples(spans: Iterable[Span]) -> Bools:
-        return mask_of(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in spans])
+        return mask_from_spans(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in spans])
 
     shown = samples(span for spans in shaken[stream.name].values() for span in spans)
     elsewhere: dict[str, Bools] = {}
@@ -222,7 +225,7 @@ def check_fits(
     fits: Mapping[str, NoiseFit],
     *,
     looked_at: int = LOOKED_AT,
-    found: Sequence[Finding] | None = None,
+    findings: Sequence[Finding] | None = None,
     threads: int | None = None,
 ) -> tuple[Finding, ...]:
     """Faults of a record that need a fit.
@@ -236,14 +239,15 @@ def check_fits(
         By channel.
     looked_at : int
         See `check`.
-    found : sequence of Finding, optional
+    findings : sequence of Finding, optional
         Findings of `check`: stationarity is tested on the stretches without a disturbance. Default: these are searched for.
 
     Returns
     -------
     tuple of Finding
     """
-    disturbed = found is None or any(one.code in DISTURBANCES and not one.left_out for one in found)
+    sample_findings = tuple(findings or ())
+    disturbed = findings is None or any(f.code in DISTURBANCES and not f.left_out for f in sample_findings)
     streams = {
         stream.name: stream
         for stream in record.streams
@@ -252,23 +256,23 @@ def check_fits(
         and not fits.keys().isdisjoint(stream.channels)
     }
 
-    def of_stream(name: str) -> list[Finding]:
-        stream, said = _beginning(streams[name], looked_at), list[Finding]()
+    def check_stream(name: str) -> list[Finding]:
+        stream = _beginning(streams[name], looked_at)
         fitted = {channel: fits[channel] for channel in stream.channels if channel in fits}
         flat = without_drifts(record, stream, fitted)
         still = without(flat)[0] if disturbed else flat
-        if flat is not stream:
-            said += steps_beside_drifts(still, fitted)
-        between = between_steps(still, [*(found or ()), *said])
+        steps = steps_beside_drifts(still, fitted) if flat is not stream else []
+        between = between_steps(still, [*sample_findings, *steps])
         steady = bridged(between)
-        said += non_stationary(steady, {c: fit for c, fit in fitted.items() if not _hidden_by_rounding(fit)})
-        said += [one for fit in fitted.values() for one in beyond_class(fit, beside=found or ())]
-        said += other_axes_disturbed(fitted.values())
+        changing = non_stationary(steady, {c: fit for c, fit in fitted.items() if not _hidden_by_rounding(fit)})
+        loud = (finding for fit in fitted.values() for finding in beyond_class(fit, findings=sample_findings))
+        stream_findings = [*steps, *changing, *loud, *other_axes_disturbed(fitted.values())]
         if steady is not between:
             forget(steady)
-        return said
+        return stream_findings
 
-    return tuple(one for said in in_threads(of_stream, tuple(streams), threads).values() for one in said)
+    by_stream = in_threads(check_stream, tuple(streams), threads)
+    return tuple(finding for stream_findings in by_stream.values() for finding in stream_findings)
 
 
 def _hidden_by_rounding(fitted: NoiseFit) -> bool:
@@ -276,16 +280,16 @@ def _hidden_by_rounding(fitted: NoiseFit) -> bool:
     return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in fitted.reasons)
 
 
-def _of_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
-    found = check_samples(stream)
+def _check_stream(stream: Stream, bandwidth: Bandwidth | None) -> list[Finding]:
+    findings = check_samples(stream)
     undisturbed = masked_by(stream, disturbances(stream))
     still = bridged(undisturbed)
     for name, stated in (bandwidth or {}).items():
-        found += aliasing(still if name == stream.name else replace(still.only(name), name=name), stated)
-    found += cross_axis(bridged(between_steps(still, found)))
+        findings += aliasing(still if name == stream.name else replace(still.only(name), name=name), stated)
+    findings += cross_axis(bridged(between_steps(still, findings)))
     if still is not undisturbed:
         forget(still)
-    return found
+    return findings
 
 
 def _beginning(stream: Stream, samples: int) -> Stream:

@@ -22,7 +22,7 @@ from sigmatau.frozen import frozen
 
 @frozen
 class ClockThresholds:
-    """Thresholds of `marks_of` and `compare_clocks`."""
+    """Thresholds of `collect_marks` and `compare_clocks`."""
 
     strongest: int = 8
     """Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records."""
@@ -88,7 +88,7 @@ class _Shift:
     marks: int
 
 
-def marks_of(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
+def collect_marks(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
     marks: list[Mark] = []
     for channel, fitted in fits.items():
@@ -109,10 +109,10 @@ def _ends(frequency: Interval) -> tuple[float | None, float | None, float | None
 def _mark(
     channel: str,
     kind: Literal["line", "resonance", "corner"],
-    at: tuple[float | None, float | None, float | None],
+    interval: tuple[float | None, float | None, float | None],
     part: float,
 ) -> Iterable[Mark]:
-    value, low, high = at
+    value, low, high = interval
     if value and low is not None and high is not None and 0 < high - low < value:
         yield Mark(channel, kind, value, part * (high - low) / value)
 
@@ -126,18 +126,18 @@ def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
         Marks of each record. With fewer than three records nothing tells which clock is off.
     """
     shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
-    found: dict[str, Finding] = {}
+    off: dict[str, Finding] = {}
     for name in records:
-        others = [other for other in records if other != name]
-        beside = [(other, shifts.get((name, other)) or _reversed(shifts[other, name])) for other in others]
-        beside = [(other, one) for other, one in beside if one.factor is not None]
-        if len(beside) < 2 or 2 * len(beside) <= len(others):
+        names = [name2 for name2 in records if name2 != name]
+        shifted = [(name2, shifts.get((name, name2)) or _reversed(shifts[name2, name])) for name2 in names]
+        shifted = [(name2, shift) for name2, shift in shifted if shift.factor is not None]
+        if len(shifted) < 2 or 2 * len(shifted) <= len(names):
             continue
-        pairs = list(combinations([other for other, _ in beside], 2))
+        pairs = list(combinations([name2 for name2, _ in shifted], 2))
         alike = sum((shifts.get((a, b)) or shifts[b, a]).same for a, b in pairs)
-        logarithms = np.array([one.factor for _, one in beside], dtype=float)
+        logarithms = np.array([shift.factor for _, shift in shifted], dtype=float)
         middle = float(np.median(logarithms))
-        error = float(np.median([one.error for _, one in beside]))
+        error = float(np.median([shift.error for _, shift in shifted]))
         if 2 * alike <= len(pairs) or np.abs(logarithms - middle).max() > max(3 * error, 0.1 * abs(middle)):
             continue
         factor = math.exp(middle)
@@ -145,11 +145,11 @@ def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
             factor=factor,
             low=math.exp(middle - error),
             high=math.exp(middle + error),
-            marks=min(one.marks for _, one in beside),
-            others=len(beside),
+            marks=min(shift.marks for _, shift in shifted),
+            others=len(shifted),
         )
-        found[name] = Finding(details=details, severity="warning", size=factor)
-    return found
+        off[name] = Finding(details=details, severity="warning", size=factor)
+    return off
 
 
 def _reversed(shift: _Shift) -> _Shift:
@@ -165,24 +165,24 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
         for b in theirs
         if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < THRESHOLDS.farthest
     ]
-    most = min(len(ours), len(theirs))
-    here = _near(pairs, 0.0)
-    same = bool(here) and len(here) >= THRESHOLDS.agree * most
-    if most < THRESHOLDS.min_marks or not pairs:
+    largest = min(len(ours), len(theirs))
+    here = _matching_marks(pairs, 0.0)
+    same = bool(here) and len(here) >= THRESHOLDS.agree * largest
+    if largest < THRESHOLDS.min_marks or not pairs:
         return _Shift(same, None, 0.0, 0)
-    shift = max((d for _, d, _ in pairs), key=lambda d: (len(_near(pairs, d) - here), -abs(d)))
-    there = _near(pairs, shift)
-    moved, contrary = there - here, here - there
-    enough = len(moved) >= THRESHOLDS.min_marks and len(there) >= THRESHOLDS.most_marks_of_all * most
+    shift = max((d for _, d, _ in pairs), key=lambda d: (len(_matching_marks(pairs, d) - here), -abs(d)))
+    shifted = _matching_marks(pairs, shift)
+    moved, contrary = shifted - here, here - shifted
+    enough = len(moved) >= THRESHOLDS.min_marks and len(shifted) >= THRESHOLDS.most_marks_of_all * largest
     if not enough or len(contrary) > THRESHOLDS.contrary * len(moved) or _one_origin([ours[k] for k in moved]):
         return _Shift(same, None, 0.0, 0)
-    known = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
-    weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in known])
-    factor = float(np.average([d for d, _ in known], weights=weights))
+    measured = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
+    weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in measured])
+    factor = float(np.average([d for d, _ in measured], weights=weights))
     return _Shift(same, factor, float(1 / np.sqrt(weights.sum())), len(moved))
 
 
-def _near(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
+def _matching_marks(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
     """Marks that are at the place of one of the other record, moved by a shift, within the errors of both."""
     return {k for k, d, e in pairs if abs(d - shift) <= e}
 

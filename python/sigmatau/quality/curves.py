@@ -77,15 +77,15 @@ def constant_channels(stream: Stream) -> list[Finding]:
     """Channels of a sensor that never change, or have no sample, found without their curves."""
     if stream.quantity == "temperature":
         return []
-    found = []
+    findings = []
     for channel in stream.channels:
         x = stream.column(channel)
         low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
         if np.isnan(low):
-            found.append(too_few_samples(stream, channel))
+            findings.append(too_few_samples(stream, channel))
         elif high - low <= rounding(stream, channel):
-            found.append(constant_channel(stream, channel))
-    return found
+            findings.append(constant_channel(stream, channel))
+    return findings
 
 
 def strided(
@@ -100,7 +100,7 @@ def strided(
     return [Finding(details=details, severity="info", channels=() if stream is None else (stream,))]
 
 
-def curves_of(
+def compute_curves(
     record: Record,
     *,
     taus: TauGrid | ArrayLike,
@@ -119,7 +119,7 @@ def curves_of(
     """
     curves: dict[str, DeviationCurve] = {}
     findings: list[Finding] = []
-    found: Mapping[str, DeviationCurve]
+    available: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
     for stream in record.streams:
         if stream.quantity == "temperature":  # used for the drift of the sensors; its noise is not analysed
@@ -129,13 +129,13 @@ def curves_of(
         if stream.name in bounded:
             if (overlap, counting) != ("full", "standard"):
                 raise DataError(f"{stream.name}: there is not enough memory for this choice of overlap and counting")
-            found, for_fit = _strided(stream, taus)
+            available, for_fit = _strided(stream, taus)
             fitted_on |= for_fit
-            findings += strided(found, stream.name, out_of_memory=long != "strided")
+            findings += strided(available, stream.name, out_of_memory=long != "strided")
         else:
-            found, none_left = _curves(stream, taus, overlap, counting, threads)
-            findings += none_left
-        for channel, curve in found.items():
+            available, too_few = _curves(stream, taus, overlap, counting, threads)
+            findings += too_few
+        for channel, curve in available.items():
             if not THRESHOLDS.smallest < curve.avar.max() < THRESHOLDS.largest and curve.avar.max() > 0:
                 findings.append(out_of_range(curve))
             elif curve.adev.max() > rounding(stream, channel):

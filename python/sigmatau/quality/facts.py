@@ -1,7 +1,7 @@
 """Facts: what is known of a stream, computed once and used by every check.
 
 A fact is a function of a stream, or of one channel of it, that several checks need: the spikes, the resolution, the
-periodogram, the stream without held values. Inside `facts_kept` each is computed once for the same samples, whatever stream
+periodogram, the stream without held values. Inside `keep_facts` each is computed once for the same samples, whatever stream
 object they come in; outside it, a fact is an ordinary function.
 """
 
@@ -21,28 +21,28 @@ from sigmatau.record.streams import Stream
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_KEPT: ContextVar[dict[Hashable, tuple[object, object]] | None] = ContextVar("facts", default=None)
+_FACTS: ContextVar[dict[Hashable, tuple[object, object]] | None] = ContextVar("facts", default=None)
 
 
 @contextmanager
-def facts_kept() -> Iterator[None]:
+def keep_facts() -> Iterator[None]:
     """Keep the facts of all streams until the end of the block; inside another such block, until the end of that."""
-    if _KEPT.get() is not None:
+    if _FACTS.get() is not None:
         yield
         return
-    token = _KEPT.set({})
+    token = _FACTS.set({})
     try:
         yield
     finally:
-        _KEPT.reset(token)
+        _FACTS.reset(token)
 
 
 def forget(stream: Stream) -> None:
     """Drop the facts of a stream whose samples are needed no more: they would stay in memory with them."""
-    known, arrays = _KEPT.get(), set(map(id, stream.samples.raw))
-    for key, (of, _) in list((known or {}).items()):
-        if known is not None and not arrays.isdisjoint(map(id, cast("Stream", of).samples.raw)):
-            known.pop(key, None)
+    facts, arrays = _FACTS.get(), set(map(id, stream.samples.raw))
+    for key, (stream_of_fact, _) in list((facts or {}).items()):
+        if facts is not None and not arrays.isdisjoint(map(id, cast("Stream", stream_of_fact).samples.raw)):
+            facts.pop(key, None)
 
 
 def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int | None = None) -> dict[str, T]:
@@ -53,21 +53,21 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
     workers = min(len(names), threads or os.cpu_count() or 1)
     if workers < 2:
         return {name: function(name) for name in names}
-    left, results, errors = iter(names), dict[str, T](), dict[str, BaseException]()
+    waiting, results, errors = iter(names), dict[str, T](), dict[str, BaseException]()
 
     def work() -> None:
-        for name in left:
+        for name in waiting:
             try:
                 results[name] = function(name)
             except BaseException as error:
                 errors[name] = error
 
-    others = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
+    workers_started = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
     with suppress(RuntimeError):  # without memory for another thread, those that are there do the work
-        for thread in others:
+        for thread in workers_started:
             thread.start()
     work()
-    for thread in others:
+    for thread in workers_started:
         if thread.ident is not None:
             thread.join()
     for name in names:
@@ -86,7 +86,7 @@ def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Conca
         def compute() -> T:
             return function(stream, *args, **kwargs)
 
-        return _kept(compute, stream, (function, _stream_key(stream), args, _stated(function, kwargs)))
+        return _remember(compute, stream, (function, _stream_key(stream), args, _stated(function, kwargs)))
 
     return fact
 
@@ -100,7 +100,7 @@ def channel_fact(function: Callable[Concatenate[Stream, str, P], T]) -> Callable
             return function(stream, channel, *args, **kwargs)
 
         key = function, channel, _channel_key(stream, channel), args, _stated(function, kwargs)
-        return _kept(compute, stream, key)
+        return _remember(compute, stream, key)
 
     return fact
 
@@ -111,13 +111,13 @@ def _stated(function: Callable[..., object], kwargs: Mapping[str, Any]) -> Hasha
     return tuple((name, value) for name, value in kwargs.items() if value is not defaults.get(name))
 
 
-def _kept(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
-    known = _KEPT.get()
-    if known is None:
+def _remember(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
+    facts = _FACTS.get()
+    if facts is None:
         return compute()
-    if key not in known:
-        known[key] = stream, compute()  # the stream too: a key is made of addresses, which must not be used again
-    return cast("T", known[key][1])
+    if key not in facts:
+        facts[key] = stream, compute()  # the stream too: a key is made of addresses, which must not be used again
+    return cast("T", facts[key][1])
 
 
 def _stream_key(stream: Stream) -> Hashable:

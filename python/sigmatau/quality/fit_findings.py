@@ -89,7 +89,7 @@ THRESHOLDS = FitThresholds()
 
 
 def fit_findings(
-    fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, beside: Sequence[Finding] = ()
+    fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, sample_findings: Sequence[Finding] = ()
 ) -> list[Finding]:
     """What a fit says of its channel beside the coefficients.
 
@@ -100,13 +100,13 @@ def fit_findings(
         Time of the first sample from the beginning of the whole record. [s]
     missing : float
         Share of missing samples.
-    beside : sequence of Finding
+    sample_findings : sequence of Finding
         Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named. Where a
         disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
     """
     disturbed = any(
         finding.code in DISTURBANCES and not finding.left_out
-        for finding in beside
+        for finding in sample_findings
         if finding.severity == "warning" and fitted.channel in finding.channels
     )
     severity_of_misfit: Severity = "info" if disturbed else "warning"
@@ -124,12 +124,16 @@ def fit_findings(
     if fitted.verdict == "widened":
         findings.append(_widened(fitted, severity_of_misfit))
     findings += _changing_level(fitted)
-    if (response := fitted.response) is not None and not disturbed and not _between_samples(fitted.channel, beside):
+    if (
+        (response := fitted.response) is not None
+        and not disturbed
+        and not _between_samples(fitted.channel, sample_findings)
+    ):
         fields = {name: getattr(response, name) for name in ("shape", "order", "corner", "low", "high")}
         findings.append(_finding(fitted, LowPassFilter(**fields), size=response.corner, unit="Hz"))
     if fitted.highest is not None:
         findings.append(_finding(fitted, BandLeftOut(highest=fitted.highest), size=fitted.highest, unit="Hz"))
-    findings += _counted_angle(fitted, beside)
+    findings += _counted_angle(fitted, sample_findings)
     findings += _lines(fitted)
     quantity, unit = fitted.quantity, fitted.rate_unit
     for process in () if disturbed else fitted.gauss_markov:
@@ -159,30 +163,30 @@ def _finding(
     return Finding(details=details, severity=severity, channels=(fitted.channel,), spans=spans, size=size, unit=unit)
 
 
-def _between_samples(channel: str, beside: Sequence[Finding]) -> bool:
+def _between_samples(channel: str, sample_findings: Sequence[Finding]) -> bool:
     """Whether samples of a channel are held or interpolated, which has the spectrum of a filter."""
     return any(
         finding.code in ("interpolated", "repeated_samples") and channel in (finding.channels or (channel,))
-        for finding in beside
+        for finding in sample_findings
     )
 
 
-def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]:
+def _counted_angle(fitted: NoiseFit, sample_findings: Sequence[Finding]) -> list[Finding]:
     """Quantization noise by the step of a counted angle, against that of the fit."""
     term = fitted.terms.get("quantization")
-    for finding in beside:
+    for finding in sample_findings:
         steps = finding.details
         if term is None or fitted.channel not in finding.channels or not isinstance(steps, CoarseResolution):
             continue
         if steps.rounding == "quantization" and steps.added is not None:
-            seen = {name: getattr(term, name) for name in ("value", "low", "high")} if term.observed else {}
+            observed = {name: getattr(term, name) for name in ("value", "low", "high")} if term.observed else {}
             details = CountedAngle(
                 quantity=fitted.quantity,
                 rate_unit=fitted.rate_unit,
                 step=steps.added * math.sqrt(12),
                 by_step=steps.added,
                 limit=None if term.observed else term.upper_limit,
-                **seen,
+                **observed,
             )
             return [_finding(fitted, details, size=steps.added)]
     return []
@@ -191,12 +195,12 @@ def _counted_angle(fitted: NoiseFit, beside: Sequence[Finding]) -> list[Finding]
 def _changing_level(fitted: NoiseFit) -> list[Finding]:
     changes = [reason for reason in fitted.reasons if isinstance(reason, ChangingRandomWalk)]
     return [
-        _finding(fitted, _with_fields_of(change, ChangingLevel, fitted), size=change.highest / change.lowest)
+        _finding(fitted, _copy_fields(change, ChangingLevel, fitted), size=change.highest / change.lowest)
         for change in changes
     ]
 
 
-def _with_fields_of(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit) -> Details:
+def _copy_fields(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit) -> Details:
     """The details of a finding that has the fields of a reason, beside the quantity and the unit of the channel."""
     values = {field.name: getattr(reason, field.name) for field in fields(reason) if field.init}
     return kind(quantity=fitted.quantity, rate_unit=fitted.rate_unit, **values)
@@ -256,7 +260,7 @@ def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
     return [
         _finding(
             fitted,
-            _with_fields_of(reason, Disturbed, fitted),
+            _copy_fields(reason, Disturbed, fitted),
             "warning",
             spans=((reason.start, reason.stop),),
             size=reason.share,
@@ -361,10 +365,13 @@ def _drifts(fitted: NoiseFit, start: float) -> list[Finding]:
     return findings
 
 
-def by_channel(fits: Mapping[str, NoiseFit], beside: Sequence[Finding], record: Record) -> list[Finding]:
+def by_channel(fits: Mapping[str, NoiseFit], sample_findings: Sequence[Finding], record: Record) -> list[Finding]:
     """The findings of all fits of a record."""
     starts = {channel: stream.grid.lead for stream in record.streams for channel in stream.channels}
-    return [finding for c, fitted in fits.items() for finding in fit_findings(fitted, start=starts[c], beside=beside)]
+    by_fit = (
+        fit_findings(fitted, start=starts[channel], sample_findings=sample_findings) for channel, fitted in fits.items()
+    )
+    return [finding for findings in by_fit for finding in findings]
 
 
 def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:

@@ -19,7 +19,7 @@ from sigmatau.io.read.inspection import Inspection
 from sigmatau.options import keywords_of
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, THRESHOLDS, check_fits, examine
 from sigmatau.quality.curves import constant_channels, rounding
-from sigmatau.quality.facts import facts_kept
+from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.options import Bandwidth, InspectOptions
 from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out
@@ -33,7 +33,7 @@ FITTED = 8_000_000
 
 
 @keywords_of(InspectOptions)
-@facts_kept()
+@keep_facts()
 def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection:
     """The content of a file, and the findings about it and about the samples that would be analysed.
 
@@ -107,12 +107,12 @@ def _examined(
     return examined.record, examined.findings
 
 
-def _against_fits(record: Record, found: Sequence[Finding], bounded: Sequence[str]) -> list[Finding]:
+def _against_fits(record: Record, sample_findings: Sequence[Finding], bounded: Sequence[str]) -> list[Finding]:
     """The findings, with those that need a fit, as `sigmatau.analyze` has them."""
     streams = [stream for stream in record.streams if stream.quantity != "temperature"]
     number = sum(stream.grid.n * len(stream.channels) for stream in streams)
     if number > FITTED or bounded or not all(memory.fits(stream, None) for stream in streams):
-        return [*found, Finding(details=CheckedWithoutFit(samples=number), severity="info")]
+        return [*sample_findings, Finding(details=CheckedWithoutFit(samples=number), severity="info")]
     fits: dict[str, NoiseFit] = {}
     for stream in streams:
         for channel in stream.channels:
@@ -120,11 +120,10 @@ def _against_fits(record: Record, found: Sequence[Finding], bounded: Sequence[st
                 continue
             with contextlib.suppress(DataError):  # too short, or too many samples are missing
                 fits[channel] = fit_channel(record, channel)
-    beside = tuple(found)
     return [
-        *without_consequences(found, fits),
-        *by_channel(fits, beside, record),
-        *check_fits(record, fits, found=beside),
+        *without_consequences(sample_findings, fits),
+        *by_channel(fits, sample_findings, record),
+        *check_fits(record, fits, findings=sample_findings),
     ]
 
 

@@ -39,19 +39,19 @@ class ChannelMean:
 
 
 @channel_fact
-def mean_of(stream: Stream, channel: str) -> float:
+def mean_value(stream: Stream, channel: str) -> float:
     """Mean of the samples that are not missing; NaN if there are none."""
     total, count = 0.0, 0
     for _, x in pieces(stream, channel):
         part = float(x.sum())
-        there = x if math.isfinite(part) else present(x)
-        total, count = total + float(there.sum()), count + len(there)
+        samples = x if math.isfinite(part) else present(x)
+        total, count = total + float(samples.sum()), count + len(samples)
     return total / count if count else math.nan
 
 
 def channel_mean(stream: Stream, channel: str, fitted: NoiseFit | None) -> ChannelMean | None:
     """The mean of a channel, with its error by the fitted noise; None without a finite mean."""
-    value = mean_of(stream, channel)
+    value = mean_value(stream, channel)
     if not math.isfinite(value):
         return None
     return ChannelMean(value=value, error=None if fitted is None else _error(fitted), unit=stream.unit)

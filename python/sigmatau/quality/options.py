@@ -57,7 +57,7 @@ class CheckOptions:
         causes_to_keep(self.keep)
 
     @property
-    def causes_kept(self) -> tuple[str, ...]:
+    def kept_causes(self) -> tuple[str, ...]:
         """Causes of disturbances that are not left out."""
         return causes_to_keep(self.keep)
 

@@ -19,7 +19,7 @@ from sigmatau.analysis import FailedAnalysis, as_analysis
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import Floats, Ints
-from sigmatau.quality import Mark, marks_of, reason_without_fits
+from sigmatau.quality import Mark, collect_marks, reason_without_fits
 
 MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
@@ -160,7 +160,7 @@ class RunsBuilder:
         except DataError as error:
             self.add_run(replace(run, problem=str(error)))
             return
-        at = self.add_run(replace(run, sha256=analysis.source.sha256, marks=marks_of(analysis.fits)))
+        at = self.add_run(replace(run, sha256=analysis.source.sha256, marks=collect_marks(analysis.fits)))
         for label, status, value, spread, limit, delta in rows:
             self.add_row(at, label, status, value=value, error=spread, limit=limit, delta=delta)
 

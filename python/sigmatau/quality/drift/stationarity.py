@@ -141,10 +141,10 @@ def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | 
 
 
 def _noise_change(x: Floats, grid: Grid) -> NoiseChange | None:
-    found = cusum(x)
-    if found is None or not found.p_value < THRESHOLDS.false_alarm:
+    largest = cusum(x)
+    if largest is None or not largest.p_value < THRESHOLDS.false_alarm:
         return None
-    return NoiseChange(time=grid.time(found.at), ratio=float(np.sqrt(found.ratio)))
+    return NoiseChange(time=grid.time(largest.at), ratio=float(np.sqrt(largest.ratio)))
 
 
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
@@ -256,9 +256,9 @@ def cusum(x: Floats) -> Cusum | None:
     bad = np.flatnonzero(np.isnan(squares))
     number = np.full(count, length - 1)
     if len(bad):
-        known = ~np.isnan(d[bad])
-        number[bad] = known.sum(axis=1)
-        squares[bad] = np.where(known, d[bad] ** 2, 0.0).sum(axis=1)
+        is_present = ~np.isnan(d[bad])
+        number[bad] = is_present.sum(axis=1)
+        squares[bad] = np.where(is_present, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
     if len(keep) < THRESHOLDS.least_samples:
         return None

@@ -10,8 +10,8 @@ from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature, temperature_at
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.quality.samples.motion import level_changes, summary
-from sigmatau.quality.samples.shocks_and_steps import level_finding
+from sigmatau.quality.motion.shocks_and_steps import step_finding
+from sigmatau.quality.motion.windows import mean_steps, summarise_windows
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
@@ -52,10 +52,10 @@ def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Fi
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
-    found = []
+    findings = []
     for channel in stream.channels:
         if drifts(fits.get(channel)):
-            steps = [step for step in level_changes(stream, summary(stream, channel)) if not step.gradual]
+            steps = [step for step in mean_steps(stream, summarise_windows(stream, channel)) if not step.gradual]
             if steps:
-                found.append(level_finding(stream, channel, steps, beside_drift=True))
-    return found
+                findings.append(step_finding(stream, channel, steps, beside_drift=True))
+    return findings

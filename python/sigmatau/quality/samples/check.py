@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 from sigmatau.findings.finding import Finding
+from sigmatau.quality.motion.shocks_and_steps import not_static
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.copied_stretches import copied_stretches
 from sigmatau.quality.samples.disturbances import disturbances, masked_by
 from sigmatau.quality.samples.interpolation import interpolated
 from sigmatau.quality.samples.repeated_samples import repeated_samples
 from sigmatau.quality.samples.resolution import coarse_resolution
-from sigmatau.quality.samples.shocks_and_steps import not_static
 from sigmatau.quality.samples.units import gravity, implausible_unit, mean_rate
 from sigmatau.record.streams import Stream
 
@@ -19,7 +19,9 @@ def check(stream: Stream) -> list[Finding]:
     disturbed = disturbances(stream)
     still = masked_by(stream, disturbed)
     unit = implausible_unit(still)
-    shaken = masked_by(stream, (one for one in disturbed if one.cause not in ("shocks", "spikes")))
+    shaken = masked_by(
+        stream, (disturbance for disturbance in disturbed if disturbance.cause not in ("shocks", "spikes"))
+    )
     moved = not_static(shaken, still=still)
     findings = [
         *(unit or mean_rate(still)),
@@ -29,4 +31,4 @@ def check(stream: Stream) -> list[Finding]:
     ]
     findings += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
     # Without its channels a finding of the gyros may equal one of the accelerometers.
-    return [one if one.channels else replace(one, channels=stream.channels) for one in findings]
+    return [finding if finding.channels else replace(finding, channels=stream.channels) for finding in findings]

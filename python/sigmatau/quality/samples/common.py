@@ -109,12 +109,12 @@ def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[
         yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
 
 
-def sample_of(stream: Stream, channel: str, *, most: int) -> Floats:
-    """Some `most` samples of a channel, from evenly spread stretches; all of them if there are no more."""
+def take_samples(stream: Stream, channel: str, *, count: int) -> Floats:
+    """Some `count` samples of a channel, from evenly spread stretches; all of them if there are no more."""
     c, n = stream.channels.index(channel), stream.grid.n
-    if n <= most:
+    if n <= count:
         return stream.samples.read(c, 0, n)
-    length = most // THRESHOLDS.stretches
+    length = count // THRESHOLDS.stretches
     starts = np.linspace(0, n - length, THRESHOLDS.stretches).astype(int)
     return np.concatenate(stream.samples.read_stretches(c, starts.tolist(), length))
 
@@ -128,8 +128,8 @@ def present(x: Floats) -> Floats:
 _SHORT_ROW = 32  # values in a row below which NumPy is slow, so that its columns are summed
 
 
-def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
-    """Mean of each row; NaN with less than a part `least` of its values."""
+def row_means(rows: Floats, *, share: float = 0.5) -> Floats:
+    """Mean of each row; NaN with less than a part `share` of its values."""
     # By columns: NumPy is slow for short rows.
     means = functools.reduce(np.add, rows.T) / rows.shape[1] if rows.shape[1] < _SHORT_ROW else rows.mean(axis=1)
     torn = np.flatnonzero(np.isnan(means))
@@ -137,7 +137,7 @@ def row_means(rows: Floats, *, least: float = 0.5) -> Floats:
         is_present = ~np.isnan(rows[torn])
         number = is_present.sum(axis=1)
         sums = np.where(is_present, rows[torn], 0.0).sum(axis=1)
-        means[torn] = np.where(number >= least * rows.shape[1], sums / np.maximum(number, 1), np.nan)
+        means[torn] = np.where(number >= share * rows.shape[1], sums / np.maximum(number, 1), np.nan)
     return np.asarray(means)
 
 
@@ -189,7 +189,7 @@ def without_dust(stream: Stream) -> Stream:
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
-        sample = sample_of(stream, channel, most=THRESHOLDS.examined)
+        sample = take_samples(stream, channel, count=THRESHOLDS.examined)
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
@@ -294,14 +294,14 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
     """
     if len(findings) < 2:
         return [finding for _, finding in findings]
-    _, strongest = max(findings, key=lambda one: one[0])
+    _, strongest = max(findings, key=lambda axis: axis[0])
     return [
         replace(
             strongest,
-            severity="warning" if any(one.severity == "warning" for _, one in findings) else "info",
-            channels=tuple(channel for _, one in findings for channel in one.channels),
-            spans=united(span for _, one in findings for span in one.spans),
-            more_spans=sum(one.more_spans for _, one in findings),
+            severity="warning" if any(axis.severity == "warning" for _, axis in findings) else "info",
+            channels=tuple(channel for _, axis in findings for channel in axis.channels),
+            spans=united(span for _, axis in findings for span in axis.spans),
+            more_spans=sum(axis.more_spans for _, axis in findings),
         )
     ]
 

@@ -94,20 +94,20 @@ def copied_stretches(stream: Stream) -> list[Finding]:
 def _frequent_lags(x: Floats) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
     parts = [
-        _keys_of(x[start : start + _CHUNK + THRESHOLDS.key - 1], start)
+        _make_keys(x[start : start + _CHUNK + THRESHOLDS.key - 1], start)
         for start in range(0, len(x) - THRESHOLDS.key + 1, _CHUNK)
     ]
-    at, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    places, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(keys, kind="stable")
-    at, keys = at[order], keys[order]
+    places, keys = places[order], keys[order]
     same = np.flatnonzero(keys[1:] == keys[:-1])
     if not len(same):
         return []
-    lags, counts = np.unique(at[same + 1] - at[same], return_counts=True)
+    lags, counts = np.unique(places[same + 1] - places[same], return_counts=True)
     return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[: THRESHOLDS.lags]]]
 
 
-def _keys_of(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
+def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
     """Places of the keys that are looked at, from the first sample of the stream, and these keys; `start`: place of x[0]."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))

@@ -40,7 +40,7 @@ class CountThresholds:
     """Variance of samples below which it may differ from that of an angle that is anywhere in a step. [steps²] Judgement:
     such an angle passes so few steps that most of the counts are those of a few passages."""
 
-    least: float = 0.3
+    unexplained: float = 0.3
     """Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
     Measured: within 0.06 of white noise and noise that wanders."""
 
@@ -77,15 +77,15 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
     missing = measured[0] - measured / m
     expected = np.minimum(_ROUNDING, measured[0]) * (1 - 1 / m)
     unsure = np.hypot(chance[0], chance / m)
-    if (missing[1:] > np.maximum(unsure, THRESHOLDS.least * expected)[1:]).any():
+    if (missing[1:] > np.maximum(unsure, THRESHOLDS.unexplained * expected)[1:]).any():
         allowed = chance + THRESHOLDS.off * np.minimum(_ROUNDING, measured)
-        predicted = _of_rounded_sums(m, steps_a_sample(samples))
+        predicted = _variances_if_rounded(m, steps_a_sample(samples))
         if measured[0] < THRESHOLDS.rare:
             predicted = predicted * (measured[0] / predicted[0])
         # In units of what is allowed, of each size and each noise that is tried.
         off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * THRESHOLDS.rare)[:, None]
         return "of_sums" if off.max(axis=0).min() < 1 else None
-    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < THRESHOLDS.least * expected[-1]
+    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < THRESHOLDS.unexplained * expected[-1]
     return "of_samples" if by_themselves else None
 
 
@@ -95,7 +95,7 @@ def steps_a_sample(samples: Floats) -> float:
     return float(np.rint(present - present[0]).mean() + 0.5) % 1 - 0.5 if len(present) else 0.0
 
 
-def _of_rounded_sums(m: Floats, rate: float) -> Floats:
+def _variances_if_rounded(m: Floats, rate: float) -> Floats:
     """Variances of sums of m samples of a rounded angle, (sizes, noises); `rate` in steps a sample.
 
     The rounding error of an angle that may be anywhere in a step has the covariance Σⱼ cos(2πj·k·rate)
@@ -106,8 +106,8 @@ def _of_rounded_sums(m: Floats, rate: float) -> Floats:
         turning = np.cos(2 * np.pi * _HARMONICS * k * rate) / (2 * np.pi**2 * _HARMONICS**2)
         return np.asarray((turning * np.exp(-2 * (np.pi * _HARMONICS) ** 2 * k * _NOISE)).sum(axis=0))
 
-    at = {k: covariance(k) for k in {*m.tolist(), *(2 * m).tolist()}}
-    return np.stack([k * _NOISE + _ROUNDING - 4 * at[k] + at[2 * k] for k in m.tolist()])
+    error = {k: covariance(k) for k in {*m.tolist(), *(2 * m).tolist()}}
+    return np.stack([k * _NOISE + _ROUNDING - 4 * error[k] + error[2 * k] for k in m.tolist()])
 
 
 def _variance(sums: Floats) -> tuple[float, float]:

@@ -110,12 +110,12 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     ordered = np.sort(present(np.concatenate(relative)))
     scale, share = _scale(ordered)
     quantile = 0.5 if share < THRESHOLDS.many_spikes else 0.25
-    heights, near_others = [], []
+    heights, in_company = [], []
     for part, size, each in zip(parts, sizes, relative, strict=True):
         places = np.flatnonzero(each > THRESHOLDS.remaining * scale)
         alone = places[_stands_alone(part, places, side, size[places], quantile, THRESHOLDS.scatter_factor)]
         heights.append(each[alone])
-        near_others.append(_has_near(alone[each[alone] > THRESHOLDS.tail_from * scale]))
+        in_company.append(_is_in_company(alone[each[alone] > THRESHOLDS.tail_from * scale]))
     return _Tail(
         side=side,
         usual=usual,
@@ -123,11 +123,11 @@ def _tail(x: Floats, step: float) -> _Tail | None:
         share=share,
         heights=np.concatenate(heights) / scale,
         count=len(ordered),
-        clustered=_is_clustered(np.concatenate(near_others), len(ordered)),
+        clustered=_is_clustered(np.concatenate(in_company), len(ordered)),
     )
 
 
-def _has_near(places: Ints) -> Bools:
+def _is_in_company(places: Ints) -> Bools:
     """Which of some indices have another one near, but not next to them."""
     first, last = THRESHOLDS.apart, THRESHOLDS.reach
 
@@ -138,12 +138,12 @@ def _has_near(places: Ints) -> Bools:
     return np.asarray(after | (count_to(places - first, "right") > count_to(places - last, "left")))
 
 
-def _is_clustered(has_near: Bools, n: int) -> bool:
+def _is_clustered(in_company: Bools, n: int) -> bool:
     """Whether more spikes have another near than independent spikes have."""
-    chance = 1 - (1 - min(len(has_near) / n, 1.0)) ** (2 * (THRESHOLDS.reach - THRESHOLDS.apart + 1))
-    expected = len(has_near) * chance
+    chance = 1 - (1 - min(len(in_company) / n, 1.0)) ** (2 * (THRESHOLDS.reach - THRESHOLDS.apart + 1))
+    expected = len(in_company) * chance
     limit = THRESHOLDS.clustered * expected + SHARED.sigmas * math.sqrt(expected + 1)
-    return bool(np.count_nonzero(has_near) > limit)
+    return bool(np.count_nonzero(in_company) > limit)
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:
@@ -190,10 +190,10 @@ def _heights(x: Floats, places: Ints, side: int) -> Floats:
     heights = np.zeros(len(places))
     for start in range(0, len(places), CHUNK):
         some = places[start : start + CHUNK]
-        others = neighbours(x, some, -side, side)
-        others[:, side] = np.nan
-        enough = np.isfinite(others).sum(axis=1) >= THRESHOLDS.side
-        heights[start : start + CHUNK][enough] = np.abs(x[some[enough]] - medians(others[enough]))
+        beside_each = neighbours(x, some, -side, side)
+        beside_each[:, side] = np.nan
+        enough = np.isfinite(beside_each).sum(axis=1) >= THRESHOLDS.side
+        heights[start : start + CHUNK][enough] = np.abs(x[some[enough]] - medians(beside_each[enough]))
     return heights
 
 

@@ -12,19 +12,19 @@ from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
+from sigmatau.quality.motion.shocks_and_steps import shocks
+from sigmatau.quality.motion.start_transient import start_transient
 from sigmatau.quality.samples.common import without_dust
 from sigmatau.quality.samples.dropouts import dropouts
 from sigmatau.quality.samples.duplicate_rows import copies
 from sigmatau.quality.samples.interpolation import filled_outages
-from sigmatau.quality.samples.masking import Found, masked
+from sigmatau.quality.samples.masking import MaskedFinding, masked
 from sigmatau.quality.samples.saturation import saturation
-from sigmatau.quality.samples.shocks_and_steps import shocks
 from sigmatau.quality.samples.spikes import spikes
-from sigmatau.quality.samples.start_transient import start_transient
 from sigmatau.quality.samples.stuck_samples import stuck_samples
 from sigmatau.record.streams import Stream
 
-CAUSES: dict[str, Callable[[Stream], list[Found]]] = {
+CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
     "start": start_transient,
     "dropouts": dropouts,
     "saturation": saturation,

@@ -10,8 +10,8 @@ from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.values import Dropout
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import beyond_chance, block_rms, mask_of_runs, present, sample_of
-from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.common import beyond_chance, block_rms, mask_of_runs, present, take_samples
+from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
@@ -66,8 +66,8 @@ def zero_rows(stream: Stream) -> Bools | None:
     if len(stream.channels) == 1 and chances[0] > 0:
         return None
     # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
-    beside = [(each - count) / max(len(together) - count, 1) for each in counts]
-    by_chance = len(together) * max(math.prod(chances), math.prod(beside))
+    elsewhere = [(each - count) / max(len(together) - count, 1) for each in counts]
+    by_chance = len(together) * max(math.prod(chances), math.prod(elsewhere))
     if count < beyond_chance(by_chance, times=SHARED.times_chance) or count > len(together) / 2:
         return None
     if count < THRESHOLDS.min_rows and by_chance > THRESHOLDS.no_chance:
@@ -77,13 +77,13 @@ def zero_rows(stream: Stream) -> Bools | None:
 
 def _chance_of_zero(stream: Stream, channel: str) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
-    x = present(sample_of(stream, channel, most=THRESHOLDS.examined))
+    x = present(take_samples(stream, channel, count=THRESHOLDS.examined))
     if len(x) < 2:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
-    found = resolution(stream, channel)
-    if found is not None:  # of coarse numbers more than half may be equal
-        spread = max(spread, found.step)
+    steps = resolution(stream, channel)
+    if steps is not None:  # of coarse numbers more than half may be equal
+        spread = max(spread, steps.step)
     if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_noise * spread:
         return 0.0
     if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_tail * spread:
@@ -91,15 +91,15 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
         about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
         if lost >= THRESHOLDS.min_rows and lost > beyond_chance(about, times=SHARED.times_chance):
             return 0.0
-    if found is None:
+    if steps is None:
         # Where half of n numbers occur once, none has a larger part than some 1/n.
         return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
     scale = block_rms(x - middle)
-    chance = found.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
+    chance = steps.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return min(max(chance, usual_value(stream, channel)), 1.0)
 
 
-def dropouts(stream: Stream) -> list[Found]:
+def dropouts(stream: Stream) -> list[MaskedFinding]:
     """Zeros for lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one finding."""
     rows = zero_rows(stream)
     masks = [mask_of_runs(stream.grid.n, *zero_runs(stream, channel)) for channel in stream.channels]

@@ -12,7 +12,7 @@ from sigmatau.findings.values import RepeatedSamples
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import beyond_chance, mask_of_runs, spans_of_runs
-from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
@@ -66,7 +66,7 @@ def copied_rows(stream: Stream) -> Bools | None:
     return rows if np.count_nonzero(rows) >= THRESHOLDS.min_rows else None
 
 
-def copies(stream: Stream) -> list[Found]:
+def copies(stream: Stream) -> list[MaskedFinding]:
     """Rows that are in the log twice, where they are too few to be a sensor slower than its log. At most one finding."""
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:

@@ -13,8 +13,8 @@ from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated,
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples import straight_lines
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import mask_of_runs, sample_of, spans_of_runs
-from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.common import mask_of_runs, spans_of_runs, take_samples
+from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.straight_lines import Filled, filled, tolerance
 from sigmatau.record.streams import Stream
@@ -72,13 +72,13 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
-    x = sample_of(stream, channel, most=THRESHOLDS.examined)
+    x = take_samples(stream, channel, count=THRESHOLDS.examined)
     zero = tolerance(stream, channel, x)
     if zero is None:
         return None
     first, second = np.diff(x), np.diff(x, n=2)
-    known = np.isfinite(second)
-    count = int(np.count_nonzero(known))
+    is_present = np.isfinite(second)
+    count = int(np.count_nonzero(is_present))
     # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
     if chance > straight_lines.THRESHOLDS.too_coarse:
@@ -87,14 +87,14 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     share = float(np.count_nonzero(straight)) / count
     if not THRESHOLDS.min_share + 3 * chance + SHARED.sigmas * math.sqrt(chance / count) < share < THRESHOLDS.max_share:
         return None
-    knots = np.flatnonzero(known & ~straight)
+    knots = np.flatnonzero(is_present & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
     # A sensor's sample bends the line at one sample of the log if it is one of them, at two if it lies between.
     samples = int(np.sum((runs + 1) // 2))
     return Upsampling(factor=count / samples, aligned=median(runs) < 1.5, share=share)
 
 
-def filled_outages(stream: Stream) -> list[Found]:
+def filled_outages(stream: Stream) -> list[MaskedFinding]:
     """Gaps that were filled with straight lines. At most one finding."""
     gaps = {c: f.outages for c in stream.channels if (f := filled(stream, c)) is not None and len(f.outages[0])}
     if not gaps:
@@ -125,15 +125,15 @@ def interpolated(stream: Stream) -> list[Finding]:
     at long τ it is right.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
-    found = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
-    if found:  # what is wrong everywhere counts for more than what is wrong here and there
-        return [_from_lower_rate(stream, found)]
+    upsampled = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
+    if upsampled:  # what is wrong everywhere counts for more than what is wrong here and there
+        return [_from_lower_rate(stream, upsampled)]
     singles = {c: f for c, f in gaps.items() if f.singles}
     return [_in_place_of_lost(stream, singles)] if singles else []
 
 
-def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
-    strongest, first = next(iter(found.items()))
+def _from_lower_rate(stream: Stream, upsampled: dict[str, Upsampling]) -> Finding:
+    strongest, first = next(iter(upsampled.items()))
     rate = stream.grid.rate / first.factor
     how = Upsampled(
         sensor_rate=rate,
@@ -144,20 +144,20 @@ def _from_lower_rate(stream: Stream, found: dict[str, Upsampling]) -> Finding:
     )
     details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
     factors = (("random_walk", first.shortest),)
-    return Finding(details=details, severity="warning", channels=tuple(found), size=first.factor, factors=factors)
+    return Finding(details=details, severity="warning", channels=tuple(upsampled), size=first.factor, factors=factors)
 
 
 def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
     strongest = max(gaps, key=lambda c: gaps[c].singles)
-    one = gaps[strongest]
-    spans, more_spans = spans_of_runs(stream, one.first, one.lengths)
-    singles = FilledSamples(random_walk=one.random_walk, sigma_one_sample=one.short)
+    gap = gaps[strongest]
+    spans, more_spans = spans_of_runs(stream, gap.first, gap.lengths)
+    singles = FilledSamples(random_walk=gap.random_walk, sigma_one_sample=gap.short)
     return Finding(
-        details=Interpolated(strongest=strongest, share=one.singles, singles=singles),
-        severity="warning" if max(one.random_walk, 1 / one.short) > THRESHOLDS.warn_factor else "info",
+        details=Interpolated(strongest=strongest, share=gap.singles, singles=singles),
+        severity="warning" if max(gap.random_walk, 1 / gap.short) > THRESHOLDS.warn_factor else "info",
         channels=tuple(gaps),
         spans=spans,
         more_spans=more_spans,
-        size=one.singles,
-        factors=(("random_walk", one.random_walk),),
+        size=gap.singles,
+        factors=(("random_walk", gap.random_walk),),
     )

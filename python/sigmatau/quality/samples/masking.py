@@ -1,8 +1,8 @@
-"""Samples taken for missing: masks, their stretches, and what to leave out of a record with steps of the mean."""
+"""Samples taken for missing: masks, and their stretches as times."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +12,13 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
-Found = tuple[Finding, Bools | None]
+MaskedFinding = tuple[Finding, Bools | None]
 """A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
 
 
 @frozen
 class MaskingThresholds:
-    """Thresholds of `bridged` and `without_steps`."""
+    """Thresholds of `bridged`."""
 
     short: int = 4
     """Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
@@ -27,10 +27,6 @@ class MaskingThresholds:
     apart: int = 7
     """Distance of the good sample that takes the place of a missing one. [samples] Judgement: no neighbour, so that
     noise stays as rough as it is."""
-
-    cancels: float = 0.3
-    """Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the
-    sizes of steps are known to a tenth or two."""
 
 
 THRESHOLDS = MaskingThresholds()
@@ -60,16 +56,16 @@ def bridged(stream: Stream) -> Stream:
         good = np.flatnonzero(~absent)
         short = [(start, stop) for start, stop in runs(absent) if stop - start <= THRESHOLDS.short]
         if short and len(good) > 2 * THRESHOLDS.apart:
-            at, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
-            which = np.searchsorted(good, at)
-            x[at] = x[good[np.where(which >= THRESHOLDS.apart, which - THRESHOLDS.apart, which + THRESHOLDS.apart)]]
+            places, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
+            which = np.searchsorted(good, places)
+            x[places] = x[good[np.where(which >= THRESHOLDS.apart, which - THRESHOLDS.apart, which + THRESHOLDS.apart)]]
         columns.append(x)
     filled = stream.with_rates(columns)
     mask = np.stack([~np.isfinite(x) for x in columns], axis=1)
     return replace(filled, mask=mask if mask.any() else None)
 
 
-def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
+def mask_from_spans(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
     """True in some stretches of n samples, which may reach beyond its ends; shape (n,)."""
     mask = np.zeros(n, dtype=bool)
     for start, stop in spans:
@@ -80,23 +76,3 @@ def mask_of(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
 def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]]) -> tuple[Span, ...]:
     """Stretches of samples as times from the beginning of the whole record. [s]"""
     return tuple((stream.grid.time(start), stream.grid.time(stop)) for start, stop in spans)
-
-
-def without_steps(
-    stream: Stream, steps: Sequence[tuple[int, int, float]]
-) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """What to leave out, or else what to keep, of a record with steps: sample, uncertainty in samples, and size of each.
-
-    The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
-    record without the moment of a step still has both means. From the beginning of the whole record; None for its ends. [s]
-    """
-    n = stream.grid.n
-    if len(steps) == 2:
-        (first, near, up), (second, wide, down) = steps
-        if abs(up + down) < THRESHOLDS.cancels * max(abs(up), abs(down)):
-            return in_seconds(stream, [(max(first - near, 0), min(second + wide, n))]), None
-    edges = [(0, 0), *((at, about) for at, about, _ in steps), (n, 0)]
-    k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])
-    ((start, stop),) = in_seconds(stream, [(edges[k][0] + edges[k][1], edges[k + 1][0] - edges[k + 1][1])])
-    whole = stream.grid.lead == 0
-    return (), (None if k == 0 and whole else start, None if k == len(steps) and whole else stop)

@@ -15,7 +15,7 @@ from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
-from sigmatau.quality.samples.resolution import equal_by_chance, resolution, step_of
+from sigmatau.quality.samples.resolution import equal_by_chance, find_step, resolution
 from sigmatau.record.streams import Stream
 
 
@@ -92,35 +92,29 @@ class Repeats:
         return 1 / (1 - self.share)
 
 
-def runs_of_equal(x: Floats, *, least: int = 2) -> Runs:
-    """First samples and lengths of all runs of at least `least` equal samples; NaN equals nothing."""
-    return _runs(x[1:] == x[:-1], least)
+def runs_of_equal(x: Floats, *, shortest: int = 2) -> Runs:
+    """First samples and lengths of all runs of at least `shortest` equal samples; NaN equals nothing."""
+    return _runs(x[1:] == x[:-1], shortest)
 
 
-def runs_of_places(at: Ints) -> Runs:
-    """First places and lengths of the runs of places that follow each other; `at` in order."""
-    if len(at) == 0:
-        return at, at
-    breaks = np.flatnonzero(np.diff(at) > 1)
-    first = at[np.concatenate(([0], breaks + 1))]
-    return first, at[np.concatenate((breaks, [len(at) - 1]))] - first + 1
+def runs_of_places(places: Ints) -> Runs:
+    """First places and lengths of the runs of places that follow each other; `places` in order."""
+    if len(places) == 0:
+        return places, places
+    breaks = np.flatnonzero(np.diff(places) > 1)
+    first = places[np.concatenate(([0], breaks + 1))]
+    return first, places[np.concatenate((breaks, [len(places) - 1]))] - first + 1
 
 
-def _runs(equal: Bools, least: int) -> Runs:
-    more = max(least - 2, 0)
-    if len(equal) <= more:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+def _runs(equal: Bools, shortest: int) -> Runs:
+    longer = max(shortest - 2, 0)
     # Where a run goes on for so long: rarer than what is equal to its neighbour, and so faster to gather.
-    going = equal[: len(equal) - more].copy()
-    for k in range(1, more + 1):
-        going &= equal[k : len(equal) - more + k]
-    at = np.flatnonzero(going)
-    if len(at) == 0:
-        return at, at
-    breaks = np.flatnonzero(np.diff(at) > 1)
-    first = at[np.concatenate(([0], breaks + 1))]
-    last = at[np.concatenate((breaks, [len(at) - 1]))]
-    return first, last - first + 2 + more
+    n = max(len(equal) - longer, 0)
+    going = equal[:n].copy()
+    for k in range(1, longer + 1):
+        going &= equal[k : n + k]
+    first, lengths = runs_of_places(np.flatnonzero(going))
+    return first, lengths + 1 + longer
 
 
 @stream_fact
@@ -132,10 +126,9 @@ def repeats(stream: Stream) -> Repeats | None:
     as many equations as unknowns. On one channel: p = q/(√(2π)·s) for steps q and changes of standard deviation s.
     """
     together: Bools | None = None
-    used: list[str] = []
-    equals: list[Bools] = []
-    alone: dict[str, float] = {}
     inside: Bools | None = None
+    equals: dict[str, Bools] = {}  # of the channels that repeat and change
+    alone: dict[str, float] = {}
     whole = True
     for channel in stream.channels:
         x = stream.column(channel)
@@ -147,34 +140,37 @@ def repeats(stream: Stream) -> Repeats | None:
             whole = False
             continue
         counted = _inside(x)
-        share = _share_alone(stream, channel, x, equal, counted)
-        if share > 0:
+        if (share := _share_alone(stream, channel, x, equal, counted)) > 0:
             alone[channel] = share
         if counted is not None:
             inside = counted if inside is None else inside & counted
-        used.append(channel)
-        equals.append(equal)
+        equals[channel] = equal
         together = equal if together is None else together & equal
-    if whole and together is not None and len(used) > 1:
-        n = len(together)
+    if whole and together is not None and len(equals) > 1:
+        columns = [*equals.values(), together]
         if inside is not None:
-            equals, together = [equal[inside] for equal in equals], together[inside]
-            n = len(together)
-        shares = [int(np.count_nonzero(equal)) / (n + 1) for equal in equals]
-        share = _share_together(shares, int(np.count_nonzero(together)) / (n + 1), n) if n else 0.0
-        if share > 0 and _in_all_parts(equals, together, share):
-            return _repeats(tuple(used), share, together)
-    return _of_alone(stream, alone)
+            columns = [equal[inside] for equal in columns]
+        n = len(columns[-1])
+        *shares, at_once = (int(np.count_nonzero(equal)) / (n + 1) for equal in columns)
+        share = _share_together(shares, at_once, n) if n else 0.0
+        if share > 0 and _in_all_parts(columns, share):
+            return _repeats(tuple(equals), share, columns[-1])
+    if not alone:
+        return None
+    channel = max(alone, key=lambda c: alone[c])
+    x = stream.column(channel)
+    equal, inside = x[1:] == x[:-1], _inside(x)
+    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
 
 
-def _in_all_parts(equals: list[Bools], together: Bools, share: float) -> bool:
+def _in_all_parts(columns: list[Bools], share: float) -> bool:
     """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
-    found = 0
-    edges = np.linspace(0, len(together), THRESHOLDS.parts + 1).astype(int).tolist()
+    parts = 0
+    edges = np.linspace(0, len(columns[-1]), THRESHOLDS.parts + 1).astype(int).tolist()
     for a, b in pairwise(edges):
-        shares = [int(np.count_nonzero(equal[a:b])) / (b - a) for equal in equals]
-        found += _solved(shares, int(np.count_nonzero(together[a:b])) / (b - a)) > share / 3
-    return 2 * found > THRESHOLDS.parts
+        *shares, at_once = (int(np.count_nonzero(equal[a:b])) / (b - a) for equal in columns)
+        parts += _solved(shares, at_once) > share / 3
+    return 2 * parts > THRESHOLDS.parts
 
 
 def _inside(x: Floats) -> Bools | None:
@@ -186,15 +182,6 @@ def _inside(x: Floats) -> Bools | None:
     for end in ends:
         inside &= x[:-1] != end
     return inside
-
-
-def _of_alone(stream: Stream, alone: dict[str, float]) -> Repeats | None:
-    if not alone:
-        return None
-    channel = max(alone, key=lambda c: alone[c])
-    x = stream.column(channel)
-    equal, inside = x[1:] == x[:-1], _inside(x)
-    return _repeats(tuple(alone), alone[channel], equal if inside is None else equal[inside])
 
 
 def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
@@ -228,33 +215,30 @@ def _evenly(equal: Bools, share: float) -> bool:
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
-    equal_all = equal
-    if inside is not None:
-        equal = equal[inside]
-        if not len(equal):
-            return 0.0
-    n, count = len(equal), int(np.count_nonzero(equal))
-    step = step_of(stream, channel)
+    """Share of copies on a channel, beyond those by chance; 0 if it is not surely above it."""
+    counted = equal if inside is None else equal[inside]
+    n = len(counted)
     differences = np.diff(x[: 1 << 18])
-    scale = block_rms(differences[differences != 0])
-    if scale < THRESHOLDS.min_steps * step or growing_step(x) > 0:
+    scale, step = block_rms(differences[differences != 0]), find_step(stream, channel)
+    if not n or scale < THRESHOLDS.min_steps * step or growing_step(x) > 0:
         return 0.0
-    chance = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
-    chance = max(chance, equal_by_chance(stream, channel))
+    by_step = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
+    chance = max(by_step, equal_by_chance(stream, channel))
     if not chance < 1:
         return 0.0
-    share = (count / (n + 1) - chance) / (1 - chance)
+    share = (int(np.count_nonzero(counted)) / (n + 1) - chance) / (1 - chance)
+    if not share > THRESHOLDS.min_share + chance + SHARED.sigmas * math.sqrt(chance / n):
+        return 0.0
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
-    quarters = [np.count_nonzero(q) / max(len(q), 1) for q in np.array_split(equal, 8)]
-    spread_out = sorted(quarters)[2] > chance + (1 - chance) * share / 3
-    surely = share > THRESHOLDS.min_share + chance + SHARED.sigmas * math.sqrt(chance / n)
-    return share if surely and spread_out and _repeats_beside_mode(stream, channel, x, equal_all, share) else 0.0
+    by_part = sorted(np.count_nonzero(part) / max(len(part), 1) for part in np.array_split(counted, 8))
+    spread_out = by_part[2] > chance + (1 - chance) * share / 3
+    return share if spread_out and _repeats_beside_mode(stream, channel, x, equal, share) else 0.0
 
 
 def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
     """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
-    found = resolution(stream, channel)
-    if found is None or found.ratio >= SHARED.few_steps:
+    steps = resolution(stream, channel)
+    if steps is None or steps.ratio >= SHARED.few_steps:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
@@ -289,37 +273,33 @@ def repeated_samples(stream: Stream) -> list[Finding]:
 
     `factors` holds more than the random walk only where the rate was given by the user: it may then be the sensor's.
     """
-    found = repeats(stream)
-    if found is None:
+    how = repeats(stream)
+    if how is None:
         return []
-    k, rate, given = found.times, stream.grid.rate, stream.grid.source.given_alone
+    k, rate, may_be_sensors = how.times, stream.grid.rate, stream.grid.source.given_alone
     # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
-    at_log_rate, at_sensor_rate = math.sqrt(found.squares), math.sqrt(found.squares / k)
+    at_log_rate, at_sensor_rate = math.sqrt(how.squares), math.sqrt(how.squares / k)
     factors: tuple[tuple[str, float], ...] = ()
-    if not found.regular:
+    if not how.regular:
         factors = (("random_walk", at_log_rate),)
-    elif given:
-        factors = (
-            ("quantization", k),
-            ("random_walk", at_log_rate),
-            ("rate_random_walk", 1 / math.sqrt(k)),
-            ("rate_ramp", 1 / k),
-        )
+    elif may_be_sensors:
+        walks = (("rate_random_walk", 1 / math.sqrt(k)), ("rate_ramp", 1 / k))
+        factors = (("quantization", k), ("random_walk", at_log_rate), *walks)
     elif at_sensor_rate > THRESHOLDS.min_factor:
         factors = (("random_walk", at_sensor_rate),)
     details = RepeatedSamples(
-        pattern="held" if found.regular else "irregular",
-        copies=round(found.share * stream.grid.n),
-        share=found.share,
+        pattern="held" if how.regular else "irregular",
+        copies=round(how.share * stream.grid.n),
+        share=how.share,
         times=k,
-        shortest=found.shortest,
-        longest=found.longest,
+        shortest=how.shortest,
+        longest=how.longest,
         log_rate=rate,
         sensor_rate=rate / k,
-        rate_given=given,
+        rate_given=may_be_sensors,
         sigma_one_sample=1 / k,
         right_from=max(THRESHOLDS.right_from, math.ceil(THRESHOLDS.right_from_times * k)),
         walk_at_log_rate=at_log_rate,
         walk_at_sensor_rate=at_sensor_rate,
     )
-    return [Finding(details=details, severity="warning", channels=found.channels, size=k, factors=factors)]
+    return [Finding(details=details, severity="warning", channels=how.channels, size=k, factors=factors)]

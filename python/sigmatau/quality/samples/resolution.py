@@ -13,7 +13,7 @@ from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import block_rms, present, rounding_dust, sample_of, white_level
+from sigmatau.quality.samples.common import block_rms, present, rounding_dust, take_samples, white_level
 from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
 from sigmatau.record.streams import Stream
 
@@ -129,15 +129,15 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     if len(values) < 2:
         return None
     gaps = np.diff(values)
-    least = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
-    gaps = gaps[gaps > least]
+    rounded = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
+    gaps = gaps[gaps > rounded]
     if len(gaps) == 0 or (len(gaps) < THRESHOLDS.min_values and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
     for widest in (1.5, 6.5, 50.5, math.inf):
-        near = gaps[gaps < widest * step]
-        step = float(near.sum() / np.rint(near / step).sum())
+        narrow = gaps[gaps < widest * step]
+        step = float(narrow.sum() / np.rint(narrow / step).sum())
     counts = np.concatenate(([0.0], np.cumsum(np.rint(gaps / step))))
     levels = np.concatenate(([0.0], np.cumsum(gaps)))
     centred = counts - counts.mean()
@@ -168,7 +168,7 @@ def white_sum(increments: Floats) -> int | None:
 @channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
-    x = sample_of(stream, channel, most=THRESHOLDS.examined)
+    x = take_samples(stream, channel, count=THRESHOLDS.examined)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
@@ -196,9 +196,9 @@ def step_of_changes(changes: Floats) -> float:
     size = size[size > usual / 4] / usual  # less is the compensation
     steps = np.geomspace(THRESHOLDS.largest_step, THRESHOLDS.smallest_step, THRESHOLDS.steps_tried)
     whole = steps
-    for count, least in THRESHOLDS.stages:
+    for count, mean_cosine in THRESHOLDS.stages:
         whole = np.cos(np.multiply.outer(2 * np.pi / steps, size[:count])).mean(axis=1)
-        steps, whole = steps[whole > least], whole[whole > least]
+        steps, whole = steps[whole > mean_cosine], whole[whole > mean_cosine]
         if len(steps) == 0:
             return 0.0
     alike = steps > steps[0] * THRESHOLDS.same_step
@@ -223,16 +223,16 @@ def usual_value(stream: Stream, channel: str) -> float:
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
 
-def step_of(stream: Stream, channel: str) -> float:
+def find_step(stream: Stream, channel: str) -> float:
     """Step of a channel's numbers; 0 if it has none."""
-    found = resolution(stream, channel)
-    return 0.0 if found is None else found.step
+    resolved = resolution(stream, channel)
+    return 0.0 if resolved is None else resolved.step
 
 
 def hides_noise(stream: Stream) -> bool:
     """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
-    found = (resolution(stream, channel) for channel in stream.channels)
-    return any(one is not None and one.ratio < THRESHOLDS.min_noise_steps for one in found)
+    resolved = (resolution(stream, channel) for channel in stream.channels)
+    return any(steps is not None and steps.ratio < THRESHOLDS.min_noise_steps for steps in resolved)
 
 
 def rounded(finding: Finding) -> bool:
@@ -252,11 +252,11 @@ def coarse_resolution(stream: Stream) -> list[Finding]:
 
 
 def _coarse(stream: Stream, channel: str) -> Finding | None:
-    found = resolution(stream, channel)
-    if found is None or found.ratio > THRESHOLDS.max_noise_steps:
+    resolved = resolution(stream, channel)
+    if resolved is None or resolved.ratio > THRESHOLDS.max_noise_steps:
         return None
-    sample = present(sample_of(stream, channel, most=THRESHOLDS.examined))
-    if 2 * len(np.unique(np.rint((sample - sample[0]) / found.step))) > len(sample):
+    sample = present(take_samples(stream, channel, count=THRESHOLDS.examined))
+    if 2 * len(np.unique(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
     tau0 = stream.grid.tau0
     rounding: Literal["quantization", "white", "unknown"]
@@ -266,17 +266,17 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
     summed: int | None = 1
     needed: float | None = None
     passing: float | None = None
-    if _counted(stream, channel, found.step):
-        rounding, severity, added = "quantization", "info", found.step * tau0 / math.sqrt(12)
-        samples = stream.column(channel) / found.step
+    if _counted(stream, channel, resolved.step):
+        rounding, severity, added = "quantization", "info", resolved.step * tau0 / math.sqrt(12)
+        samples = stream.column(channel) / resolved.step
         summed, passing = white_sum(samples), abs(steps_a_sample(samples)) / tau0
         if summed is None or stream.grid.n < THRESHOLDS.least_sums * summed:
             severity, needed = "warning", None if summed is None else THRESHOLDS.least_sums * summed * tau0
     else:
-        square = found.step**2 * tau0 / 12
-        level, _ = white_level(sample_of(stream, channel, most=THRESHOLDS.level_from), tau0)
+        square = resolved.step**2 * tau0 / 12
+        level, _ = white_level(take_samples(stream, channel, count=THRESHOLDS.level_from), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
-        if found.ratio < THRESHOLDS.min_noise_steps or factor > THRESHOLDS.max_factor:
+        if resolved.ratio < THRESHOLDS.min_noise_steps or factor > THRESHOLDS.max_factor:
             rounding, severity, added = "unknown", "warning", None
         elif factor < THRESHOLDS.report_factor:
             return None
@@ -288,9 +288,9 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
             )
             factors = (("random_walk", factor),)
     details = CoarseResolution(
-        step=found.step,
-        noise=found.noise,
-        unit=found.unit,
+        step=resolved.step,
+        noise=resolved.noise,
+        unit=resolved.unit,
         rounding=rounding,
         added=added,
         summed=summed,
@@ -298,7 +298,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
         passing=passing,
     )
     return Finding(
-        details=details, severity=severity, channels=(channel,), size=found.ratio, unit="steps", factors=factors
+        details=details, severity=severity, channels=(channel,), size=resolved.ratio, unit="steps", factors=factors
     )
 
 

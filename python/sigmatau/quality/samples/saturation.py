@@ -13,7 +13,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Saturation
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_rms, growing_step, merged_axes, present, spans_of_runs
-from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import Resolution, resolution
 from sigmatau.quality.samples.stuck_samples import stuck_runs
@@ -61,7 +61,7 @@ class SaturationThresholds:
 THRESHOLDS = SaturationThresholds()
 
 
-def saturation(stream: Stream) -> list[Found]:
+def saturation(stream: Stream) -> list[MaskedFinding]:
     """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding each way.
 
     Stretches at an end of the range can be left out. Where noise touches an end all over the record, leaving out would take
@@ -77,22 +77,22 @@ def saturation(stream: Stream) -> list[Found]:
         ends = [np.flatnonzero(x == low), np.flatnonzero(x == high)]
         if max(map(len, ends)) < THRESHOLDS.levels or growing_step(x) > 0:
             continue
-        found = resolution(stream, channel)
-        step = 0.0 if found is None else found.step
+        resolved = resolution(stream, channel)
+        step = 0.0 if resolved is None else resolved.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
-        judged = found is None or (
-            found.ratio >= THRESHOLDS.min_noise_steps
+        judged = resolved is None or (
+            resolved.ratio >= THRESHOLDS.min_noise_steps
             and high - low >= THRESHOLDS.levels * step
             and not (high - low < THRESHOLDS.pulse_steps * step and _is_rounded_angle(x))
         )
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
-        for end, at in ((low, ends[0]), (high, ends[1])):
+        for end, places in ((low, ends[0]), (high, ends[1])):
             often = judged and _too_often(x, end, step)
-            clipped.append(at if often or np.any(x[runs] == end) else at[:0])
+            clipped.append(places if often or np.any(x[runs] == end) else places[:0])
         if any(map(len, clipped)):
             longest = int(lengths.max(initial=0)) * stream.grid.tau0
-            finding = _finding(stream, channel, x, clipped, (low, high), found, longest)
+            finding = _finding(stream, channel, x, clipped, (low, high), resolved, longest)
             if cast("Saturation", finding.details).spread:
                 spread.append((max((factor for _, factor in finding.factors), default=0.0), finding))
             else:
@@ -130,9 +130,9 @@ def _is_rounded_angle(x: Floats) -> bool:
     return block_rms(np.diff(sums)) ** 2 < THRESHOLDS.least_of_sums * independent
 
 
-def _visits(at: Ints) -> int:
+def _visits(places: Ints) -> int:
     """Runs of neighbouring samples: one long stay is one visit, so that a sensor that is read twice is not at fault."""
-    return int(np.count_nonzero(np.diff(at) > 1)) + 1 if len(at) else 0
+    return int(np.count_nonzero(np.diff(places) > 1)) + 1 if len(places) else 0
 
 
 def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
@@ -140,9 +140,9 @@ def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
     a = _NORMAL.inv_cdf(low) if low > 0 else -40.0
     b = -_NORMAL.inv_cdf(high) if high > 0 else 40.0
     pa, pb = _NORMAL.pdf(a), _NORMAL.pdf(b)
-    least, most = a - half, b + half
-    mean = least * low + pa - pb + most * high
-    square = least**2 * low + (1 - low - high + a * pa - b * pb) + most**2 * high
+    lowest, highest = a - half, b + half
+    mean = lowest * low + pa - pb + highest * high
+    square = lowest**2 * low + (1 - low - high + a * pa - b * pb) + highest**2 * high
     return math.sqrt(max(square - mean * mean, 0.0))
 
 
@@ -152,33 +152,33 @@ def _finding(
     x: Floats,
     clipped: list[Ints],
     ends: tuple[float, float],
-    found: Resolution | None,
+    resolved: Resolution | None,
     longest: float,
 ) -> Finding:
     n = int(np.count_nonzero(np.isfinite(x)))
-    low, high = (len(at) / n for at in clipped)
-    at = np.sort(np.concatenate(clipped))
-    share = len(at) / n
-    tenths = np.bincount(at * 10 // len(x), minlength=10)
+    low, high = (len(places) / n for places in clipped)
+    places = np.sort(np.concatenate(clipped))
+    share = len(places) / n
+    tenths = np.bincount(places * 10 // len(x), minlength=10)
     spread = bool(np.all(tenths > THRESHOLDS.min_part_of_mean * tenths.mean())) and share < THRESHOLDS.max_share
     factors: tuple[tuple[str, float], ...] = ()
     if spread:
         factor = 1.0
-        for _ in range(3 if found else 1):  # the step is known in parts of the clipped noise
-            factor = _clipped_sd(low, high, half=factor / found.ratio / 2 if found else 0.0)
+        for _ in range(3 if resolved else 1):  # the step is known in parts of the clipped noise
+            factor = _clipped_sd(low, high, half=factor / resolved.ratio / 2 if resolved else 0.0)
         factors = (("random_walk", factor),)
     details = Saturation(
         strongest=channel,
-        samples=len(at),
+        samples=len(places),
         share=share,
         low=ends[0] if len(clipped[0]) else None,
         high=ends[1] if len(clipped[1]) else None,
         unit=stream.unit,
-        start=stream.grid.time(int(at[0])),
+        start=stream.grid.time(int(places[0])),
         longest=longest,
         spread=spread,
     )
-    spans, more_spans = spans_of_runs(stream, *runs_of_places(at))
+    spans, more_spans = spans_of_runs(stream, *runs_of_places(places))
     return Finding(
         details=details, severity="warning", channels=(channel,), spans=spans, more_spans=more_spans, size=share,
         factors=factors,

@@ -16,7 +16,7 @@ from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import channel_fact, stream_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
-from sigmatau.quality.samples.masking import Found, masked
+from sigmatau.quality.samples.masking import MaskedFinding, masked
 from sigmatau.quality.samples.resolution import step_of_changes
 from sigmatau.quality.samples.spike_scale import NORMAL_QUARTILE, THRESHOLDS, neighbours, stretches
 from sigmatau.quality.samples.tails import TailReading, read_small_spikes, read_tail
@@ -85,9 +85,9 @@ def more_below(rest: Floats) -> bool:
 
 
 @stream_fact
-def spikes(stream: Stream) -> list[Found]:
+def spikes(stream: Stream) -> list[MaskedFinding]:
     """Spikes of each channel: number, time and height; at most one finding a channel."""
-    findings: list[Found] = []
+    findings: list[MaskedFinding] = []
     for k, channel in enumerate(stream.channels):
         is_spike = spike_mask(stream, channel)
         if is_spike.any():
@@ -170,9 +170,9 @@ def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> I
     """Of some samples those that stand out in the fourth differences too, if the noise is smooth; all if it is not."""
     if len(places) == 0 or not scale.smooth:
         return places
-    present_at = np.flatnonzero(np.isfinite(x))
-    middle = np.clip(np.searchsorted(present_at, places), 2, len(present_at) - 3)
-    fourth = np.abs(np.diff(x[present_at[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
+    places_present = np.flatnonzero(np.isfinite(x))
+    middle = np.clip(np.searchsorted(places_present, places), 2, len(places_present) - 3)
+    fourth = np.abs(np.diff(x[places_present[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
     limit = multiple * max(scale.fourth, THRESHOLDS.unseen * scale.step) + THRESHOLDS.steps * scale.step
     return np.asarray(places[fourth > limit])
 
@@ -207,9 +207,9 @@ def _scale(x: Floats) -> _Scale:
 
 def _where_two_are(x: Floats) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
-    present_at = np.flatnonzero(np.isfinite(x))
-    has_two = present_at[2:] - present_at[:-2] <= THRESHOLDS.side
-    places = present_at[2:][has_two][: THRESHOLDS.stretch * THRESHOLDS.stretches]
+    places_present = np.flatnonzero(np.isfinite(x))
+    has_two = places_present[2:] - places_present[:-2] <= THRESHOLDS.side
+    places = places_present[2:][has_two][: THRESHOLDS.stretch * THRESHOLDS.stretches]
     if len(places) == 0:
         return np.zeros(0)
     return np.asarray(x[places] - np.nanmedian(neighbours(x, places, -THRESHOLDS.side, -1), axis=1))

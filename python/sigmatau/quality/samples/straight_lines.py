@@ -11,9 +11,9 @@ from sigmatau.arrays import Floats, Ints, Runs
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import block_rms, longest_of_tail, pieces, sample_of
+from sigmatau.quality.samples.common import block_rms, longest_of_tail, pieces, take_samples
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.resolution import resolution, step_of
+from sigmatau.quality.samples.resolution import find_step, resolution
 from sigmatau.record.streams import Stream
 
 
@@ -86,7 +86,7 @@ def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     rounding = THRESHOLDS.rounding * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + THRESHOLDS.nothing * scale + 2.01 * step_of(stream, channel)
+    largest = rounding + THRESHOLDS.nothing * scale + 2.01 * find_step(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return Tolerance(rounding, largest, scale, chance)
 
@@ -95,7 +95,7 @@ def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
 class StraightParts:
     """Which samples lie on the line through their neighbours."""
 
-    at: Ints  # those samples
+    places: Ints  # those samples
     chance: float  # share of all that noise puts there
     # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
     smooth: float
@@ -122,7 +122,7 @@ class Filled:
 
 def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
-    some = sample_of(stream, channel, most=THRESHOLDS.examined)
+    some = take_samples(stream, channel, count=THRESHOLDS.examined)
     zero = tolerance(stream, channel, some)
     if zero is None or zero.chance > THRESHOLDS.too_coarse:
         return None
@@ -156,11 +156,11 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     interpolated from another rate all samples are on lines.
     """
     parts = straight_parts(stream, channel)
-    if parts is None or not len(parts.at):
+    if parts is None or not len(parts.places):
         return None
-    first, lengths = runs_of_places(parts.at)
+    first, lengths = runs_of_places(parts.places)
     n = stream.grid.n
-    share = len(parts.at) / n
+    share = len(parts.places) / n
     if share > THRESHOLDS.max_share:
         return None
     longest = (
@@ -187,12 +187,12 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     level = moves[first + lengths] == moves[first]
     long &= ~level
     single &= ~level
-    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.at):
+    if float(lengths[single].sum()) < needed * n or not _noise_between(x, parts.places):
         single[:] = False
     is_filled = long | single
     if not is_filled.any():
         return None
-    random_walk, short = _of_singles(first[single], lengths[single], n)
+    random_walk, short = _effect_of_lost(first[single], lengths[single], n)
     part = float(lengths[single].sum()) / n
     true = max(1 - chance / part, 0.0) if part else 0.0
     return Filled(
@@ -228,7 +228,7 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
     return bool(np.count_nonzero(odd) > 0.25 * len(lengths))
 
 
-def _of_singles(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
+def _effect_of_lost(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
     """N at long τ and σ at one sample, over those of the sensor.
 
     A gap of g samples gives g/2 of weight to each of the two beside it: N² is as the mean of the squared weights over all

@@ -21,7 +21,7 @@ from sigmatau.quality.samples.common import (
     present,
     spans_of_runs,
 )
-from sigmatau.quality.samples.masking import Found
+from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, runs_of_places
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
@@ -74,43 +74,43 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
     """
     x = stream.column(channel)
-    first, lengths = runs_of_equal(x, least=THRESHOLDS.min_run)
+    first, lengths = runs_of_equal(x, shortest=THRESHOLDS.min_run)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
-    found, usual = resolution(stream, channel), usual_value(stream, channel)
+    resolved, usual = resolution(stream, channel), usual_value(stream, channel)
 
     def longest_by_chance(stay: float) -> float:
         return math.log(len(x) / THRESHOLDS.false_alarm) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
 
     def limit(times: float) -> float:
         stay = 0.0
-        if found is not None:
-            if found.ratio < THRESHOLDS.min_noise_steps:
+        if resolved is not None:
+            if resolved.ratio < THRESHOLDS.min_noise_steps:
                 return math.inf
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
-            variance = (found.noise**2 * times - found.step**2 / 12) / 1.5
-            stay = 2 * NormalDist().cdf(found.step / (2 * math.sqrt(variance))) - 1
+            variance = (resolved.noise**2 * times - resolved.step**2 / 12) / 1.5
+            stay = 2 * NormalDist().cdf(resolved.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
         # Irregular repetition has runs of twice its mean, and rarely more.
         return max(THRESHOLDS.min_run, longest) * (1 if times <= 1 else 2 * times)
 
-    kept = lengths > limit(1.0)
-    if kept.any():
+    is_stuck = lengths > limit(1.0)
+    if is_stuck.any():
         held = repeats(stream)
         if held is not None and channel in held.channels:
-            kept = lengths > limit(max(held.times, held.longest / 2))
-    if kept.any() and found is not None and found.ratio < SHARED.few_steps:
-        for value in np.unique(x[first[kept]]):  # on which a counter rests between its pulses
+            is_stuck = lengths > limit(max(held.times, held.longest / 2))
+    if is_stuck.any() and resolved is not None and resolved.ratio < SHARED.few_steps:
+        for value in np.unique(x[first[is_stuck]]):  # on which a counter rests between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
-            usual = int(visits.sum() - lengths[runs & kept].sum()) / len(x)
-            tails = (longest_of_tail(of, false_alarm=THRESHOLDS.false_alarm) for of in (visits, lengths[runs]))
-            kept[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
-    if kept.any() and found is not None and _is_smooth(x):
+            usual = int(visits.sum() - lengths[runs & is_stuck].sum()) / len(x)
+            tails = (longest_of_tail(group, false_alarm=THRESHOLDS.false_alarm) for group in (visits, lengths[runs]))
+            is_stuck[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
+    if is_stuck.any() and resolved is not None and _is_smooth(x):
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
         jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
-        kept &= jumps > max(THRESHOLDS.jump * found.step, THRESHOLDS.times_noise * found.noise)
-    return first[kept], lengths[kept]
+        is_stuck &= jumps > max(THRESHOLDS.jump * resolved.step, THRESHOLDS.times_noise * resolved.noise)
+    return first[is_stuck], lengths[is_stuck]
 
 
 def _is_smooth(x: Floats) -> bool:
@@ -144,7 +144,7 @@ def zero_runs(stream: Stream, channel: str) -> Runs:
     return first[here], lengths[here]
 
 
-def stuck_samples(stream: Stream) -> list[Found]:
+def stuck_samples(stream: Stream) -> list[MaskedFinding]:
     """Runs of equal samples that are improbably long for the step and the noise of a channel. At most one finding.
 
     None for a channel that never changes, for runs at an end of the range, see `saturation`, and for runs of the number 0,
@@ -156,13 +156,13 @@ def stuck_samples(stream: Stream) -> list[Found]:
         first, lengths = stuck_runs(stream, channel)
         if len(first):
             zeros, _ = zero_runs(stream, channel)
-            kept = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zeros)
-            first, lengths = first[kept], lengths[kept]
+            is_stuck = ~np.isin(x[first], (np.nanmin(x), np.nanmax(x))) & ~np.isin(first, zeros)
+            first, lengths = first[is_stuck], lengths[is_stuck]
         masks.append(mask_of_runs(len(x), first, lengths))
     return held(StuckSamples, stream, np.stack(masks, axis=1))
 
 
-def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> list[Found]:
+def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> list[MaskedFinding]:
     """One finding about samples of a mask; none if it is empty."""
     if not mask.any():
         return []

@@ -10,9 +10,9 @@ from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.means import mean_of
-from sigmatau.quality.samples.common import sample_of, white_level
-from sigmatau.quality.samples.resolution import hides_noise, step_of
+from sigmatau.quality.means import mean_value
+from sigmatau.quality.samples.common import take_samples, white_level
+from sigmatau.quality.samples.resolution import find_step, hides_noise
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 from sigmatau.units import STANDARD_GRAVITY, find, to_si
@@ -173,9 +173,9 @@ def gravity(stream: Stream) -> list[Finding]:
     if _by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / STANDARD_GRAVITY - 1
-    near = abs(deviation) < THRESHOLDS.gravity_tolerance
+    is_near = abs(deviation) < THRESHOLDS.gravity_tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
-    cause = "bias_or_scale" if near else "removed" if level < THRESHOLDS.without_gravity else "unknown"
+    cause = "bias_or_scale" if is_near else "removed" if level < THRESHOLDS.without_gravity else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
@@ -208,25 +208,25 @@ def _by_gravity(stream: Stream) -> list[Finding]:
 
 
 def _by_step(stream: Stream) -> list[Finding]:
-    steps = [step for channel in stream.channels if (step := step_of(stream, channel))]
+    steps = [step for channel in stream.channels if (step := find_step(stream, channel))]
     stated = _stated(stream)
     if not steps or stream.quantity != "angular_rate":
         return []
     for likely in _MISTAKES.get(stated, ()):
         factor = to_si(1.0, stated) / to_si(1.0, likely)
-        known = [
+        alike = [
             s
             for s in THRESHOLDS.known_steps
             if all(abs(step / (s * DEGREE * factor) - 1) < THRESHOLDS.same_step for step in steps)
         ]
-        if known:
+        if alike:
             details = ImplausibleUnit(
                 evidence="step",
                 quantity=stream.quantity,
                 stated=stated,
                 likely=likely,
                 step=steps[0],
-                sensitivity=1 / known[0],
+                sensitivity=1 / alike[0],
             )
             return _finding(stream, details, factor=factor, size=steps[0])
     return []
@@ -307,14 +307,14 @@ def _stated(stream: Stream) -> str:
 
 def _mean_vector(stream: Stream) -> float:
     """Length of the mean of all channels. [unit of the stream]"""
-    return math.hypot(*(mean_of(stream, channel) for channel in stream.channels))
+    return math.hypot(*(mean_value(stream, channel) for channel in stream.channels))
 
 
 def _levels(stream: Stream, channel: str) -> tuple[float, float]:
     """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
     each other. [unit of the stream/√Hz]
     """
-    x, tau0 = sample_of(stream, channel, most=THRESHOLDS.examined), stream.grid.tau0
+    x, tau0 = take_samples(stream, channel, count=THRESHOLDS.examined), stream.grid.tau0
     level, _ = white_level(x, tau0)
     levels = [
         m * tau0 * avar for m, avar, pairs in octaves(x) if m < THRESHOLDS.short or pairs > THRESHOLDS.least_pairs

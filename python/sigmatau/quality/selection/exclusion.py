@@ -16,7 +16,7 @@ from sigmatau.findings.disturbances import LeftOut, LeftOutOfStream
 from sigmatau.findings.finding import Finding
 from sigmatau.quality.samples.disturbances import CAUSES
 from sigmatau.quality.samples.masking import masked
-from sigmatau.quality.selection.time_text import time_of
+from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
@@ -56,32 +56,32 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
         raise OptionError(f"{{option}} names nothing: {_FORMS}", option="leave_out")
     end = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
     spans = [_span(part, end) for part in parts]
-    streams, told = [], list[LeftOutOfStream]()
+    streams, left_out = [], list[LeftOutOfStream]()
     for stream in record.streams:
         if stream.quantity == "temperature":  # not disturbed by what disturbs the sensors
             streams.append(stream)
             continue
         bad = np.zeros(stream.grid.n, dtype=bool)
         for start, stop in spans:
-            bad[_first_at(stream, start) : _first_at(stream, stop)] = True
+            bad[_first_sample_from(stream, start) : _first_sample_from(stream, stop)] = True
         count = int(bad.sum())
         if not count:
             streams.append(stream)
             continue
-        told.append(
+        left_out.append(
             LeftOutOfStream(stream=stream.name, count=count, samples=stream.grid.n, duration=count * stream.grid.tau0)
         )
         without = masked(stream, bad)
-        left = 0 if without.mask is None else int((~without.mask).sum(axis=0).max())
-        if left < MIN_SAMPLES:
-            few = f"{{option}} leaves {left} samples of {stream.name}; at least {MIN_SAMPLES} are needed"
-            raise OptionError(few, option="leave_out")
+        remaining = 0 if without.mask is None else int((~without.mask).sum(axis=0).max())
+        if remaining < MIN_SAMPLES:
+            message = f"{{option}} leaves {remaining} samples of {stream.name}; at least {MIN_SAMPLES} are needed"
+            raise OptionError(message, option="leave_out")
         streams.append(without)
     listed = [f"{seconds(a)} s to {seconds(b)} s" for a, b in spans[:_LISTED]]
     listed += [f"{len(spans) - _LISTED} more"] if len(spans) > _LISTED else []
     conversions = (*record.provenance.conversions, f"left out as asked: {', '.join(listed)}")
     provenance = replace(record.provenance, conversions=conversions)
-    details = LeftOut(streams=tuple(told))
+    details = LeftOut(streams=tuple(left_out))
     finding = Finding(
         details=details, severity="info", spans=tuple(spans), size=float(sum(b - a for a, b in spans)), unit="s"
     )
@@ -102,8 +102,8 @@ def _span(text: str, end: float) -> tuple[float, float]:
     first, colon, last = text.partition(":")
     if not colon or ":" in last or not (first.strip() or last.strip()):
         raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="leave_out")
-    start = time_of(first, text, option="leave_out", forms=_FORMS) if first.strip() else 0.0
-    stop = time_of(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
+    start = parse_time(first, text, option="leave_out", forms=_FORMS) if first.strip() else 0.0
+    stop = parse_time(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
     if start >= end:
         raise OptionError(
             f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long", option="leave_out"
@@ -113,7 +113,7 @@ def _span(text: str, end: float) -> tuple[float, float]:
     return start, min(stop, end)
 
 
-def _first_at(stream: Stream, time: float) -> int:
+def _first_sample_from(stream: Stream, time: float) -> int:
     """The first sample at a time or after it."""
-    at = math.ceil((time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING)
-    return min(max(at, 0), stream.grid.n)
+    index = math.ceil((time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING)
+    return min(max(index, 0), stream.grid.n)

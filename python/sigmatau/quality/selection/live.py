@@ -14,7 +14,7 @@ from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRes
 from sigmatau.frozen import frozen
 from sigmatau.quality.selection.rest import THRESHOLDS as REST_THRESHOLDS
 from sigmatau.quality.selection.rest import Rest, partly, rest
-from sigmatau.quality.selection.shortest import is_too_short, shortest_of
+from sigmatau.quality.selection.shortest import is_too_short, shortest_length
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
@@ -115,10 +115,10 @@ class LiveStretches:
     def sums(self) -> Accumulator:
         """Of the longest stretch at rest; of the longest in motion if it is not at rest."""
         moving = self.rest().verdict == "not_at_rest" and not self.assumed
-        kept = self._longest.get(moving)
+        ended = self._longest.get(moving)
         if self._moving is not moving and not self.assumed:
-            return kept or self._current
-        return self._current if kept is None or self._current.n >= kept.n else kept
+            return ended or self._current
+        return self._current if ended is None or self._current.n >= ended.n else ended
 
     def rest(self) -> Rest:
         """The verdict on the samples that are summed."""
@@ -126,7 +126,9 @@ class LiveStretches:
         still = tuple((a, b) for a, b, moves in spans if not moves)
         length = spans[-1][1] if spans else 0.0
         if self.motion is None:
-            shortest = shortest_of((_SENSORS.get(stream_name(one), "") for one in self.channels), 1 / self.rate)
+            shortest = shortest_length(
+                (_SENSORS.get(stream_name(channel), "") for channel in self.channels), 1 / self.rate
+            )
             if is_too_short(length, shortest):
                 return Rest(verdict="too_short_to_tell", still=(), duration=length, shortest=shortest)
             return Rest(verdict="at_rest", still=((0.0, length),))
@@ -135,29 +137,29 @@ class LiveStretches:
 
     def findings(self) -> list[Finding]:
         """What to say of motion: nothing at rest."""
-        found = self.rest()
-        if found.verdict == "too_short_to_tell":
-            short = TooShortToTell(duration=found.duration, shortest=found.shortest)
+        verdict = self.rest()
+        if verdict.verdict == "too_short_to_tell":
+            short = TooShortToTell(duration=verdict.duration, shortest=verdict.shortest)
             return [Finding(details=short, severity="info" if self.assumed else "error")]
-        if found.motion is None:
+        if verdict.motion is None:
             return []
         if self.assumed:
-            return [Finding(details=AssumedAtRest(motion=found.motion), severity="info")]
+            return [Finding(details=AssumedAtRest(motion=verdict.motion), severity="info")]
         spans = self._spans()
         length = spans[-1][1]
-        if found.verdict == "not_at_rest":
-            return [Finding(details=NotAtRest(motion=found.motion, duration=length), severity="error")]
+        if verdict.verdict == "not_at_rest":
+            return [Finding(details=NotAtRest(motion=verdict.motion, duration=length), severity="error")]
         start = self.sums.start / self.rate
         stop = start + self.sums.n / self.rate
         share = (stop - start) / length
         names = dict.fromkeys(stream_name(channel) for channel in self.channels)
-        kept = tuple(
+        parts = tuple(
             KeptOfStream(stream=name, start=start, stop=stop, left_out=0.0, share=share)
             for name in names
             if name in _SENSORS
         )
         moved = tuple((a, b) for a, b, moves in spans if moves)
-        details = PartlyAtRest(motion=found.motion, moved=moved, kept=kept)
+        details = PartlyAtRest(motion=verdict.motion, moved=moved, kept=parts)
         return [
             Finding(
                 details=details,
@@ -200,10 +202,10 @@ class LiveStretches:
             return None
         columns = dict(zip(self.channels, x.T.copy(), strict=True))
         record = Record.from_arrays(rate=self.rate, unit=self.unit, input=self.input, **columns)
-        found = rest(record)
+        verdict = rest(record)
         begins = len(self._before) / self.rate
         ends = begins + len(block) / self.rate
-        return None if any(_holds(span, begins, ends) for span in found.still) else found.motion
+        return None if any(_holds(span, begins, ends) for span in verdict.still) else verdict.motion
 
     def _new(self, start: int) -> Accumulator:
         stated = {channel: unit for channel, unit in self.unit.items() if channel in self.channels}

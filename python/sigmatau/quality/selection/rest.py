@@ -18,10 +18,10 @@ from sigmatau.findings.finding import Finding, Span, plain
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
+from sigmatau.quality.motion.stillness import moved
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
-from sigmatau.quality.samples.masking import mask_of, masked
-from sigmatau.quality.samples.stillness import moved
+from sigmatau.quality.samples.masking import mask_from_spans, masked
 from sigmatau.quality.selection.shortest import is_too_short, judged_length, shortest_record
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
@@ -173,7 +173,7 @@ def partly(still: Sequence[Span], duration: float) -> bool:
     )
 
 
-def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
+def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
     """The part of a record that is analysed, and the finding about it: none at rest.
 
     Parameters
@@ -184,42 +184,45 @@ def at_rest_only(record: Record, found: Rest, *, assumed: bool) -> tuple[Record,
     assumed : bool
         Whether the record is analysed as it is, whatever the verdict.
     """
-    if found.verdict == "too_short_to_tell":
-        details_of_length = TooShortToTell(duration=found.duration, shortest=found.shortest)
+    if resting.verdict == "too_short_to_tell":
+        details_of_length = TooShortToTell(duration=resting.duration, shortest=resting.shortest)
         return record, [Finding(details=details_of_length, severity="info" if assumed else "error")]
-    if found.motion is None:
+    if resting.motion is None:
         return record, []
     if assumed:
-        told = AssumedAtRest(motion=found.motion)
-        return record, [Finding(details=told, severity="info")]
-    by_length = sorted(found.still, key=lambda span: span[0] - span[1])
-    if found.verdict == "not_at_rest":
+        details_of_motion = AssumedAtRest(motion=resting.motion)
+        return record, [Finding(details=details_of_motion, severity="info")]
+    by_length = sorted(resting.still, key=lambda span: span[0] - span[1])
+    if resting.verdict == "not_at_rest":
         ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
         length = ends - min(stream.grid.lead for stream in record.streams)
-        details = NotAtRest(motion=found.motion, duration=length, still=tuple(by_length[: THRESHOLDS.listed]))
+        details = NotAtRest(motion=resting.motion, duration=length, still=tuple(by_length[: THRESHOLDS.listed]))
         return record, [Finding(details=details, severity="error")]
-    streams, kept = [], list[KeptOfStream]()
+    streams, parts = [], list[KeptOfStream]()
     for stream in record.streams:
         if stream.quantity not in ("angular_rate", "acceleration"):
             streams.append(stream)
             continue
-        part = _still_part(stream, found.still, by_length[0])
+        part = _still_part(stream, resting.still, by_length[0])
         streams.append(part)
         gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
         share = (stop - start - gone) / stream.grid.duration
-        kept.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
+        parts.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
     begins = min(stream.grid.lead for stream in record.streams)
-    edges = [begins, *(edge for span in found.still for edge in span)]
+    edges = [begins, *(edge for span in resting.still for edge in span)]
     ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
     gone_spans = tuple((a, b) for a, b in zip(edges[::2], [*edges[1::2], ends], strict=True) if b > a)
-    details_of = PartlyAtRest(motion=found.motion, moved=gone_spans, kept=tuple(kept))
-    lost = 1 - min(one.share for one in kept)
+    details_of_parts = PartlyAtRest(motion=resting.motion, moved=gone_spans, kept=tuple(parts))
+    lost = 1 - min(part.share for part in parts)
     finding = Finding(
-        details=details_of, severity="info" if lost < THRESHOLDS.little else "warning", spans=gone_spans, size=lost
+        details=details_of_parts,
+        severity="info" if lost < THRESHOLDS.little else "warning",
+        spans=gone_spans,
+        size=lost,
     )
-    said = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
-    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, said))
+    conversion = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
+    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, conversion))
     return replace(record, streams=tuple(streams), provenance=provenance), [finding]
 
 
@@ -230,9 +233,9 @@ def _without_faults(stream: Stream) -> Stream:
 
 def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
     """The longest stretch at rest, with those on either side of it in which the stream has the same level."""
-    stretches = [(_at(stream, start), _at(stream, stop)) for start, stop in still]
+    stretches = [(_sample_index(stream, start), _sample_index(stream, stop)) for start, stop in still]
     stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
-    k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _at(stream, longest[0])))
+    k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _sample_index(stream, longest[0])))
     first = last = k
     while first > 0 and _same_level(stream, stretches, first - 1):
         first -= 1
@@ -244,10 +247,10 @@ def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
         for (_, b), (c, _) in zip(stretches[first:last], stretches[first + 1 : last + 1], strict=True)
     ]
     part = stream if (start, stop) == (0, stream.grid.n) else stream.cut(start, stop)
-    return masked(part, mask_of(part.grid.n, gaps))
+    return masked(part, mask_from_spans(part.grid.n, gaps))
 
 
-def _at(stream: Stream, time: float) -> int:
+def _sample_index(stream: Stream, time: float) -> int:
     return min(max(stream.grid.sample(time), 0), stream.grid.n)
 
 

@@ -34,11 +34,11 @@ def shortest_record(streams: Sequence[Stream]) -> float:
     0 without a gyro or an accelerometer: no other quantity is judged.
     """
     return min(
-        (shortest_of([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0
+        (shortest_length([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0
     )
 
 
-def shortest_of(quantities: Iterable[str], tau0: float) -> float:
+def shortest_length(quantities: Iterable[str], tau0: float) -> float:
     """The same for quantities that share a sample interval. [s]"""
     lengths = [THRESHOLDS.shortest[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
     return max(min(lengths), THRESHOLDS.least_samples * tau0) if lengths else 0.0

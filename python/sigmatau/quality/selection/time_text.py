@@ -12,7 +12,7 @@ _TIME = re.compile(rf"\s*{_NUMBER}\s*(ms|s|min|h|d)\s*")
 _ZERO = re.compile(r"\s*0+(?:\.0*)?\s*")
 
 
-def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
+def parse_time(text: str, whole: str, *, option: str, forms: str) -> float:
     """A time with its unit, ``"600s"`` or ``"2 h"``, in seconds; 0 needs no unit. OptionError for anything else.
 
     `whole`, `option` and `forms` are for the error: the text and the name of the option, and the forms that it allows.
@@ -25,10 +25,10 @@ def time_of(text: str, whole: str, *, option: str, forms: str) -> float:
     return float(match[1]) * _UNITS[match[2]]
 
 
-def seconds_of(text: str, *, option: str) -> float:
+def parse_seconds(text: str, *, option: str) -> float:
     """A time in seconds, ``"0.5"``, or with its unit, ``"10min"``; OptionError for anything else."""
     try:
         return float(text)
     except ValueError:
         forms = "give seconds, or a time with its unit, e.g. 500ms or 10min (ms, s, min, h, d)"
-        return time_of(text, text, option=option, forms=forms)
+        return parse_time(text, text, option=option, forms=forms)

@@ -21,7 +21,7 @@ from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_means
-from sigmatau.quality.selection.time_text import time_of
+from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
@@ -121,7 +121,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
     OptionError
         For a window longer than the record, or of fewer than 4 samples.
     """
-    streams, told = [], list[ChosenWindow]()
+    streams, windows = [], list[ChosenWindow]()
     origin = min(stream.grid.start for stream in record.streams)
     for stream in record.streams:
         by = criterion(record, stream)
@@ -137,7 +137,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
         if stream.quantity != "temperature":
             block = block_length(length, by.stream.grid.tau0) * by.stream.grid.tau0
-            told.append(
+            windows.append(
                 ChosenWindow(
                     stream=stream.name,
                     start=begin - origin,
@@ -148,9 +148,9 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
                 )
             )
     chosen = _with_streams(record, streams, f"most stable window of {seconds(length)} s")
-    spans = tuple(dict.fromkeys((one.start, one.start + length) for one in told))
-    details = WindowChosen(length=length, windows=tuple(told))
-    severity: Severity = "warning" if any(one.criterion == "own" for one in told) else "info"
+    spans = tuple(dict.fromkeys((window.start, window.start + length) for window in windows))
+    details = WindowChosen(length=length, windows=tuple(windows))
+    severity: Severity = "warning" if any(window.criterion == "own" for window in windows) else "info"
     return chosen, [Finding(details=details, severity=severity, spans=spans, size=length, unit="s")]
 
 
@@ -161,13 +161,13 @@ def criterion(record: Record, stream: Stream) -> Criterion:
         for s in record.streams
         if s.grid.duration >= THRESHOLDS.least_windows * THRESHOLDS.block and s.grid.tau0 <= THRESHOLDS.block
     ]
-    for other in usable:
-        if other.quantity == "temperature" and other is not stream:
-            return Criterion(kind="temperature", stream=other)
+    for candidate in usable:
+        if candidate.quantity == "temperature" and candidate is not stream:
+            return Criterion(kind="temperature", stream=candidate)
     kinds = {"angular_rate": "acceleration", "acceleration": "angular_rate"}
-    for other in usable:
-        if other.quantity == kinds.get(stream.quantity):
-            return Criterion(kind="other", stream=other)
+    for candidate in usable:
+        if candidate.quantity == kinds.get(stream.quantity):
+            return Criterion(kind="other", stream=candidate)
     return Criterion(kind="own", stream=stream)
 
 
@@ -181,14 +181,14 @@ def scatter(means: Floats, size: int) -> Floats:
 
     Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite with more than a tenth missing.
     """
-    there = ~np.isnan(means)
-    centred = np.where(there, means - np.nanmean(means, axis=-1, keepdims=True), 0.0)
-    number = _running(there.astype(float), size)
+    is_present = ~np.isnan(means)
+    centred = np.where(is_present, means - np.nanmean(means, axis=-1, keepdims=True), 0.0)
+    number = _running(is_present.astype(float), size)
     mean = _running(centred, size) / np.maximum(number, 1)
     square = _running(centred**2, size) - number * mean**2
     variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
-    least = np.finfo(float).tiny
-    result = 0.5 * np.log(np.maximum(variance, least)).sum(axis=-2)
+    smallest = np.finfo(float).tiny
+    result = 0.5 * np.log(np.maximum(variance, smallest)).sum(axis=-2)
     return np.asarray(np.where((number >= (1 - THRESHOLDS.most_empty) * size).all(axis=-2), result, np.inf))
 
 
@@ -203,11 +203,11 @@ def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
     stream = by.stream
     block = block_length(length, stream.grid.tau0)
     means = [_means(stream, channel, block) for channel in stream.channels]
-    kept = [one for one in means if np.nanmax(one, initial=-np.inf) > np.nanmin(one, initial=np.inf)]
+    varying = [row for row in means if np.nanmax(row, initial=-np.inf) > np.nanmin(row, initial=np.inf)]
     size = round(length / (block * stream.grid.tau0))
-    if not kept or size >= len(kept[0]) or size < 2:
+    if not varying or size >= len(varying[0]) or size < 2:
         return 0.0, 1.0
-    table = np.stack(kept)
+    table = np.stack(varying)
     if by.kind == "temperature":
         windows = np.lib.stride_tricks.sliding_window_view(np.where(np.isnan(table), np.inf, table), size, axis=-1)
         with np.errstate(invalid="ignore"):
@@ -241,13 +241,13 @@ def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:
     return stream if (first, last) == (0, grid.n) else stream.cut(first, last)
 
 
-def _with_streams(record: Record, streams: Sequence[Stream], said: str) -> Record:
-    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, said))
+def _with_streams(record: Record, streams: Sequence[Stream], conversion: str) -> Record:
+    provenance = replace(record.provenance, conversions=(*record.provenance.conversions, conversion))
     return replace(record, streams=tuple(streams), provenance=provenance)
 
 
 def _time(text: str, whole: str) -> float:
-    return time_of(text, whole, option="window", forms=_FORMS)
+    return parse_time(text, whole, option="window", forms=_FORMS)
 
 
 def _refused(text: str, why: str) -> OptionError:

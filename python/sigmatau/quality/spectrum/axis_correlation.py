@@ -72,7 +72,7 @@ def cross_axis(stream: Stream) -> list[Finding]:
     level = THRESHOLDS.false_alarm / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
-    found: list[AxisPair] = []
+    correlated: list[AxisPair] = []
     identical: list[Finding] = []
     for first, second in pairs:
         if _are_identical(columns[first], columns[second]):
@@ -81,21 +81,22 @@ def cross_axis(stream: Stream) -> list[Finding]:
             continue
         # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-            r, of_length = _by_stretches(fast[first], fast[second], level), 0
+            r, mean_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
-                other = _by_number(means[first], means[second], level)
-                if abs(other) > abs(r) + _chance(len(means[first]), 0.05, THRESHOLDS.inflation):
-                    r, of_length = other, length
+                slower = _by_number(means[first], means[second], level)
+                if abs(slower) > abs(r) + _chance(len(means[first]), 0.05, THRESHOLDS.inflation):
+                    r, mean_length = slower, length
         if THRESHOLDS.reported <= abs(r) <= 1 + 1e-9:
-            found.append(AxisPair(first=first, second=second, coefficient=r, mean_length=of_length * stream.grid.tau0))
-    if not found:
+            seconds = mean_length * stream.grid.tau0
+            correlated.append(AxisPair(first=first, second=second, coefficient=r, mean_length=seconds))
+    if not correlated:
         return identical
-    found.sort(key=lambda pair: -abs(pair.coefficient))
-    largest = abs(found[0].coefficient)
+    correlated.sort(key=lambda pair: -abs(pair.coefficient))
+    largest = abs(correlated[0].coefficient)
     stretches = 1 if stream.grid.n <= THRESHOLDS.most_samples else THRESHOLDS.stretches
-    only_slow = all(pair.mean_length for pair in found)
-    details = CorrelatedAxes(pairs=tuple(found), only_slow=only_slow, stretches=stretches)
-    channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in found))
+    only_slow = all(pair.mean_length for pair in correlated)
+    details = CorrelatedAxes(pairs=tuple(correlated), only_slow=only_slow, stretches=stretches)
+    channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in correlated))
     return [*identical, Finding(details=details, severity="info", channels=channels, size=largest)]
 
 
@@ -140,9 +141,9 @@ def _centred(d: Floats) -> Floats:
     mean = float(np.sum(d)) / max(int(d.size), 1)
     if not np.isnan(mean):
         return d - mean
-    there = ~np.isnan(d)
-    d[~there] = 0.0
-    d[there] -= float(d.sum()) / max(int(np.count_nonzero(there)), 1)
+    is_present = ~np.isnan(d)
+    d[~is_present] = 0.0
+    d[is_present] -= float(d.sum()) / max(int(np.count_nonzero(is_present)), 1)
     return d
 
 
@@ -153,8 +154,8 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     if not (power[0].sum() > 0 and power[1].sum() > 0):
         return 0.0
     r = float(both.sum() / np.sqrt(power[0].sum() * power[1].sum()))
-    there = (power[0] > 0) & (power[1] > 0)
-    each = both[there] / np.sqrt(power[0][there] * power[1][there])
+    has_power = (power[0] > 0) & (power[1] > 0)
+    each = both[has_power] / np.sqrt(power[0][has_power] * power[1][has_power])
     count = len(each)
     if count < THRESHOLDS.stretches // 2:
         return 0.0

@@ -8,8 +8,9 @@ from sigmatau.arrays import median_and_spread
 from sigmatau.findings.disturbances import StartTransient
 from sigmatau.findings.finding import Finding
 from sigmatau.frozen import frozen
+from sigmatau.quality.motion.windows import THRESHOLDS as SHOCKS
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.masking import Found, in_seconds, mask_of
+from sigmatau.quality.samples.masking import MaskedFinding, in_seconds, mask_from_spans
 from sigmatau.record.streams import Stream
 
 
@@ -20,22 +21,10 @@ class TransientThresholds:
     longest: float = 10.0
     """Time within which a filter settles. [s] Judgement: a record that settles later warms up."""
 
-    window: float = 1.0
-    """Length of the means that the first sample is compared with. [s] Derived: as in `MotionThresholds`."""
-
-    least_window: int = 16
-    """The same in samples, at least. [samples] Derived: as in `MotionThresholds`."""
-
-    least_windows: int = 24
-    """Windows of the record, at least. [1] Measured: see `MotionThresholds`."""
-
     sigmas: float = 9.0
     """Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard
-    deviation of the same all over the record. [1] Derived: the 7 of `MotionThresholds` for a difference that is
+    deviation of the same all over the record. [1] Derived: the 7 of `ShockThresholds` for a difference that is
     Gaussian for each of the five terms; the rest is a margin."""
-
-    few_windows: float = 12.0
-    """With n windows the distance is larger by the factor 1 + few_windows/n. [1] Measured: see `MotionThresholds`."""
 
     near_zero: float = 0.5
     """First sample over the mean, at most. [1] Judgement: a filter that starts from zero has settled by less than
@@ -56,9 +45,9 @@ THRESHOLDS = TransientThresholds()
 def settled_from(stream: Stream, channel: str) -> int:
     """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(THRESHOLDS.window / tau0), THRESHOLDS.least_window)
+    w = max(round(SHOCKS.window_length / tau0), SHOCKS.window)
     count = stream.grid.n // w - 2
-    if count < THRESHOLDS.least_windows:
+    if count < SHOCKS.least_windows:
         return 0
     c = stream.channels.index(channel)
     head = stream.samples.read(c, 0, min(round(THRESHOLDS.longest / tau0) + 2 * w, stream.grid.n))
@@ -71,20 +60,20 @@ def settled_from(stream: Stream, channel: str) -> int:
     x = stream.column(channel)[: (count + 2) * w].reshape(-1, w)
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
     away = x[:count, 0] - means[1 : count + 1]
-    there = present(away[1:])
-    if len(there) < THRESHOLDS.least_windows:
+    differences = present(away[1:])
+    if len(differences) < SHOCKS.least_windows:
         return 0
-    spread = median_and_spread(there)[1]
-    if not abs(first[0] - level) > THRESHOLDS.sigmas * (1 + THRESHOLDS.few_windows / len(there)) * spread:
+    spread = median_and_spread(differences)[1]
+    if not abs(first[0] - level) > THRESHOLDS.sigmas * (1 + SHOCKS.few_windows / len(differences)) * spread:
         return 0
-    far = np.flatnonzero(np.abs(head - level) > THRESHOLDS.settled * spread)
-    if len(far) < 2 or far[1] != 1:  # a single zero is a row without a sample
+    unsettled = np.flatnonzero(np.abs(head - level) > THRESHOLDS.settled * spread)
+    if len(unsettled) < 2 or unsettled[1] != 1:  # a single zero is a row without a sample
         return 0
-    stop = int(far[np.flatnonzero(np.diff(far, append=10 * len(head)) > w // 2)[0]]) + 1
+    stop = int(unsettled[np.flatnonzero(np.diff(unsettled, append=10 * len(head)) > w // 2)[0]]) + 1
     return 0 if stop * tau0 > THRESHOLDS.longest else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
-def start_transient(stream: Stream) -> list[Found]:
+def start_transient(stream: Stream) -> list[MaskedFinding]:
     """Channels that begin near zero and settle at their mean within ten seconds, as a filter from zero does.
 
     At most one finding; the beginning of all axes is concerned, because they have the same filter.
@@ -104,4 +93,4 @@ def start_transient(stream: Stream) -> list[Found]:
         size=settled,
         unit="s",
     )
-    return [(finding, np.repeat(mask_of(stream.grid.n, [(0, stop)])[:, None], len(stream.channels), axis=1))]
+    return [(finding, np.repeat(mask_from_spans(stream.grid.n, [(0, stop)])[:, None], len(stream.channels), axis=1))]

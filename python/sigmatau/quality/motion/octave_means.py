@@ -14,7 +14,7 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_means, means_by_octave, present, row_means
-from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.resolution import find_step
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
@@ -98,7 +98,7 @@ class OctaveMeans:
         octaves = range(first, first + THRESHOLDS.slow_octaves if self.slow else THRESHOLDS.octaves)
         means = means_by_octave(block_means(stream, channel, base), len(octaves))
         self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
-        self.step: float = step_of(stream, channel) or 0.0
+        self.step: float = find_step(stream, channel) or 0.0
         self.floor: float = self._floor()
         self.unit_is_sure: bool = False  # whether gravity shows it
 
@@ -138,13 +138,13 @@ class OctaveMeans:
         reached = np.zeros(len(start), dtype=bool)
         for octave in self.by_octave:
             tau, d = self.tau(octave), self.differences(octave)
-            known, above = _before(~np.isnan(d)), _before(d > NORMAL_MEDIAN * limit / math.sqrt(tau))
-            n = len(known) + 1
+            number, above = _before(~np.isnan(d)), _before(d > NORMAL_MEDIAN * limit / math.sqrt(tau))
+            n = len(number) + 1
             a = np.rint(start / tau).astype(int)
             b = np.minimum(np.rint(np.minimum(stop / tau, n)).astype(int), n) - 2
             some = np.flatnonzero(b > a)
             a, b = a[some], b[some]
-            reached[some[2 * (above[b] - above[a]) >= known[b] - known[a]]] = True
+            reached[some[2 * (above[b] - above[a]) >= number[b] - number[a]]] = True
         return reached
 
     def _floor(self) -> float:
@@ -179,7 +179,7 @@ class OctaveMeans:
         if size < THRESHOLDS.least_differences:
             return True
         rows = x[: len(x) // size * size].reshape(-1, size)
-        rows = rows - row_means(rows, least=0.0)[:, None]
+        rows = rows - row_means(rows, share=0.0)[:, None]
         power, pairs = present((rows * rows).ravel()), present((rows[:, 1:] * rows[:, :-1]).ravel())
         total = float(power.sum())
         correlation = float(pairs.sum()) / total if total > 0 else 0.0

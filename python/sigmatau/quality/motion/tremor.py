@@ -12,8 +12,8 @@ import numpy as np
 from sigmatau.arrays import median
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import sample_of
-from sigmatau.quality.samples.octave_means import NOISIEST, OctaveMeans
+from sigmatau.quality.motion.octave_means import NOISIEST, OctaveMeans
+from sigmatau.quality.samples.common import take_samples
 from sigmatau.quality.sensor_class import ByQuantity
 
 _AXES = 3  # of a sensor that shows gravity
@@ -220,10 +220,10 @@ def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     peaks = _peaks(axes, THRESHOLDS.faint, by_median=True) if len(gyros) >= _AXES else ()
     if not peaks and is_loud:
         peaks = _peaks(gyros, THRESHOLDS.loud, by_median=False)
-    of_gyros = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
-    if not of_gyros:
+    gyro_peaks = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
+    if not gyro_peaks:
         return None
-    largest = max(of_gyros, key=lambda peak: peak.rms)
+    largest = max(gyro_peaks, key=lambda peak: peak.rms)
     return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(THRESHOLDS.tremor))
 
 
@@ -279,7 +279,7 @@ def _densities(
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)
-    x = sample_of(means.stream, means.channel, most=THRESHOLDS.examined)
+    x = take_samples(means.stream, means.channel, count=THRESHOLDS.examined)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < THRESHOLDS.least_segments:

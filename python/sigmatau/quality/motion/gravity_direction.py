@@ -11,9 +11,9 @@ from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
+from sigmatau.quality.motion.octave_means import OctaveMeans
 from sigmatau.quality.samples import units
 from sigmatau.quality.samples.common import present, row_means
-from sigmatau.quality.samples.octave_means import OctaveMeans
 from sigmatau.units import STANDARD_GRAVITY
 
 

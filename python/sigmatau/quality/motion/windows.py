@@ -1,4 +1,4 @@
-"""Motion of a sensor that should rest: bursts, excursions, and steps of the mean."""
+"""Bursts, excursions and steps of the mean of a channel, by windows of about a second."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sigmatau.arrays import Floats, Ints, median, median_and_spread
+from sigmatau.arrays import Floats, Ints, median, median_and_spread, runs
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
-from sigmatau.quality.samples.resolution import step_of
+from sigmatau.quality.samples.resolution import find_step
 from sigmatau.record.streams import CHUNK, Stream
 
 
 @frozen
-class MotionThresholds:
-    """Thresholds of `bursts`, `level_changes` and `excursions`."""
+class ShockThresholds:
+    """Thresholds of shocks and steps of the mean."""
 
     window_length: float = 1.0
     """Length of a window. [s] Judgement: people and vehicles move a sensor for longer."""
@@ -91,8 +91,46 @@ class MotionThresholds:
     half_windows: int = 6
     """Half windows of these medians. [1] Judgement: a median of six tolerates two that are disturbed."""
 
+    shock_windows: int = 3
+    """Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a
+    second, and may lie across two windows."""
 
-THRESHOLDS = MotionThresholds()
+    side_windows: int = 3
+    """Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three
+    tolerates one that is disturbed."""
+
+    returned: float = 0.5
+    """Change of the mean over the size of an excursion, below which the mean has returned. [1] Judgement: half way
+    between a step and none."""
+
+    spike_gap: float = 0.25
+    """Distance of the spikes of a group, at most. [s] Judgement: a knock on a table rings for a quarter of a second."""
+
+    least_spikes: int = 3
+    """Spikes of a group that is a shock. [samples] Derived: single spikes, k a second on each axis, form such groups
+    (k/2)² as often."""
+
+    least_axes: int = 2
+    """Axes on which they are. [1] Judgement: a shock has a direction, but no axis of a sensor."""
+
+    least_rows: int = 2
+    """Rows in which they are. [samples] Judgement: a corrupt row makes spikes in one row only."""
+
+    most_single: float = 0.5
+    """Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them."""
+
+    before_spikes: float = 0.1
+    """Part of the shock before its first spike. [s] Judgement: what rises below the threshold of spikes."""
+
+    after_spikes: float = 0.5
+    """Part of the shock after its last spike. [s] Judgement: what rings below the threshold of spikes."""
+
+    cancels: float = 0.3
+    """Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the
+    sizes of steps are known to a tenth or two."""
+
+
+THRESHOLDS = ShockThresholds()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,28 +150,27 @@ class Burst:
 class MeanStep:
     """A lasting step of the mean."""
 
-    channel: str
     sample: int  # first sample after the step, to half the window
     size: float  # new mean less old mean [unit of the stream]
     window: int  # samples in the windows that show it best
-    times: float  # size in standard deviations of the difference of such windows
-    around: int  # half width of the interval in which the mean changes [samples]
+    ratio: float  # size in standard deviations of the difference of such windows
+    half_width: int  # of the interval in which the mean changes [samples]
     gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Summary:
+class Windows:
     """A channel by windows of about a second."""
 
     channel: str
-    window: int  # samples in a window
+    length: int  # samples in a window
     first: float  # the first sample there is [unit of the stream]
     mean: Floats  # mean less `first`; NaN where half of a window is missing [unit of the stream]
     power: Floats  # mean square of the changes from sample to sample [unit², of the stream]
 
 
 @channel_fact
-def summary(stream: Stream, channel: str) -> Summary:
+def summarise_windows(stream: Stream, channel: str) -> Windows:
     """A channel by windows of 1 s, or of 16 samples if that is longer."""
     w = max(round(THRESHOLDS.window_length / stream.grid.tau0), THRESHOLDS.window)
     c, n = stream.channels.index(channel), stream.grid.n // w * w
@@ -145,18 +182,18 @@ def summary(stream: Stream, channel: str) -> Summary:
         if math.isnan(first):
             first = float(next(iter(present(x.ravel())), math.nan))
         x = x - first  # a large level would cost digits
-        steps = np.diff(x, axis=1)
-        power = np.einsum("ij,ij->i", steps, steps) / (w - 1)
+        changes = np.diff(x, axis=1)
+        power = np.einsum("ij,ij->i", changes, changes) / (w - 1)
         mean = np.einsum("ij->i", x) / w
         torn = np.flatnonzero(~np.isfinite(mean))
         if len(torn):
             mean[torn], count = _mean_of_present(x[torn])
-            power[torn], changes = _mean_of_present(steps[torn] ** 2)
-            sparse = torn[(count < w / 2) | (changes == 0)]
+            power[torn], changes_present = _mean_of_present(changes[torn] ** 2)
+            sparse = torn[(count < w / 2) | (changes_present == 0)]
             mean[sparse] = power[sparse] = np.nan
         means.append(mean)
         powers.append(power)
-    return Summary(channel, w, first, np.concatenate(means), np.concatenate(powers))
+    return Windows(channel, w, first, np.concatenate(means), np.concatenate(powers))
 
 
 def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
@@ -166,13 +203,24 @@ def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
     return np.where(is_present, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
 
 
-def bursts(stream: Stream, windows: Summary) -> list[Burst]:
+def _join_pairs(means: Floats) -> Floats:
+    """Means of windows of twice the length."""
+    even = len(means) // 2 * 2
+    return np.asarray((means[0:even:2] + means[1:even:2]) / 2)
+
+
+def _without_peaks(values: Floats) -> Floats:
+    """Values in order of size without the largest four, which one or two spikes make."""
+    return values[np.argsort(np.abs(values))][: -THRESHOLDS.peaks]
+
+
+def bursts(stream: Stream, windows: Windows) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
     its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
-    channel, power, w = windows.channel, windows.power, windows.window
+    channel, power, w = windows.channel, windows.power, windows.length
     if np.count_nonzero(np.isfinite(power)) < THRESHOLDS.least_windows:
         return []
     root = np.cbrt(power)
@@ -181,10 +229,11 @@ def bursts(stream: Stream, windows: Summary) -> list[Burst]:
     limit = max(centre + THRESHOLDS.burst_spreads * spread, np.cbrt(THRESHOLDS.burst_power * usual))
     if not np.any(root > limit):
         return []
-    step = step_of(stream, channel)
+    step, c = find_step(stream, channel), stream.channels.index(channel)
     # Values that alternate between two steps change by one step at each sample.
     loud = np.flatnonzero(power > max(limit**3, THRESHOLDS.burst_power * step**2))
-    loud = loud[[_without_peaks(stream, channel, int(i), w) > limit**3 for i in loud]]
+    changes = (_without_peaks(present(np.diff(stream.samples.read(c, i * w, (i + 1) * w)))) for i in loud.tolist())
+    loud = loud[[len(d) > 0 and float((d * d).mean()) > limit**3 for d in changes]]
     if len(loud) == 0:
         return []
     apart = max(round(THRESHOLDS.burst_gap / (w * stream.grid.tau0)), 1)
@@ -194,14 +243,7 @@ def bursts(stream: Stream, windows: Summary) -> list[Burst]:
     return [Burst(channel, int(g[0]) * w, (int(g[-1]) + 1) * w, r) for g, r in zip(groups, ratios, strict=True)]
 
 
-def _without_peaks(stream: Stream, channel: str, window: int, w: int) -> float:
-    """Mean square of the changes in a window but for the largest four, which one or two spikes make."""
-    x = stream.samples.read(stream.channels.index(channel), window * w, (window + 1) * w)
-    squares = np.sort(present(np.diff(x)) ** 2)[: -THRESHOLDS.peaks]
-    return float(squares.mean()) if len(squares) else 0.0
-
-
-def level_changes(stream: Stream, windows: Summary) -> list[MeanStep]:
+def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
     """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
@@ -209,7 +251,7 @@ def level_changes(stream: Stream, windows: Summary) -> list[MeanStep]:
     τ; of several windows that show it, the clearest counts. The windows before and after missing samples are compared with
     others as far apart, because slow noise continues where nothing is recorded.
     """
-    channel, mean, w = windows.channel, windows.mean, windows.window
+    channel, mean, w = windows.channel, windows.mean, windows.length
     candidates: list[MeanStep] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
     while len(half) >= 2 * THRESHOLDS.least_windows:
@@ -221,26 +263,27 @@ def level_changes(stream: Stream, windows: Summary) -> list[MeanStep]:
         distances, spread, limit = judged
         farthest = np.argsort(-distances)[: THRESHOLDS.most_steps]  # NaN last
         for i in farthest[distances[farthest] > limit].tolist():
-            before = present(half[max(i + 2 - THRESHOLDS.half_windows, 0) : i + 2])
-            after = present(half[i + 2 : i + 2 + THRESHOLDS.half_windows])
-            if len(before) < 2 or len(after) < 2:
-                continue
-            size = median(after) - median(before)
+            size = _change(half, i + 2, i + 2)
             if size * differences[i] > 0 and abs(size) > THRESHOLDS.lasts * abs(differences[i]):
-                times = float(distances[i]) / spread if spread > 0 else math.inf
-                place = _where(mean, (i + 2) * w // shortest, w // shortest) * shortest
-                gradual = _gradual(mean, place // shortest, 2 * w // shortest)
+                ratio = float(distances[i]) / spread if spread > 0 else math.inf
+                place = _where(mean, (i + 2) * w // shortest, w // shortest)
+                gradual = _gradual(mean, place, 2 * w // shortest)
                 half_width = 2 * w if gradual else max(2 * shortest, w // 8)
-                candidates.append(MeanStep(channel, place, size, 2 * w, times, half_width, gradual))
+                candidates.append(MeanStep(place * shortest, size, 2 * w, ratio, half_width, gradual))
         candidates += _across_gaps(stream, channel, half, w)
-        even = len(half) // 2 * 2
-        half = (half[0:even:2] + half[1:even:2]) / 2
-        w *= 2
-    changes: list[MeanStep] = []
-    for change in sorted(candidates, key=lambda change: -change.times):
-        if all(abs(change.sample - stronger.sample) > 3 * max(change.window, stronger.window) for stronger in changes):
-            changes.append(change)
-    return sorted(changes, key=lambda change: change.sample)
+        half, w = _join_pairs(half), 2 * w
+    steps: list[MeanStep] = []
+    for step in sorted(candidates, key=lambda step: -step.ratio):
+        if all(abs(step.sample - stronger.sample) > 3 * max(step.window, stronger.window) for stronger in steps):
+            steps.append(step)
+    return sorted(steps, key=lambda step: step.sample)
+
+
+def _change(half: Floats, a: int, b: int) -> float:
+    """Change of the median of six half windows from those before `a` to those from `b` on; NaN if one side has one only."""
+    before = present(half[max(a - THRESHOLDS.half_windows, 0) : a])
+    after = present(half[b : b + THRESHOLDS.half_windows])
+    return median(after) - median(before) if min(len(before), len(after)) > 1 else math.nan
 
 
 def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
@@ -249,10 +292,9 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
     A gap that is too long for a distribution of differences as far apart is judged by the longest lag that has one: of slow
     noise the spread grows with the root of the lag at most, that of a rate random walk.
     """
-    missing = np.flatnonzero(np.diff(np.concatenate([[0], np.isnan(half).astype(np.int8), [0]])))
-    runs = sorted(zip(missing[::2].tolist(), missing[1::2].tolist(), strict=True), key=lambda run: run[0] - run[1])
+    gaps = sorted(runs(np.isnan(half)), key=lambda gap: gap[0] - gap[1])
     window = (half[:-1] + half[1:]) / 2
-    for a, b in runs[: THRESHOLDS.most_gaps]:
+    for a, b in gaps[: THRESHOLDS.most_gaps]:
         lag = b - a + 2
         if a < 2 or b + 2 > len(half):
             continue
@@ -265,18 +307,12 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
             continue
         _, spread, limit = judged
         growth = lag / judged_lag
-        centre = median(present(usual)) * growth
-        distance = abs(float(window[b]) - float(window[a - 2]) - centre)
-        before, after = (
-            present(half[max(a - THRESHOLDS.half_windows, 0) : a]),
-            present(half[b : b + THRESHOLDS.half_windows]),
-        )
-        if distance > limit * math.sqrt(growth) and len(before) > 1 and len(after) > 1:
-            size = float(np.median(after) - np.median(before))
-            if abs(size) > THRESHOLDS.lasts * distance:
-                times = distance / spread / math.sqrt(growth) if spread > 0 else math.inf
-                gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * THRESHOLDS.half_windows)
-                yield MeanStep(channel, (a + b) * w // 2, size, 2 * w, times, (b - a) * w // 2 + w, gradual)
+        distance = abs(float(window[b]) - float(window[a - 2]) - median(present(usual)) * growth)
+        size = _change(half, a, b)
+        if distance > limit * math.sqrt(growth) and abs(size) > THRESHOLDS.lasts * distance:
+            ratio = distance / spread / math.sqrt(growth) if spread > 0 else math.inf
+            gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * THRESHOLDS.half_windows)
+            yield MeanStep((a + b) * w // 2, size, 2 * w, ratio, (b - a) * w // 2 + w, gradual)
 
 
 def _departures(
@@ -293,27 +329,16 @@ def _departures(
     distances = np.abs(x - centre)
     limit = spreads * (1 + THRESHOLDS.few_windows / independent) * spread
     if np.any(distances > limit):
-        limit = max(limit, THRESHOLDS.rounding * step_of(stream, channel))
+        limit = max(limit, THRESHOLDS.rounding * find_step(stream, channel))
     return distances, spread, limit
-
-
-def _not_of_peaks(stream: Stream, channel: str, start: int, w: int, base: float) -> float:
-    """Distance of the mean of a window from `base` without its four farthest samples, which spikes may be."""
-    x = present(stream.samples.read(stream.channels.index(channel), start, start + w)) - base
-    inner = x[np.argsort(np.abs(x))][: -THRESHOLDS.peaks]
-    return abs(float(inner.mean())) if len(inner) else 0.0
 
 
 def _gradual(mean: Floats, place: int, half_width: int) -> bool:
     """Whether a line fits better about a place than two constant parts."""
     start = max(place - half_width, 0)
-    x = mean[start : place + half_width]
+    x, k = mean[start : place + half_width], place - start
     is_present = np.isfinite(x)
-    k = place - start
-    if (
-        np.count_nonzero(is_present[:k]) < THRESHOLDS.least_on_side
-        or np.count_nonzero(is_present[k:]) < THRESHOLDS.least_on_side
-    ):
+    if min(np.count_nonzero(is_present[:k]), np.count_nonzero(is_present[k:])) < THRESHOLDS.least_on_side:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
     t, y = np.flatnonzero(is_present).astype(float), x[is_present]
@@ -322,40 +347,37 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
     return float(np.sum((y - line) ** 2)) < float(np.sum((x - levels)[is_present] ** 2))
 
 
-def excursions(stream: Stream, windows: Summary, changes: Sequence[MeanStep] = ()) -> list[Burst]:
+def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ()) -> list[Burst]:
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
     A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
-    Gaussian for each of the five terms, as are the differences of `level_changes`, and has the same threshold. Excursions
-    beside one of the `changes` of the channel are ignored.
+    Gaussian for each of the five terms, as are the differences of `mean_steps`, and has the same threshold. Excursions
+    beside one of the `steps` of the channel are ignored.
     """
-    mean, w = windows.mean, windows.window
+    channel, mean, w = windows.channel, windows.mean, windows.length
+    c = stream.channels.index(channel)
     candidates: list[Burst] = []
     for _ in range(THRESHOLDS.excursion_lengths):
         if len(mean) < 2 * THRESHOLDS.least_windows:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        judged = _departures(stream, windows.channel, away, THRESHOLDS.step_spreads)
+        judged = _departures(stream, channel, away, THRESHOLDS.step_spreads)
         if judged is None:
             break
         distances, spread, limit = judged
-        # Beside what goes away half of it shows with the other sign.
+        # Beside what goes away half of it shows with the opposite sign.
         places = np.flatnonzero(distances > max(limit, THRESHOLDS.part_of_farthest * float(np.nanmax(distances))))
         for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
             k = int(group[np.argmax(distances[group])])
             farthest = float(distances[k])
-            overlaps = (abs(change.sample - k * w) <= change.around + 6 * w + change.window for change in changes)
+            if any(abs(step.sample - k * w) <= step.half_width + 6 * w + step.window for step in steps):
+                continue
             base = windows.first + float((mean[k] + mean[k + 4]) / 2)
-            if (
-                not any(overlaps)
-                and _not_of_peaks(stream, windows.channel, (k + 2) * w, w, base) > THRESHOLDS.lasts * farthest
-            ):
-                times = farthest / spread if spread > 0 else math.inf
-                candidates.append(
-                    Burst(windows.channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, times, farthest)
-                )
-        even = len(mean) // 2 * 2
-        mean, w = (mean[0:even:2] + mean[1:even:2]) / 2, 2 * w
+            inner = _without_peaks(present(stream.samples.read(c, (k + 2) * w, (k + 3) * w)) - base)
+            if len(inner) and abs(float(inner.mean())) > THRESHOLDS.lasts * farthest:
+                ratio = farthest / spread if spread > 0 else math.inf
+                candidates.append(Burst(channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, ratio, farthest))
+        mean, w = _join_pairs(mean), 2 * w
     separate: list[Burst] = []
     for burst in sorted(candidates, key=lambda burst: -burst.ratio):
         apart = 4 * (burst.stop - burst.start)

@@ -20,11 +20,11 @@ from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
 from sigmatau.frozen import frozen
 from sigmatau.quality.facts import in_threads
+from sigmatau.quality.motion.gravity_direction import gravity_tilts, measures_gravity
+from sigmatau.quality.motion.octave_means import NORMAL_MEDIAN, OctaveMeans
+from sigmatau.quality.motion.octave_means import THRESHOLDS as OCTAVES
+from sigmatau.quality.motion.tremor import shaken
 from sigmatau.quality.samples.common import present, united
-from sigmatau.quality.samples.gravity_direction import gravity_tilts, measures_gravity
-from sigmatau.quality.samples.octave_means import NORMAL_MEDIAN, OctaveMeans
-from sigmatau.quality.samples.octave_means import THRESHOLDS as OCTAVES
-from sigmatau.quality.samples.tremor import shaken
 from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
 from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
@@ -205,7 +205,7 @@ def _blocks(axis: OctaveMeans) -> Moved:
     if whole_may_move and (motion := _judged(axis, 0.0, whole)) is not None:
         spans.append(axis.span(0.0, whole))
         motions.append(motion)
-    return Moved(tuple(spans), max(motions, key=lambda one: one.times, default=None))
+    return Moved(tuple(spans), max(motions, key=lambda motion_of_block: motion_of_block.times, default=None))
 
 
 def _may_move(axis: OctaveMeans, edges: Floats) -> Bools:

@@ -2,7 +2,7 @@
 # PYTHON=python3.12 chooses the Python of .venv; by default it is the first of python3.13 … python3.11, python3 that will do.
 export PYTHON
 .DEFAULT_GOAL := help
-.PHONY: help doctor build demo test docs bench bench-io fuzz study paper wheel lock clean
+.PHONY: help doctor build dev demo test docs bench bench-io fuzz study paper wheel lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1 /p' Makefile | while read -r name what; do printf 'make %-9s%s\n' "$$name" "$$what"; done
@@ -14,6 +14,9 @@ build: ## .venv with the package and its optimised extension: .venv/bin/sigmatau
 	@scripts/doctor.sh build
 	@scripts/venv.sh runtime
 	@scripts/build.sh
+
+dev: build ## the same with what the tests need: .venv/bin/python -m pytest
+	@scripts/venv.sh dev
 
 demo: build ## simulate a static log, analyse it, write demo/
 	@.venv/bin/sigmatau demo

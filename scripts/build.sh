@@ -14,5 +14,6 @@ touch .venv/.building # before, so that an edit while it compiles counts
 # Through pip and the maturin of the lock file; `maturin develop` would install the dependency groups as well, unlocked.
 export PATH="$PWD/.venv/bin:$PATH"
 quietly "compiling (a minute the first time)" "$PY" -m pip install --verbose --no-deps --no-build-isolation --editable .
+rm -f target/wheels/sigmatau-*.whl # editable, under the name of a release; releases are in dist/
 mv .venv/.building .venv/.built
 echo "   built: .venv/bin/sigmatau"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar, cast
 
 import numpy as np
 
@@ -36,6 +38,8 @@ from sigmatau.quality.selection.rest import Rest
 from sigmatau.record.mask import ChannelMask, ExcludedSpan, stretches_of_runs
 from sigmatau.record.record import Provenance
 from sigmatau.record.streams import RATES
+
+T = TypeVar("T")
 
 _COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # of a curve that is not read
 for _column in (_COUNTS, _POINTS):
@@ -167,12 +171,9 @@ def _analysis(form: forms.ResultForm) -> Analysis:
             raise
     channels = form.channels
     return Analysis(
-        source=Provenance(
-            path=source.path,
-            format=source.format,
-            topics=source.topics,
-            rows=source.rows,
-            conversions=source.conversions,
+        source=_build(
+            Provenance,
+            source,
             ignored=source.ignored_columns,
             options=options.reading,
             checksum=source.sha256,
@@ -188,7 +189,7 @@ def _analysis(form: forms.ResultForm) -> Analysis:
             if channel.stability is not None
         },
         mean_stability={name: tuple(map(_means, c.mean_stability)) for name, c in channels.items() if c.mean_stability},
-        rest=None if form.rest is None else _rest(form.rest),
+        rest=None if form.rest is None else _build(Rest, form.rest),
         masks=masks,
         means={name: channel.mean for name, channel in form.channels.items() if channel.mean is not None},
         options=_options(options.analysis),
@@ -222,10 +223,6 @@ def _stretches(form: forms.ExcludedForm | forms.ExcludedRunsForm) -> Mapping[str
         return {reason: stretches_of_runs(text) for reason, text in form.runs.items()}
     except ValueError:
         raise WrongValueError("excluded_runs: its runs are not pairs of whole numbers") from None
-
-
-def _rest(form: forms.RestForm) -> Rest:
-    return Rest(verdict=form.verdict, still=form.still_s, motion=form.motion, shortest=form.shortest_s)
 
 
 def _unit(channel: forms.ChannelForm) -> str:
@@ -272,10 +269,11 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
         raise WrongValueError("curve: its columns have several lengths")
     if len(tau) == 0 or not (np.isfinite(tau) & (tau > 0)).all():
         raise WrongValueError("curve: tau_s has a time that is not positive, or none")
-    return DeviationCurve(
+    return _build(
+        DeviationCurve,
+        form,
         channel=name,
         quantity=channel.quantity,
-        unit=form.unit,
         m=m,
         tau=tau,
         avar=form.adev**2,
@@ -284,19 +282,14 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
         n=channel.samples,
         tau0=tau0,
         overlap="full" if form.estimator == "overlapped" else "none",
-        counting=form.counting,
-        edf=form.edf,
-        stride=form.stride,
-        missing=form.missing,
     )
 
 
 def _without_points(name: str, channel: forms.ChannelForm, form: forms.CurveForm, tau0: float) -> DeviationCurve:
     """The curve of which only the unit is read."""
-    return DeviationCurve(
-        channel=name, quantity=channel.quantity, unit=form.unit, n=channel.samples, tau0=tau0, m=_COUNTS, tau=_POINTS,
-        avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", counting=form.counting, edf=None, stride=None,
-        missing=0,
+    return _build(
+        DeviationCurve, form, channel=name, quantity=channel.quantity, n=channel.samples, tau0=tau0, m=_COUNTS, tau=_POINTS,
+        avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", missing=0,
     )  # fmt: skip
 
 
@@ -310,7 +303,9 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
     reasons = form.reasons
     if reasons is None:
         reasons = (StatedReason(text=form.reason),) if form.reason else ()
-    return NoiseFit(
+    return _build(
+        NoiseFit,
+        form,
         channel=name,
         quantity=channel.quantity,
         rate_unit=unit,
@@ -321,25 +316,11 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
         sinusoid=form.terms.sinusoid,
         resonance=form.terms.resonance,
         response=None if form.filter is None else _filter(form.filter, tau0, channel.sample_rate_hz),
-        warm_up=None if form.warm_up is None else WarmUp(amplitude=form.warm_up.amplitude, time=form.warm_up.time_s),
-        regressors=form.regressors,
-        highest=form.highest_hz,
-        alike_from=form.alike_from_s,
-        alike_sigma=form.alike_sigma,
-        second=form.second,
-        discrepancy=form.discrepancy,
+        warm_up=None if form.warm_up is None else _build(WarmUp, form.warm_up),
         model={term: value for term, value in form.model.items() if term in TERMS},
-        verdict=form.verdict,
         reasons=reasons,
-        unclear=form.unclear,
-        tau_min=form.tau_min_s,
-        tau_max=form.tau_max_s,
-        p_value=form.p_value,
-        covariance=_NO_COVARIANCE if form.covariance is None else _covariance(form.covariance),
+        covariance=Covariance() if form.covariance is None else _covariance(form.covariance),
         level=next((term.level for term in terms.values()), 0.95),
-        method=form.method,
-        runs=form.runs_s,
-        adjustments=form.adjustments,
         trust=channel.trust,
     )
 
@@ -347,17 +328,7 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
 def _term(name: str, form: forms.TermForm, unit: str) -> FittedTerm:
     if not 0 < form.level < 1:
         raise WrongValueError(f"fit.terms.{name}.level is {form.level:g}, not between 0 and 1")
-    return FittedTerm(
-        term=name,
-        unit=unit,
-        observed=form.observed,
-        level=form.level,
-        value=form.value,
-        low=form.low,
-        high=form.high,
-        upper_limit=form.upper_limit,
-        p_value=form.p_value,
-    )
+    return _build(FittedTerm, form, term=name, unit=unit)
 
 
 def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFilter:
@@ -366,24 +337,9 @@ def _filter(form: forms.FilterForm, tau0: float, rate: float | None) -> FittedFi
         low_pass = None if like is None else LowPass(order=like.order, corner=like.corner_hz, rate=rate)
     except DataError as error:
         raise WrongValueError(f"fit.filter.low_pass: {error.message}") from None
-    return FittedFilter(
-        coefficients=form.coefficients,
-        tau0=tau0,
-        interval=tau0 if form.interval_s is None else form.interval_s,
-        shape=form.shape,
-        order=form.order,
-        corner=form.corner_hz,
-        low=form.low_hz,
-        high=form.high_hz,
-        low_pass=low_pass,
-        known_to=form.known_to_hz,
-        damping=form.damping,
-        analog=form.analog,
-        of_white=form.of_white,
+    return _build(
+        FittedFilter, form, tau0=tau0, interval=tau0 if form.interval_s is None else form.interval_s, low_pass=low_pass
     )
-
-
-_NO_COVARIANCE = Covariance()
 
 
 def _covariance(form: forms.CovarianceForm) -> Covariance:
@@ -395,33 +351,20 @@ def _covariance(form: forms.CovarianceForm) -> Covariance:
 
 def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
     coefficients = {
-        term: Coefficient(
+        term: _build(
+            Coefficient,
+            form,
             term=term,
-            value=form.value,
-            error=form.error,
-            unit=form.unit,
             tau_min=form.tau_s[0],
             tau_max=form.tau_s[1],
-            slope=form.slope,
             percentage=form.error / form.value if form.value else math.nan,
-            range_from=form.range_from,
-            slope_error=form.slope_error,
-            forced=form.forced,
         )
         for term, form in channel.read_off.items()
         if term in TERMS
     }
     unit = _unit(channel) if channel.curve is not None or channel.mean is not None else ""
     refused = tuple(
-        Refusal(
-            term=form.term,
-            tau_min=form.tau_s[0],
-            tau_max=form.tau_s[1],
-            reason=form.reason,
-            by_hand=True,
-            slope=form.slope,
-            slope_error=form.slope_error,
-        )
+        _build(Refusal, form, tau_min=form.tau_s[0], tau_max=form.tau_s[1], by_hand=True)
         for form in channel.refused_lines
         if form.term in TERMS
     )
@@ -431,16 +374,7 @@ def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
 def _means(form: forms.MeansForm) -> MeanStability:
     if not (0 < form.level < 1 and form.value >= 0 and form.average_s > 0):
         raise WrongValueError("mean_stability: not a standard deviation of means")
-    return MeanStability(
-        average=form.average_s,
-        means=form.means,
-        value=form.value,
-        low=form.low,
-        high=form.high,
-        edf=form.edf,
-        level=form.level,
-        unit=form.unit,
-    )
+    return _build(MeanStability, form)
 
 
 def _stability(form: forms.StabilityForm) -> DynamicAllan:
@@ -448,14 +382,24 @@ def _stability(form: forms.StabilityForm) -> DynamicAllan:
     rows = [empty if row is None else row for row in form.adev]
     if len(rows) != len(form.time_s) or any(len(row) != len(empty) for row in rows):
         raise WrongValueError("stability: adev is not a row of tau_s for each time")
-    return DynamicAllan(
-        channel=form.channel,
-        quantity=form.quantity,
-        unit=form.unit,
+    return _build(
+        DynamicAllan,
+        form,
         times=form.time_s,
-        tau=form.tau_s,
         adev=np.array(rows, dtype=np.float64).reshape(len(rows), len(empty)),
         n=form.samples_in_window,
-        window=form.window_s,
-        step=form.step_s,
     )
+
+
+@functools.cache
+def _shared(cls: type, form: type) -> dict[str, str]:
+    """Fields of a class and the keys of a form that have the same name, with or without the unit of the key."""
+    keys = {field.name.removesuffix("_s").removesuffix("_hz"): field.name for field in fields(form)}
+    keys |= {field.name: field.name for field in fields(form)}
+    return {field.name: keys[field.name] for field in fields(cls) if field.init and field.name in keys}
+
+
+def _build(cls: type[T], form: Any, **values: Any) -> T:  # noqa: ANN401  a form, and fields of any type
+    """An object of a class with the values of a form, and those that the form does not have or has in another form."""
+    shared = _shared(cast("Any", cls), cast("Any", type(form)))
+    return cls(**{name: getattr(form, key) for name, key in shared.items() if name not in values}, **values)

@@ -22,9 +22,10 @@ from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, 
 from sigmatau.cli.earlier import curves_path, expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
-    FIGURE_ENDINGS,
+    ENDINGS,
     check_folder,
     check_output,
+    check_outputs,
     check_style,
     command_line,
     drawing,
@@ -51,7 +52,6 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import Record, channel_quantities, stream_name
-from sigmatau.reporting.report import ENDINGS
 from sigmatau.reporting.report import report as write_report
 
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
@@ -139,7 +139,7 @@ def analyze_command(
     }
     exports = Exports.parse(export or [], choosing, method=chosen["method"])
     check_style(style, plot or overlay, stability)
-    check_output(overlay, FIGURE_ENDINGS, "overlay")
+    check_output(overlay, ENDINGS["overlay"], "overlay")
     outputs = Outputs(
         report=report, notes=chosen["notes"], plot=plot, stability=stability, json=json, csv=csv, style=style
     )
@@ -173,7 +173,7 @@ def analyze_command(
         reading = assign_readings(reading, logs, logs)[logs[0]]
         exports.check_reading(reading)
         span = None if slope is None else slope_range(slope)
-        return _one(logs[0], reading, chosen, outputs, exports, span, verbose=verbose, quiet=quiet)
+        return _analyze_log(logs[0], reading, chosen, outputs, exports, span, verbose=verbose, quiet=quiet)
     if slope is not None:
         raise OptionError("--slope takes one log; run the command once for each", option="slope")
     if exports.files:
@@ -181,7 +181,9 @@ def analyze_command(
             "--export takes one log; for several, write the results with --json FOLDER and run sigmatau export on each",
             option="export",
         )
-    return _many(logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, show=show, verbose=verbose, quiet=quiet)
+    return _analyze_logs(
+        logs, reading, chosen, outputs, overlay=overlay, jobs=jobs, show=show, verbose=verbose, quiet=quiet
+    )
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
@@ -215,14 +217,14 @@ class Outputs:
         json = None if str(self.json) == "-" else self.json
         return {"report": self.report, "plot": self.plot, "stability": self.stability, "json": json, "csv": self.csv}
 
-    @property
-    def endings(self) -> dict[str, tuple[str, ...]]:
-        """Extensions by option; any if there is none."""
-        figures = {"plot": FIGURE_ENDINGS, "stability": FIGURE_ENDINGS}
-        return {"report": ENDINGS, **figures, "json": (), "csv": (".csv",)}
+    def check(self, logs: Sequence[Path], exports: Exports) -> None:
+        """Check all files of a command, before a log is read."""
+        named = {f"export {name}": path for name, path in exports.files.items()}
+        curves = {} if self.csv is None else {"csv curves": curves_path(self.csv)}
+        check_outputs(logs, **self.files, **named, **curves)
 
 
-def _one(
+def _analyze_log(
     log: Path,
     reading: Reading | None,
     settings: dict[str, Any],
@@ -233,14 +235,7 @@ def _one(
     verbose: bool,
     quiet: bool,
 ) -> int:
-    for option, path in outputs.files.items():
-        check_output(path, outputs.endings[option], option)
-    for path in exports.files.values():
-        check_output(path, (), "export")
-    curves_file = None if outputs.csv is None else curves_path(outputs.csv)
-    named = {f"export {name}": path for name, path in exports.files.items()}
-    refuse_same(log, **outputs.files, **named, **{"csv curves": curves_file})
-    expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
+    outputs.check([log], exports)
     with _failures_written(log, outputs.json, outputs.notes):
         record = read_log(log, reading, quiet=quiet)
         check_shown(channel_quantities(record))
@@ -337,7 +332,7 @@ def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
         _table(f"\n{analysis.legend()}")
 
 
-def _many(
+def _analyze_logs(
     places: Sequence[Path],
     reading: Reading | None,
     settings: dict[str, Any],

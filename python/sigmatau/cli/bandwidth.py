@@ -11,18 +11,7 @@ from cyclopts import Parameter
 from sigmatau._version import __version__
 from sigmatau.cli import batch
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
-from sigmatau.cli.options import (
-    FIGURE_ENDINGS,
-    check_output,
-    check_style,
-    drawing,
-    matched,
-    refuse_same,
-    say,
-    working,
-    write_figure,
-    write_result,
-)
+from sigmatau.cli.options import check_outputs, check_style, drawing, matched, say, working, write_figure, write_result
 from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
@@ -70,11 +59,7 @@ def bandwidth_command(
     set_shown(show)
     check_style(style, plot)
     places, skipped = batch.gather(matched(logs))
-    file = None if str(json) == "-" else json
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(file, (), "json")
-    for log in places:
-        refuse_same(log, plot=plot, json=file)
+    check_outputs(places, plot=plot, json=json)
     if skipped:
         say(f"skipped, not a log: {', '.join(map(str, skipped))}", quiet=quiet)
     readings = assign_readings(reading, places, logs)

@@ -10,19 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sigmatau.cli.declared import Show
-from sigmatau.cli.earlier import expect
-from sigmatau.cli.options import (
-    FIGURE_ENDINGS,
-    check_output,
-    check_style,
-    drawing,
-    matched,
-    refuse_same,
-    say,
-    working,
-    write_figure,
-    write_result,
-)
+from sigmatau.cli.options import check_outputs, check_style, drawing, matched, say, working, write_figure, write_result
 from sigmatau.cli.settings import Comparing
 from sigmatau.cli.turn_on import write_model
 from sigmatau.errors import DataError, OptionError
@@ -105,18 +93,11 @@ def compare_command(
     if options.jobs is not None and options.jobs < 1:
         raise OptionError(f"--jobs {options.jobs}: must be a number of processes, at least 1", option="jobs")
     results = matched(results)
-    file = None if str(json) == "-" else json
     check_style(style, plot)
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(file, (), "json")
-    check_output(csv, (".csv",), "csv")
-    check_output(model, (".toml",), "model")
     if model is not None and store is not None:
         raise OptionError("--model needs results as files, not --store", option="model")
-    for result in results:
-        refuse_same(result, plot=plot, json=file, csv=csv, model=model)
-    _refuse_inside(results, file, csv, model)
-    expect(plot, file)
+    _refuse_inside(results, None if str(json) == "-" else json, csv, model)
+    check_outputs(results, plot=plot, json=json, csv=csv, model=model)
     with working("reading results", quiet=quiet):
         comparison = (
             compare_runs(results, by=options.by, level=options.level, jobs=options.jobs)

@@ -10,8 +10,7 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
-from sigmatau.cli.earlier import expect
-from sigmatau.cli.options import averaging_times, check_output, key_values, refuse_same, say, write_result
+from sigmatau.cli.options import ENDINGS, averaging_times, check_output, check_outputs, key_values, say, write_result
 from sigmatau.digits import significant
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.density_neighbours import independent_step
@@ -78,11 +77,8 @@ def density_command(
         Print only errors on standard error.
     """
     set_shown(show)
-    file = None if str(json) == "-" else json
-    for path, endings, option in ((output, (".toml",), "output"), (csv, (".csv",), "csv"), (file, (), "json")):
-        check_output(path, endings, option)
-    refuse_same(table, output=output, csv=csv, json=file)
-    expect(output, csv, file)
+    check_output(output, ENDINGS["model"], "output")
+    check_outputs([table], output=output, csv=csv, json=json)
     if output is not None and averages is None:
         raise OptionError(
             "--output needs --averages, the number of averaged spectra, for the intervals", option="averages"

@@ -67,7 +67,7 @@ def deviation_command(
     """
     set_shown(show)
     check_style(style, plot)
-    check_outputs(log, plot, json)
+    check_outputs([log], plot=plot, json=json)
     how = (settings or DeviationSettings()).arguments()
     record = read_log(log, reading, quiet=quiet)
     check_shown(channel_quantities(record), ["quantization" if estimator(kind).of_phase else "bias_instability"])

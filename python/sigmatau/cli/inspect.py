@@ -39,7 +39,7 @@ def inspect_command(
     quiet
         Print only errors on standard error.
     """
-    check_outputs(log, None, json)
+    check_outputs([log], json=json)
     with reading_shown(log, quiet=quiet):
         inspected = inspect(log, **(settings or InspectSettings()).arguments())
     messages = [*finding_lines(inspected.findings), *inspected.wants()]

@@ -13,19 +13,9 @@ from sigmatau.analysis.joint import AnalysedRun, JointAnalysis, analysed_run, fi
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
-from sigmatau.cli.earlier import curves_path, expect, is_result
+from sigmatau.cli.earlier import is_result
 from sigmatau.cli.messages import print_error, wrapped
-from sigmatau.cli.options import (
-    check_output,
-    drawing,
-    finding_lines,
-    refuse_same,
-    say,
-    working,
-    write_csv,
-    write_figure,
-    write_result,
-)
+from sigmatau.cli.options import drawing, finding_lines, say, working, write_csv, write_figure, write_result
 from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
@@ -86,17 +76,9 @@ def joint_command(
     readings = assign_readings(reading, logs, places)
     if len(logs) < _SEVERAL and over == "runs":
         raise OptionError("--joint needs two or more logs. For the axes of one log, use --joint-axes", option="joint")
-    for option, path in outputs.files.items():
-        check_output(path, outputs.endings[option], option)
-    for path in exports.files.values():
-        check_output(path, (), "export")
-    beside = None if outputs.csv is None else curves_path(outputs.csv)
-    named = {f"export {name}": path for name, path in exports.files.items()}
-    for log in logs:
-        refuse_same(log, **outputs.files, **named, **{"csv curves": beside})
     for log in logs:
         exports.check_reading(readings[log])
-    expect(*outputs.files.values(), *exports.files.values(), csv=outputs.csv)
+    outputs.check(logs, exports)
     if others := [str(file) for file in left_out if not is_result(file)]:
         say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
     records, codes = _analysed(logs, readings, settings, exports, over=over, verbose=verbose, quiet=quiet)

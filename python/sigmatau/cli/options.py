@@ -32,8 +32,14 @@ if TYPE_CHECKING:
     from sigmatau.analysis import Analysis
     from sigmatau.estimators.allan import DeviationCurve
 
-FIGURE_ENDINGS = (".png", ".svg", ".pdf")
 _FIGURES = ("plot", "overlay", "stability")  # options that need matplotlib
+ENDINGS: Mapping[str, Sequence[str]] = {
+    **dict.fromkeys(_FIGURES, (".png", ".svg", ".pdf")),
+    "report": (".html", ".pdf"),
+    "csv": (".csv",),
+    "model": (".toml",),
+}
+"""Endings of an output by option; any if there are none."""
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
@@ -219,13 +225,18 @@ def command_line() -> str:
     return shlex.join(["sigmatau", *sys.argv[1:]])
 
 
-def check_outputs(log: Path, plot: Path | None, json: Path | None) -> None:
-    """Check ``--plot`` and ``--json`` of one log."""
-    file = None if str(json) == "-" else json
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(file, (), "json")
-    refuse_same(log, plot=plot, json=file)
-    expect(plot, file)
+def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:
+    """Check the outputs of a command by option, before a long computation; ``-`` is standard output.
+
+    What an earlier run left in their place is removed if the command fails, see `expect`. Beside ``csv_curves`` stands the
+    file of the coefficients.
+    """
+    files = {option: path for option, path in outputs.items() if path is not None and str(path) != "-"}
+    for option, path in files.items():
+        check_output(path, ENDINGS.get(option, ()), option)
+    for each in inputs or [Path()]:
+        refuse_same(each, **files)
+    expect(*files.values())
 
 
 def json_text(content: object, *, ascii_only: bool = False) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +13,7 @@ from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.declared import Show
-from sigmatau.cli.options import say, working
+from sigmatau.cli.options import say, working, write_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -134,10 +132,7 @@ def plan_command(
         if value is not None and misfits:
             value_in_si(value, misfits[-1], "--value")  # raises which units fit
         raise OptionError(f"{source}: no channel has noise ignored {term}", option="term")
-    if json:
-        sys.stdout.write(json_module.dumps([p.to_dict() for p in plans], indent=1, allow_nan=False) + "\n")
-    else:
-        sys.stdout.write("\n".join(map(repr, plans)) + "\n")
+    write_result("\n".join(map(repr, plans)), [plan.to_dict() for plan in plans], Path("-") if json else None)
     return 0
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -16,8 +14,16 @@ from sigmatau.analysis.inputs import is_result, require_model
 from sigmatau.analysis.reading import read_analysis
 from sigmatau.cli.datasheet import check_model
 from sigmatau.cli.declared import Show
-from sigmatau.cli.earlier import expect
-from sigmatau.cli.options import check_output, check_style, drawing, key_values, refuse_same, say, working, write_figure
+from sigmatau.cli.options import (
+    check_outputs,
+    check_style,
+    drawing,
+    key_values,
+    say,
+    working,
+    write_figure,
+    write_result,
+)
 from sigmatau.errors import OptionError
 from sigmatau.model.file import value_in_si
 from sigmatau.model.noise_model import NoiseModel
@@ -80,9 +86,7 @@ def predict_command(
     """
     set_shown(show)
     check_style(style, plot)
-    check_output(plot, (".png", ".svg", ".pdf"), "plot")
-    refuse_same(source, plot=plot)
-    expect(plot)
+    check_outputs([source], plot=plot)
     times = [_time(text, "after") for text in after.split(",")]
     average = None if calibration is None else _time(calibration, "calibration")
     check_model(source)
@@ -114,10 +118,7 @@ def predict_command(
             curve = predicted([*prediction.after.tolist(), *np.geomspace(first, last, _POINTS).tolist()])
             with drawing(plot, style, quiet=True):
                 write_figure(curve.plot(marked=prediction.after), plot)
-    if json:
-        sys.stdout.write(json_module.dumps(prediction.to_dict(), indent=1, allow_nan=False) + "\n")
-    else:
-        sys.stdout.write(repr(prediction) + "\n")
+    write_result(repr(prediction), prediction.to_dict(), Path("-") if json else None)
     return 0
 
 

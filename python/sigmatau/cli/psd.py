@@ -88,7 +88,7 @@ def psd_command(
     """
     set_shown(show)
     check_style(style, plot)
-    check_outputs(log, plot, json)
+    check_outputs([log], plot=plot, json=json)
     options = _options(method, segment=segment, tapers=tapers, f_max=f_max)
     named = None if axes is None else [name.strip() for text in axes for name in text.split(",")]
     if model is not None:

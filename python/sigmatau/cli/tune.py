@@ -96,7 +96,7 @@ def tune_command(
         Print only errors on standard error.
     """
     check_style(style, plot)
-    check_outputs(innovations, plot, json)
+    check_outputs([innovations], plot=plot, json=json)
     if rest is not None:
         set_shown(show)
         stated = {

@@ -17,8 +17,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis import Analysis, of_curves
 from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet, Show
-from sigmatau.cli.earlier import expect
-from sigmatau.cli.options import FIGURE_ENDINGS, check_output, say, write_figure, write_json
+from sigmatau.cli.options import check_outputs, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
@@ -77,9 +76,7 @@ def watch_command(
     """
     set_shown(show)
     between, longest = _positive(every, "every"), None if idle is None else _positive(idle, "idle")
-    check_output(plot, FIGURE_ENDINGS, "plot")
-    check_output(json, (), "json")
-    expect(plot, json)
+    check_outputs([], plot=plot, json=json)
     if source != "-" and not Path(source).is_file():
         what = "is not a regular file" if Path(source).exists() else "there is no such file"
         raise DataError(f"{source}: {what}; - is standard input")

@@ -65,11 +65,11 @@ def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import Job, analyse
-    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming
 
     job = Job(reading=READING, settings={}, naming=Naming(folders=True))
-    stored = Stored(engine_of(store), job.options)
+    stored = Stored(open_engine(store), job.options)
     found = find([str(logs)])[share::of]
     for at in range(0, len(found), 200):
         outcomes = [one for log in found[at : at + 200] for one in analyse([log], job)[0]]
@@ -295,14 +295,14 @@ def cost(folder: Path) -> dict[str, Any]:
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import Job, analyse
-    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming
 
     logs = make_logs(folder / "logs30", 30)
     job = Job(reading=READING, settings={}, naming=Naming(folders=True))
     store = folder / "cost.db"
     store.unlink(missing_ok=True)
-    stored, found = Stored(engine_of(store), job.options), find([str(logs)])
+    stored, found = Stored(open_engine(store), job.options), find([str(logs)])
     analyse(found[:2], job)  # what is loaded once
     begun = time.process_time()
     outcomes = analyse(found, job)[0]

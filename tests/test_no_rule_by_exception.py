@@ -42,7 +42,7 @@ JUSTIFIED = {
     "io/read/turn_tables.py refuse_shared_times": UNLOADABLE,
     "io/read/unit_question.py _noise_of_gyro": UNLOADABLE,
     "lab/lots/lot.py examine": UNREADABLE,
-    "lab/lots/preparing.py table_of": UNREADABLE,
+    "lab/lots/preparing.py collect_runs": UNREADABLE,
     "lab/lots/reading.py _read": UNREADABLE,
     "lab/store/store.py read": "a result that cannot be read is a failed run",
     "lab/store/store.py units_latest": "a result that cannot be read is a failed unit",

@@ -148,7 +148,7 @@ def analyze_command(
     if slope is not None and (joint or joint_axes or str(json) == "-"):
         raise OptionError("--slope is printed of the curves of one log, without --joint and --json -", option="slope")
     if joint or joint_axes:
-        from sigmatau.cli.joint import joint_command, refuse, terms_of
+        from sigmatau.cli.joint import joint_command, parse_common, refuse
 
         refuse(outputs, chosen["method"], jobs=jobs, overlay=overlay, read_off_at=chosen["read_off_at"])
         return joint_command(
@@ -158,7 +158,7 @@ def analyze_command(
             outputs,
             exports,
             over="axes" if joint_axes else "runs",
-            common=terms_of(common),
+            common=parse_common(common),
             verbose=verbose,
             quiet=quiet,
         )

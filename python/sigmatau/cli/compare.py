@@ -102,7 +102,7 @@ def compare_command(
         comparison = (
             compare_runs(results, by=options.by, level=options.level, jobs=options.jobs)
             if store is None
-            else _of_store(store, unit or [], temperature, options)
+            else _compare_stored(store, unit or [], temperature, options)
         )
     check_shown({label.channel: (label.quantity, label.rate_unit) for label in comparison.table.labels})
     if csv is not None:
@@ -125,7 +125,9 @@ def compare_command(
     return _tell_unused(comparison, quiet=quiet)
 
 
-def _of_store(place: str, units: Sequence[str], temperature: str | None, options: CompareOptions) -> RunComparison:
+def _compare_stored(
+    place: str, units: Sequence[str], temperature: str | None, options: CompareOptions
+) -> RunComparison:
     from sigmatau.cli.store import opened, temperatures
     from sigmatau.lab.store.choosing import Chosen
 

@@ -16,7 +16,7 @@ from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import say
 from sigmatau.cli.reading import Reading
 from sigmatau.cli.settings import FleetSettings
-from sigmatau.cli.store import place_of
+from sigmatau.cli.store import store_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import duration_text
 
@@ -88,7 +88,7 @@ def fleet_command(
     quiet
         Print only errors and the last line.
     """
-    place = place_of(store)
+    place = store_place(store)
     if workers is not None and workers < 1:
         raise OptionError(f"--workers {workers}: must be a number of processes, at least 1", option="workers")
     if scheduler is not None and (workers is not None or memory is not None):
@@ -102,7 +102,7 @@ def fleet_command(
     from sigmatau.lab.fleet.run import cluster
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import Job
-    from sigmatau.lab.store.connect import engine_of
+    from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or Reading()).arguments(), (settings or FleetSettings()).arguments()
@@ -113,23 +113,25 @@ def fleet_command(
     naming.check()
     # Workers are in other folders, and logs/a.csv of two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
-    found = [log for log in find(logs) if not _of_store(log.place, place)]
-    runs, unnamed = _all_stated(naming, found)
-    found = [log for log in found if log.place in runs]
-    with closing(Stored(engine_of(place), options)) as stored:
-        wanted = [log for log in found if not stored.has(log, failures=not retry_failed)]
-        known = {log.place for log in found} - {log.place for log in wanted}
-        if renamed := stored.describe({one: values for one, values in runs.items() if values and one in known}):
+    named = [log for log in find(logs) if not _is_store_file(log.place, place)]
+    runs, unnamed = _all_stated(naming, named)
+    named = [log for log in named if log.place in runs]
+    with closing(Stored(open_engine(place), options)) as stored:
+        wanted = [log for log in named if not stored.has(log, failures=not retry_failed)]
+        stored_places = {log.place for log in named} - {log.place for log in wanted}
+        if renamed := stored.describe(
+            {log_place: values for log_place, values in runs.items() if values and log_place in stored_places}
+        ):
             say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
-        before = _before(len(found) - len(wanted), stored.failed(found) if not retry_failed else 0)
+        before = _before(len(named) - len(wanted), stored.failed(named) if not retry_failed else 0)
         if before and wanted:
-            say(f"of {len(found)} logs {before}", quiet=quiet)
-        tally = _Tally(stored, len(wanted), tried=bool(known))
+            say(f"of {len(named)} logs {before}", quiet=quiet)
+        tally = _Tally(stored, len(wanted), tried=bool(stored_places))
         if wanted:
             gigabyte = None if memory is None else memory * 1e9
             with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client:
                 _run(client, wanted, job, tally, quiet=quiet)
-    return _told(tally, before, unnamed)
+    return _report(tally, before, unnamed)
 
 
 def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quiet: bool) -> None:
@@ -155,7 +157,7 @@ def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quie
         ) from None
 
 
-def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
+def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
     """Print errors and the summary; returns the exit code."""
     for line in [*unnamed, *tally.errors][:_LISTED]:
         print_error(line)
@@ -170,7 +172,9 @@ def _told(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
         return 2  # otherwise the options are right, and some of the files are of another kind
     if unnamed:
         return 1
-    return next((code for code, of in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[of]), 0)
+    return next(
+        (code for code, outcome in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[outcome]), 0
+    )
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:
@@ -183,8 +187,8 @@ def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str
         except DataError as error:
             unnamed.append(str(error if error.source else error.about(log.place)))
     if unnamed and not stated:
-        more = f"; the same for {len(unnamed) - 1} more logs" if len(unnamed) > 1 else ""
-        raise DataError(f"{unnamed[0]}{more}")
+        suffix = f"; the same for {len(unnamed) - 1} more logs" if len(unnamed) > 1 else ""
+        raise DataError(f"{unnamed[0]}{suffix}")
     return stated, unnamed
 
 
@@ -199,17 +203,17 @@ def _stated(naming: Naming, place: str) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value is not None}
 
 
-def _of_store(log: str, store: str) -> bool:
+def _is_store_file(log: str, store: str) -> bool:
     """Whether a file is the store, or one that SQLite keeps beside it."""
     names = {store, *(f"{store}{end}" for end in ("-wal", "-shm", "-journal"))}
     return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
 
-def _before(known: int, failed: int) -> str:
+def _before(stored_logs: int, failed: int) -> str:
     """Logs that are not analysed again, in words; empty for none."""
-    if not known:
+    if not stored_logs:
         return ""
-    return f"{known} were in the store{f' ({failed} of them failed)' if failed else ''}"
+    return f"{stored_logs} were in the store{f' ({failed} of them failed)' if failed else ''}"
 
 
 class _Tally:
@@ -234,10 +238,10 @@ class _Tally:
             self._since = time.monotonic()
         self._waiting += outcomes
         self.finished += len(outcomes)
-        for one in outcomes:
-            self.codes[one.code] += 1
-            if one.error:
-                self.errors.append(one.error.for_command_line())
+        for outcome in outcomes:
+            self.codes[outcome.code] += 1
+            if outcome.error:
+                self.errors.append(outcome.error.for_command_line())
         if len(self._waiting) >= _BATCH or (self._waiting and time.monotonic() - self._since > _BATCH_SECONDS):
             self.write()
 
@@ -245,7 +249,7 @@ class _Tally:
         """Write what waits, in one transaction; what is written stays whatever happens."""
         if self._waiting and not self.held:
             waiting, self._waiting = self._waiting, []
-            self._stored.add([one.rows for one in waiting], [one.log for one in waiting])
+            self._stored.add([outcome.rows for outcome in waiting], [outcome.log for outcome in waiting])
             self.written += len(waiting)
 
     @property

@@ -31,7 +31,7 @@ _SEVERAL = 2
 NOT_AT_REST = 5
 
 
-def terms_of(text: str | None) -> tuple[str, ...]:
+def parse_common(text: str | None) -> tuple[str, ...]:
     """Terms of ``--common``; raises `OptionError`."""
     if text is None:
         return COMMON
@@ -51,8 +51,8 @@ def refuse(
         "read-off-at": read_off_at or None,
         "jobs": jobs,
     }
-    for option, given in single.items():
-        if given is not None:
+    for option, value in single.items():
+        if value is not None:
             raise OptionError(
                 f"--{option} is of single logs, and --joint makes one result of all; run it without --joint",
                 option=option,
@@ -79,26 +79,26 @@ def joint_command(
     for log in logs:
         exports.check_reading(readings[log])
     outputs.check(logs, exports)
-    if others := [str(file) for file in left_out if not is_result(file)]:
-        say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+    if skipped := [str(file) for file in left_out if not is_result(file)]:
+        say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
     records, codes = _analysed(logs, readings, settings, exports, over=over, verbose=verbose, quiet=quiet)
     if not records or (len(records) < _SEVERAL and over == "runs"):
         raise DataError(
             f"--joint needs two or more logs that can be used: {len(records)} of {len(logs)} can; correct or add logs"
         )
     with working(f"fitting {len(records)} logs jointly", quiet=quiet):
-        found = fit_analysed(records, over=over, common=common, terms=settings["terms"])
+        fitted = fit_analysed(records, over=over, common=common, terms=settings["terms"])
     attempts = Attempts()
     with_table = str(outputs.json) != "-"
     if with_table:
         width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 80
-        text = repr(found.joint) if verbose else found.overview(width=width, legend=not quiet)
+        text = repr(fitted.joint) if verbose else fitted.overview(width=width, legend=not quiet)
         sys.stdout.write(f"{text}\n")
         sys.stdout.flush()
-    for line in wrapped(finding_lines(found.analysis.findings)):
+    for line in wrapped(finding_lines(fitted.analysis.findings)):
         say(line, quiet=quiet)
-    _write(attempts, found, outputs, quiet=quiet)
-    exports.write(attempts, found.analysis, result=outputs.files["json"], quiet=quiet)
+    _write(attempts, fitted, outputs, quiet=quiet)
+    exports.write(attempts, fitted.analysis, result=outputs.files["json"], quiet=quiet)
     return attempts.finish(next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0))
 
 
@@ -117,7 +117,7 @@ def _analysed(
     codes: set[int] = set()
     names = dict(zip(logs, batch.names(logs), strict=True))
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
-        told = []
+        finding_texts = []
         firsts: dict[str, tuple[Stream, str]] = {}
         for k, log in enumerate(logs, 1):
             code = 1  # of an error
@@ -129,7 +129,9 @@ def _analysed(
                 analysis = analyze(record, **settings)
                 code = exit_code(analysis.findings) or 1
                 codes.add(exit_code(analysis.findings))
-                told += [f"{log}: {finding}" for finding in analysis.findings if finding.severity != "info" or verbose]
+                finding_texts += [
+                    f"{log}: {finding}" for finding in analysis.findings if finding.severity != "info" or verbose
+                ]
                 records.append(analysed_run(record, analysis, name=names[log]))
             except (OptionError, _OtherSensorError):
                 raise  # an option that is wrong is wrong for all logs
@@ -137,7 +139,7 @@ def _analysed(
                 codes.add(code if code == NOT_AT_REST else 1)
                 print_error(str(error))
             done(k / len(logs))
-    for line in told:
+    for line in finding_texts:
         say(line, quiet=quiet)
     return records, codes
 
@@ -158,13 +160,13 @@ def _check_same_sensor(record: Record, name: str, firsts: dict[str, tuple[Stream
                 raise _OtherSensorError(str(error)) from None
 
 
-def _write(attempts: Attempts, found: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
+def _write(attempts: Attempts, fitted: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
     if outputs.csv is not None:
         with attempts.attempt():
-            write_csv(found.analysis, outputs.csv)
+            write_csv(fitted.analysis, outputs.csv)
     if outputs.json is not None:
         with attempts.attempt():
-            write_result("", found.to_dict(), outputs.json)
+            write_result("", fitted.to_dict(), outputs.json)
     if outputs.plot is not None:
         with attempts.attempt(), drawing(outputs.plot, outputs.style, quiet=quiet):
-            write_figure(found.analysis.plot(style=outputs.style), outputs.plot)
+            write_figure(fitted.analysis.plot(style=outputs.style), outputs.plot)

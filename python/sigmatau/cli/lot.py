@@ -148,8 +148,8 @@ def lot_command(
     files: list[Path] = []
     if store is not None:
         expect_files(*outputs)
-        found = _stored(store, serial or [], temperature, sheet, options)
-        order = [*found]
+        units_examined = _stored(store, serial or [], temperature, sheet, options)
+        order = [*units_examined]
     else:
         places = matched(units)
         logs, files = _gather(places, expecting=expected is not None, quiet=quiet)
@@ -164,12 +164,12 @@ def lot_command(
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
         readings = assign_readings(reading, logs, [place for place in places if place in logs])
-        found = _analysed(logs, names, readings, sheet, options, results, jobs=jobs, quiet=quiet)
+        units_examined = _analysed(logs, names, readings, sheet, options, results, jobs=jobs, quiet=quiet)
         for file in files:
-            found[names[file]] = examine(file, sheet, name=names[file], **options)
+            units_examined[names[file]] = examine(file, sheet, name=names[file], **options)
         order = [names[place] for place in (*logs, *files)]
     lot = judge_lot(
-        {name: found[name] for name in order},
+        {name: units_examined[name] for name in order},
         sheet,
         expect=expected,
         undecided=undecided,
@@ -203,7 +203,7 @@ def _stored(
 
 def _text(lot: Lot, *, verbose: bool) -> str:
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() or "COLUMNS" in os.environ else 80
-    text = screen(lot, most=len(lot.units) if verbose else 10, width=max(width, 40) if not verbose else 10_000)
+    text = screen(lot, max_units=len(lot.units) if verbose else 10, width=max(width, 40) if not verbose else 10_000)
     if len(lot.units) == 1 and lot.units[0].verdict is not None:
         return f"{text}\n\n{lot.units[0].verdict!r}"
     return text
@@ -229,10 +229,10 @@ def _expected(text: str) -> int | list[str]:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise DataError(f"{path}: not a list of units: not text in UTF-8") from None
-    found = [line for line in lines if line and not line.startswith("#")]
-    if not found:
+    names = [line for line in lines if line and not line.startswith("#")]
+    if not names:
         raise DataError(f"{path}: names no unit; write one in each line")
-    return found
+    return names
 
 
 def _outputs(paths: Sequence[Path]) -> list[Path]:
@@ -252,7 +252,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             files.append(place)
             continue
         try:
-            found, left = batch.gather([place])
+            folder_logs, rest = batch.gather([place])
         except DataError:
             inside = sorted(place.glob("*.json"), key=_natural) if place.is_dir() else []
             inside = [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
@@ -262,11 +262,11 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             logs += empty
             files += inside
             continue
-        empty = _empty(left)
-        logs += sorted([*found, *empty], key=_natural)
-        others = [str(file) for file in left if file not in empty and not is_result(file)]
-        if others:
-            say(f"skipped, not a log: {', '.join(others)}", quiet=quiet)
+        empty = _empty(rest)
+        logs += sorted([*folder_logs, *empty], key=_natural)
+        skipped = [str(file) for file in rest if file not in empty and not is_result(file)]
+        if skipped:
+            say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
     for kind in (logs, files):
         twice = next((place for place in kind if kind.count(place) > 1), None)
         if twice is not None:
@@ -305,11 +305,11 @@ def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
     """The folder for the results of this run; results of other units in it are told, because they are not of this run."""
     check_folder(folder, "results")
     expect_files(*(folder / f"{name}.json" for name in names))
-    others = [
+    earlier = [
         file for file in folder.glob("*.json") if file.name.removesuffix(".json") not in names and is_result(file)
     ]
-    if others:
-        say(f"warning: {folder} has results of {len(others)} other units, which are not of this run", quiet=quiet)
+    if earlier:
+        say(f"warning: {folder} has results of {len(earlier)} other units, which are not of this run", quiet=quiet)
 
 
 def _analysed(

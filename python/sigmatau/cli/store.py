@@ -107,10 +107,10 @@ class Choice:
         )
 
 
-def place_of(store: str | None) -> str:
+def store_place(store: str | None) -> str:
     """The file or URL of ``--store``, or of the environment."""
-    if found := store or os.environ.get(VARIABLE):
-        return found
+    if place := store or os.environ.get(VARIABLE):
+        return place
     raise OptionError(
         f"--store is missing: a SQLite file, or postgresql://USER@HOST/NAME; or set ${VARIABLE}", option="store"
     )
@@ -118,7 +118,7 @@ def place_of(store: str | None) -> str:
 
 def opened(store: str | None, *, create: bool = False) -> Store:
     """The store of ``--store``, or of the environment."""
-    place = place_of(store)
+    place = store_place(store)
     from sigmatau.lab.store.store import Store
 
     return Store(place, create=create)
@@ -208,19 +208,19 @@ def add_command(
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
         naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
-        found = opened_store.add_files(
+        outcome = opened_store.add_files(
             files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))
         )
-    unnamed = [problem for problem in found.problems if problem.unit_unknown]
-    for problem in found.problems[:_MOST_PROBLEMS]:
+    unnamed = [problem for problem in outcome.problems if problem.unit_unknown]
+    for problem in outcome.problems[:_MOST_PROBLEMS]:
         print_error(f"{problem.file}: {problem.reason}")
-    if len(found.problems) > _MOST_PROBLEMS:
-        say(f"{len(found.problems) - _MOST_PROBLEMS} more files were not added")
-    added = found.added
+    if len(outcome.problems) > _MOST_PROBLEMS:
+        say(f"{len(outcome.problems) - _MOST_PROBLEMS} more files were not added")
+    added = outcome.added
     counts = [(added.new, "new"), (added.revised, "revised"), (added.known, "already there")]
     text = ", ".join(f"{count} {what}" for count, what in counts if count or what == "new")
-    say(f"{text}{f', {len(found.problems)} not added' if found.problems else ''}", quiet=quiet)
-    return 2 if unnamed and len(unnamed) == len(found.problems) else 1 if found.problems else 0
+    say(f"{text}{f', {len(outcome.problems)} not added' if outcome.problems else ''}", quiet=quiet)
+    return 2 if unnamed and len(unnamed) == len(outcome.problems) else 1 if outcome.problems else 0
 
 
 def list_command(
@@ -395,12 +395,12 @@ def _write(table: Table, output: Path) -> None:
     # A column without a value has the type of the others, so that the files of several months are one table.
     kinds = {key: kind for kind, keys in _KINDS.items() for key in keys}
     arrays = {}
-    for key, of in columns.items():
+    for key, values in columns.items():
         if key in _TIMES:
             arrays[key] = pa.array(
-                [None if x is None else x.replace(tzinfo=UTC) for x in of], pa.timestamp("us", "UTC")
+                [None if x is None else x.replace(tzinfo=UTC) for x in values], pa.timestamp("us", "UTC")
             )
         else:
-            arrays[key] = pa.array(of, kinds.get(key, "string"))
+            arrays[key] = pa.array(values, kinds.get(key, "string"))
     with atomic(output) as temporary:
         parquet.write_table(pa.table(arrays), temporary)

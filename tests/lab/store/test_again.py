@@ -12,7 +12,7 @@ from sigmatau.lab.fleet.logs import Log
 from sigmatau.lab.fleet.stored import Stored
 from sigmatau.lab.store.choosing import Chosen
 from sigmatau.lab.store.ingest import Added
-from sigmatau.lab.store.rows import rows_of
+from sigmatau.lab.store.rows import make_rows
 from sigmatau.lab.store.store import Store
 
 FAILED = FailedAnalysis(path="day1.csv", message="day1.csv: is damaged", exit_code=1).to_dict()
@@ -34,7 +34,7 @@ def taken(store, content, version, path="day1.csv"):
     assert not stored.has(log)
     content = content | {"source": content["source"] | {"path": path}}
     entry = entry_of(content, unit="A", file_version=log.version)
-    added = stored.add([rows_of(entry)], [log])
+    added = stored.add([make_rows(entry)], [log])
     assert Stored(store._engine, {}).has(log)
     return added
 

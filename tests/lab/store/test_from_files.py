@@ -49,7 +49,7 @@ DAMAGE = {
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_damaged_files_are_named_and_the_others_added(place, tmp_path, monkeypatch, jobs):
-    monkeypatch.setattr("sigmatau.lab.store.from_files._FEW", 0)
+    monkeypatch.setattr("sigmatau.lab.store.from_files._FILES_OF_ONE_PROCESS", 0)
     monkeypatch.setattr("sigmatau.lab.store.from_files.BATCH", 4)
     folder = folder_of(tmp_path)
     for name, content in DAMAGE.items():
@@ -189,7 +189,7 @@ class Deadly(Naming):
         time.sleep(60)
 
 if __name__ == "__main__":
-    module._FEW, module.BATCH = 0, 2
+    module._FILES_OF_ONE_PROCESS, module.BATCH = 0, 2
     with Store("x.db") as store:
         try:
             store.add_files(module.gather([Path(sys.argv[1])]), Deadly(unit="A"), jobs=2)

@@ -16,7 +16,7 @@ from sigmatau.errors import DataError
 from sigmatau.lab.store import connect
 from sigmatau.lab.store.choosing import Chosen
 from sigmatau.lab.store.ingest import Added
-from sigmatau.lab.store.rows import options_key, rows_of
+from sigmatau.lab.store.rows import make_rows, options_key
 from sigmatau.lab.store.store import Store
 
 KEPT = ("name", "path", "sha256", "duration", "state", "message", "version", "digest")
@@ -41,7 +41,7 @@ def fill(connection, results):
     connection.execute(text("INSERT INTO model (id, name) VALUES (1, 'tactical')"))
     connection.execute(text("INSERT INTO unit (id, name, model_id) VALUES (1, 'A1', 1), (2, 'A2', NULL)"))
     for key, (one, current) in enumerate(results, 1):
-        rows = rows_of(entry_of(one, unit="A1", recorded=datetime(2026, 1, key)))  # noqa: DTZ001  UTC
+        rows = make_rows(entry_of(one, unit="A1", recorded=datetime(2026, 1, key)))  # noqa: DTZ001  UTC
         content, curves = old_content(one)
         if key == 4:
             content = b"damaged"

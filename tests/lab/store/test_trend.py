@@ -5,7 +5,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
-from sigmatau.lab.store.trend import _middle, period_of, trend_of
+from sigmatau.lab.store.trend import _middle, estimate_trend, number_periods
 
 MONTH = 365.2425 / 12
 SETS = 1000
@@ -59,7 +59,7 @@ def test_interval_covers_the_slope(make, kind, slope):
     rng = np.random.default_rng(seed_of(f"drift interval {kind} {slope}"))
     hits = 0
     for _ in range(SETS):
-        one = drift(trend_of(make(rng, slope=slope), term="random_walk", by="year"), kind)
+        one = drift(estimate_trend(make(rng, slope=slope), term="random_walk", by="year"), kind)
         hits += one.low <= np.expm1(slope) <= one.high
     assert within(hits / SETS, 0.95)
 
@@ -72,7 +72,7 @@ def test_false_alarms_of_a_table():
         tables = [production(rng) for _ in range(6)]
         together = {key: [value for one in tables for value in one[key]] for key in tables[0]}
         together["channel"] = [f"c{k}" for k, one in enumerate(tables) for _ in one["value"]]
-        found = trend_of(together, term="random_walk", by="year")
+        found = estimate_trend(together, term="random_walk", by="year")
         assert sum(len(one.drifts) for one in found.channels.values()) == 12
         alarms += any(one.drifts for channel in found.channels.values() for one in channel.drifts if one.drifts)
     assert alarms / 300 <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 300)
@@ -82,7 +82,7 @@ def test_false_alarms_with_units_of_heavy_tails():
     rng = np.random.default_rng(seed_of("drift heavy tails"))
     alarms = 0
     for _ in range(SETS):
-        found = trend_of(production(rng, heavy=True), term="random_walk", by="year")
+        found = estimate_trend(production(rng, heavy=True), term="random_walk", by="year")
         alarms += drift(found, "production").p_value < 0.05
     assert alarms / SETS <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / SETS)
 
@@ -91,7 +91,7 @@ def test_drift_is_seen():
     """A drift of 1 % per month over 40 units with 5 % of spread: four standard errors."""
     rng = np.random.default_rng(seed_of("drift power"))
     seen = sum(
-        drift(trend_of(production(rng, slope=0.01), term="random_walk", by="year"), "production").drifts
+        drift(estimate_trend(production(rng, slope=0.01), term="random_walk", by="year"), "production").drifts
         for _ in range(300)
     )
     assert seen / 300 >= 0.9
@@ -100,7 +100,7 @@ def test_drift_is_seen():
 def test_ageing_is_not_production():
     """Units that age alike, made at the same time, say nothing of the production."""
     rng = np.random.default_rng(seed_of("drift of units"))
-    found = trend_of(ageing(rng, slope=0.02), term="random_walk", by="year")
+    found = estimate_trend(ageing(rng, slope=0.02), term="random_walk", by="year")
     assert [one.kind for one in found["gyro_x"].drifts] == ["ageing"]
     one = drift(found, "ageing")
     assert one.drifts
@@ -126,7 +126,7 @@ def test_spread_covers():
     for _ in range(SETS):
         units = np.arange(8)
         table = rows(np.exp(0.05 * rng.standard_normal(8)), units / 100, units)
-        [period] = trend_of(table, term="random_walk", by="year")["gyro_x"].periods
+        [period] = estimate_trend(table, term="random_walk", by="year")["gyro_x"].periods
         hits += period.spread_low <= 0.05 <= period.spread_high
     assert within(hits / SETS, 0.95)
 
@@ -142,7 +142,7 @@ def test_periods(by, names):
     times = np.array(
         ["2025-12-29T00:00", "2026-01-01T00:00", "2026-03-31T23:59", "2026-04-01T00:00"], dtype="datetime64[us]"
     )
-    where, found = period_of(times, by)
+    where, found = number_periods(times, by)
     assert found == names
     assert np.all(np.diff(where) >= 0)
 
@@ -150,7 +150,7 @@ def test_periods(by, names):
 def test_limits_and_values_without_a_time():
     table = rows([1.0, np.nan, 2.0, 3.0], [0, 0, 0, 1], [0, 1, 2, 3], limits=[None, 5.0, None, None])
     table["recorded"][3] = None
-    found = trend_of(table, term="random_walk", by="year")
+    found = estimate_trend(table, term="random_walk", by="year")
     [period] = found["gyro_x"].periods
     assert (period.units, period.runs, period.limits, found.undated) == (2, 2, 1, 1)
     assert found["gyro_x"].drifts == ()
@@ -159,7 +159,7 @@ def test_limits_and_values_without_a_time():
 
 def test_limits_alone():
     table = rows([np.nan] * 3, [0, 1, 2], [0, 1, 2], limits=[5.0, 4.0, 6.0])
-    found = trend_of(table, term="bias_instability")  # the second month begins on 31 January
+    found = estimate_trend(table, term="bias_instability")  # the second month begins on 31 January
     assert [(period.units, period.limits, period.middle) for period in found["gyro_x"].periods] == [
         (0, 2, None),
         (0, 1, None),
@@ -172,7 +172,7 @@ def test_terms_with_a_sign_are_not_relative():
     rng = np.random.default_rng(seed_of("drift of a mean"))
     units = np.arange(60)
     months = units / 5
-    found = trend_of(rows(1e-6 * months - 5e-6 + 1e-7 * rng.standard_normal(60), months, units), term="mean")
+    found = estimate_trend(rows(1e-6 * months - 5e-6 + 1e-7 * rng.standard_normal(60), months, units), term="mean")
     one = drift(found, "production")
     assert one.slope == pytest.approx(1e-6, abs=4 * (one.high - one.low) / 3.92)  # four standard errors
     assert one.high - one.low < 1e-7
@@ -186,7 +186,7 @@ def test_terms_with_a_sign_are_not_relative():
 ])  # fmt: skip
 def test_errors(change, options, error):
     with pytest.raises(error):
-        trend_of(rows([1.0, 2.0, 3.0], [0, 1, 2], [0, 1, 2]) | change, term="random_walk", **options)
+        estimate_trend(rows([1.0, 2.0, 3.0], [0, 1, 2], [0, 1, 2]) | change, term="random_walk", **options)
 
 
 def test_units_are_not_mixed():
@@ -194,7 +194,7 @@ def test_units_are_not_mixed():
     values = np.array([1.0, 1.02, 0.99, 1.01, 1.0, 1.0]) * 1e-4
     found = rows([*values, *1e3 * values], np.arange(12), range(12))
     found["si"][6:] = found["rate_unit"][6:] = ["m/s^2"] * 6
-    trend = trend_of(found, term="random_walk")
+    trend = estimate_trend(found, term="random_walk")
     assert list(trend.channels) == ["gyro_x [rad/sqrt(s)]", "gyro_x [m/s^2]"]
     assert [one.unit for one in trend.channels.values()] == ["rad/sqrt(s)", "m/s^2"]
     assert not any(one.drifts for part in trend.channels.values() for one in part.drifts)
@@ -211,7 +211,7 @@ def test_random_batches_pass_for_drifts(batches, share):
         months = rng.uniform(0, 6, 60)
         batch = batches * rng.standard_normal(6)[months.astype(int)]
         values = 1e-4 * np.exp(batch + 0.05 * rng.standard_normal(60))
-        [one] = trend_of(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
+        [one] = estimate_trend(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
         found += one.drifts
     # The stated share is of 600 sets, so both errors count.
     assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 600))

@@ -80,14 +80,14 @@ class Meaning:
     words: str
 
 
-_ONE = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
-_TWO = Meaning(of="random_walk", factor=1.0, words="two-sided")
+_ONE_SIDED = Meaning(of="random_walk", factor=math.sqrt(0.5), words="one-sided")
+_TWO_SIDED = Meaning(of="random_walk", factor=1.0, words="two-sided")
 _MINIMUM = Meaning(of=MINIMUM, factor=1.0, words="Allan minimum")
 _COEFFICIENT = Meaning(of="bias_instability", factor=1.0, words="coefficient B")
 _STD = Meaning(of=MEANS, factor=1.0, words="")
 
 _MEANINGS = {
-    "noise_density": {"one": (_ONE,), "two": (_TWO,), "unknown": (_ONE, _TWO)},
+    "noise_density": {"one": (_ONE_SIDED,), "two": (_TWO_SIDED,), "unknown": (_ONE_SIDED, _TWO_SIDED)},
     "bias_instability": {"minimum": (_MINIMUM,), "coefficient": (_COEFFICIENT,), "unknown": (_MINIMUM, _COEFFICIENT)},
 }
 
@@ -149,7 +149,7 @@ class Claim:
     @property
     def unit(self) -> str:
         """SI unit of `typical` and `maximum`."""
-        return coefficient_unit(_of_unit(self.key), *QUANTITIES[self.sensor.partition("_")[0]])
+        return coefficient_unit(_unit_term(self.key), *QUANTITIES[self.sensor.partition("_")[0]])
 
     @property
     def usual(self) -> str:
@@ -170,8 +170,8 @@ class Claim:
             unit = find(_NUMBER.sub("", text, count=1))
             return unit.text, unit.factor
         # A claim made by hand has no texts; accelerometer biases are in µg as in most datasheets.
-        units = display_units(_of_unit(self.key), self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
-        return units[-1] if _of_unit(self.key) == "bias_instability" else units[0]
+        units = display_units(_unit_term(self.key), self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
+        return units[-1] if _unit_term(self.key) == "bias_instability" else units[0]
 
     def meanings(self, *, sided: Sided | None = None, bias: Bias | None = None) -> tuple[Meaning, ...]:
         """The interpretations; two if neither the datasheet nor `sided` or `bias` states the convention.
@@ -197,12 +197,12 @@ class Claim:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        known = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
-        more = [name for name in ("convention", "note", "one_sigma") if getattr(self, name)]
-        return plain(self, "sensor key term unit", *known, *more, *(["average_s=average"] if self.average else []))
+        numbers = [name for name in ("typical", "maximum") if getattr(self, name) is not None]
+        texts = [name for name in ("convention", "note", "one_sigma") if getattr(self, name)]
+        return plain(self, "sensor key term unit", *numbers, *texts, *(["average_s=average"] if self.average else []))
 
 
-def _of_unit(key: str) -> str:
+def _unit_term(key: str) -> str:
     """The term whose unit a key has."""
     return "bias_instability" if key == MEANS else KEYS[key]
 
@@ -242,7 +242,7 @@ def parsed(path: Path) -> dict[str, Any]:
         raise DataError(f"{path}: not a TOML file: {error}") from None
 
 
-def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
+def parse_texts(content: Mapping[str, Any]) -> dict[str, str]:
     """Text fields: name, maker, source and others."""
     unknown = next((key for key in content if key not in TEXTS and key not in SENSORS), None)
     if unknown is not None:
@@ -254,7 +254,7 @@ def texts_of(content: Mapping[str, Any]) -> dict[str, str]:
     return {key: _text(content[key], key) for key in TEXTS if key in content}
 
 
-def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
+def parse_claims(content: Mapping[str, Any]) -> tuple[Claim, ...]:
     """The noise specifications; raises `DataError` with sensor and key."""
     claims = []
     for sensor in SENSORS:
@@ -262,16 +262,16 @@ def claims_of(content: Mapping[str, Any]) -> tuple[Claim, ...]:
             table = _table(content, sensor).get(key)
             # Means of several averaging times are a list.
             tables = table if key == MEANS and isinstance(table, list) else [] if table is None else [table]
-            found = [_claim(sensor, key, one) for one in tables]
-            if len({one.average for one in found}) < len(found):
+            sensor_claims = [_claim(sensor, key, table_) for table_ in tables]
+            if len({claim.average for claim in sensor_claims}) < len(sensor_claims):
                 raise DataError(f"{sensor}: {key}: two tables have the same average; write one")
-            claims += found
+            claims += sensor_claims
     return tuple(claims)
 
 
-def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]:
+def parse_data(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]:
     """Other specifications by sensor, as text: full scale, bandwidth, output rates, biases."""
-    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    data: dict[str, dict[str, tuple[str, ...]]] = {}
     for sensor in SENSORS:
         table = _table(content, sensor)
         allowed = (*KEYS, *_LISTS, *(("axes",) if sensor in QUANTITIES else ()))
@@ -280,24 +280,24 @@ def data_of(content: Mapping[str, Any]) -> dict[str, dict[str, tuple[str, ...]]]
             raise DataError(f"{sensor}: unknown key {unknown!r}; keys: {', '.join(allowed)}")
         for key in _LISTS:
             if key in table:
-                found.setdefault(sensor, {})[key] = _listed(sensor, key, table[key])
-    return found
+                data.setdefault(sensor, {})[key] = _listed(sensor, key, table[key])
+    return data
 
 
-def axes_of(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+def parse_axes(content: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
     """The axes of a unit by sensor, if stated."""
-    found = {}
+    axes_by_sensor = {}
     for sensor in QUANTITIES:
         axes = _table(content, sensor).get("axes")
         if axes is None:
             continue
         if not isinstance(axes, list) or not axes or any(axis not in AXES for axis in axes) or len({*axes}) < len(axes):
             raise DataError(f'{sensor}: axes = {axes!r}; list the axes of a unit, axes = ["x", "y", "z"]')
-        other = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
-        if other is not None:
-            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{other}]")
-        found[sensor] = tuple(axis for axis in AXES if axis in axes)
-    return found
+        contrary = next((axis for axis in AXES if axis not in axes and f"{sensor}_{axis}" in content), None)
+        if contrary is not None:
+            raise DataError(f"{sensor}: axes = {axes!r} contradicts [{sensor}_{contrary}]")
+        axes_by_sensor[sensor] = tuple(axis for axis in AXES if axis in axes)
+    return axes_by_sensor
 
 
 def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
@@ -310,8 +310,8 @@ def _table(content: Mapping[str, Any], sensor: str) -> Mapping[str, Any]:
 def _claim(sensor: str, key: str, table: object) -> Claim:
     no_convention: tuple[str, tuple[str, ...], str] = ("", (), "")
     where, choices, why = _CONVENTIONS.get(key, no_convention)
-    more = ', average = "10 s"' if key == MEANS else f', {where} = "{choices[0]}"' if where else ""
-    example = f'{key} = {{ typical = "…", maximum = "…"{more} }}'
+    third = ', average = "10 s"' if key == MEANS else f', {where} = "{choices[0]}"' if where else ""
+    example = f'{key} = {{ typical = "…", maximum = "…"{third} }}'
     if not isinstance(table, Mapping):
         raise DataError(f"{sensor}: {key} = {table!r}; write e.g. {example}")
     allowed = ("typical", "one_sigma", "maximum", "note", where, *(("average",) if key == MEANS else ()))
@@ -330,7 +330,7 @@ def _claim(sensor: str, key: str, table: object) -> Claim:
             listed = ", ".join(f'{where} = "{choice}"' for choice in choices)
             got = f"; got {table[where]!r}" if where in table else ""
             raise DataError(f"{sensor}: {key} needs one of {listed}, because {why}{got}; write e.g. {example}")
-    si = coefficient_unit(_of_unit(key), *QUANTITIES[sensor.partition("_")[0]])
+    si = coefficient_unit(_unit_term(key), *QUANTITIES[sensor.partition("_")[0]])
     values = {k: _value(sensor, key, k, table[k], si) for k in (usual, "maximum") if k in table}
     if len(values) > 1 and values[usual] > values["maximum"]:
         raise DataError(f"{sensor}: {key}: {usual} {table[usual]} is above maximum {table['maximum']}")
@@ -354,10 +354,10 @@ def _average(sensor: str, text: object) -> float:
     if text is None:
         raise DataError(f"{sensor}: {MEANS} needs {choices}: the standard deviation of means depends on it")
     value = _value(sensor, MEANS, "average", text, "s")
-    near = next((average for average in AVERAGES if math.isclose(value, average, rel_tol=1e-6)), None)
-    if near is None:
+    average_ = next((average for average in AVERAGES if math.isclose(value, average, rel_tol=1e-6)), None)
+    if average_ is None:
         raise DataError(f"{sensor}: {MEANS}: average = {text!r}; an analysis has {choices}")
-    return near
+    return average_
 
 
 def _value(sensor: str, key: str, which: str, text: object, si: str) -> float:

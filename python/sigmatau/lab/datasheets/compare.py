@@ -112,10 +112,10 @@ def compare_with(
                 _reading(claim, meaning, model, means.get(channel, {}), level, factor)
                 for meaning in claim.meanings(sided=sided, bias=bias)
             )
-            status, doubt = _status(readings) if model.adequate else ("undecided", _doubt_of(model))
+            status, doubt = _status(readings) if model.adequate else ("undecided", _model_doubt(model))
             judged.append(Judged(channel=channel, claim=claim, readings=readings, status=status, doubt=doubt))
-        said = {claim.term for claim in claims}
-        unsaid += [(channel, term) for term in model.terms if term not in said and term not in model.limits]
+        stated_terms = {claim.term for claim in claims}
+        unsaid += [(channel, term) for term in model.terms if term not in stated_terms and term not in model.limits]
     absent = _absent(sheet, [*models, *without])
     return Verdict(
         unit=unit,
@@ -163,8 +163,8 @@ def _models(result: NoiseModel | Fitted) -> tuple[dict[str, ChannelModel], list[
         return dict(result.channels), [], {}
     fits: Mapping[str, NoiseFit] | None = getattr(result, "fits", None)
     if fits is None:
-        more = "; Analysis.from_dict(content) is one of its JSON" if isinstance(result, Mapping) else ""
-        raise DataError(f"{type(result).__name__} is not a result: give an Analysis or a NoiseModel{more}")
+        hint = "; Analysis.from_dict(content) is one of its JSON" if isinstance(result, Mapping) else ""
+        raise DataError(f"{type(result).__name__} is not a result: give an Analysis or a NoiseModel{hint}")
     if not fits and (reason := getattr(result, "reason_without_fits", "")):
         raise DataError(reason)
     for name, fit in fits.items():
@@ -187,37 +187,37 @@ def _reading(
     level: float,
     factor: float | None,
 ) -> Reading:
-    found = stability(means, claim.average or 0.0) if meaning.of == MEANS else measured(model, meaning.of)
+    value = stability(means, claim.average or 0.0) if meaning.of == MEANS else measured(model, meaning.of)
     maximum = claim.maximum
     if maximum is None and factor is not None and claim.typical is not None:
         maximum = factor * claim.typical
     return Reading(
         meaning=meaning,
-        measured=found,
-        typical=_compared(found, claim.typical, meaning.factor, level, adequate=model.adequate),
-        maximum=_compared(found, maximum, meaning.factor, level, adequate=model.adequate),
+        measured=value,
+        typical=_compared(value, claim.typical, meaning.factor, level, adequate=model.adequate),
+        maximum=_compared(value, maximum, meaning.factor, level, adequate=model.adequate),
     )
 
 
 def _compared(
-    found: Measured, stated: float | None, factor: float, level: float, *, adequate: bool
+    value: Measured, stated: float | None, factor: float, level: float, *, adequate: bool
 ) -> Comparison | None:
     if stated is None:
         return None
     limit = factor * stated
     if not adequate:  # the error of the values is unknown
         return Comparison(limit=limit, side="undecided")
-    if found.value is None:
+    if value.value is None:
         # A limit of 95 % proves nothing at 99 %.
-        shows = level <= found.level
-        below = shows and found.upper_limit is not None and found.upper_limit < limit
-        above = shows and found.lower_limit is not None and found.lower_limit > limit * (1 + _EQUAL)
+        shows = level <= value.level
+        below = shows and value.upper_limit is not None and value.upper_limit < limit
+        above = shows and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
         return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
-    if found.low is None or found.high is None:
-        if math.isclose(found.value, limit, rel_tol=_EQUAL):
+    if value.low is None or value.high is None:
+        if math.isclose(value.value, limit, rel_tol=_EQUAL):
             return Comparison(limit=limit, side="undecided")
-        return Comparison(limit=limit, side="above" if found.value > limit else "below")
-    sigmas = _sigmas(found.value, found.low, found.high, limit, found.level)
+        return Comparison(limit=limit, side="above" if value.value > limit else "below")
+    sigmas = _sigmas(value.value, value.low, value.high, limit, value.level)
     enough = NormalDist().inv_cdf(level)
     return Comparison(
         limit=limit, side="above" if sigmas > enough else "below" if sigmas < -enough else "undecided", sigmas=sigmas
@@ -239,23 +239,25 @@ def _sigmas(value: float, low: float, high: float, limit: float, level: float) -
     return math.copysign(min(abs(distance) / width, _MOST_SIGMAS) if width else _MOST_SIGMAS, distance)
 
 
-def _doubt_of(model: ChannelModel) -> Doubt:
+def _model_doubt(model: ChannelModel) -> Doubt:
     """The doubt about a model that does not fit."""
     return Doubt(kind="only_limits" if model.has_only_limits else "not_adequate")
 
 
 def _status(readings: tuple[Reading, ...]) -> tuple[Status, Doubt | None]:
     """Status on which all meanings agree, else undecided, and the reason."""
-    found = {_of_one(reading) for reading in readings}
-    if len(found) == 1:
-        status = found.pop()
+    statuses = {_reading_status(reading) for reading in readings}
+    if len(statuses) == 1:
+        status = statuses.pop()
         return status, readings[0].measured.doubt if status == "undecided" else None
     conventions = tuple(reading.meaning.words for reading in readings)
-    of_typical = found <= {"within", "above typical"}
-    return "undecided", Doubt(kind="convention_of_typical" if of_typical else "convention", conventions=conventions)
+    is_typical_only = statuses <= {"within", "above typical"}
+    return "undecided", Doubt(
+        kind="convention_of_typical" if is_typical_only else "convention", conventions=conventions
+    )
 
 
-def _of_one(reading: Reading) -> Status:
+def _reading_status(reading: Reading) -> Status:
     typical, maximum = reading.typical, reading.maximum
     if not reading.measured.anything:
         return "undecided"

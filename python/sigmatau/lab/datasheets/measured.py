@@ -57,48 +57,48 @@ class Measured:
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         names = ("value", "low", "high", "upper_limit", "lower_limit")
-        known = {name: getattr(self, name) for name in names}
-        kept = {key: value for key, value in known.items() if value is not None}
+        values = {name: getattr(self, name) for name in names}
+        numbers = {key: value for key, value in values.items() if value is not None}
         return {
-            **kept,
-            **({"level": self.level} if kept else {}),
+            **numbers,
+            **({"level": self.level} if numbers else {}),
             **({"words": self.doubt.words} if self.doubt else {}),
         }
 
 
-def measured(model: ChannelModel, of: str) -> Measured:
+def measured(model: ChannelModel, quantity: str) -> Measured:
     """A term of a model, or the minimum of its Allan deviation; the absolute value of a ramp."""
-    if of == MINIMUM:
+    if quantity == MINIMUM:
         return _minimum(model)
-    if of in model and of not in model.limits:
-        low, high = model.intervals.get(of, (None, None))
-        value = abs(model[of])
+    if quantity in model and quantity not in model.limits:
+        low, high = model.intervals.get(quantity, (None, None))
+        value = abs(model[quantity])
         if low is not None and high is not None:
             if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-                raise DataError(f"{of}: {low!r} to {high!r} is not an interval")
+                raise DataError(f"{quantity}: {low!r} to {high!r} is not an interval")
             low, high = (0.0 if low < 0 < high else min(abs(low), abs(high))), max(abs(low), abs(high))
             low, high = min(low, value), max(high, value)
         return Measured(value=value, low=low, high=high, level=model.level)
-    if of in model.limits:
-        return Measured(upper_limit=model.limits[of], level=model.level)
+    if quantity in model.limits:
+        return Measured(upper_limit=model.limits[quantity], level=model.level)
     return Measured(doubt=Doubt(kind="not_in_result"))
 
 
 def measured_means(rows: Iterable[MeanStability]) -> dict[float, Measured]:
     """Standard deviations of means by averaging time in s."""
-    found = {}
+    by_average = {}
     for row in rows:
         ends: tuple[float | None, float | None] = (None, None)
         if row.low is not None and row.high is not None:
             ends = min(row.low, row.value), max(row.high, row.value)
-        found[row.average] = Measured(value=row.value, low=ends[0], high=ends[1], level=row.level)
-    return found
+        by_average[row.average] = Measured(value=row.value, low=ends[0], high=ends[1], level=row.level)
+    return by_average
 
 
 def stability(means: Mapping[float, Measured], average: float) -> Measured:
     """The standard deviation of means of an averaging time."""
-    near = (found for at, found in means.items() if math.isclose(at, average, rel_tol=_SAME_AVERAGE))
-    return next(near, Measured(doubt=Doubt(kind="no_means", average=average)))
+    matching = (std for time, std in means.items() if math.isclose(time, average, rel_tol=_SAME_AVERAGE))
+    return next(matching, Measured(doubt=Doubt(kind="no_means", average=average)))
 
 
 def _minimum(model: ChannelModel) -> Measured:
@@ -106,52 +106,52 @@ def _minimum(model: ChannelModel) -> Measured:
     it from a sufficiently long record. Every term adds to it, so that the observed terms give a lower bound, and the
     observed terms with the limits of the others give an upper bound.
     """
-    seen = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
+    observed = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in SLOW}
     # A term that is not in the model need not be zero.
-    silent = "bias_instability" not in seen and "bias_instability" not in unseen
-    if not any(term in seen for term in SLOW):
-        return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, seen, unseen)
-    floor, _ = min_adev(seen)
-    low, high = _interval(model, seen)
+    silent = "bias_instability" not in observed and "bias_instability" not in unseen
+    if not any(term in observed for term in SLOW):
+        return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, observed, unseen)
+    floor, _ = min_adev(observed)
+    low, high = _interval(model, observed)
     if silent:
-        return _above(model, low, seen, "no_bias_instability")
-    value, tau = min_adev(seen, model, cancelled=True)
+        return _above(model, low, observed, "no_bias_instability")
+    value, tau = min_adev(observed, model, cancelled=True)
     if low is None or high is None:
         return Measured(value=value, level=model.level)
     if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * value**2:
-        return _above(model, low, seen, "processes")
+        return _above(model, low, observed, "processes")
     high *= value / floor
     if unseen:
-        high = max(high, min_adev({**seen, **unseen}, model)[0])
+        high = max(high, min_adev({**observed, **unseen}, model)[0])
     doubt = Doubt(kind="terms_at_limit", terms=tuple(sorted(unseen))) if unseen else None
     return Measured(value=value, low=low, high=high, level=model.level, doubt=doubt)
 
 
-def _below(model: ChannelModel, seen: dict[str, float], unseen: dict[str, float]) -> Measured:
+def _below(model: ChannelModel, observed: dict[str, float], unseen: dict[str, float]) -> Measured:
     """Upper limit without observed slow noise: observed terms at their upper ends, the others at their limits."""
-    ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in seen.items()}
+    ends = {term: max(map(abs, model.intervals.get(term, (value,)))) for term, value in observed.items()}
     limit, tau = min_adev({**ends, **unseen}, model)
     if processes_avar(model, np.array(tau)) > _NEGLIGIBLE * limit**2:
         return Measured(doubt=Doubt(kind="no_interval"))
     return Measured(upper_limit=limit, level=model.level)
 
 
-def _above(model: ChannelModel, low: float | None, seen: dict[str, float], why: DoubtKind) -> Measured:
+def _above(model: ChannelModel, low: float | None, observed: dict[str, float], why: DoubtKind) -> Measured:
     """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
     if low is None:
-        return Measured(lower_limit=min_adev(seen, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
+        return Measured(lower_limit=min_adev(observed, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
     return Measured(lower_limit=low, level=(1 + model.level) / 2, doubt=Doubt(kind=why))
 
 
-def _interval(model: ChannelModel, seen: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
+def _interval(model: ChannelModel, observed: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
     """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends. The covariance
     of the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the error of the
     minimum is larger: of 183 simulated records of N and B exactly at the limit, 3.8 % were out at 99 % instead of 1 %.
     """
-    found = {term: measured(model, term) for term in seen}
-    if all(one.low is None for one in found.values()):
+    values = {term: measured(model, term) for term in observed}
+    if all(value.low is None for value in values.values()):
         return None, None
-    lows = {term: seen[term] if one.low is None else one.low for term, one in found.items()}
-    highs = {term: seen[term] if one.high is None else one.high for term, one in found.items()}
+    lows = {term: observed[term] if value.low is None else value.low for term, value in values.items()}
+    highs = {term: observed[term] if value.high is None else value.high for term, value in values.items()}
     return min_adev(lows)[0], min_adev(highs)[0]

@@ -113,9 +113,9 @@ class Datasheet(Printed):
         DataError
             For an unknown key or a wrong value; names sensor and key.
         """
-        texts = claims.texts_of(content)
-        data, axes = claims.data_of(content), claims.axes_of(content)
-        return cls(**texts, data=data, axes=axes, claims=claims.claims_of(content))
+        texts = claims.parse_texts(content)
+        data, axes = claims.parse_data(content), claims.parse_axes(content)
+        return cls(**texts, data=data, axes=axes, claims=claims.parse_claims(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
         """The claims for a channel: those for its axis if there are any, else those for its sensor.
@@ -131,9 +131,9 @@ class Datasheet(Printed):
         """
         sensor = stream_name(channel)
         axis = f"{sensor}_{channel.rpartition('_')[2]}"
-        own = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == axis}
+        axis_claims = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == axis}
         common = {(claim.key, claim.average): claim for claim in self.claims if claim.sensor == sensor}
-        return tuple({**common, **own}.values())
+        return tuple({**common, **axis_claims}.values())
 
     def channels(self, sensor: str) -> tuple[str, ...]:
         """The channels of a sensor with claims: ``("gyro_x", …)``.
@@ -211,9 +211,11 @@ class Datasheet(Printed):
             text = claim.typical_text if used == "typical" else claim.maximum_text
             words = [meaning.words for meaning in claim.meanings(sided=sided, bias=bias) if meaning.words]
             taken = f"{'taken as ' if claim.convention == 'unknown' else ''}{' or '.join(words)}" if words else ""
-            other = "" if used == use else f"the datasheet has no {use} value"
+            substitution = "" if used == use else f"the datasheet has no {use} value"
             called = claim.usual if used == "typical" else used
-            lines.append(f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{called} {text}', taken, other)))}")
+            lines.append(
+                f"{claim.sensor} {claim.label}: {', '.join(filter(None, (f'{called} {text}', taken, substitution)))}"
+            )
         return tuple(lines)
 
     def _stated(self) -> tuple[str, ...]:
@@ -299,11 +301,11 @@ def _chosen(claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
 def _library() -> dict[str, Datasheet]:
     folder = resources.files("sigmatau.data").joinpath("datasheets")
     names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".toml"))
-    found = {}
+    sheets = {}
     for name in names:
         with resources.as_file(folder.joinpath(name)) as path:
-            found[name.removesuffix(".toml")] = Datasheet.read(path)
-    return found
+            sheets[name.removesuffix(".toml")] = Datasheet.read(path)
+    return sheets
 
 
 class Library(Mapping[str, Datasheet], Printed):

@@ -74,12 +74,12 @@ class Reading:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        known = {"typical": self.typical, "maximum": self.maximum}
+        comparisons = {"typical": self.typical, "maximum": self.maximum}
         return {
             "of": self.meaning.of,
             **({"meaning": self.meaning.words} if self.meaning.words else {}),
             "measured": self.measured.to_dict(),
-            **{key: comparison.to_dict() for key, comparison in known.items() if comparison is not None},
+            **{key: comparison.to_dict() for key, comparison in comparisons.items() if comparison is not None},
         }
 
 
@@ -169,10 +169,10 @@ class Verdict(Printed):
     @property
     def status(self) -> Status:
         """The worst of all claims; at least ``"undecided"`` if there is none or a channel is missing."""
-        found = {judged.status for judged in self.judged}
-        if self.missing or not found:
-            found.add("undecided")
-        return next(status for status in _WORST if status in found)
+        statuses = {judged.status for judged in self.judged}
+        if self.missing or not statuses:
+            statuses.add("undecided")
+        return next(status for status in _WORST if status in statuses)
 
     @property
     def out(self) -> bool:
@@ -229,9 +229,9 @@ class Verdict(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
-        known = "unit datasheet status may_be_out level missing claims=judged not_in_the_result=absent"
+        fields = "unit datasheet status may_be_out level missing claims=judged not_in_the_result=absent"
         unsaid = [{"channel": channel, "term": term} for channel, term in self.unsaid]
-        return plain(self, known, "" if self.factor is None else "factor", not_in_the_datasheet=unsaid)
+        return plain(self, fields, "" if self.factor is None else "factor", not_in_the_datasheet=unsaid)
 
     def __repr__(self) -> str:
         lines = [f"{printable(self.unit)} against {self.datasheet}: {self.status}"]
@@ -248,21 +248,21 @@ class Verdict(Printed):
             lines += [f"{' ' * (widths[0] + 8)}{text}" for text in against.rstrip().split("; ") if text]
         if not self.judged:
             lines.append("  the datasheet has no noise specification for these channels")
-        more = [
+        notes = [
             f"  {name}: in the datasheet, no model in the result" for name in self.missing if name not in self.absent
         ]
         if self.absent:
-            more.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
+            notes.append(f"  {', '.join(self.absent)}: in the datasheet, not in the result{_hint(self.absent)}")
         by_term: dict[str, list[str]] = {}
         for channel, term in self.unsaid:
             by_term.setdefault(term, []).append(channel)
-        more += [
+        notes += [
             f"  measured, not in the datasheet: {term.replace('_', ' ')} ({', '.join(names)})"
             for term, names in by_term.items()
         ]
         factor = "" if self.factor is None else f"; maximum, where not stated: {self.factor:g} times typical"
-        more.append(f"  confidence level of above and below: {100 * self.level:g} % each{factor}")
-        return "\n".join([*lines, *wrapped(more, indent=4)])
+        notes.append(f"  confidence level of above and below: {100 * self.level:g} % each{factor}")
+        return "\n".join([*lines, *wrapped(notes, indent=4)])
 
 
 def _narrow(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -334,11 +334,11 @@ def _limit_text(claim: Claim, name: str, value: float) -> str:
     return stated if stated and not stated.endswith(f" {claim.display()[0]}") else f"{value:.4g}"
 
 
-def _value_text(found: Measured, text: str, size: float) -> str:
-    if found.value is not None:
-        low = None if found.low is None else found.low / size
-        high = None if found.high is None else found.high / size
-        return round_to_error(found.value / size, low, high).with_unit(text)
-    if found.lower_limit is not None:
-        return f"at least {two_digits(found.lower_limit / size)} {text}"
-    return "not measured" if found.upper_limit is None else f"{limit_text(found.upper_limit / size)} {text}"
+def _value_text(value: Measured, text: str, size: float) -> str:
+    if value.value is not None:
+        low = None if value.low is None else value.low / size
+        high = None if value.high is None else value.high / size
+        return round_to_error(value.value / size, low, high).with_unit(text)
+    if value.lower_limit is not None:
+        return f"at least {two_digits(value.lower_limit / size)} {text}"
+    return "not measured" if value.upper_limit is None else f"{limit_text(value.upper_limit / size)} {text}"

@@ -44,16 +44,16 @@ def find(patterns: Iterable[str]) -> list[Log]:
     ImportError
         For a URL without fsspec or the package of its protocol.
     """
-    found: dict[str, Log] = {}
-    given = list(patterns)
-    if not given:
+    logs_by_place: dict[str, Log] = {}
+    pattern_list = list(patterns)
+    if not pattern_list:
         raise OptionError("name logs, patterns such as 'logs/**', or URLs", option="logs")
-    for pattern in given:
+    for pattern in pattern_list:
         logs = list(_remote(pattern) if "://" in pattern else _local(pattern))
         if not logs:
             raise DataError(f"{pattern}: no log there")
-        found.update((log.place, log) for log in logs)
-    return [found[place] for place in sorted(found)]
+        logs_by_place.update((log.place, log) for log in logs)
+    return [logs_by_place[place] for place in sorted(logs_by_place)]
 
 
 def _local(pattern: str) -> Iterator[Log]:
@@ -87,9 +87,9 @@ def _matching(pattern: str) -> Iterator[str]:
     if parts.count("**") != 1:
         yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  of any root
         return
-    at = parts.index("**")
-    above, rest = "/".join(parts[:at]), "/".join(parts[at + 1 :])
-    if at == 1 and not above:
+    position = parts.index("**")
+    above, rest = "/".join(parts[:position]), "/".join(parts[position + 1 :])
+    if position == 1 and not above:
         above = "/"
     for root in glob.glob(above) if above else [""]:  # noqa: PTH207
         if root and not rest:
@@ -128,14 +128,14 @@ def _is_listed(folder: Path) -> bool:
 
 def _folder(path: Path) -> Log:
     """A folder that is a log: the sum of its files, and a checksum of their names, sizes and times."""
-    size, told = 0, hashlib.sha256()
-    for at, folders, files in os.walk(path):
+    size, digest = 0, hashlib.sha256()
+    for folder, folders, files in os.walk(path):
         folders.sort()
         for name in sorted(files):
-            state = (Path(at) / name).stat()
+            state = (Path(folder) / name).stat()
             size += state.st_size
-            told.update(f"{at}/{name}\0{state.st_size}\0{state.st_mtime_ns}\n".encode(errors="surrogateescape"))
-    return Log(place=str(path), size=size, changed=told.hexdigest()[:32])
+            digest.update(f"{folder}/{name}\0{state.st_size}\0{state.st_mtime_ns}\n".encode(errors="surrogateescape"))
+    return Log(place=str(path), size=size, changed=digest.hexdigest()[:32])
 
 
 def _is_one_log(path: Path) -> bool:
@@ -145,12 +145,12 @@ def _is_one_log(path: Path) -> bool:
     return bool(bag_files(path))
 
 
-def _within(folder: Path, known: dict[Path, bool]) -> bool:
+def _within(folder: Path, is_in_log: dict[Path, bool]) -> bool:
     """Whether a folder is a log, or is in one."""
-    if folder not in known:
-        above = folder.parent != folder and _within(folder.parent, known)
-        known[folder] = above or _is_one_log(folder)
-    return known[folder]
+    if folder not in is_in_log:
+        above = folder.parent != folder and _within(folder.parent, is_in_log)
+        is_in_log[folder] = above or _is_one_log(folder)
+    return is_in_log[folder]
 
 
 def _remote(pattern: str) -> Iterator[Log]:
@@ -194,11 +194,11 @@ def _above(name: str) -> Iterator[str]:
 
 def _remote_folder(system: Any, path: str) -> Log:  # noqa: ANN401
     entries: Mapping[str, Mapping[str, Any]] = system.find(path, detail=True)
-    told = hashlib.sha256()
+    digest = hashlib.sha256()
     for name, entry in sorted(entries.items()):
-        told.update(f"{name}\0{entry.get('size')}\0{_tag(entry)}\n".encode())
+        digest.update(f"{name}\0{entry.get('size')}\0{_tag(entry)}\n".encode())
     size = sum(entry.get("size") or 0 for entry in entries.values())
-    return Log(place=system.unstrip_protocol(path), size=size, changed=told.hexdigest()[:32])
+    return Log(place=system.unstrip_protocol(path), size=size, changed=digest.hexdigest()[:32])
 
 
 def _tag(entry: Mapping[str, Any]) -> str:

@@ -214,21 +214,21 @@ class _Run:
         while len(self._running) < _AHEAD * self._threads and (task := self._next()) is not None:
             future = self._submit(task)
             self._running[future.key] = task, future
-            future.add_done_callback(lambda one: self._ready.put(one.key))
+            future.add_done_callback(lambda done_future: self._ready.put(done_future.key))
         if not self._running and self._alone:
             task = self._alone.popleft()
             future = self._submit(task)
             self._running[future.key] = task, future
-            future.add_done_callback(lambda one: self._ready.put(one.key))
+            future.add_done_callback(lambda done_future: self._ready.put(done_future.key))
         return bool(self._running)
 
     def _check(self, workers: Iterable[str]) -> None:
         """Raise `DataError` for a worker with another sigmatau, which would end with each log that it gets."""
-        found = {*workers}
-        if not found and not self._waits:
+        addresses = {*workers}
+        if not addresses and not self._waits:
             self._tell("the scheduler has no workers; waiting for them")
-        self._waits = not found
-        if new := found - self._checked:
+        self._waits = not addresses
+        if new := addresses - self._checked:
             # What is sent is a function of Python's own, so that it runs on every worker.
             asked = self._client.run(
                 pkgutil.resolve_name, "sigmatau._version:__version__", workers=[*new], on_error="return"
@@ -242,7 +242,7 @@ class _Run:
                     raise DataError(
                         f"worker {worker} has sigmatau {version}, and this process {__version__}; install the same version"
                     )
-            self._checked = found
+            self._checked = addresses
 
     def _next(self) -> _Task | None:
         if any(task.kind == "alone" for task, _ in self._running.values()):
@@ -253,8 +253,8 @@ class _Run:
             return None
         # The first tasks are of one log; then the mean time tells how many make a task.
         mean = self._seconds / self._finished if self._finished else _TASK_SECONDS
-        left = -(-len(self._logs) // self._threads)
-        count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(left, 1))
+        logs_of_thread = -(-len(self._logs) // self._threads)
+        count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(logs_of_thread, 1))
         return _Task("batch", tuple(self._logs.popleft() for _ in range(min(count, len(self._logs)))))
 
     def _submit(self, task: _Task) -> Future:
@@ -270,26 +270,26 @@ class _Run:
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
 
-        error, found, there = None, None, True
+        error, outcome, has_outcome = None, None, True
         try:
             if future.status == "error":
                 error = future.exception()
             elif future.status == "finished":
-                found = future.result()
+                outcome = future.result()
             else:  # lost or cancelled
-                there = False
+                has_outcome = False
         except (OSError, FutureCancelledError):  # the connection, not the task
-            there = False
+            has_outcome = False
         finally:
             future.release()
-        if not there:
+        if not has_outcome:
             self._gone(task)
         elif isinstance(error, KilledWorker):
             self._killed(task)
         elif error is not None:
             self._failed(task, error)
         else:
-            self._took(task, found)
+            self._took(task, outcome)
 
     def _gone(self, task: _Task) -> None:
         """A task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
@@ -301,19 +301,19 @@ class _Run:
             tasks = self._alone if task.kind == "alone" else self._waiting
             tasks.append(replace(task, tries=task.tries + 1))
 
-    def _took(self, task: _Task, found: Any) -> None:  # noqa: ANN401  by kind of task
+    def _took(self, task: _Task, outcome: Any) -> None:  # noqa: ANN401  by kind of task
         log = task.logs[0]
         if task.kind == "divide":
-            if found is None:
+            if outcome is None:
                 self._waiting.append(_Task("single", task.logs))
                 return
-            self._records[log.place] = _Divided(division=found)
-            self._waiting += [_Task("stretch", task.logs, part) for part in range(len(found.stretches))]
+            self._records[log.place] = _Divided(division=outcome)
+            self._waiting += [_Task("stretch", task.logs, part) for part in range(len(outcome.stretches))]
         elif task.kind == "stretch":
             record = self._records.get(log.place)
             if record is None:  # another stretch of it failed
                 return
-            record.waiting[task.part] = found
+            record.waiting[task.part] = outcome
             while (part := record.waiting.pop(record.merged, None)) is not None:
                 if record.sums is None:
                     record.sums = part
@@ -327,7 +327,7 @@ class _Run:
             else:
                 self._done(())
         else:
-            outcomes, seconds = found
+            outcomes, seconds = outcome
             self._seconds += seconds
             self._finished += len(outcomes)
             self._done(outcomes)
@@ -353,7 +353,7 @@ class _Run:
 def _memory(client: Client) -> int:
     """Memory of a thread of the smallest worker. [bytes]"""
     workers: Mapping[str, Mapping[str, Any]] = client.scheduler_info(n_workers=-1)["workers"]
-    limits = [one["memory_limit"] // one["nthreads"] for one in workers.values() if one.get("memory_limit")]
+    limits = [worker["memory_limit"] // worker["nthreads"] for worker in workers.values() if worker.get("memory_limit")]
     return min(limits, default=_UNLIMITED)
 
 

@@ -47,13 +47,13 @@ class Stored:
             self._mine
         )
         self._runs: dict[str, list[tuple[str, str]]] = {}
-        self._told: dict[str, list[tuple[int, dict[str, Any]]]] = {}
+        self._stated: dict[str, list[tuple[int, dict[str, Any]]]] = {}
         try:
             with engine.connect() as connection:
                 for path, version, state, key, recorded, temperature in connection.execute(query):
                     self._runs.setdefault(path, []).append((version, state))
-                    told = {"recorded": recorded, "temperature": temperature}
-                    self._told.setdefault(path, []).append((key, told))
+                    stated = {"recorded": recorded, "temperature": temperature}
+                    self._stated.setdefault(path, []).append((key, stated))
         except SQLAlchemyError as error:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
@@ -63,13 +63,15 @@ class Stored:
 
     def has(self, log: Log, *, failures: bool = True) -> bool:
         """Whether there is a result of this version of a log; one that failed counts unless `failures` is False."""
-        found = self._runs.get(log.place, ())
-        return any(version == log.version and (failures or state != "failed") for version, state in found)
+        runs = self._runs.get(log.place, ())
+        return any(version == log.version and (failures or state != "failed") for version, state in runs)
 
     def failed(self, logs: Iterable[Log]) -> int:
         """How many of some logs have failed in their present version, and have no other result."""
-        of = ([state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs)
-        return sum(bool(states) and set(states) == {"failed"} for states in of)
+        states_by_log = (
+            [state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs
+        )
+        return sum(bool(states) and set(states) == {"failed"} for states in states_by_log)
 
     def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
         """State the time or the temperature of the runs of logs that are there, by place; how many runs change.
@@ -87,8 +89,8 @@ class Stored:
         news = {
             key: values
             for place, values in stated.items()
-            for key, told in self._told.get(place, ())
-            if any(told[name] != value for name, value in values.items())
+            for key, stated_before in self._stated.get(place, ())
+            if any(stated_before[name] != value for name, value in values.items())
         }
         if not news:
             return 0
@@ -108,11 +110,11 @@ class Stored:
         """
         from sigmatau.lab.store.ingest import add_rows
 
-        known = [log for log in logs if log.place in self._runs]
+        stored_logs = [log for log in logs if log.place in self._runs]
 
         def settle(connection: Connection) -> None:
-            for at in range(0, len(known), _AT_ONCE):
-                self._settle(connection, {log.place: log for log in known[at : at + _AT_ONCE]})
+            for start in range(0, len(stored_logs), _AT_ONCE):
+                self._settle(connection, {log.place: log for log in stored_logs[start : start + _AT_ONCE]})
 
         return add_rows(self._engine, rows, then=settle)
 
@@ -127,13 +129,13 @@ class Stored:
         for key, path, version, state in rows:
             by_place.setdefault(path, []).append((key, version, state))
         past: list[int] = []
-        for place, found in by_place.items():
+        for place, runs in by_place.items():
             version = logs[place].version
-            kept = [key for key, its, state in found if its == version and state != "failed"]
-            kept = kept or [key for key, its, _ in found if its == version]
-            if not kept:
-                kept = [found[-1][0]]
-                connection.execute(update(run).where(run.c.id == kept[-1]).values(file_version=version))
-            past += [key for key, _, _ in found if key != kept[-1]]
+            current = [key for key, its, state in runs if its == version and state != "failed"]
+            current = current or [key for key, its, _ in runs if its == version]
+            if not current:
+                current = [runs[-1][0]]
+                connection.execute(update(run).where(run.c.id == current[-1]).values(file_version=version))
+            past += [key for key, _, _ in runs if key != current[-1]]
         if past:
             connection.execute(update(run).where(run.c.id.in_(past)).values(current=False))

@@ -51,8 +51,8 @@ class Job:
 
         reading = ReadOptions(**self.reading)
         reading.checked()
-        of_both = {"reading": stated(reading), "analysis": stated(AnalysisOptions(**self.settings))}
-        return {of: options for of, options in of_both.items() if options}
+        by_part = {"reading": stated(reading), "analysis": stated(AnalysisOptions(**self.settings))}
+        return {part: options for part, options in by_part.items() if options}
 
 
 @frozen
@@ -69,9 +69,9 @@ def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
     """The outcomes of logs, in their order, and the time that they took. [s]"""
     prepare_process()
     begun = time.perf_counter()
-    found = [_analysed(log, job) for log in logs]
+    outcomes = [_analysed(log, job) for log in logs]
     gc.collect()  # the samples of these logs must not stay beside those of the next
-    return found, time.perf_counter() - begun
+    return outcomes, time.perf_counter() - begun
 
 
 def divided(log: Log, job: Job, memory: int) -> Division | None:
@@ -122,7 +122,7 @@ def _analysed(log: Log, job: Job) -> Outcome:
         from sigmatau.errors import DataError, OptionError
         from sigmatau.findings.finding import exit_code
 
-        with near(log.place) as path:
+        with local_copy(log.place) as path:
             try:
                 analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
             except (DataError, OptionError) as error:
@@ -149,10 +149,10 @@ def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> 
 
 
 def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int) -> Outcome:
-    from sigmatau.lab.store.rows import rows_of
+    from sigmatau.lab.store.rows import make_rows
 
     entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
-    return Outcome(log=log, code=code, rows=rows_of(entry))
+    return Outcome(log=log, code=code, rows=make_rows(entry))
 
 
 @functools.cache
@@ -165,7 +165,7 @@ def prepare_process() -> None:
 
 
 @contextlib.contextmanager
-def near(place: str) -> Iterator[str | Path]:
+def local_copy(place: str) -> Iterator[str | Path]:
     """A file for the reader: an object is copied to this host; a Zarr store is read where it is."""
     if "://" not in place or place.rstrip("/").endswith(".zarr"):
         yield place

@@ -14,10 +14,10 @@ from sigmatau import Finding
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.group_effects import GroupEffects
-from sigmatau.lab.lots.grouping import Cells, cells_of, effects_of, holm
+from sigmatau.lab.lots.grouping import Cells, estimate_effects, holm, sort_into_cells
 from sigmatau.lab.lots.options import By, CompareOptions
-from sigmatau.lab.lots.preparing import of_one_unit, table_of, with_places, without_copies
-from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judgements_of, one_group
+from sigmatau.lab.lots.preparing import collect_runs, drop_other_units, with_places, without_copies
+from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judge_groups, one_group
 from sigmatau.lab.lots.runs import SIGNED, Label, Run, RunTable
 from sigmatau.options import keywords_of
 from sigmatau.quality import compare_clocks
@@ -94,7 +94,7 @@ class RunComparison(Tabular):
     def __len__(self) -> int:
         return len(self.cells.label)
 
-    def key(self, at: int) -> tuple[str, Label]:
+    def key(self, row: int) -> tuple[str, Label]:
         """Group and label of a row.
 
         Parameters
@@ -108,12 +108,12 @@ class RunComparison(Tabular):
         label : Label
             Channel and term.
         """
-        return self.groups[self.cells.group[at]], self.table.labels[self.cells.label[at]]
+        return self.groups[self.cells.group[row]], self.table.labels[self.cells.label[row]]
 
     def __iter__(self) -> Iterator[tuple[str, str, str]]:
         """Group, channel and term of each row."""
-        for at in range(len(self)):
-            group, label = self.key(at)
+        for row in range(len(self)):
+            group, label = self.key(row)
             yield group, label.channel, label.term
 
     def __getitem__(self, key: tuple[str, ...]) -> RandomEffects:
@@ -121,12 +121,12 @@ class RunComparison(Tabular):
         if not (isinstance(key, tuple) and len(key) in (2, 3)) or (len(key) == 2 and len(self.groups) != 1):
             raise KeyError(f"a key is (group, channel, term), or (channel, term) of one group; not {key!r}")
         wanted = key if len(key) == 3 else (self.groups[0], *key)
-        for at, known in enumerate(self):
-            if known == wanted:
-                return self.row(at)
+        for row, row_key in enumerate(self):
+            if row_key == wanted:
+                return self.row(row)
         raise KeyError(f"no values of {' '.join(wanted).strip()}")
 
-    def row(self, at: int) -> RandomEffects:
+    def row(self, row: int) -> RandomEffects:
         """The random effects of a row.
 
         Parameters
@@ -138,11 +138,11 @@ class RunComparison(Tabular):
         -------
         RandomEffects
         """
-        _, label = self.key(at)
+        _, label = self.key(row)
         scale: Scale = "absolute" if label.term in SIGNED else "relative"
-        return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
+        return one_group(self.effects, row, scale=scale, level=self.level, std=float(self.cells.std[row]))
 
-    def values(self, at: int) -> list[tuple[Run, float, float]]:
+    def values(self, row: int) -> list[tuple[Run, float, float]]:
         """Run, value and standard error of each value of a row.
 
         Parameters
@@ -156,7 +156,7 @@ class RunComparison(Tabular):
             The error is relative; of a signed term in SI. [SI]
         """
         table = self.table
-        return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
+        return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(row)]
 
     def judgements(self) -> list[Judgement]:
         """Result of the tests for each row. P-values are corrected for the number of rows of the group (Holm): in a group
@@ -164,61 +164,61 @@ class RunComparison(Tabular):
         """
         e = self.effects
         p, low, outlier = (holm(x, self.cells.group) for x in (e.p_value, e.p_low, e.outlier_p))
-        return judgements_of(e.k, p, low, outlier, level=self.level)
+        return judge_groups(e.k, p, low, outlier, level=self.level)
 
     def outliers(self) -> dict[int, Run]:
         """The outlying run of each row."""
-        found = {}
-        for at, judgement in enumerate(self.judgements()):
+        outliers = {}
+        for row, judgement in enumerate(self.judgements()):
             if judgement == "outlier":
-                found[at] = self.runs[self.table.run[self.cells.rows(at)[self.effects.outlier[at]]]]
-        return found
+                outliers[row] = self.runs[self.table.run[self.cells.rows(row)[self.effects.outlier[row]]]]
+        return outliers
 
     def below(self) -> dict[int, list[Run]]:
         """By row, the runs that do not show the term although they should: their upper limit is below the prediction
         interval of one more run. A ramp's limit is that of its magnitude.
         """
-        found: dict[int, list[Run]] = {}
-        for at in np.flatnonzero((self.cells.seen > 1) & (self.cells.looked > self.cells.seen)).tolist():
-            one = self.row(at)
-            if one.next_low is None or one.next_high is None or one.next_low < 0 < one.next_high:
+        runs_below: dict[int, list[Run]] = {}
+        for row in np.flatnonzero((self.cells.valued > 1) & (self.cells.looked > self.cells.valued)).tolist():
+            effects = self.row(row)
+            if effects.next_low is None or effects.next_high is None or effects.next_low < 0 < effects.next_high:
                 continue
-            least = min(abs(one.next_low), abs(one.next_high))
-            runs = [self.runs[self.table.run[k]] for k in self.cells.limited(at) if self.table.limit[k] < least]
+            smallest = min(abs(effects.next_low), abs(effects.next_high))
+            runs = [self.runs[self.table.run[k]] for k in self.cells.limited(row) if self.table.limit[k] < smallest]
             if runs:
-                found[at] = runs
-        return found
+                runs_below[row] = runs
+        return runs_below
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
         labels = [self.table.labels[k] for k in self.cells.label]
         signed = [label.term in SIGNED for label in labels]
         outliers = self.outliers()
-        found: dict[str, list[Any]] = {
+        columns: dict[str, list[Any]] = {
             "group": [self.groups[k] for k in self.cells.group],
             "channel": [label.channel for label in labels],
             "term": [label.term for label in labels],
             "unit": [label.unit for label in labels],
-            "scale": ["absolute" if one else "relative" for one in signed],
-            "runs": self.cells.seen.tolist(),
+            "scale": ["absolute" if is_signed else "relative" for is_signed in signed],
+            "runs": self.cells.valued.tolist(),
             "of_runs": self.cells.looked.tolist(),
-            "largest_limit": _none_of(self.cells.limit),
+            "largest_limit": _none_if_nan(self.cells.limit),
         }
         for name, values in self._numbers(np.array(signed, dtype=bool)).items():
-            found[name] = _none_of(values)
+            columns[name] = _none_if_nan(values)
         for prefix, verdict, errors in (
             ("paper_delta", "paper_accepts", self.cells.delta),
             ("mean_error", "std_below_error", self.cells.typical),
         ):
-            found[prefix] = _none_of(errors)
-            found[verdict] = [
+            columns[prefix] = _none_if_nan(errors)
+            columns[verdict] = [
                 None if np.isnan(e) or np.isnan(s) else bool(s < e) for s, e in zip(self.cells.std, errors, strict=True)
             ]
-        found["judgement"] = list(self.judgements())
-        found["outlier"] = [outliers[at].name if at in outliers else None for at in range(len(self))]
+        columns["judgement"] = list(self.judgements())
+        columns["outlier"] = [outliers[row].name if row in outliers else None for row in range(len(self))]
         below = self.below()
-        found["runs_below"] = [" ".join(run.name for run in below.get(at, ())) or None for at in range(len(self))]
-        return found
+        columns["runs_below"] = [" ".join(run.name for run in below.get(row, ())) or None for row in range(len(self))]
+        return columns
 
     def _numbers(self, signed: NDArray[np.bool_]) -> dict[str, NDArray[np.float64]]:
         e = self.effects
@@ -230,11 +230,11 @@ class RunComparison(Tabular):
             "next_high": e.mean + e.next_error,
         }
         with np.errstate(over="ignore"):
-            found = {name: np.where(signed, x, np.exp(x)) for name, x in ends.items()}
+            numbers = {name: np.where(signed, x, np.exp(x)) for name, x in ends.items()}
         for name in ("error", "q", "p_value", "p_low", "tau", "tau_low", "tau_high", "next_error"):
-            found[name] = getattr(e, name)
-        found["std"] = self.cells.std
-        return {name: found[name] for name in _NUMBERS}
+            numbers[name] = getattr(e, name)
+        numbers["std"] = self.cells.std
+        return {name: numbers[name] for name in _NUMBERS}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI without NaN: runs, rows by column, clocks, results that are not used."""
@@ -254,8 +254,8 @@ class RunComparison(Tabular):
 
     def _values(self) -> dict[str, list[Any]]:
         """Every value that is compared."""
-        rows = [(at, *one) for at in range(len(self)) for one in self.values(at)]
-        labels = [self.key(at)[1] for at, *_ in rows]
+        rows = [(row, *value) for row in range(len(self)) for value in self.values(row)]
+        labels = [self.key(row)[1] for row, *_ in rows]
         return {
             "run": [run.name for _, run, _, _ in rows],
             "serial": [run.serial for _, run, _, _ in rows],
@@ -295,7 +295,7 @@ class RunComparison(Tabular):
         return overview(self)
 
 
-def _none_of(values: NDArray[np.float64]) -> list[float | None]:
+def _none_if_nan(values: NDArray[np.float64]) -> list[float | None]:
     return [x if ok else None for x, ok in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
 
 
@@ -340,7 +340,7 @@ def compare_runs(
     >>> compared["gyro_x", "random_walk"].judgement
     'repeatable'
     """
-    table = table_of(results, options.names, options.units, options.jobs)
+    table = collect_runs(results, options.names, options.units, options.jobs)
     return compare_table(replace(table, runs=with_places(without_copies(table))), options)
 
 
@@ -351,12 +351,12 @@ def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
     if not usable.any():
         reasons = [f"{run.place or run.name}: {run.problem}" for run in table.runs]
         raise DataError(reasons[0] if len(reasons) == 1 else f"no result can be used; the first: {reasons[0]}")
-    table = of_one_unit(table)
-    names_of = ["" if by == "axis" else run.serial if by == "unit" else run.name for run in table.runs]
-    groups = sorted({name for name, ok in zip(names_of, usable, strict=True) if ok})
+    table = drop_other_units(table)
+    group_names = ["" if by == "axis" else run.serial if by == "unit" else run.name for run in table.runs]
+    groups = sorted({name for name, ok in zip(group_names, usable, strict=True) if ok})
     position = {name: k for k, name in enumerate(groups)}
-    group_of_run = np.array([position.get(name, 0) for name in names_of], dtype=np.int64)
-    cells = cells_of(table, group_of_run, usable)
+    group_of_run = np.array([position.get(name, 0) for name in group_names], dtype=np.int64)
+    cells = sort_into_cells(table, group_of_run, usable)
     off, skipped = _clocks(table.runs)
     return RunComparison(
         by=by,
@@ -367,7 +367,7 @@ def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
         clocks_skipped=skipped,
         table=table,
         cells=cells,
-        effects=effects_of(table, cells, level=level),
+        effects=estimate_effects(table, cells, level=level),
     )
 
 
@@ -376,12 +376,12 @@ def _clocks(runs: Sequence[Run]) -> tuple[dict[str, Finding], tuple[str, ...]]:
     for run in runs:
         if not run.problem and run.marks:
             by_unit.setdefault(run.serial, {})[run.name] = run
-    found: dict[str, Finding] = {}
+    findings: dict[str, Finding] = {}
     skipped = []
-    for serial, own in by_unit.items():
-        if len(own) > _MOST_CLOCKS:
+    for serial, unit_runs in by_unit.items():
+        if len(unit_runs) > _MOST_CLOCKS:
             skipped.append(serial)
             continue
-        off = compare_clocks({name: run.marks for name, run in own.items()})
-        found |= {f"{serial} {name}".strip(): finding for name, finding in off.items()}
-    return found, tuple(skipped)
+        off = compare_clocks({name: run.marks for name, run in unit_runs.items()})
+        findings |= {f"{serial} {name}".strip(): finding for name, finding in off.items()}
+    return findings, tuple(skipped)

@@ -37,12 +37,12 @@ _SHORT: dict[Judgement, str] = {
 }
 _SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}  # in a table that is too wide
 _ORDER: tuple[Judgement, ...] = ("outlier", "varies", "too_alike", "without_errors", "repeatable", "one_run")
-OTHERS = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
+COMPARED = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
 
 
 def overview(comparison: RunComparison) -> str:
     """What varies, and by how much, on one screen; without a result that is not used."""
-    lines = _of_one(comparison) if len(comparison.groups) == 1 else _of_many(comparison)
+    lines = _single_group(comparison) if len(comparison.groups) == 1 else _many_groups(comparison)
     return lines_text(line for line in lines)
 
 
@@ -50,19 +50,19 @@ def tables(comparison: RunComparison) -> str:
     """Tables I and III of the paper for every group, sensor and term: runs as rows, axes as columns."""
     judgements = comparison.judgements()
     by_table: dict[tuple[int, str, str], list[int]] = {}
-    for at in range(len(comparison)):
-        label = comparison.table.labels[comparison.cells.label[at]]
-        if comparison.cells.seen[at]:
-            key = (int(comparison.cells.group[at]), stream_name(label.channel), label.term)
-            by_table.setdefault(key, []).append(at)
+    for row in range(len(comparison)):
+        label = comparison.table.labels[comparison.cells.label[row]]
+        if comparison.cells.valued[row]:
+            key = (int(comparison.cells.group[row]), stream_name(label.channel), label.term)
+            by_table.setdefault(key, []).append(row)
     order = [*TERMS, MEAN]
-    keys = sorted(by_table, key=lambda one: (one[0], one[1] != "gyro", one[1], order.index(one[2])))
+    keys = sorted(by_table, key=lambda key: (key[0], key[1] != "gyro", key[1], order.index(key[2])))
     parts = ["\n".join(_paper_table(comparison, key, by_table[key], judgements)) for key in keys]
     notes = []
     if np.isfinite(comparison.cells.delta).any():
         notes.append("δ: eq. (26) of the paper at the longest averaging time of the line, or as stated")
     if np.isfinite(comparison.cells.typical).any():
-        notes.append(f"error: mean standard error of a {OTHERS[comparison.by]}")
+        notes.append(f"error: mean standard error of a {COMPARED[comparison.by]}")
     if notes:
         parts.append("\n".join(notes))
     return lines_text("\n\n".join(parts).splitlines())
@@ -82,7 +82,7 @@ def term_name(label: Label) -> str:
     return "mean" if label.term == MEAN else label.term.replace("_", " ")
 
 
-def unit_of(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
+def display_unit(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
     """Unit in which values are printed, and its size in SI."""
     if label.term == MEAN:
         return display_units("bias_instability", label.quantity, label.rate_unit, values)[-1]
@@ -90,16 +90,18 @@ def unit_of(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
     return units[-1 if label.term == "bias_instability" else 0]
 
 
-def _of_one(comparison: RunComparison) -> list[str]:
-    rows = [at for at in range(len(comparison)) if comparison.key(at)[1].term != MEAN]
-    compared = [at for at in rows if comparison.cells.seen[at] > 1] or [at for at in rows if comparison.cells.seen[at]]
+def _single_group(comparison: RunComparison) -> list[str]:
+    rows = [row for row in range(len(comparison)) if comparison.key(row)[1].term != MEAN]
+    compared = [row for row in rows if comparison.cells.valued[row] > 1] or [
+        row for row in rows if comparison.cells.valued[row]
+    ]
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
-    below = [*wrapped(_said(comparison, order, judgements)), *_turn_on(comparison)]
+    below = [*wrapped(_warnings(comparison, order, judgements)), *_turn_on(comparison)]
     room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # beside the first two lines and those on the columns
     if len(order) > room:
-        worst = sorted(order, key=lambda at: _ORDER.index(judgements[at]))[: room - 1]
-        order = [at for at in order if at in worst]
+        worst = sorted(order, key=lambda row: _ORDER.index(judgements[row]))[: room - 1]
+        order = [row for row in order if row in worst]
     lines = [_head(comparison), *_table(comparison, order, judgements)]
     if len(compared) > len(order):
         lines.append(f"{len(compared) - len(order)} more rows, none worse: {command('compare', Hint('table'))}")
@@ -108,10 +110,10 @@ def _of_one(comparison: RunComparison) -> list[str]:
 
 def _head(comparison: RunComparison) -> str:
     used = [run for run in comparison.runs if not run.problem]
-    what = OTHERS[comparison.by]
+    what = COMPARED[comparison.by]
     names = [run.serial if comparison.by == "run" else run.name for run in used]
-    of = f" of {comparison.groups[0]}" if comparison.groups[0] else ""
-    head = f"{len(used)} {what if len(used) == 1 else what + 's'}{of}: "
+    unit_text = f" of {comparison.groups[0]}" if comparison.groups[0] else ""
+    head = f"{len(used)} {what if len(used) == 1 else what + 's'}{unit_text}: "
     every = head + ", ".join(names)
     if len(names) <= _ALL_NAMED and len(every) <= WIDTH:
         return every
@@ -126,8 +128,8 @@ def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
         channels.setdefault(label.channel, len(channels))
     order = [*TERMS, MEAN]
 
-    def key(at: int) -> tuple[int, int]:
-        label = comparison.key(at)[1]
+    def key(row: int) -> tuple[int, int]:
+        label = comparison.key(row)[1]
         return channels[label.channel], order.index(label.term)
 
     return sorted(rows, key=key)
@@ -135,36 +137,36 @@ def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
 
 def _table(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
     level = f"{100 * comparison.level:g}"
-    what = OTHERS[comparison.by]
+    what = COMPARED[comparison.by]
     cells: list[tuple[str, ...]] = [("", "", "mean", "STD %", f"between {what}s %", "next ± %", "")]
-    for at in rows:
-        label, found = comparison.key(at)[1], comparison.row(at)
-        unit, size = unit_of(label, [found.mean])
-        seen, looked = int(comparison.cells.seen[at]), int(comparison.cells.looked[at])
-        verdict = _SHORT[judgements[at]] if seen == looked else f"{seen} of {looked}"
+    for row in rows:
+        label, effects = comparison.key(row)[1], comparison.row(row)
+        unit, size = display_unit(label, [effects.mean])
+        valued, looked = int(comparison.cells.valued[row]), int(comparison.cells.looked[row])
+        verdict = _SHORT[judgements[row]] if valued == looked else f"{valued} of {looked}"
         cells.append(
-            (label.channel, term_name(label), f"{_mean_text(found, size)} {unit}", *_spread(label, found), verdict)
+            (label.channel, term_name(label), f"{_mean_text(effects, size)} {unit}", *_spread(label, effects), verdict)
         )
     widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
         cells[0] = ("", "", "mean", "STD %", "between %", "next ± %", "")
         widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
-        cells = [(row[0], _SHORT_TERMS.get(row[1], row[1]), *row[2:]) for row in cells]
+        cells = [(texts[0], _SHORT_TERMS.get(texts[1], texts[1]), *texts[2:]) for texts in cells]
         widths = _widths(cells)
     if sum(widths) + len(widths) - 1 > WIDTH:
-        cells = [(*row[:_STD], *row[_STD + 1 :]) for row in cells]
+        cells = [(*texts[:_STD], *texts[_STD + 1 :]) for texts in cells]
         widths = _widths(cells)
     gap = 2 if sum(widths) + 2 * (len(widths) - 1) <= WIDTH else 1
     lines = []
     previous = ""
-    for row in cells:
-        shown = (row[0] if row[0] != previous else "", *row[1:])
-        previous = row[0]
+    for texts in cells:
+        shown = (texts[0] if texts[0] != previous else "", *texts[1:])
+        previous = texts[0]
         lines.append((" " * gap).join(text.ljust(width) for text, width in zip(shown, widths, strict=True)).rstrip())
-    if all(comparison.cells.seen[at] < 2 for at in rows):
+    if all(comparison.cells.valued[row] < 2 for row in rows):
         return [*lines, _nothing(what)]
-    is_tested = any(judgements[at] != "without_errors" for at in rows)
+    is_tested = any(judgements[row] != "without_errors" for row in rows)
     spread = "the true values, errors removed" if is_tested else "the values, with their unknown errors"
     return [
         *lines,
@@ -177,54 +179,56 @@ def _widths(cells: Sequence[Sequence[str]]) -> list[int]:
     return [max(map(len, column)) for column in zip(*cells, strict=True)]
 
 
-def _mean_text(found: RandomEffects, size: float) -> str:
-    low, high = (None if end is None else end / size for end in (found.low, found.high))
-    return round_to_error(found.mean / size, low, high).value
+def _mean_text(effects: RandomEffects, size: float) -> str:
+    low, high = (None if end is None else end / size for end in (effects.low, effects.high))
+    return round_to_error(effects.mean / size, low, high).value
 
 
-def _spread(label: Label, found: RandomEffects) -> tuple[str, str, str]:
+def _spread(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
     """STD, spread between runs, and half of the prediction interval, in per cent; of a signed term of its mean."""
-    if found.std is None or found.tau is None:
+    if effects.std is None or effects.tau is None:
         return "", "", ""
-    scale = 1.0 if label.term not in SIGNED else abs(found.mean)
+    scale = 1.0 if label.term not in SIGNED else abs(effects.mean)
 
     def percent(x: float | None) -> str:
         if x is None or scale == 0:
             return ""
         return "0" if x == 0 else two_digits(100 * x / scale) if x < _LARGEST * scale else f"> {100 * _LARGEST:g}"
 
-    std = "" if found.std_relative is None else percent(found.std_relative * scale)
+    std = "" if effects.std_relative is None else percent(effects.std_relative * scale)
     # Where no spread is consistent with values that differ by less than their errors, the interval is empty.
-    if found.tau_high == 0 or found.tau_high is None or found.tau_low is None:
-        between = percent(found.tau)
-    elif found.tau_high < _LARGEST * scale:
-        between = round_to_error(*(100 * size / scale for size in (found.tau, found.tau_low, found.tau_high))).text
+    if effects.tau_high == 0 or effects.tau_high is None or effects.tau_low is None:
+        between = percent(effects.tau)
+    elif effects.tau_high < _LARGEST * scale:
+        between = round_to_error(
+            *(100 * size / scale for size in (effects.tau, effects.tau_low, effects.tau_high))
+        ).text
     else:
-        between = f"{percent(found.tau)} [{percent(found.tau_low)}, {percent(found.tau_high)}]"
-    return std, between, percent(found.next_error)
+        between = f"{percent(effects.tau)} [{percent(effects.tau_low)}, {percent(effects.tau_high)}]"
+    return std, between, percent(effects.next_error)
 
 
-def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
+def _warnings(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
     """What the verdicts mean: runs that do not belong by name; terms that are not seen in all runs."""
     lines = []
     outliers = comparison.outliers()
-    what = OTHERS[comparison.by]
-    for at in rows:
-        if at in outliers:
-            label, run = comparison.key(at)[1], outliers[at]
+    what = COMPARED[comparison.by]
+    for row in rows:
+        if row in outliers:
+            label, run = comparison.key(row)[1], outliers[row]
             name = run.serial if comparison.by == "run" and run.serial else run.name
-            value = next(value for one, value, _ in comparison.values(at) if one is run)
-            others = [v for one, v, _ in comparison.values(at) if one is not run]
+            value = next(value for run_shown, value, _ in comparison.values(row) if run_shown is run)
+            rest = [v for run_shown, v, _ in comparison.values(row) if run_shown is not run]
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {name} does not belong:"
-                f" {_against(value, float(np.mean(others)))} the others"
+                f" {_against(value, float(np.mean(rest)))} the others"
             )
     below = comparison.below()
-    for at in rows:
-        if at in below:
-            label, runs = comparison.key(at)[1], below[at]
-            smallest = min(comparison.table.limit[comparison.cells.limited(at)])
-            unit, size = unit_of(label, [smallest])
+    for row in rows:
+        if row in below:
+            label, runs = comparison.key(row)[1], below[row]
+            smallest = min(comparison.table.limit[comparison.cells.limited(row)])
+            unit, size = display_unit(label, [smallest])
             lines.append(
                 f"! {label.channel} {term_name(label)}: {what} {runs[0].name} does not belong:"
                 f" {limit_text(smallest / size)} {unit}, less than the others predict"
@@ -234,12 +238,12 @@ def _said(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[J
             *lines[:_MOST_NAMED],
             f"! {len(lines) - _MOST_NAMED} more rows with a {what} that does not belong: {_CSV}",
         ]
-    alike = sum(judgements[at] == "too_alike" for at in rows)
+    alike = sum(judgements[row] == "too_alike" for row in rows)
     if alike:
         lines.append(
             f"! {alike} rows agree better than their errors allow: errors too large, or {what}s not independent"
         )
-    if any(comparison.cells.seen[at] < comparison.cells.looked[at] for at in rows):
+    if any(comparison.cells.valued[row] < comparison.cells.looked[row] for row in rows):
         lines.append(f"· m of n: m of the n {what}s show the term; the mean of these is too large.")
     return lines
 
@@ -256,22 +260,26 @@ def _against(value: float, mean: float) -> str:
 def _turn_on(comparison: RunComparison) -> list[str]:
     """Standard deviations of the means over the runs."""
     by_sensor: dict[str, list[tuple[str, RandomEffects, str, float]]] = {}
-    for at in in_order(comparison, range(len(comparison))):
-        label = comparison.key(at)[1]
-        if label.term == MEAN and comparison.cells.seen[at] > 1 and label.quantity in ("angular_rate", "acceleration"):
+    for row in in_order(comparison, range(len(comparison))):
+        label = comparison.key(row)[1]
+        if (
+            label.term == MEAN
+            and comparison.cells.valued[row] > 1
+            and label.quantity in ("angular_rate", "acceleration")
+        ):
             by_sensor.setdefault(stream_name(label.channel), []).append(
-                (label.channel, comparison.row(at), *unit_of(label, ()))
+                (label.channel, comparison.row(row), *display_unit(label, ()))
             )
     if not by_sensor:
         return []
     parts = []
     for rows in by_sensor.values():
-        values = ", ".join(f"{name} {two_digits((found.std or 0.0) / size)}" for name, found, _, size in rows)
+        values = ", ".join(f"{name} {two_digits((effects.std or 0.0) / size)}" for name, effects, _, size in rows)
         parts.append(f"{values} {rows[0][2]}")
-    one = next(iter(by_sensor.values()))[0][1]
+    first = next(iter(by_sensor.values()))[0][1]
     factors = ""
-    if one.tau and one.tau_low is not None and one.tau_high is not None:
-        low, high = one.tau_low / one.tau, one.tau_high / one.tau
+    if first.tau and first.tau_low is not None and first.tau_high is not None:
+        low, high = first.tau_low / first.tau, first.tau_high / first.tau
         factors = f" ({100 * comparison.level:g} % interval: × {two_digits(low)} to × {two_digits(high)})"
     start = "turn-on bias" if comparison.by == "unit" else "bias"
     return wrapped([f"{start}, STD: {'; '.join(parts)}{factors}"])
@@ -281,19 +289,19 @@ def _nothing(what: str) -> str:
     return f"Nothing to compare: each value is from one {what}. Give the results of two or more."
 
 
-def _of_many(comparison: RunComparison) -> list[str]:
+def _many_groups(comparison: RunComparison) -> list[str]:
     """Over many groups: by channel and term how many repeat, and the groups with a run that does not belong."""
     judgements = comparison.judgements()
     used = sum(not run.problem for run in comparison.runs)
-    what, group = OTHERS[comparison.by], comparison.by
+    what, group = COMPARED[comparison.by], comparison.by
     rows: dict[tuple[str, str], list[int]] = {}
     labels = comparison.table.labels
     order = [*TERMS]
-    for at in np.flatnonzero(comparison.cells.seen > 1).tolist():
-        label = labels[comparison.cells.label[at]]
+    for row in np.flatnonzero(comparison.cells.valued > 1).tolist():
+        label = labels[comparison.cells.label[row]]
         if label.term != MEAN:
-            rows.setdefault((label.channel, label.term), []).append(at)
-    if not (comparison.cells.seen > 1).any():
+            rows.setdefault((label.channel, label.term), []).append(row)
+    if not (comparison.cells.valued > 1).any():
         return [f"{used} results of {len(comparison.groups)} {group}s", _nothing(what)]
     channels: dict[str, int] = {}
     for label in labels:
@@ -302,17 +310,17 @@ def _of_many(comparison: RunComparison) -> list[str]:
     cells: list[tuple[str, ...]] = [head]
     listed = sorted(rows, key=lambda key: (channels[key[0]], order.index(key[1])))
     for channel, term in listed[:_MOST_ROWS]:
-        own = rows[channel, term]
-        counts = Counter(judgements[at] for at in own)
-        scale = np.abs(comparison.effects.mean[own]) if term in SIGNED else 1.0
-        tau = 100 * float(np.nanmedian(comparison.effects.tau[own] / scale))
-        level = comparison.effects.mean[own] if term in SIGNED else np.exp(comparison.effects.mean[own])
-        std = 100 * float(np.nanmedian(comparison.cells.std[own] / np.abs(level)))
+        term_rows = rows[channel, term]
+        counts = Counter(judgements[row] for row in term_rows)
+        scale = np.abs(comparison.effects.mean[term_rows]) if term in SIGNED else 1.0
+        tau = 100 * float(np.nanmedian(comparison.effects.tau[term_rows] / scale))
+        level = comparison.effects.mean[term_rows] if term in SIGNED else np.exp(comparison.effects.mean[term_rows])
+        std = 100 * float(np.nanmedian(comparison.cells.std[term_rows] / np.abs(level)))
         cells.append(
             (
                 channel,
                 term.replace("_", " "),
-                str(len(own)),
+                str(len(term_rows)),
                 two_digits(std),
                 two_digits(tau) if tau else "0",
                 str(counts["repeatable"] + counts["too_alike"]),
@@ -326,13 +334,13 @@ def _of_many(comparison: RunComparison) -> list[str]:
     lines.append(f"STD and between {what}s: medians over the {group}s")
     outliers = comparison.outliers() if "outlier" in judgements else {}
     named: dict[str, list[str]] = {}
-    for at, run in outliers.items():
-        name, label = comparison.key(at)
-        other = run.serial if comparison.by == "run" and run.serial else run.name
-        named.setdefault(name, []).append(f"{other} ({label.channel} {term_name(label)})")
+    for row, run in outliers.items():
+        group_name, label = comparison.key(row)
+        run_name = run.serial if comparison.by == "run" and run.serial else run.name
+        named.setdefault(group_name, []).append(f"{run_name} ({label.channel} {term_name(label)})")
     for name, runs in list(named.items())[:_MOST_NAMED]:
-        more = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
-        lines.append(f"! {name}: {what} {runs[0]}{more} does not belong")
+        suffix = f" and {len(runs) - 1} more" if len(runs) > 1 else ""
+        lines.append(f"! {name}: {what} {runs[0]}{suffix} does not belong")
     if len(named) > _MOST_NAMED:
         lines.append(f"! {len(named) - _MOST_NAMED} more {group}s have a {what} that does not belong: {_CSV}")
     return wrapped(lines)
@@ -343,33 +351,33 @@ def _paper_table(
 ) -> list[str]:
     group, _, term = key
     rows = in_order(comparison, rows)
-    labels = [comparison.key(at)[1] for at in rows]
-    unit, size = unit_of(labels[0], [comparison.row(at).mean for at in rows])
-    what = OTHERS[comparison.by]
-    values = [{id(run): value / size for run, value, _ in comparison.values(at)} for at in rows]
-    runs = [run for run in comparison.runs if any(id(run) in one for one in values)]
-    digits = _decimals([value for one in values for value in one.values()])
+    labels = [comparison.key(row)[1] for row in rows]
+    unit, size = display_unit(labels[0], [comparison.row(row).mean for row in rows])
+    what = COMPARED[comparison.by]
+    values = [{id(run): value / size for run, value, _ in comparison.values(row)} for row in rows]
+    runs = [run for run in comparison.runs if any(id(run) in by_run for by_run in values)]
+    digits = _decimals([value for by_run in values for value in by_run.values()])
     name = " ".join(filter(None, [comparison.groups[group], term_name(labels[0]), f"[{unit}]"]))
     cells = [(what, *(label.channel for label in labels))]
     for run in runs:
         title = run.serial if comparison.by == "run" and run.serial else run.name
-        cells.append((title, *(f"{one[id(run)]:.{digits}f}" if id(run) in one else "-" for one in values)))
-    found = [comparison.row(at) for at in rows]
-    stds = (None if row.std is None else row.std / size for row in found)
+        cells.append((title, *(f"{by_run[id(run)]:.{digits}f}" if id(run) in by_run else "-" for by_run in values)))
+    effects = [comparison.row(row) for row in rows]
+    stds = (None if row.std is None else row.std / size for row in effects)
     cells.append(("STD", *("" if std is None else _std_text(std, digits) for std in stds)))
     if term != MEAN:
-        spreads = [_spread(label, one) for label, one in zip(labels, found, strict=True)]
-        cells.append(("STD %", *(one[0] for one in spreads)))
-        cells.append((f"between {what}s %", *(one[1] for one in spreads)))
-        cells.append(("next ± %", *(one[2] for one in spreads)))
-        cells.append(("verdict", *(_SHORT[judgements[at]] for at in rows)))
+        spreads = [_spread(label, by_run) for label, by_run in zip(labels, effects, strict=True)]
+        cells.append(("STD %", *(by_run[0] for by_run in spreads)))
+        cells.append((f"between {what}s %", *(by_run[1] for by_run in spreads)))
+        cells.append(("next ± %", *(by_run[2] for by_run in spreads)))
+        cells.append(("verdict", *(_SHORT[judgements[row]] for row in rows)))
         std = comparison.cells.std
         for title, symbol, errors in (
             ("paper: STD < δ", "δ", comparison.cells.delta),
             ("STD < error", "error", comparison.cells.typical),
         ):
             if np.isfinite(errors[rows]).any():
-                texts = (_rule_text(float(std[at]), float(errors[at]), f"{symbol} = ", size) for at in rows)
+                texts = (_rule_text(float(std[row]), float(errors[row]), f"{symbol} = ", size) for row in rows)
                 cells.append((title, *texts))
     return [name, *aligned(cells)]
 

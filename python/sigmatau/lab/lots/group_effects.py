@@ -78,81 +78,81 @@ def group_effects(values: Floats, errors: Floats | None, *, level: float) -> Gro
     groups, runs = values.shape
     size = max(1, _CHUNK // max(runs, 1))
     parts = [
-        _chunk(values[at : at + size], None if errors is None else errors[at : at + size], level)
-        for at in range(0, max(groups, 1), size)
+        _chunk(values[start : start + size], None if errors is None else errors[start : start + size], level)
+        for start in range(0, max(groups, 1), size)
     ]
     return GroupEffects(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
 
 
 def _chunk(values: Floats, errors: Floats | None, level: float) -> dict[str, NDArray[Any]]:
-    there = np.isfinite(values)
-    k = there.sum(axis=1)
-    first = values[np.arange(len(values)), there.argmax(axis=1)] if values.shape[1] else np.full(len(values), np.nan)
+    valid = np.isfinite(values)
+    k = valid.sum(axis=1)
+    first = values[np.arange(len(values)), valid.argmax(axis=1)] if values.shape[1] else np.full(len(values), np.nan)
     origin = np.where(k > 0, first, 0.0)
-    c = np.where(there, values - origin[:, None], 0.0)
-    spread = np.sqrt(_sum(np.where(there, c, 0.0) ** 2) / np.maximum(k, 1))
+    c = np.where(valid, values - origin[:, None], 0.0)
+    spread = np.sqrt(_sum(np.where(valid, c, 0.0) ** 2) / np.maximum(k, 1))
     if errors is None:
         scale = np.where(spread > 0, spread, 1.0)
         v = np.zeros_like(c)
     else:
-        scale = np.sqrt(_sum(np.where(there, errors, 0.0) ** 2) / np.maximum(k, 1))
+        scale = np.sqrt(_sum(np.where(valid, errors, 0.0) ** 2) / np.maximum(k, 1))
         scale = np.where(k > 0, scale, 1.0)
-        v = np.where(there, errors / scale[:, None], 1.0) ** 2
+        v = np.where(valid, errors / scale[:, None], 1.0) ** 2
     c = c / scale[:, None]
-    found: dict[str, NDArray[Any]] = {**_of_scaled(c, v, there, level, known=errors is not None)}
+    estimates: dict[str, NDArray[Any]] = {**_scaled_effects(c, v, valid, level, with_errors=errors is not None)}
     for name in ("mean", "mean_error", "std", "tau", "tau_low", "tau_high", "error", "next_error"):
-        found[name] = found[name] * scale
-    found["mean"] = found["mean"] + origin
-    return found
+        estimates[name] = estimates[name] * scale
+    estimates["mean"] = estimates["mean"] + origin
+    return estimates
 
 
-def _of_scaled(
-    c: Floats, v: Floats, there: NDArray[np.bool_], level: float, *, known: bool
+def _scaled_effects(
+    c: Floats, v: Floats, valid: NDArray[np.bool_], level: float, *, with_errors: bool
 ) -> dict[str, Floats | Ints]:
-    k = there.sum(axis=1)
+    k = valid.sum(axis=1)
     several = k > 1
     freedom = np.maximum(k - 1, 1)
     plain_mean = _sum(c) / np.maximum(k, 1)
-    squares = _sum(np.where(there, c - plain_mean[:, None], 0.0) ** 2)
+    squares = _sum(np.where(valid, c - plain_mean[:, None], 0.0) ** 2)
     std = np.sqrt(squares / freedom)
     t_mean = by_number(freedom, lambda f: student_quantile(f, (1 + level) / 2))
     tail = (1 - level) / 2
     chi_high = by_number(freedom, lambda f: chi2_quantile_above(f, tail))
     chi_low = by_number(freedom, lambda f: chi2_quantile_above(f, 1 - tail))
     nothing = np.full(len(c), np.nan)
-    if known:
-        q, _ = _cochran(np.zeros(len(c)), c, v, there)
+    if with_errors:
+        q, _ = _cochran(np.zeros(len(c)), c, v, valid)
         p_value, p_low = chi2_above(freedom, q), chi2_below(freedom, q)
-        tau2, low2, high2 = (_solved(target, c, v, there, squares) for target in (1.0 * freedom, chi_high, chi_low))
-        error2 = _sum(np.where(there, v, 0.0)) / np.maximum(k, 1)
+        tau2, low2, high2 = (_solved(target, c, v, valid, squares) for target in (1.0 * freedom, chi_high, chi_low))
+        error2 = _sum(np.where(valid, v, 0.0)) / np.maximum(k, 1)
     else:
         q = p_value = p_low = nothing
         tau2, low2, high2 = squares / freedom, squares / chi_high, squares / chi_low
         error2 = np.zeros(len(c))
-    mean, se2 = _mean(tau2, c, v, there, unit_weights=not known)
+    mean, se2 = _mean(tau2, c, v, valid, unit_weights=not with_errors)
     alone = k == 1  # its own error is all that is known
-    if known:
+    if with_errors:
         mean_error = np.where(alone, normal_quantile((1 + level) / 2), t_mean) * np.sqrt(se2)
     else:
         mean_error = np.where(several, t_mean * np.sqrt(se2), np.nan)
-    outlier, outlier_p = _outliers(c, v, there, tau2, mean, known=known)
+    outlier, outlier_p = _outliers(c, v, valid, tau2, mean, with_errors=with_errors)
 
-    def of_several(x: Floats) -> Floats:
+    def where_several(x: Floats) -> Floats:
         return np.where(several, x, np.nan)
 
     return {
         "k": k,
         "mean": np.where(k > 0, mean, np.nan),
         "mean_error": np.where(k > 0, mean_error, np.nan),
-        "std": of_several(std),
-        "q": of_several(q),
-        "p_value": of_several(p_value),
-        "p_low": of_several(p_low),
-        "tau": of_several(np.sqrt(tau2)),
-        "tau_low": of_several(np.sqrt(low2)),
-        "tau_high": of_several(np.sqrt(high2)),
-        "error": np.where(k > 0, np.sqrt(error2), np.nan) if known else nothing,
-        "next_error": of_several(t_mean * np.sqrt(tau2 + se2 + error2)),
+        "std": where_several(std),
+        "q": where_several(q),
+        "p_value": where_several(p_value),
+        "p_low": where_several(p_low),
+        "tau": where_several(np.sqrt(tau2)),
+        "tau_low": where_several(np.sqrt(low2)),
+        "tau_high": where_several(np.sqrt(high2)),
+        "error": np.where(k > 0, np.sqrt(error2), np.nan) if with_errors else nothing,
+        "next_error": where_several(t_mean * np.sqrt(tau2 + se2 + error2)),
         "outlier": outlier,
         "outlier_p": outlier_p,
     }
@@ -168,80 +168,80 @@ def by_number(numbers: Ints, function: Callable[[Floats], Floats]) -> Floats:
     return np.asarray(function(unique.astype(np.float64)))[inverse]
 
 
-def _cochran(tau2: Floats, c: Floats, v: Floats, there: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _cochran(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Q(τ²), and its derivative with the other sign."""
-    w = there / (v + tau2[:, None])
+    w = valid / (v + tau2[:, None])
     total = np.maximum(_sum(w), 1e-300)
     mean = np.einsum("ij,ij->i", w, c) / total
     terms = w * (c - mean[:, None]) ** 2
     return _sum(terms), np.asarray(np.einsum("ij,ij->i", w, terms))
 
 
-def _solved(target: Floats, c: Floats, v: Floats, there: NDArray[np.bool_], squares: Floats) -> Floats:
+def _solved(target: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], squares: Floats) -> Floats:
     """The τ² at which Q is `target`; 0 where Q(0) is less. Newton's method on 1/Q, which is a line if all errors are equal,
     between bounds: Q(τ²) is at most the sum of squares over τ².
     """
-    found = np.zeros(len(c))
-    left = np.flatnonzero(_cochran(found, c, v, there)[0] > target)
-    low, high = np.zeros(len(left)), squares[left] / target[left]
-    t = np.zeros(len(left))
-    c, v, there, target = c[left], v[left], there[left], target[left]
+    tau2 = np.zeros(len(c))
+    open_rows = np.flatnonzero(_cochran(tau2, c, v, valid)[0] > target)
+    low, high = np.zeros(len(open_rows)), squares[open_rows] / target[open_rows]
+    t = np.zeros(len(open_rows))
+    c, v, valid, target = c[open_rows], v[open_rows], valid[open_rows], target[open_rows]
     for _ in range(_MOST_STEPS):
-        if not len(left):
+        if not len(open_rows):
             break
-        q, slope = _cochran(t, c, v, there)
+        q, slope = _cochran(t, c, v, valid)
         low, high = np.where(q > target, t, low), np.where(q > target, high, t)
         new = t + q * (q / target - 1) / slope
         new = np.where((new > low) & (new < high), new, 0.5 * (low + high))
         settled = (np.abs(new - t) <= _PRECISION * new) | (high - low <= _PRECISION * high)
-        found[left] = new
+        tau2[open_rows] = new
         on = ~settled
-        left, t, low, high, target = left[on], new[on], low[on], high[on], target[on]
-        c, v, there = c[on], v[on], there[on]
-    return found
+        open_rows, t, low, high, target = open_rows[on], new[on], low[on], high[on], target[on]
+        c, v, valid = c[on], v[on], valid[on]
+    return tau2
 
 
-def _mean(tau2: Floats, c: Floats, v: Floats, there: NDArray[np.bool_], *, unit_weights: bool) -> tuple[Floats, Floats]:
+def _mean(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], *, unit_weights: bool) -> tuple[Floats, Floats]:
     """The weighted mean and its variance."""
     if unit_weights:
-        k = np.maximum(there.sum(axis=1), 1)
+        k = np.maximum(valid.sum(axis=1), 1)
         return _sum(c) / k, tau2 / k
-    w = there / (v + tau2[:, None])
+    w = valid / (v + tau2[:, None])
     total = np.maximum(_sum(w), 1e-300)
     return np.einsum("ij,ij->i", w, c) / total, 1 / total
 
 
 def _outliers(
-    c: Floats, v: Floats, there: NDArray[np.bool_], tau2: Floats, mean: Floats, *, known: bool
+    c: Floats, v: Floats, valid: NDArray[np.bool_], tau2: Floats, mean: Floats, *, with_errors: bool
 ) -> tuple[Ints, Floats]:
     """The run that fits the others worst, and its p-value: its deviation from the mean of the others, over the standard
     error of that, has Student's t distribution with k - 2 degrees of freedom; corrected after Bonferroni.
     """
-    k = there.sum(axis=1)
+    k = valid.sum(axis=1)
     worst, p_worst = np.full(len(c), -1, dtype=np.int64), np.full(len(c), np.nan)
     enough = np.flatnonzero(k >= LEAST_RUNS_OF_OUTLIER)
     if not len(enough):
         return worst, p_worst
-    c, v, there, tau2, mean, k = c[enough], v[enough], there[enough], tau2[enough], mean[enough], k[enough]
+    c, v, valid, tau2, mean, k = c[enough], v[enough], valid[enough], tau2[enough], mean[enough], k[enough]
     w = 1 / np.maximum(v + tau2[:, None], 1e-300)
-    total = _sum(np.where(there, w, 0.0))
+    total = _sum(np.where(valid, w, 0.0))
     distance = np.where(
-        there, np.abs(c - mean[:, None]) / np.sqrt(np.maximum(1 / w - 1 / total[:, None], 1e-300)), -1.0
+        valid, np.abs(c - mean[:, None]) / np.sqrt(np.maximum(1 / w - 1 / total[:, None], 1e-300)), -1.0
     )
     order = np.argsort(-distance, axis=1, kind="stable")[:, :_CANDIDATES]
     rows = np.arange(len(c))
     freedom = (k - 2).astype(np.float64)
     best, best_p = np.full(len(c), -1, dtype=np.int64), np.full(len(c), np.inf)
     for candidate in order.T:
-        rest = there.copy()
+        rest = valid.copy()
         rest[rows, candidate] = False
-        others = np.where(rest, c, 0.0)
-        middle = _sum(others) / (k - 1)
+        others_values = np.where(rest, c, 0.0)
+        middle = _sum(others_values) / (k - 1)
         squares = _sum(np.where(rest, c - middle[:, None], 0.0) ** 2)
-        between = _solved(freedom, others, v, rest, squares) if known else squares / freedom
-        at, se2 = _mean(between, others, v, rest, unit_weights=not known)
-        error = np.sqrt(between + se2 + (v[rows, candidate] if known else 0.0))
-        deviation = np.abs(c[rows, candidate] - at)
+        between = _solved(freedom, others_values, v, rest, squares) if with_errors else squares / freedom
+        center, se2 = _mean(between, others_values, v, rest, unit_weights=not with_errors)
+        error = np.sqrt(between + se2 + (v[rows, candidate] if with_errors else 0.0))
+        deviation = np.abs(c[rows, candidate] - center)
         with np.errstate(divide="ignore", invalid="ignore"):
             t = np.where(deviation > 0, deviation / error, 0.0)
         p = np.minimum(2 * k * student_below(freedom, -np.minimum(t, 1e12)), 1.0)

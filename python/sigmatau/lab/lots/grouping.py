@@ -21,24 +21,24 @@ class Cells:
     label: Ints  # position of the label
     order: Ints  # rows of the table, cell by cell
     first: Ints  # of a cell in `order`
-    seen: Ints  # values
+    valued: Ints  # values
     looked: Ints  # values and upper limits
     limit: Floats  # largest upper limit of the runs without a value, NaN if there is none [SI]
     std: Floats  # standard deviation of the values, ddof = 1 [SI]
     delta: Floats  # mean δ of the paper's rule, NaN if no run has one [SI]
     typical: Floats  # mean standard error of a run, NaN if a run has none [SI]
-    known: NDArray[np.bool_]  # whether all values have errors
+    has_errors: NDArray[np.bool_]  # whether all values have errors
 
-    def rows(self, at: int) -> Ints:
+    def rows(self, cell: int) -> Ints:
         """Rows of the table whose values a cell compares."""
-        return self.order[self.first[at] : self.first[at] + self.seen[at]]
+        return self.order[self.first[cell] : self.first[cell] + self.valued[cell]]
 
-    def limited(self, at: int) -> Ints:
+    def limited(self, cell: int) -> Ints:
         """Rows of the table with the upper limits of the runs of a cell that do not show the term."""
-        return self.order[self.first[at] + self.seen[at] : self.first[at] + self.looked[at]]
+        return self.order[self.first[cell] + self.valued[cell] : self.first[cell] + self.looked[cell]]
 
 
-def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> Cells:
+def sort_into_cells(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> Cells:
     """Sort the rows of the usable runs into cells; the values of a cell are in the order of the runs."""
     labels = max(len(table.labels), 1)
     valued = (table.status == OBSERVED) | (table.status == WITHOUT_ERROR)
@@ -48,84 +48,84 @@ def cells_of(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool_]) -> 
     codes, cell = np.unique(code, return_inverse=True)
     looked = np.bincount(cell, minlength=len(codes))
     with_value = valued[rows]
-    seen = np.bincount(cell[with_value], minlength=len(codes))
+    values_of_cell = np.bincount(cell[with_value], minlength=len(codes))
     limit = np.full(len(codes), np.nan)
     np.fmax.at(limit, cell[~with_value], table.limit[rows[~with_value]])
     order = rows[np.lexsort((table.run[rows], ~with_value, cell))]
     first = np.concatenate([[0], np.cumsum(looked)[:-1]]).astype(np.int64) if len(codes) else np.zeros(0, np.int64)
-    values, own = table.value[rows[with_value]], cell[with_value]
-    k = np.maximum(seen, 1)
-    mean = np.bincount(own, weights=values, minlength=len(codes)) / k
+    values, cell_of_value = table.value[rows[with_value]], cell[with_value]
+    k = np.maximum(values_of_cell, 1)
+    mean = np.bincount(cell_of_value, weights=values, minlength=len(codes)) / k
     with np.errstate(over="ignore"):  # of values near the largest number, whose spread is then not known
-        squares = np.bincount(own, weights=(values - mean[own]) ** 2, minlength=len(codes))
-    std = np.where(seen > 1, np.sqrt(squares / np.maximum(seen - 1, 1)), np.nan)
+        squares = np.bincount(cell_of_value, weights=(values - mean[cell_of_value]) ** 2, minlength=len(codes))
+    std = np.where(values_of_cell > 1, np.sqrt(squares / np.maximum(values_of_cell - 1, 1)), np.nan)
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
     errors = table.error[rows[with_value]]
     absolute = np.where(signed[table.label[rows[with_value]]], errors, errors * np.abs(values))
-    known = np.bincount(own, weights=np.isnan(errors), minlength=len(codes)) == 0
-    typical = np.bincount(own, weights=absolute, minlength=len(codes)) / k
+    has_errors = np.bincount(cell_of_value, weights=np.isnan(errors), minlength=len(codes)) == 0
+    typical = np.bincount(cell_of_value, weights=absolute, minlength=len(codes)) / k
     deltas = table.delta[rows[with_value]]
     stated = np.isfinite(deltas)
-    with_delta = np.bincount(own[stated], minlength=len(codes))
-    total = np.bincount(own[stated], weights=deltas[stated], minlength=len(codes))
+    with_delta = np.bincount(cell_of_value[stated], minlength=len(codes))
+    total = np.bincount(cell_of_value[stated], weights=deltas[stated], minlength=len(codes))
     return Cells(
         group=codes // labels,
         label=codes % labels,
         order=order,
         first=first,
-        seen=seen,
+        valued=values_of_cell,
         looked=looked,
         limit=limit,
         std=std,
         delta=np.where(with_delta > 0, total / np.maximum(with_delta, 1), np.nan),
-        typical=np.where(seen > 0, typical, np.nan),
-        known=known,
+        typical=np.where(values_of_cell > 0, typical, np.nan),
+        has_errors=has_errors,
     )
 
 
-def effects_of(table: RunTable, cells: Cells, *, level: float) -> GroupEffects:
+def estimate_effects(table: RunTable, cells: Cells, *, level: float) -> GroupEffects:
     """Random effects of all cells, those of similar numbers of runs together."""
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
-    count = len(cells.seen)
-    found: dict[str, NDArray[Any]] = {}
-    for one in fields(GroupEffects):
-        whole = one.name in ("k", "outlier")
-        found[one.name] = np.zeros(count, dtype=np.int64) if whole else np.full(count, np.nan)
-    found["outlier"][:] = -1
-    size = np.ceil(np.log2(np.maximum(cells.seen, 1))).astype(int)
-    for known in (False, True):
+    count = len(cells.valued)
+    estimates: dict[str, NDArray[Any]] = {}
+    for estimate in fields(GroupEffects):
+        whole = estimate.name in ("k", "outlier")
+        estimates[estimate.name] = np.zeros(count, dtype=np.int64) if whole else np.full(count, np.nan)
+    estimates["outlier"][:] = -1
+    size = np.ceil(np.log2(np.maximum(cells.valued, 1))).astype(int)
+    for has_errors in (False, True):
         for power in np.unique(size):
-            chosen = np.flatnonzero((cells.known == known) & (size == power) & (cells.seen > 0))
+            chosen = np.flatnonzero((cells.has_errors == has_errors) & (size == power) & (cells.valued > 0))
             if not len(chosen):
                 continue
-            runs = int(cells.seen[chosen].max())
+            runs = int(cells.valued[chosen].max())
             columns = np.arange(runs)
-            there = columns < cells.seen[chosen, None]
-            places = np.where(there, cells.first[chosen, None] + columns, 0)
+            valid = columns < cells.valued[chosen, None]
+            places = np.where(valid, cells.first[chosen, None] + columns, 0)
             row = cells.order[places]
             plain = signed[cells.label[chosen]][:, None]
-            value = np.where(there, table.value[row], 1.0)
+            value = np.where(valid, table.value[row], 1.0)
             with np.errstate(divide="ignore", invalid="ignore"):
                 value = np.where(plain, value, np.log(value))
-            values = np.where(there, value, np.nan)
-            errors = np.where(there, table.error[row], np.nan) if known else None
+            values = np.where(valid, value, np.nan)
+            errors = np.where(valid, table.error[row], np.nan) if has_errors else None
             part = group_effects(values, errors, level=level)
-            for name, array in found.items():
+            for name, array in estimates.items():
                 array[chosen] = getattr(part, name)
-    return GroupEffects(**found)
+    return GroupEffects(**estimates)
 
 
 def holm(p: Floats, group: Ints) -> Floats:
     """P-values corrected for the number of tests of each group (S. Holm, Scand. J. Statist. 6, 1979); NaN stays NaN."""
-    found = np.full(len(p), np.nan)
-    there = np.flatnonzero(~np.isnan(p))
-    order = there[np.lexsort((p[there], group[there]))]
+    corrected = np.full(len(p), np.nan)
+    tested = np.flatnonzero(~np.isnan(p))
+    order = tested[np.lexsort((p[tested], group[tested]))]
     if not len(order):
-        return found
-    own = group[order]
-    first = np.searchsorted(own, own, side="left")
-    tests = np.searchsorted(own, own, side="right") - first
-    steps = np.minimum((tests - (np.arange(len(own)) - first)) * p[order], 1.0)
-    rank = np.cumsum(np.diff(own, prepend=own[0]) != 0)
-    found[order] = np.maximum.accumulate(steps + 2.0 * rank) - 2.0 * rank
-    return found
+        return corrected
+    test_group = group[order]
+    first = np.searchsorted(test_group, test_group, side="left")
+    tests = np.searchsorted(test_group, test_group, side="right") - first
+    steps = np.minimum((tests - (np.arange(len(test_group)) - first)) * p[order], 1.0)
+    rank = np.cumsum(np.diff(test_group, prepend=test_group[0]) != 0)
+    corrected[order] = np.maximum.accumulate(steps + 2.0 * rank) - 2.0 * rank
+    return corrected

@@ -17,11 +17,11 @@ from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.lab.datasheets.verdict import Verdict
 from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
-from sigmatau.lab.lots.lot_judging import of_findings, of_verdict
-from sigmatau.lab.lots.lot_others import beside_others, distributions_of
+from sigmatau.lab.lots.lot_judging import remarks_on_findings, remarks_on_verdict
+from sigmatau.lab.lots.lot_others import collect_distributions, compare_units
 from sigmatau.lab.lots.lot_remark import Remark, State, remark
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
-from sigmatau.lab.lots.lot_unit import UnitResult, unit_of, without_result
+from sigmatau.lab.lots.lot_unit import UnitResult, summarize_unit, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
@@ -63,7 +63,7 @@ def examine(
     path = str(result) if isinstance(result, str | Path) else ""
     try:
         analysis = as_result(result)
-        unit = unit_of(analysis)
+        unit = summarize_unit(analysis)
         if path and not unit.path:
             unit = replace(unit, path=path)
         if isinstance(analysis, FailedAnalysis) or unit.reason or sheet is None:
@@ -156,21 +156,26 @@ def judge_lot(
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
     named = _named(results)
     examined = {
-        name: one if isinstance(one, Examined) else examine(one, sheet, name=name, **options)
-        for name, one in named.items()
+        name: result if isinstance(result, Examined) else examine(result, sheet, name=name, **options)
+        for name, result in named.items()
     }
-    absent, more = _absent(examined, expect)
+    absent, surplus = _absent(examined, expect)
     if not examined and not absent:
         raise OptionError("{option}: no units; give results or the number of units to expect", option="results")
-    found = {name: one.result for name, one in examined.items()}
-    distributions = distributions_of(found)
-    beside = beside_others(found, distributions, judged=sheet is not None)
+    unit_results = {name: unit.result for name, unit in examined.items()}
+    distributions = collect_distributions(unit_results)
+    remarks = compare_units(unit_results, distributions, judged=sheet is not None)
     settings = Settings(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
     units = [
         _judged(
-            name, one, beside.get(name, ()), settings, with_spec=sheet is not None, expected=_is_expected(name, expect)
+            name,
+            unit,
+            remarks.get(name, ()),
+            settings,
+            with_spec=sheet is not None,
+            expected=_is_expected(name, expect),
         )
-        for name, one in examined.items()
+        for name, unit in examined.items()
     ]
     missing = [
         JudgedUnit(
@@ -187,7 +192,7 @@ def judge_lot(
         distributions=distributions.values,
         bands=distributions.bands,
         expected=None if expect is None else expect if isinstance(expect, int) else len(expect),
-        too_many=more,
+        too_many=surplus,
         settings=settings,
     )
 
@@ -202,12 +207,12 @@ def check_choices(undecided: object, fail_on: object, accept: object) -> None:
         raise OptionError(f"{{option}} must be warning, not {fail_on!r}", option="fail_on")
     if isinstance(accept, str) or not isinstance(accept, Sequence):
         raise OptionError("{option} must be a list of codes", option="accept")
-    known = {*CODES, *_finding_codes()} - {"above_maximum", "unreadable", "missing", "no_specification", "no_maximum"}
+    codes = {*CODES, *_finding_codes()} - {"above_maximum", "unreadable", "missing", "no_specification", "no_maximum"}
     for code in accept:
-        if code not in known:
+        if code not in codes:
             raise OptionError(
                 f"{{option}}: unknown code {code!r}; codes are those of docs/findings.md, and"
-                f" {', '.join(sorted(known & {*CODES}))}",
+                f" {', '.join(sorted(codes & {*CODES}))}",
                 option="accept",
             )
 
@@ -221,17 +226,17 @@ def _finding_codes() -> set[str]:
 def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[str, Result | Examined]:
     """Results by the name of their unit."""
     if isinstance(results, Mapping):
-        return {str(name): one for name, one in results.items()}
+        return {str(name): result for name, result in results.items()}
     if isinstance(results, str | Path | Analysis):
         raise OptionError("{option} must be a sequence of results, or a mapping by name", option="results")
     names = []
-    for k, one in enumerate(results, 1):
-        if isinstance(one, str | Path):
-            names.append(Path(one).name.removesuffix(".json"))
+    for k, result in enumerate(results, 1):
+        if isinstance(result, str | Path):
+            names.append(Path(result).name.removesuffix(".json"))
             continue
-        source = one.source.path if isinstance(one, Analysis) else None
-        if isinstance(one, Mapping) and isinstance(one.get("source"), Mapping):
-            source = one["source"].get("path")
+        source = result.source.path if isinstance(result, Analysis) else None
+        if isinstance(result, Mapping) and isinstance(result.get("source"), Mapping):
+            source = result["source"].get("path")
         names.append(Path(source).name if source else f"unit {k}")
     repeated = {name for name in names if names.count(name) > 1}
     unique = [f"{name} ({k})" if name in repeated else name for k, name in enumerate(names, 1)]
@@ -252,8 +257,8 @@ def _absent(examined: Mapping[str, Examined], expect: int | Sequence[str] | None
     if len({*expect}) < len(expect):
         twice = next(name for name in expect if list(expect).count(name) > 1)
         raise OptionError(f"{{option}} names {twice!r} twice", option="expect")
-    there = {form for name in examined for form in _forms(name)}
-    return [name for name in expect if name not in there], 0
+    forms = {form for name in examined for form in _forms(name)}
+    return [name for name in expect if name not in forms], 0
 
 
 def _forms(name: str) -> set[str]:
@@ -271,44 +276,48 @@ def _is_expected(name: str, expect: int | Sequence[str] | None) -> bool:
 
 
 def _judged(
-    name: str, one: Examined, beside: Sequence[Remark], settings: Settings, *, with_spec: bool, expected: bool
+    name: str, unit: Examined, comparison: Sequence[Remark], settings: Settings, *, with_spec: bool, expected: bool
 ) -> JudgedUnit:
-    result = one.result
+    result = unit.result
     if result.error:
         state: State = "missing" if result.absent else "unreadable"
         details = Missing() if result.absent else Unreadable(reason=result.error)
         return JudgedUnit(name=name, state=state, remarks=(remark(details, "data"),), result=result)
-    remarks = [] if one.verdict is None else of_verdict(one.verdict)
-    remarks += [*beside, *of_findings(result)]
+    remarks = [] if unit.verdict is None else remarks_on_verdict(unit.verdict)
+    remarks += [*comparison, *remarks_on_findings(result)]
     if not expected:
         remarks.append(remark(NotExpected(), "data"))
-    remarks = [_accepted(one, settings) for one in remarks]
+    remarks = [_accepted(remark_, settings) for remark_ in remarks]
     if not with_spec:
         remarks.append(remark(NoSpecification(), "note"))
     state = _state(remarks, settings, with_spec=with_spec)
     order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
-    remarks.sort(key=lambda one: 0 if _explains_others(one) else order[one.kind])
-    return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=one.verdict)
+    remarks.sort(key=lambda remark_: 0 if _is_cause(remark_) else order[remark_.kind])
+    return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=unit.verdict)
 
 
-def _explains_others(one: Remark) -> bool:
+def _is_cause(remark_: Remark) -> bool:
     """Whether a remark explains all others: motion, or a mistaken unit."""
-    details = one.details
+    details = remark_.details
     mistaken = not isinstance(details, OtherScale) or details.likely is not None
-    return one.code in _CAUSES and one.kind != "note" and mistaken
+    return remark_.code in _CAUSES and remark_.kind != "note" and mistaken
 
 
 def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) -> State:
     """The state of a unit that has a result."""
-    doubts = [one for one in remarks if one.kind in ("judging", "data", "lot")]
-    warned = settings.fail_on == "warning" and any(one.kind != "judging" for one in doubts)
-    open_ = settings.undecided == "fail" and any(one.code in _OPEN for one in doubts)
-    if warned or open_ or any(one.kind == "limit" for one in remarks):
+    doubts = [remark_ for remark_ in remarks if remark_.kind in ("judging", "data", "lot")]
+    warned = settings.fail_on == "warning" and any(remark_.kind != "judging" for remark_ in doubts)
+    open_ = settings.undecided == "fail" and any(remark_.code in _OPEN for remark_ in doubts)
+    if warned or open_ or any(remark_.kind == "limit" for remark_ in remarks):
         return "failed"
     return "not_judged" if doubts or not with_spec else "passed"
 
 
-def _accepted(one: Remark, settings: Settings) -> Remark:
+def _accepted(remark_: Remark, settings: Settings) -> Remark:
     """A remark that the options take as no obstacle, as a note."""
-    passes = settings.undecided == "pass" and one.code in _OPEN
-    return replace(one, kind="note") if one.kind != "limit" and (one.code in settings.accept or passes) else one
+    passes = settings.undecided == "pass" and remark_.code in _OPEN
+    return (
+        replace(remark_, kind="note")
+        if remark_.kind != "limit" and (remark_.code in settings.accept or passes)
+        else remark_
+    )

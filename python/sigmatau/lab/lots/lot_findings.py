@@ -11,7 +11,7 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.results import duration_text
 
-_FAR = 3.0  # ratio from which on a difference is told as a factor: "57 times"
+_FACTOR_FROM = 3.0  # ratio from which on a difference is printed as a factor: "57 times"
 
 
 def difference(ratio: float) -> str:
@@ -22,9 +22,9 @@ def difference(ratio: float) -> str:
     >>> difference(1.123), difference(0.5), difference(57.3), difference(1 / 57.3)
     ('12 % above', '50 % below', '57 times', '1/57 of')
     """
-    if ratio >= _FAR:
+    if ratio >= _FACTOR_FROM:
         return f"{two_digits(ratio)} times"
-    if ratio <= 1 / _FAR:
+    if ratio <= 1 / _FACTOR_FROM:
         return f"1/{two_digits(1 / ratio)} of" if ratio > 0 else "far below"
     percent = 100 * abs(ratio - 1)
     return f"{two_digits(percent)} % {'above' if ratio >= 1 else 'below'}"
@@ -105,8 +105,10 @@ class Undecided(ComparedValue, code="undecided"):
             first, second = ("one", "two") if self.convention == "sided" else ("minimum", "coefficient")
             choice = f"{Hint(self.convention, value=first)} or {second}"
             return Words(f"{self.what}: the datasheet does not state the convention; give {choice}")
-        at = "is not observed" if self.value is None else self.measured
-        return Words(f"{self.what} {at}: the interval contains the maximum {self._amount(self.limit)}; record longer")
+        measured = "is not observed" if self.value is None else self.measured
+        return Words(
+            f"{self.what} {measured}: the interval contains the maximum {self._amount(self.limit)}; record longer"
+        )
 
 
 @frozen

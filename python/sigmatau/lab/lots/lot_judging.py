@@ -25,9 +25,9 @@ _FAR_FROM_TYPICAL = 10.0
 _FAR_FROM_MAXIMUM = 30.0  # the same below a maximum, which makers set several times above the typical value
 
 
-def of_verdict(verdict: Verdict) -> list[Remark]:
+def remarks_on_verdict(verdict: Verdict) -> list[Remark]:
     """The remarks of a comparison with a specification: what is out, what cannot be judged, what is implausible."""
-    found = [_above(judged) for judged in verdict.of("out")]
+    remarks = [_above(judged) for judged in verdict.of("out")]
     open_: dict[str, list[Judged]] = {}
     for judged in verdict.judged:
         if judged.status == "out":
@@ -37,17 +37,17 @@ def of_verdict(verdict: Verdict) -> list[Remark]:
         elif not judged.may_be_out:
             continue  # below its maximum in every convention; the typical value decides nothing
         elif judged.doubt is not None and judged.doubt.of_model:
-            found.append(remark(NoModel(), "judging", (judged.channel,)))
+            remarks.append(remark(NoModel(), "judging", (judged.channel,)))
         elif not any(reading.measured.anything for reading in judged.readings):
-            found.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
+            remarks.append(remark(NotMeasured(what=judged.claim.label), "judging", (judged.channel,)))
         elif judged.status == "undecided":
-            found.append(_undecided(judged))
+            remarks.append(_undecided(judged))
     if open_:
-        found.append(remark(NoMaximum(what=", ".join(open_)), "judging"))
-    found += [remark(NotMeasured(), "judging", (name,)) for name in verdict.missing]
+        remarks.append(remark(NoMaximum(what=", ".join(open_)), "judging"))
+    remarks += [remark(NotMeasured(), "judging", (name,)) for name in verdict.missing]
     if not verdict.judged and not verdict.missing:
-        found.append(remark(NoMaximum(what="the noise of the measured channels"), "judging"))
-    return [*_merged(found), *_implausible(verdict)]
+        remarks.append(remark(NoMaximum(what="the noise of the measured channels"), "judging"))
+    return [*_merged(remarks), *_implausible(verdict)]
 
 
 def _sensor(channel: str) -> str:
@@ -56,21 +56,22 @@ def _sensor(channel: str) -> str:
 
 def _merged(remarks: Iterable[Remark]) -> list[Remark]:
     """Remarks that differ in their channel alone as one."""
-    found: dict[tuple[object, ...], Remark] = {}
-    for one in remarks:
-        details = one.details
-        key = (details,) if isinstance(details, NoModel | NotMeasured) else (id(one),)
-        before = found.get(key)
-        found[key] = one if before is None else remark(details, one.kind, (*before.channels, *one.channels))
-    return list(found.values())
+    merged: dict[tuple[object, ...], Remark] = {}
+    for single in remarks:
+        details = single.details
+        key = (details,) if isinstance(details, NoModel | NotMeasured) else (id(single),)
+        before = merged.get(key)
+        merged[key] = single if before is None else remark(details, single.kind, (*before.channels, *single.channels))
+    return list(merged.values())
 
 
 def _above(judged: Judged) -> Remark:
     # Of two readings of a claim, the one that is nearer to its limit: it is out by both.
     reading = min(
-        (one for one in judged.readings if one.maximum is not None),
-        key=lambda one: (
-            (one.measured.value or one.measured.lower_limit or math.inf) / (one.maximum.limit if one.maximum else 1)
+        (reading for reading in judged.readings if reading.maximum is not None),
+        key=lambda reading: (
+            (reading.measured.value or reading.measured.lower_limit or math.inf)
+            / (reading.maximum.limit if reading.maximum else 1)
         ),
     )
     assert reading.maximum is not None
@@ -90,10 +91,12 @@ def _above(judged: Judged) -> Remark:
 
 
 def _undecided(judged: Judged) -> Remark:
-    reading = next(one for one in judged.readings if one.maximum is not None)
+    reading = next(reading for reading in judged.readings if reading.maximum is not None)
     assert reading.maximum is not None
     text, factor = judged.claim.display()
-    several = len(judged.readings) > 1 and len({one.maximum and one.maximum.side for one in judged.readings}) > 1
+    several = (
+        len(judged.readings) > 1 and len({reading.maximum and reading.maximum.side for reading in judged.readings}) > 1
+    )
     details = Undecided(
         what=judged.claim.label,
         value=reading.measured.value,
@@ -116,7 +119,7 @@ def _implausible(verdict: Verdict) -> list[Remark]:
             off = abs(math.log(details.ratio or 1))
             if sensor not in worst or off > worst[sensor][0]:
                 worst[sensor] = off, remark(details, "lot", (judged.channel,))
-    return [one for _, one in worst.values()]
+    return [worst_remark for _, worst_remark in worst.values()]
 
 
 def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
@@ -130,23 +133,23 @@ def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
         ratios.append(value / (stated * reading.meaning.factor))
     if not ratios:
         return
-    ratio = min(ratios, key=lambda one: abs(math.log(one)))  # of two readings, the better one
-    most = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
-    if ratio < 1 / most or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > most)):
+    ratio = min(ratios, key=lambda ratio: abs(math.log(ratio)))  # of two readings, the better one
+    tolerance = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
+    if ratio < 1 / tolerance or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > tolerance)):
         name = claim.usual if claim.typical is not None else "maximum"
         yield ImplausibleValue(what=claim.label, ratio=ratio, stated=name)
 
 
-def of_findings(unit: UnitResult) -> list[Remark]:
+def remarks_on_findings(unit: UnitResult) -> list[Remark]:
     """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
-    for one in unit.findings:
-        kinds.setdefault((one.code, one.severity), []).append(one)
+    for finding in unit.findings:
+        kinds.setdefault((finding.code, finding.severity), []).append(finding)
     remarks = []
     if unit.reason and all(code != unit.rest for code, _ in kinds):  # a result by hand
         remarks.append(remark(Stated(stated_code=unit.rest, message=unit.reason), "judging"))
     for (code, severity), alike in kinds.items():
-        channels = tuple(dict.fromkeys(channel for one in alike for channel in one.channels))
+        channels = tuple(dict.fromkeys(channel for finding in alike for channel in finding.channels))
         grave = (severity != "info" and code not in ALLOWED_FOR) or code in DEFECTS
         kind: Kind = "judging" if unit.reason and code == unit.rest else "data" if grave else "note"
         remarks.append(Remark(finding=alike[0], kind=kind, channels=channels))

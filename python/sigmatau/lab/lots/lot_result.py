@@ -94,25 +94,25 @@ class JudgedUnit:
         """The remarks that decided on the state, the worst kind first."""
         if self.state == "passed":
             return ()
-        deciding = tuple(one for one in self.remarks if one.kind != "note")
-        return deciding or tuple(one for one in self.remarks if one.code == "no_specification")
+        deciding = tuple(remark for remark in self.remarks if remark.kind != "note")
+        return deciding or tuple(remark for remark in self.remarks if remark.code == "no_specification")
 
     @property
     def reason(self) -> str:
         """Why the unit is not passed, in words; empty if it is."""
-        return "; ".join(dict.fromkeys(one.text for one in self.reasons))
+        return "; ".join(dict.fromkeys(remark.text for remark in self.reasons))
 
     @property
     def brief(self) -> str:
         """The first reasons, and how many more there are."""
-        texts = list(dict.fromkeys(one.text for one in self.reasons))
-        more = len(texts) - _MOST_REASONS
-        return "; ".join(texts[:_MOST_REASONS]) + (f"; and {more} more" if more > 0 else "")
+        texts = list(dict.fromkeys(remark.text for remark in self.reasons))
+        surplus = len(texts) - _MOST_REASONS
+        return "; ".join(texts[:_MOST_REASONS]) + (f"; and {surplus} more" if surplus > 0 else "")
 
     @property
     def notes(self) -> tuple[Remark, ...]:
         """Remarks that are only told."""
-        return tuple(one for one in self.remarks if one.kind == "note" and one.code != "no_specification")
+        return tuple(remark for remark in self.remarks if remark.kind == "note" and remark.code != "no_specification")
 
     def __repr__(self) -> str:
         return ": ".join(filter(None, (printable(self.name), STATE_WORDS[self.state], self.reason)))
@@ -121,28 +121,28 @@ class JudgedUnit:
         """Plain values in SI."""
         channels = {
             name: {
-                "quantity": one.quantity,
-                "unit": one.unit,
-                "sample_rate_hz": one.rate,
-                "samples": one.samples,
-                "trust": one.trust,
+                "quantity": channel.quantity,
+                "unit": channel.unit,
+                "sample_rate_hz": channel.rate,
+                "samples": channel.samples,
+                "trust": channel.trust,
                 "coefficients": {
                     what: {
                         key: number
                         for key in ("value", "low", "high", "limit")
-                        if (number := getattr(found, key)) is not None
+                        if (number := getattr(coefficient, key)) is not None
                     }
-                    for what, found in one.coefficients.items()
+                    for what, coefficient in channel.coefficients.items()
                 },
             }
-            for name, one in self.result.channels.items()
+            for name, channel in self.result.channels.items()
         }
         claims = [] if self.verdict is None else [judged.to_dict() for judged in self.verdict.judged]
         return {
             "name": self.name,
             "state": self.state,
             "reason": self.reason,
-            "remarks": [one.to_dict() for one in self.remarks],
+            "remarks": [remark.to_dict() for remark in self.remarks],
             "path": self.result.path,
             "sha256": self.result.sha256,
             "channels": channels,
@@ -203,12 +203,12 @@ class Lot(Tabular):
         -------
         tuple of JudgedUnit
         """
-        return tuple(one for one in self.units if one.state == state)
+        return tuple(unit for unit in self.units if unit.state == state)
 
     def __getitem__(self, name: str) -> JudgedUnit:
-        for one in self.units:
-            if one.name == name:
-                return one
+        for unit in self.units:
+            if unit.name == name:
+                return unit
         raise KeyError(f"no unit {name!r}")
 
     @property
@@ -227,7 +227,7 @@ class Lot(Tabular):
     @property
     def drifts(self) -> tuple[Distribution, ...]:
         """The distributions that drift over the order of the units."""
-        return tuple(one for one in self.distributions if one.drift is not None)
+        return tuple(distribution for distribution in self.distributions if distribution.drift is not None)
 
     def quantity_of(self, channel: str) -> tuple[str, str]:
         """Quantity and SI unit of a channel.
@@ -241,8 +241,8 @@ class Lot(Tabular):
         -------
         quantity, unit : str
         """
-        one = next(one for one in self.bands if one.channel == channel)
-        return one.quantity, one.unit
+        band = next(band for band in self.bands if band.channel == channel)
+        return band.quantity, band.unit
 
     def limits(self, channel: str, what: str) -> tuple[float, ...]:
         """Maxima of the specification for a coefficient; two if its convention is open. [SI]
@@ -259,7 +259,7 @@ class Lot(Tabular):
         tuple of float
             Maxima. [SI]
         """
-        found: set[float] = set()
+        maxima: set[float] = set()
         for claim in () if self.spec is None else self.spec.of(channel):
             maximum = claim.maximum
             if maximum is None and self.settings.factor is not None and claim.typical is not None:
@@ -268,10 +268,10 @@ class Lot(Tabular):
                 continue
             sided: Any = self.settings.sided
             bias: Any = self.settings.bias
-            for one in claim.meanings(sided=sided, bias=bias):
-                name = one.of if claim.average is None else f"means_{claim.average:g}"
-                found |= {maximum * one.factor} if name == what else set()
-        return tuple(sorted(found))
+            for meaning in claim.meanings(sided=sided, bias=bias):
+                name = meaning.of if claim.average is None else f"means_{claim.average:g}"
+                maxima |= {maximum * meaning.factor} if name == what else set()
+        return tuple(sorted(maxima))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, no NaN."""
@@ -284,21 +284,21 @@ class Lot(Tabular):
             "too_many": self.too_many,
             "specification": None if self.spec is None else self.spec.to_dict(),
             "settings": self.settings.to_dict(),
-            "units": [one.to_dict() for one in self.units],
-            "distributions": [one.to_dict() for one in self.distributions],
+            "units": [unit.to_dict() for unit in self.units],
+            "distributions": [distribution.to_dict() for distribution in self.distributions],
         }
 
     def columns(self) -> dict[str, list[Any]]:
         """A row a unit, channel and coefficient, see `Tabular.columns`; a unit without a result has one row."""
         names = ("unit", "state", "reason", "channel", "coefficient", "value", "low", "high", "upper_limit", "unit_si")
         rows: list[tuple[Any, ...]] = []
-        for one in self.units:
-            head = (one.name, one.state, one.reason)
+        for unit in self.units:
+            head = (unit.name, unit.state, unit.reason)
             before = len(rows)
-            for channel, part in one.result.channels.items():
-                for what, found in part.coefficients.items():
-                    unit = _si_unit(what, part.quantity, part.unit)
-                    rows.append((*head, channel, what, found.value, found.low, found.high, found.limit, unit))
+            for channel, part in unit.result.channels.items():
+                for what, coefficient in part.coefficients.items():
+                    numbers = (coefficient.value, coefficient.low, coefficient.high, coefficient.limit)
+                    rows.append((*head, channel, what, *numbers, _si_unit(what, part.quantity, part.unit)))
             if len(rows) == before:
                 rows.append((*head, None, None, None, None, None, None, None))
         return {name: [row[k] for row in rows] for k, name in enumerate(names)}
@@ -325,10 +325,10 @@ class Lot(Tabular):
         from sigmatau.lab.lots.lot_plot import draw_lot
 
         for name in channels:
-            if name not in (known := [one.channel for one in self.bands]):
-                raise KeyError(f"no channel {name!r}; channels: {', '.join(known)}")
-        panels = [self.curves_of(one) for one in self.bands if not channels or one.channel in channels]
-        return draw_lot(panels, {name for one in self.bands for name in self.marked(one.channel)}, ax=ax)
+            if name not in (channel_names := [band.channel for band in self.bands]):
+                raise KeyError(f"no channel {name!r}; channels: {', '.join(channel_names)}")
+        panels = [self.curves_of(band) for band in self.bands if not channels or band.channel in channels]
+        return draw_lot(panels, {name for band in self.bands for name in self.marked(band.channel)}, ax=ax)
 
     def marked(self, channel: str, *, most: int = 5) -> list[str]:
         """Units whose curve of a channel is drawn in colour: failed units and outliers.
@@ -344,12 +344,12 @@ class Lot(Tabular):
         -------
         list of str
         """
-        found = []
-        for one in self.units:
-            about = [r for r in one.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
+        names = []
+        for unit in self.units:
+            about = [r for r in unit.remarks if r.kind in ("limit", "lot") or r.code in ("outlier", "other_scale")]
             if any(not r.channels or channel in r.channels for r in about):
-                found.append(one.name)
-        return found[:most]
+                names.append(unit.name)
+        return names[:most]
 
     def curves_of(self, one: Band) -> LotCurves:
         """The curves of a channel in its display unit, with the maxima of the specification.
@@ -437,28 +437,32 @@ def pooled(lot: Lot) -> list[Pooled]:
     from sigmatau.record import stream_name
 
     groups: dict[tuple[str, str], list[Distribution]] = {}
-    for one in lot.distributions:
-        groups.setdefault((stream_name(one.channel), one.what), []).append(one)
+    for distribution in lot.distributions:
+        groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)
     rows = []
     for (sensor, what), those in groups.items():
         quantity, unit = lot.quantity_of(those[0].channel)
         text, factor = what_unit(what, quantity, unit, [group.median for group in those])
-        values = np.concatenate([one.values for one in those]) / factor
-        limits = {limit / factor for one in those for limit in lot.limits(one.channel, what)}
+        values = np.concatenate([distribution.values for distribution in those]) / factor
+        limits = {limit / factor for distribution in those for limit in lot.limits(distribution.channel, what)}
         rows.append(
             Pooled(
                 sensor=sensor,
                 what=what,
                 label=what_text(what, quantity),
                 unit=text,
-                units=len({name for one in those for name in one.units}),
+                units=len({name for distribution in those for name in distribution.units}),
                 median=float(np.median(values)),
                 low=float(values.min()),
                 high=float(values.max()),
-                spread=float(np.median([one.spread for one in those])),
+                spread=float(np.median([distribution.spread for distribution in those])),
                 limits=tuple(sorted(limits)),
-                outliers={(name, one.channel): ratio for one in those for name, ratio in one.outliers.items()},
-                drifts=[one for one in those if one.drift is not None],
+                outliers={
+                    (name, distribution.channel): ratio
+                    for distribution in those
+                    for name, ratio in distribution.outliers.items()
+                },
+                drifts=[distribution for distribution in those if distribution.drift is not None],
             )
         )
     order = {sensor: k for k, sensor in enumerate(dict.fromkeys(row.sensor for row in rows))}

@@ -22,7 +22,7 @@ _MOST_OUTLIERS = 4
 _MOST_NAME = 24  # characters of a unit's name
 
 
-def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
+def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str:
     """Counts, the units that did not pass with their reasons, and the distribution of each coefficient.
 
     Parameters
@@ -37,13 +37,13 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
     lines = wrapped([head], width=width)
     if lot.too_many:
         lines.append(f"{lot.too_many} more than the {lot.expected} expected")
-    told = _groups(lot)
-    names = max((len(name) for _, name, _ in told[:most]), default=0)
-    states = max((len(state) for state, _, _ in told[:most]), default=0)
-    for state, name, reason in told[:most]:
+    rows_shown = _groups(lot)
+    names = max((len(name) for _, name, _ in rows_shown[:max_units]), default=0)
+    states = max((len(state) for state, _, _ in rows_shown[:max_units]), default=0)
+    for state, name, reason in rows_shown[:max_units]:
         lines += _wrap_reason(f"{state.ljust(states)}  {name.ljust(names)}  ", reason, width)
-    if len(told) > most:
-        lines.append(f"… and {len(told) - most} more; see -v or the files of -o")
+    if len(rows_shown) > max_units:
+        lines.append(f"… and {len(rows_shown) - max_units} more; see -v or the files of -o")
     lines += _only_described(lot, width)
     rows = pooled(lot)
     lines += _only_typical(lot, rows, width)
@@ -55,13 +55,13 @@ def screen(lot: Lot, *, most: int = _MOST_UNITS, width: int = WIDTH) -> str:
 
 def _only_described(lot: Lot, width: int) -> list[str]:
     """Without a specification: what is said of the units that fit the others."""
-    told = {one.name for one in told_units(lot)}
-    fit = sum(one.state == "not_judged" and one.name not in told for one in lot.units)
+    shown = {unit.name for unit in told_units(lot)}
+    fit = sum(unit.state == "not_judged" and unit.name not in shown for unit in lot.units)
     if lot.spec is not None or not fit:
         return []
     spec = worded(str(Hint("spec", value="SPEC.toml")))
-    found = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give {spec} to judge"
-    return wrapped([f"{found} {'it' if fit == 1 else 'them'}."], width=width)
+    sentence = f"{fit} {'unit' if fit == 1 else 'units'}: nothing found. Give {spec} to judge"
+    return wrapped([f"{sentence} {'it' if fit == 1 else 'them'}."], width=width)
 
 
 def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
@@ -79,28 +79,30 @@ def told_units(lot: Lot) -> list[JudgedUnit]:
     """The units that are told, worst state first: those that did not pass, and outliers that did."""
     order = {state: k for k, state in enumerate(STATES)}
     shown = [
-        one
-        for one in lot.units
-        if one.state != "passed" and any(remark.code != "no_specification" for remark in one.reasons)
+        unit
+        for unit in lot.units
+        if unit.state != "passed" and any(remark.code != "no_specification" for remark in unit.reasons)
     ]
     kinds = {"limit": 0, "lot": 0, "data": 0, "judging": 1, "note": 2}
-    return sorted(shown, key=lambda one: (order[one.state], kinds[one.reasons[0].kind]))
+    return sorted(shown, key=lambda unit: (order[unit.state], kinds[unit.reasons[0].kind]))
 
 
 def _groups(lot: Lot) -> list[tuple[str, str, str]]:
     """State, name and reason of each unit that is told; units with the same reason, if they are many, are one row."""
-    told = told_units(lot)
+    shown = told_units(lot)
     alike: dict[tuple[str, str], int] = {}
-    for one in told:
-        alike[one.state, one.reason] = alike.get((one.state, one.reason), 0) + 1
+    for unit in shown:
+        alike[unit.state, unit.reason] = alike.get((unit.state, unit.reason), 0) + 1
     rows = []
-    for one in told:
-        number = alike.pop((one.state, one.reason), 0)
+    for unit in shown:
+        number = alike.pop((unit.state, unit.reason), 0)
         if number >= _ALIKE:
-            rows.append((STATE_WORDS[one.state], f"{number} units", one.reason))
+            rows.append((STATE_WORDS[unit.state], f"{number} units", unit.reason))
         elif number:
-            same = [other for other in told if (other.state, other.reason) == (one.state, one.reason)]
-            rows += [(STATE_WORDS[one.state], _short(other.name), other.reason) for other in same]
+            same = [
+                same_unit for same_unit in shown if (same_unit.state, same_unit.reason) == (unit.state, unit.reason)
+            ]
+            rows += [(STATE_WORDS[unit.state], _short(same_unit.name), same_unit.reason) for same_unit in same]
     return rows
 
 
@@ -167,18 +169,23 @@ def _abbreviated(row: Pooled) -> str:
 def drift_lines(lot: Lot, rows: list[Pooled], *, width: int | None = WIDTH) -> list[str]:
     """Outliers and drifts in words."""
     lines = []
-    scaled = {one.name for one in lot.units if any(remark.code == "other_scale" for remark in one.remarks)}
-    far: dict[str, tuple[float, str]] = {}  # by unit, its largest difference
+    scaled = {unit.name for unit in lot.units if any(remark.code == "other_scale" for remark in unit.remarks)}
+    outliers: dict[str, tuple[float, str]] = {}  # by unit, its largest difference
     for row in rows:
         for (name, channel), ratio in row.outliers.items():
             size = abs(math.log(ratio))
-            if name not in scaled and size > far.get(name, (0.0, ""))[0]:
-                far[name] = size, f"{_short(name)}: {channel} {what_text(row.what, '')}, {difference(ratio)} the median"
-    if far:
-        lines.append(f"Outliers: {listed([text for _, text in sorted(far.values(), reverse=True)], _MOST_OUTLIERS)}")
+            if name not in scaled and size > outliers.get(name, (0.0, ""))[0]:
+                outliers[name] = (
+                    size,
+                    f"{_short(name)}: {channel} {what_text(row.what, '')}, {difference(ratio)} the median",
+                )
+    if outliers:
+        lines.append(
+            f"Outliers: {listed([text for _, text in sorted(outliers.values(), reverse=True)], _MOST_OUTLIERS)}"
+        )
     drifts = [
-        f"{one.channel} {what_text(one.what, '')} {100 * (one.drift or 0):+.2g} % from the first to the last unit"
-        for one in lot.drifts
+        f"{d.channel} {what_text(d.what, '')} {100 * (d.drift or 0):+.2g} % from the first to the last unit"
+        for d in lot.drifts
     ]
     if drifts:
         lines.append(f"Drift: {listed(drifts)}")

@@ -85,8 +85,8 @@ class Distribution:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        known = "channel what median low high spread below outliers"
-        return plain(self, known, drift=self.drift, p_value=self.p_value, units=len(self.units))
+        fields = "channel what median low high spread below outliers"
+        return plain(self, fields, drift=self.drift, p_value=self.p_value, units=len(self.units))
 
 
 def distribution(
@@ -113,9 +113,9 @@ def distribution(
     errors = np.array([error for _, error in values.values()])
     names, logs = tuple(values), np.log(x)
     middle = float(np.median(logs))
-    far = {}
+    ratios = {}
     for k in outliers(logs, errors, probability=FALSE_ALARMS / families):
-        far[names[k]] = math.exp(logs[k] - middle)
+        ratios[names[k]] = math.exp(logs[k] - middle)
     change, p_value = trend(logs, probability=FALSE_ALARMS / families)
     return Distribution(
         channel=channel,
@@ -127,7 +127,7 @@ def distribution(
         high=float(x.max()),
         spread=_MAD * float(np.median(np.abs(logs - middle))),
         below=below,
-        outliers=far,
+        outliers=ratios,
         drift=None if change is None else math.expm1(change),
         p_value=p_value,
     )
@@ -149,16 +149,16 @@ def outliers(logs: Floats, errors: Floats, *, probability: float) -> list[int]:
     n = len(logs)
     if n < LEAST_UNITS:
         return []
-    left, removed, last = list(range(n)), [], 0
+    remaining, removed, last = list(range(n)), [], 0
     for k in range(max(int(_MOST_OUTLIERS * n), 1)):
-        x = logs[left]
+        x = logs[remaining]
         scale = float(np.std(x, ddof=1))
         if not scale > 0:
             # Of equal values, any other is far from them.
             break
         worst = int(np.argmax(np.abs(x - x.mean())))
         ratio = abs(float(x[worst] - x.mean())) / scale
-        removed.append(left.pop(worst))
+        removed.append(remaining.pop(worst))
         freedom = n - k - 2
         t = float(student_quantile(freedom, 1 - probability / (2 * (n - k))))
         if ratio > (n - k - 1) * t / math.sqrt((freedom + t * t) * (n - k)):
@@ -182,9 +182,9 @@ def trend(logs: Floats, *, probability: float) -> tuple[float | None, float | No
     p_value = min(2 * (1 - float(student_below(n - 2, t))), 1.0)
     if p_value >= probability:
         return None, p_value
-    at = np.unique(np.linspace(0, n - 1, min(n, _MOST_SLOPES)).round().astype(int))
-    i, j = np.triu_indices(len(at), 1)
-    slopes = (logs[at[j]] - logs[at[i]]) / (at[j] - at[i])
+    picked = np.unique(np.linspace(0, n - 1, min(n, _MOST_SLOPES)).round().astype(int))
+    i, j = np.triu_indices(len(picked), 1)
+    slopes = (logs[picked[j]] - logs[picked[i]]) / (picked[j] - picked[i])
     return float(np.median(slopes)) * (n - 1), p_value
 
 
@@ -227,18 +227,18 @@ def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity:
     grids: dict[bytes, int] = {}
     for tau, _ in curves.values():
         grids[tau.tobytes()] = grids.get(tau.tobytes(), 0) + 1
-    grid = np.frombuffer(max(grids, key=lambda one: (grids[one], len(one))), dtype=np.float64)
-    at: dict[str, Floats] = {}
+    grid = np.frombuffer(max(grids, key=lambda grid_bytes: (grids[grid_bytes], len(grid_bytes))), dtype=np.float64)
+    by_unit: dict[str, Floats] = {}
     for name, (tau, adev) in curves.items():
-        there = adev > 0
-        if not there.any():
+        positive = adev > 0
+        if not positive.any():
             continue
-        logs = np.interp(np.log(grid), np.log(tau[there]), np.log(adev[there]), left=np.nan, right=np.nan)
-        at[name] = np.exp(logs)
-    table = np.array(list(at.values())) if at else np.full((1, len(grid)), np.nan)
+        logs = np.interp(np.log(grid), np.log(tau[positive]), np.log(adev[positive]), left=np.nan, right=np.nan)
+        by_unit[name] = np.exp(logs)
+    table = np.array(list(by_unit.values())) if by_unit else np.full((1, len(grid)), np.nan)
     enough = 2 * np.isfinite(table).sum(axis=0) >= len(table)
-    kept = table[:, enough]
-    low, median, high = np.nanquantile(kept, (0.1, 0.5, 0.9), axis=0) if enough.any() else np.empty((3, 0))
+    enough_table = table[:, enough]
+    low, median, high = np.nanquantile(enough_table, (0.1, 0.5, 0.9), axis=0) if enough.any() else np.empty((3, 0))
     return Band(
         channel=channel,
         quantity=quantity,
@@ -247,21 +247,21 @@ def band(channel: str, curves: Mapping[str, tuple[Floats, Floats]], *, quantity:
         median=median,
         low=low,
         high=high,
-        curves={name: curve[enough] for name, curve in at.items()},
+        curves={name: curve[enough] for name, curve in by_unit.items()},
     )
 
 
-def scale(of: Band, name: str) -> float | None:
+def scale(band_: Band, name: str) -> float | None:
     """Logarithm of the ratio of a unit's curve to the median of the lot, by the median over averaging times; None if they
     have no averaging time in common.
     """
-    curve = of.curves.get(name)
+    curve = band_.curves.get(name)
     if curve is None:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.log(curve / of.median)
-    there = ratios[np.isfinite(ratios)]
-    return float(np.median(there)) if len(there) else None
+        ratios = np.log(curve / band_.median)
+    finite = ratios[np.isfinite(ratios)]
+    return float(np.median(finite)) if len(finite) else None
 
 
 FACTORS: Mapping[str, Sequence[tuple[float, str, str]]] = {
@@ -284,9 +284,9 @@ _SAME_FACTOR = math.log(1.1)
 
 def mistaken_units(quantity: str, ratio: float) -> tuple[str, str] | None:
     """The unit of the numbers and the one that they were read in, if a mistaken unit explains the ratio."""
-    for factor, of, read_as in FACTORS.get(quantity, ()):
+    for factor, written_in, read_as in FACTORS.get(quantity, ()):
         if abs(math.log(ratio / factor)) < _SAME_FACTOR:
-            return of, read_as
+            return written_in, read_as
         if abs(math.log(ratio * factor)) < _SAME_FACTOR:
-            return read_as, of
+            return read_as, written_in
     return None

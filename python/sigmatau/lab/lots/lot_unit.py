@@ -116,7 +116,7 @@ def without_result(error: str, *, path: str = "", absent: bool = False) -> UnitR
     return UnitResult(error=error, path=path, absent=absent)
 
 
-def unit_of(result: Analysis | FailedAnalysis) -> UnitResult:
+def summarize_unit(result: Analysis | FailedAnalysis) -> UnitResult:
     """What a lot keeps of a result."""
     if isinstance(result, FailedAnalysis):
         return without_result(result.reason, path=result.path)

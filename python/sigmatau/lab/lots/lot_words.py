@@ -44,8 +44,8 @@ def percent(ratio: float) -> str:
     return significant(100 * ratio, 2, zeros=True) if ratio > 0 and math.isfinite(ratio) else "0"
 
 
-def listed(names: Iterable[str], most: int = 3) -> str:
+def listed(names: Iterable[str], max_names: int = 3) -> str:
     """``"a, b, c and 4 more"``."""
     every = [printable(name) for name in names]
-    more = f" and {len(every) - most} more" if len(every) > most else ""
-    return ", ".join(every[:most]) + more
+    suffix = f" and {len(every) - max_names} more" if len(every) > max_names else ""
+    return ", ".join(every[:max_names]) + suffix

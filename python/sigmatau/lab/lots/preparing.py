@@ -15,49 +15,50 @@ from sigmatau.lab.lots.reading import gather, read_runs
 from sigmatau.lab.lots.runs import Run, RunsBuilder, RunTable, joined
 
 
-def table_of(
+def collect_runs(
     results: Any,  # noqa: ANN401  what a user gives
     names: Sequence[str] | None,
     units: Sequence[str] | None,
     jobs: int | None,
 ) -> RunTable:
     """The rows of results: objects, dictionaries and files. Raises `OptionError` for a wrong number of names."""
-    given = [results] if isinstance(results, str | Path | Mapping) or hasattr(results, "to_dict") else list(results)
-    for option, of in (("names", names), ("units", units)):
-        if of is not None and len(of) != len(given):
+    inputs = [results] if isinstance(results, str | Path | Mapping) or hasattr(results, "to_dict") else list(results)
+    for option, listed in (("names", names), ("units", units)):
+        if listed is not None and len(listed) != len(inputs):
             raise OptionError(
-                f"{{option}} must have one name per result: {len(of)} names, {len(given)} results", option=option
+                f"{{option}} must have one name per result: {len(listed)} names, {len(inputs)} results",
+                option=option,
             )
-    if not given:
+    if not inputs:
         raise DataError("no results to compare")
-    if names is None and units is None and all(isinstance(one, str | Path) for one in given):
-        return read_runs(gather([Path(one) for one in given]), jobs=jobs)
+    if names is None and units is None and all(isinstance(result, str | Path) for result in inputs):
+        return read_runs(gather([Path(result) for result in inputs]), jobs=jobs)
     tables = []
-    for k, one in enumerate(given):
+    for k, result in enumerate(inputs):
         name = f"run {k + 1}" if names is None else str(names[k])
         serial = None if units is None else str(units[k])
-        if isinstance(one, str | Path):
-            own = read_runs(gather([Path(one)]), jobs=jobs)
-            many = len(own.runs) > 1
+        if isinstance(result, str | Path):
+            part = read_runs(gather([Path(result)]), jobs=jobs)
+            many = len(part.runs) > 1
             runs = (
                 replace(
                     run,
                     name=run.name if names is None else f"{name} {run.name}" if many else name,
                     serial=run.serial if serial is None else serial,
                 )
-                for run in own.runs
+                for run in part.runs
             )
-            tables.append(replace(own, runs=tuple(runs)))
+            tables.append(replace(part, runs=tuple(runs)))
             continue
         builder = RunsBuilder()
         try:
-            builder.add_result(as_result(one), name=name, serial=serial)
+            builder.add_result(as_result(result), name=name, serial=serial)
         except DataError as error:
             builder.add_run(Run(name=name, serial=serial or "", problem=str(error)))
-        own = builder.table()
+        part = builder.table()
         if names is not None:
-            own = replace(own, runs=tuple(replace(run, name=name) for run in own.runs))
-        tables.append(own)
+            part = replace(part, runs=tuple(replace(run, name=name) for run in part.runs))
+        tables.append(part)
     return joined(tables)
 
 
@@ -67,23 +68,25 @@ def without_copies(table: RunTable) -> tuple[Run, ...]:
     """
     order = np.argsort(table.run, kind="stable")
     ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
-    seen: dict[object, Run] = {}
-    found = []
+    first_runs: dict[object, Run] = {}
+    runs = []
     for k, run in enumerate(table.runs):
-        own = order[ends[k] : ends[k + 1]]
-        if not len(own) and not run.problem:
-            found.append(replace(run, problem="no values"))
+        run_rows = order[ends[k] : ends[k + 1]]
+        if not len(run_rows) and not run.problem:
+            runs.append(replace(run, problem="no values"))
             continue
         keys: list[object] = [] if run.sha256 is None else [run.sha256]
-        if not run.typed and len(own):
-            keys.append((table.label[own].tobytes(), table.value[own].tobytes(), table.limit[own].tobytes()))
-        first = next((seen[key] for key in keys if key in seen), None)
+        if not run.typed and len(run_rows):
+            keys.append(
+                (table.label[run_rows].tobytes(), table.value[run_rows].tobytes(), table.limit[run_rows].tobytes())
+            )
+        first = next((first_runs[key] for key in keys if key in first_runs), None)
         if first is not None and not run.problem:
-            found.append(replace(run, problem=f"of the same log as {first.place or first.name}"))
+            runs.append(replace(run, problem=f"of the same log as {first.place or first.name}"))
             continue
-        seen |= dict.fromkeys(keys, run)
-        found.append(run)
-    return tuple(found)
+        first_runs |= dict.fromkeys(keys, run)
+        runs.append(run)
+    return tuple(runs)
 
 
 def with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
@@ -93,34 +96,34 @@ def with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
     if len(folders) > 1:
         runs = tuple(replace(run, serial=Path(run.place).parent.name if run.place else "") for run in runs)
     used: set[tuple[str, str]] = set()
-    found = []
+    runs_named = []
     for run in runs:
         name, number = run.name, 2
         while (run.serial, name) in used and not run.problem:
             name, number = f"{run.name} ({number})", number + 1
         used.add((run.serial, name))
-        found.append(run if name == run.name else replace(run, name=name))
-    return tuple(found)
+        runs_named.append(run if name == run.name else replace(run, name=name))
+    return tuple(runs_named)
 
 
-def of_one_unit(table: RunTable) -> RunTable:
+def drop_other_units(table: RunTable) -> RunTable:
     """Without channels that are in another physical unit than in most runs, such as rad/s among m/s²: the runs are named."""
     kinds: dict[tuple[str, str], list[int]] = {}
     for k, label in enumerate(table.labels):
         kinds.setdefault((label.channel, label.term), []).append(k)
-    several = [of for of in kinds.values() if len(of) > 1]
+    several = [same_labels for same_labels in kinds.values() if len(same_labels) > 1]
     if not several:
         return table
     counts = np.bincount(table.label, minlength=len(table.labels))
     keep = np.ones(len(table.labels), dtype=bool)
-    for of in several:
-        most = max(of, key=lambda k: counts[k])
-        keep[[k for k in of if k != most]] = False
+    for same_labels in several:
+        usual = max(same_labels, key=lambda k: counts[k])
+        keep[[k for k in same_labels if k != usual]] = False
     runs = list(table.runs)
-    for at in np.unique(table.run[~keep[table.label]]):
-        wrong = sorted({table.labels[k].channel for k in table.label[table.run == at] if not keep[k]})
-        if not runs[at].problem:
-            runs[at] = replace(runs[at], problem=f"{', '.join(wrong)}: in another unit than in the other results")
+    for run in np.unique(table.run[~keep[table.label]]):
+        wrong = sorted({table.labels[k].channel for k in table.label[table.run == run] if not keep[k]})
+        if not runs[run].problem:
+            runs[run] = replace(runs[run], problem=f"{', '.join(wrong)}: in another unit than in the other results")
     bad = {k for k, run in enumerate(runs) if run.problem}
     rows = np.array(
         [keep[label] and run not in bad for run, label in zip(table.run, table.label, strict=True)], dtype=bool

@@ -21,14 +21,14 @@ from sigmatau.lab.lots.runs import (
     Run,
     RunsBuilder,
     RunTable,
-    error_of,
     joined,
+    standard_error,
 )
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.units import find, usual
 
-_FEW = 200  # files that one process reads in less time than others take to start
+_FILES_OF_ONE_PROCESS = 200  # files that one process reads in less time than others take to start
 _LEVEL = 0.95  # of the CSV of analyze, which does not state it
 _CURVES = "-curves.csv"
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
@@ -36,13 +36,13 @@ _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s
 
 def gather(places: Sequence[Path]) -> list[Path]:
     """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without results."""
-    found: list[Path] = []
+    files: list[Path] = []
     for place in places:
         if not place.is_dir():
-            found.append(place)
+            files.append(place)
             continue
         # Hidden files are no results: a killed run leaves its half-written ones under such names.
-        visible = (os.path.join(at, name) for at, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
+        visible = (os.path.join(path, name) for path, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
         inside = sorted(visible, key=_natural)
         results = [file for file in inside if file[-5:].lower() == ".json" and Path(file).is_file()]
         named = {file[:-5] for file in results}
@@ -52,8 +52,8 @@ def gather(places: Sequence[Path]) -> list[Path]:
             raise DataError(
                 f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
             )
-        found += map(Path, results)
-    return found
+        files += map(Path, results)
+    return files
 
 
 _DIGITS = re.compile(r"(\d+)")
@@ -66,11 +66,11 @@ def _natural(file: str) -> list[tuple[int, str]]:
 
 def read_runs(files: Sequence[Path], *, jobs: int | None = None) -> RunTable:
     """The rows of all files; a file that cannot be used is a run with a problem."""
-    workers = min(jobs or os.cpu_count() or 1, -(-len(files) // _FEW))
+    workers = min(jobs or os.cpu_count() or 1, -(-len(files) // _FILES_OF_ONE_PROCESS))
     if workers < 2:
         return _read(files)
     size = -(-len(files) // (4 * workers))
-    parts = [files[at : at + size] for at in range(0, len(files), size)]
+    parts = [files[start : start + size] for start in range(0, len(files), size)]
     with ProcessPoolExecutor(workers) as pool:
         return joined(list(pool.map(_read, parts)))
 
@@ -157,21 +157,21 @@ class _Rows:
         self._key = tuple(columns.index(name) for name in ("channel", "term", "unit"))
         self._verdict = columns.index("verdict") if "verdict" in columns else None
         self._numbers = [columns.index(name) if name in columns else None for name in _NUMBERS]
-        self._known: dict[tuple[str, str, str], tuple[tuple[str, str, str, str, str], float]] = {}
-        self._given: set[tuple[int, str, str]] = set()
+        self._labels: dict[tuple[str, str, str], tuple[tuple[str, str, str, str, str], float]] = {}
+        self._read_rows: set[tuple[int, str, str]] = set()
 
     def add(self, builder: RunsBuilder, run: int, name: str, cells: Sequence[str]) -> None:
         """A row of a run with this name; raises `DataError`, also for a second row of a channel and term of the run."""
         key = (cells[self._key[0]].strip(), cells[self._key[1]].strip(), cells[self._key[2]].strip())
-        if key not in self._known:
-            self._known[key] = _label(*key)
-        if (run, *key[:2]) in self._given:
+        if key not in self._labels:
+            self._labels[key] = _label(*key)
+        if (run, *key[:2]) in self._read_rows:
             raise DataError(f"a second row of {key[1]} of {key[0]} in the run {name!r}; name each run differently")
-        self._given.add((run, *key[:2]))
-        label, factor = self._known[key]
+        self._read_rows.add((run, *key[:2]))
+        label, factor = self._labels[key]
         value, low, high, error, percent, limit, delta = (
-            math.nan if at is None or not cells[at] else _number(cells[at], name)
-            for at, name in zip(self._numbers, _NUMBERS, strict=True)
+            math.nan if column is None or not cells[column] else _number(cells[column], name)
+            for column, name in zip(self._numbers, _NUMBERS, strict=True)
         )
         if math.isnan(value):
             if not math.isnan(limit):
@@ -187,13 +187,13 @@ class _Rows:
         if not math.isnan(error):
             if error <= 0:
                 raise DataError(f"error {error:g} must be positive; leave it empty if it is not known")
-            found = error if signed else error / value
+            spread = error if signed else error / value
         elif not math.isnan(low) and not math.isnan(high):
-            found = error_of(label[2], value, low, high, level=_LEVEL)
+            spread = standard_error(label[2], value, low, high, level=_LEVEL)
         else:
-            found = math.nan
-        status = WITHOUT_ERROR if math.isnan(found) else OBSERVED
-        error = found * factor if signed else found
+            spread = math.nan
+        status = WITHOUT_ERROR if math.isnan(spread) else OBSERVED
+        error = spread * factor if signed else spread
         builder.add_row(run, label, status, value=value * factor, error=error, delta=delta * factor)
 
 
@@ -203,8 +203,8 @@ def _label(channel: str, term: str, unit: str) -> tuple[tuple[str, str, str, str
         raise DataError(unknown_term(term))
     quantity, rate_unit = _QUANTITIES.get(channel.partition("_")[0], ("signal", ""))
     try:
-        found = find(unit)
-        si, factor = found.si, found.factor
+        known_unit = find(unit)
+        si, factor = known_unit.si, known_unit.factor
     except ValueError:  # a unit of another signal
         si, factor = unit, 1.0
     if quantity != "signal" and si != coefficient_unit(term, quantity, rate_unit):

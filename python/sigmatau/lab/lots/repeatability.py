@@ -97,7 +97,7 @@ class RandomEffects(Printed):
     def judgement(self) -> Judgement:
         """Result of the tests, at the level of the intervals."""
         p = (np.array([math.nan if x is None else x]) for x in (self.p_value, self.p_low, self.outlier_p))
-        return judgements_of(np.array([self.k]), *p, level=self.level)[0]
+        return judge_groups(np.array([self.k]), *p, level=self.level)[0]
 
     def accepted_by_paper(self, delta: float | None = None) -> bool | None:
         """Whether the paper's rule calls the runs repeatable: their standard deviation is below the error δ.
@@ -118,12 +118,12 @@ class RandomEffects(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values; None for absent values."""
-        found = plain(
+        values = plain(
             self,
             "k scale level mean low high std error q p_value p_low tau tau_low tau_high",
             "next_low next_high next_error outlier outlier_p judgement",
         )
-        return {name: None if value != value else value for name, value in found.items()}
+        return {name: None if value != value else value for name, value in values.items()}
 
     def __repr__(self) -> str:
         mean = round_to_error(self.mean, self.low, self.high).text
@@ -168,7 +168,7 @@ def p_text(p: float) -> str:
 _CODES: tuple[Judgement, ...] = ("one_run", "outlier", "without_errors", "varies", "too_alike", "repeatable")
 
 
-def judgements_of(k: Ints, p_value: Floats, p_low: Floats, outlier_p: Floats, *, level: float) -> list[Judgement]:
+def judge_groups(k: Ints, p_value: Floats, p_low: Floats, outlier_p: Floats, *, level: float) -> list[Judgement]:
     """What the tests say of many groups, of a run that does not belong first; p-values are NaN where nothing is tested."""
     conditions = [
         k < 2,
@@ -256,9 +256,10 @@ def random_effects(
     if not np.isfinite(c).all():
         raise DataError(f"`values` contains a value that is not finite, at position {int(np.argmin(np.isfinite(c)))}")
     if scale == "relative" and not (c > 0).all():
-        at = int(np.argmin(c > 0))
+        position = int(np.argmin(c > 0))
         raise DataError(
-            f"`values` must be positive, not {c[at]:.6g} (position {at}); for values with a sign scale='absolute'"
+            f"`values` must be positive, not {c[position]:.6g} (position {position});"
+            " for values with a sign scale='absolute'"
         )
     s = None if errors is None else _numbers(errors, "errors")
     if s is not None:
@@ -266,36 +267,36 @@ def random_effects(
             raise DataError(f"`errors` must have one error per value: {len(s)} errors, {len(c)} values")
         good = np.isfinite(s) & (s > 0)
         if not good.all():
-            at = int(np.argmin(good))
+            position = int(np.argmin(good))
             raise DataError(
-                f"`errors` must be positive, not {s[at]:.6g} (position {at}); errors=None if they are not known"
+                f"`errors` must be positive, not {s[position]:.6g} (position {position}); errors=None if they are not known"
             )
     if scale == "relative":
-        found = group_effects(np.log(c)[None], None if s is None else (s / c)[None], level=level)
+        effects = group_effects(np.log(c)[None], None if s is None else (s / c)[None], level=level)
     else:
-        found = group_effects(c[None], None if s is None else s[None], level=level)
+        effects = group_effects(c[None], None if s is None else s[None], level=level)
     std = float(c.std(ddof=1)) if len(c) > 1 else math.nan
-    return one_group(found, 0, scale=scale, level=level, std=std)
+    return one_group(effects, 0, scale=scale, level=level, std=std)
 
 
-def one_group(found: GroupEffects, at: int, *, scale: Scale, level: float, std: float) -> RandomEffects:
+def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, std: float) -> RandomEffects:
     """One of many groups, in the unit of its values; `std` is that of the values."""
 
     def number(name: str) -> float | None:
-        value = float(getattr(found, name)[at])
+        value = float(getattr(effects, name)[row])
         return value if math.isfinite(value) else None
 
-    middle = float(found.mean[at])
+    middle = float(effects.mean[row])
     back = math.exp if scale == "relative" else float
 
-    def around(name: str) -> tuple[float | None, float | None]:
+    def interval(name: str) -> tuple[float | None, float | None]:
         half = number(name)
         return (None, None) if half is None else (back(middle - half), _finite(back, middle + half))
 
-    (low, high), (next_low, next_high) = around("mean_error"), around("next_error")
-    outlier = int(found.outlier[at])
+    (low, high), (next_low, next_high) = interval("mean_error"), interval("next_error")
+    outlier = int(effects.outlier[row])
     return RandomEffects(
-        k=int(found.k[at]),
+        k=int(effects.k[row]),
         scale=scale,
         level=level,
         mean=back(middle),
@@ -319,11 +320,11 @@ def _finite(back: Any, x: float) -> float | None:  # noqa: ANN401  exp or float
         return None
 
 
-def _numbers(given: ArrayLike, name: str) -> Floats:
+def _numbers(array_like: ArrayLike, name: str) -> Floats:
     try:
-        array = np.asarray(given, dtype=np.float64)
+        array = np.asarray(array_like, dtype=np.float64)
     except (TypeError, ValueError):
-        raise DataError(f"`{name}` must be numbers, not {given!r:.60}") from None
+        raise DataError(f"`{name}` must be numbers, not {array_like!r:.60}") from None
     if array.ndim != 1:
         raise DataError(f"`{name}` must have one dimension, not the shape {array.shape}")
     return array

@@ -160,9 +160,9 @@ class RunsBuilder:
         except DataError as error:
             self.add_run(replace(run, problem=str(error)))
             return
-        at = self.add_run(replace(run, sha256=analysis.source.sha256, marks=collect_marks(analysis.fits)))
+        position = self.add_run(replace(run, sha256=analysis.source.sha256, marks=collect_marks(analysis.fits)))
         for label, status, value, spread, limit, delta in rows:
-            self.add_row(at, label, status, value=value, error=spread, limit=limit, delta=delta)
+            self.add_row(position, label, status, value=value, error=spread, limit=limit, delta=delta)
 
     def table(self) -> RunTable:
         """All rows so far."""
@@ -190,12 +190,12 @@ def joined(tables: Sequence[RunTable]) -> RunTable:
     runs: list[Run] = []
     run, label = [], []
     for table in tables:
-        places = np.array([labels.setdefault(one, len(labels)) for one in table.labels], dtype=np.int64)
+        places = np.array([labels.setdefault(label_, len(labels)) for label_ in table.labels], dtype=np.int64)
         label.append(places[table.label] if len(places) else table.label)
         run.append(table.run + len(runs))
         runs += table.runs
 
-    def all_of(name: str) -> Any:  # noqa: ANN401  an array of any kind
+    def concatenated(name: str) -> Any:  # noqa: ANN401  an array of any kind
         return np.concatenate([getattr(table, name) for table in tables])
 
     return RunTable(
@@ -203,11 +203,11 @@ def joined(tables: Sequence[RunTable]) -> RunTable:
         labels=tuple(labels),
         run=np.concatenate(run),
         label=np.concatenate(label),
-        value=all_of("value"),
-        error=all_of("error"),
-        limit=all_of("limit"),
-        delta=all_of("delta"),
-        status=all_of("status"),
+        value=concatenated("value"),
+        error=concatenated("error"),
+        limit=concatenated("limit"),
+        delta=concatenated("delta"),
+        status=concatenated("status"),
     )
 
 
@@ -255,12 +255,12 @@ def _rows_of_fit(name: str, fit: NoiseFit, lines: ReadOff | None) -> Iterable[_R
             continue
         error = math.nan
         if fit.quantified and fitted.low is not None and fitted.high is not None:
-            error = error_of(term, fitted.value, fitted.low, fitted.high, level=fitted.level)
+            error = standard_error(term, fitted.value, fitted.low, fitted.high, level=fitted.level)
         delta = lines[term].error if lines is not None and term in lines else math.nan
         yield label, WITHOUT_INTERVAL if math.isnan(error) else OBSERVED, fitted.value, error, math.nan, delta
 
 
-def error_of(term: str, value: float, low: float, high: float, *, level: float) -> float:
+def standard_error(term: str, value: float, low: float, high: float, *, level: float) -> float:
     """Standard error from an interval: relative, of logarithms, or of a signed value itself; NaN if it is none.
 
     Of a coefficient the upper half counts. The lower half of an interval of a fit allows for terms that the record does not

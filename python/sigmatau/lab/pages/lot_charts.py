@@ -24,51 +24,51 @@ _DIGITS = 4
 _STEP = 1000  # of a decade
 
 
-def charts_of(lot: Lot) -> dict[str, Any]:
+def chart_data(lot: Lot) -> dict[str, Any]:
     """Names of the units, panels of curves by channel, and panels of values over the order of the units by coefficient."""
-    names = [one.name for one in lot.units]
+    names = [unit.name for unit in lot.units]
     number = {name: k for k, name in enumerate(names)}
     return {
         "units": names,
-        "curves": [_curves(lot, one, number) for one in lot.bands if len(one.tau)],
+        "curves": [_curves(lot, band, number) for band in lot.bands if len(band.tau)],
         "values": _values(lot, number),
     }
 
 
-def _curves(lot: Lot, one: Band, number: Mapping[str, int]) -> dict[str, Any]:
-    text, factor = display_units("bias_instability", one.quantity, one.unit, one.median.tolist())[-1]
-    middle = np.log10(one.median)
+def _curves(lot: Lot, band: Band, number: Mapping[str, int]) -> dict[str, Any]:
+    text, factor = display_units("bias_instability", band.quantity, band.unit, band.median.tolist())[-1]
+    middle = np.log10(band.median)
     rows = {}
-    for name, curve in one.curves.items():
+    for name, curve in band.curves.items():
         with np.errstate(divide="ignore", invalid="ignore"):
             steps = _STEP * (np.log10(curve) - middle)
         rows[number[name]] = [None if not math.isfinite(step) else round(step) for step in steps.tolist()]
     return {
-        "channel": one.channel,
+        "channel": band.channel,
         "unit": text,
-        "tau": _short(one.tau),
-        "median": _short(one.median / factor),
-        "low": _short(one.low / factor),
-        "high": _short(one.high / factor),
+        "tau": _short(band.tau),
+        "median": _short(band.median / factor),
+        "low": _short(band.low / factor),
+        "high": _short(band.high / factor),
         "rows": list(rows.values()),
         "of": list(rows),
-        "marked": [number[name] for name in lot.marked(one.channel) if name in number],
+        "marked": [number[name] for name in lot.marked(band.channel) if name in number],
         "limits": [
             {"text": f"maximum of {label}", "adev": _short(line / factor)}
-            for label, line in lot.limit_lines(one.channel, one.tau)
+            for label, line in lot.limit_lines(band.channel, band.tau)
         ],
     }
 
 
 def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:
     groups: dict[tuple[str, str], list[Distribution]] = {}
-    for one in lot.distributions:
-        groups.setdefault((stream_name(one.channel), one.what), []).append(one)
+    for distribution in lot.distributions:
+        groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)
     panels = []
     for (sensor, what), those in groups.items():
         quantity, unit = lot.quantity_of(those[0].channel)
         text, factor = what_unit(what, quantity, unit, [group.median for group in those])
-        limits = sorted({limit / factor for one in those for limit in lot.limits(one.channel, what)})
+        limits = sorted({limit / factor for distribution in those for limit in lot.limits(distribution.channel, what)})
         panels.append(
             {
                 "title": f"{sensor}: {what_text(what, quantity)}",
@@ -76,14 +76,14 @@ def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:
                 "limits": _short(limits),
                 "channels": [
                     {
-                        "name": one.channel,
-                        "at": [number[name] for name in one.units],
-                        "values": _short(one.values / factor),
-                        "median": _short([one.median / factor])[0],
-                        "outliers": [number[name] for name in one.outliers],
-                        "drift": None if one.drift is None else _short([one.drift])[0],
+                        "name": distribution.channel,
+                        "at": [number[name] for name in distribution.units],
+                        "values": _short(distribution.values / factor),
+                        "median": _short([distribution.median / factor])[0],
+                        "outliers": [number[name] for name in distribution.outliers],
+                        "drift": None if distribution.drift is None else _short([distribution.drift])[0],
                     }
-                    for one in those
+                    for distribution in those
                 ],
             }
         )

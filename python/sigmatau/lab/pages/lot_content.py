@@ -65,29 +65,29 @@ def _convention(claim: Claim, settings: Settings) -> str:
     return _CONVENTIONS.get(claim.convention, claim.convention)
 
 
-def columns_of(lot: Lot) -> list[Column]:
+def number_columns(lot: Lot) -> list[Column]:
     """The columns of numbers in the table of units."""
-    found: dict[tuple[str, str], tuple[str, float]] = {}
-    for one in lot.distributions:
-        if one.what in _COLUMNS:
-            text, factor = what_unit(one.what, *lot.quantity_of(one.channel), [one.median])
-            sensor = stream_name(one.channel)
-            found.setdefault((sensor, one.what), (f"{sensor} {_SHORT[one.what]} [{text}]", factor))
-    columns = [(*key, *value) for key, value in found.items()][:_MOST_COLUMNS]
+    heads: dict[tuple[str, str], tuple[str, float]] = {}
+    for distribution in lot.distributions:
+        if distribution.what in _COLUMNS:
+            text, factor = what_unit(distribution.what, *lot.quantity_of(distribution.channel), [distribution.median])
+            sensor = stream_name(distribution.channel)
+            heads.setdefault((sensor, distribution.what), (f"{sensor} {_SHORT[distribution.what]} [{text}]", factor))
+    columns = [(*key, *value) for key, value in heads.items()][:_MOST_COLUMNS]
     return [("", "", _MAXIMUM, 1.0), *columns] if lot.spec is not None else columns
 
 
-def unit_values(one: JudgedUnit, columns: Sequence[Column]) -> list[str]:
+def unit_values(unit: JudgedUnit, columns: Sequence[Column]) -> list[str]:
     """The numbers of a unit, the largest of the axes of a sensor; empty where there is none."""
     cells = []
     for sensor, what, _, factor in columns:
         if not what:
-            share = worst_share(one)
+            share = worst_share(unit)
             cells.append("" if share is None else _percent(share))
             continue
         values = [
             coefficient.value
-            for channel, part in one.result.channels.items()
+            for channel, part in unit.result.channels.items()
             if stream_name(channel) == sensor and (coefficient := part.coefficients.get(what)) is not None
             if coefficient.value is not None
         ]
@@ -99,12 +99,12 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f}" if share >= 1 else f"{100 * share:.3g}"
 
 
-def worst_share(one: JudgedUnit) -> float | None:
+def worst_share(unit: JudgedUnit) -> float | None:
     """The largest share of a maximum that a value of a unit has, or may have; None without any."""
     shares = [
         (reading.measured.value if reading.measured.value is not None else reading.measured.upper_limit or 0.0)
         / reading.maximum.limit
-        for judged in (one.verdict.judged if one.verdict is not None else ())
+        for judged in (unit.verdict.judged if unit.verdict is not None else ())
         for reading in judged.readings
         if reading.maximum is not None and reading.measured.anything and reading.maximum.limit > 0
     ]
@@ -114,23 +114,26 @@ def worst_share(one: JudgedUnit) -> float | None:
 def distribution_rows(lot: Lot) -> list[list[str]]:
     """Cells below `DISTRIBUTION_HEADS`."""
     rows = []
-    for one in lot.distributions:
-        quantity, unit = lot.quantity_of(one.channel)
-        text, factor = what_unit(one.what, quantity, unit, [one.median])
-        limits = " or ".join(f"{limit / factor:.3g}" for limit in lot.limits(one.channel, one.what)) or "–"
+    for distribution in lot.distributions:
+        quantity, unit = lot.quantity_of(distribution.channel)
+        text, factor = what_unit(distribution.what, quantity, unit, [distribution.median])
+        limits = (
+            " or ".join(f"{limit / factor:.3g}" for limit in lot.limits(distribution.channel, distribution.what)) or "–"
+        )
         rows.append(
             [
-                printable(one.channel),
-                what_text(one.what, quantity),
-                f"{len(one.units)}" + (f" of {len(one.units) + one.below}" if one.below else ""),
-                significant(one.median / factor, zeros=True),
-                percent(one.spread),
-                significant(one.low / factor, zeros=True),
-                significant(one.high / factor, zeros=True),
+                printable(distribution.channel),
+                what_text(distribution.what, quantity),
+                f"{len(distribution.units)}"
+                + (f" of {len(distribution.units) + distribution.below}" if distribution.below else ""),
+                significant(distribution.median / factor, zeros=True),
+                percent(distribution.spread),
+                significant(distribution.low / factor, zeros=True),
+                significant(distribution.high / factor, zeros=True),
                 limits,
                 text,
-                "–" if one.drift is None else f"{100 * one.drift:+.2g}",
-                listed(one.outliers) or "–",
+                "–" if distribution.drift is None else f"{100 * distribution.drift:+.2g}",
+                listed(distribution.outliers) or "–",
             ]
         )
     return rows

@@ -11,16 +11,16 @@ from sigmatau.lab.lots.lot_remark import STATES, State
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, pooled
 from sigmatau.lab.lots.lot_screen import drift_lines
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
-from sigmatau.lab.pages.lot_charts import charts_of
+from sigmatau.lab.pages.lot_charts import chart_data
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,
     Column,
     claim_rows,
-    columns_of,
     distribution_rows,
     done_rows,
     moment_text,
+    number_columns,
     unit_values,
 )
 from sigmatau.reporting.html import POLICY, asset, bundled
@@ -77,7 +77,7 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
             (element("section", element("h2", heading), inside, id=id_) for id_, heading, inside in sections),
         ),
         element("footer", f"Made by {made_by} on {moment}. This file needs no network."),
-        data(charts_of(lot), id_="charts"),
+        data(chart_data(lot), id_="charts"),
         script(bundled(*(asset(f"{module}.js") for module in _SCRIPTS), asset("lot.js", __package__))),
     )
     return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
@@ -85,9 +85,9 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
 
 def _summary(lot: Lot) -> Markup:
     words = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
-    more = [element("p", f"{lot.too_many} more units than the {lot.expected} expected.")] if lot.too_many else []
+    surplus = [element("p", f"{lot.too_many} more units than the {lot.expected} expected.")] if lot.too_many else []
     drifts = [element("p", raised(line)) for line in drift_lines(lot, pooled(lot), width=None)]
-    return joined(element("p", f"{words}."), more, drifts, _claims(lot))
+    return joined(element("p", f"{words}."), surplus, drifts, _claims(lot))
 
 
 def _claims(lot: Lot) -> Markup:
@@ -106,7 +106,7 @@ def _scrolled(table: Markup) -> Markup:
 
 
 def _units(lot: Lot) -> Markup:
-    columns = columns_of(lot)
+    columns = number_columns(lot)
     heads = [
         element("th", "Unit", scope="col", data_sort="text"),
         element("th", "State", scope="col", data_sort="number"),
@@ -114,21 +114,21 @@ def _units(lot: Lot) -> Markup:
         *(element("th", raised(head), scope="col", data_sort="number") for _, _, head, _ in columns),
     ]
     order = {state: k for k, state in enumerate(STATES)}
-    rows = [_unit(one, columns, order) for one in sorted(lot.units, key=lambda one: order[one.state])]
+    rows = [_unit(unit, columns, order) for unit in sorted(lot.units, key=lambda unit: order[unit.state])]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
     about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
     return joined(element("p", about, class_="about"), _scrolled(table))
 
 
-def _unit(one: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
-    chip = element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}")
-    why = one.brief if one.state != "passed" else "; ".join(r.text for r in one.notes if r.code in CODES)
+def _unit(unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
+    chip = element("span", STATE_WORDS[unit.state], class_=f"chip {MARKS[unit.state]}")
+    why = unit.brief if unit.state != "passed" else "; ".join(r.text for r in unit.notes if r.code in CODES)
     return element(
         "tr",
-        element("th", name(printable(one.name)), scope="row", title=printable(one.name)),
-        element("td", chip, data_key=str(order[one.state])),
+        element("th", name(printable(unit.name)), scope="row", title=printable(unit.name)),
+        element("td", chip, data_key=str(order[unit.state])),
         element("td", why, class_="reason"),
-        (element("td", cell, class_="value") for cell in unit_values(one, columns)),
+        (element("td", cell, class_="value") for cell in unit_values(unit, columns)),
     )
 
 
@@ -163,7 +163,7 @@ def _curves() -> Markup:
 
 
 def _findings(lot: Lot) -> Markup:
-    units = [one for one in lot.units if any(True for _ in _told(one))]
+    units = [unit for unit in lot.units if any(True for _ in _remark_texts(unit))]
     if not units:
         return element("p", "Nothing was found.", class_="none")
     parts = (
@@ -171,20 +171,20 @@ def _findings(lot: Lot) -> Markup:
             "details",
             element(
                 "summary",
-                name(printable(one.name)),
+                name(printable(unit.name)),
                 " ",
-                element("span", STATE_WORDS[one.state], class_=f"chip {MARKS[one.state]}"),
+                element("span", STATE_WORDS[unit.state], class_=f"chip {MARKS[unit.state]}"),
             ),
-            element("ul", (element("li", raised(text)) for text in _told(one)), class_="notes"),
+            element("ul", (element("li", raised(text)) for text in _remark_texts(unit)), class_="notes"),
         )
-        for one in units
+        for unit in units
     )
     return element("div", parts, class_="unit-findings")
 
 
-def _told(one: JudgedUnit) -> Iterator[str]:
+def _remark_texts(unit: JudgedUnit) -> Iterator[str]:
     """Remarks of a unit, with what to do about its findings."""
-    for remark in one.remarks:
+    for remark in unit.remarks:
         if remark.code != "no_specification":
             action = remark.finding.words_of_files().action if remark.kind == "data" else ""
             yield f"{remark.text}." + (f" {action}." if action else "")

@@ -17,15 +17,15 @@ from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import Lot, pooled
 from sigmatau.lab.lots.lot_screen import drift_lines, told_units
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
-from sigmatau.lab.pages.lot_charts import charts_of
+from sigmatau.lab.pages.lot_charts import chart_data
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,
     claim_rows,
-    columns_of,
     distribution_rows,
     done_rows,
     moment_text,
+    number_columns,
     unit_values,
 )
 from sigmatau.plot.curves import COLOURS
@@ -58,9 +58,9 @@ def _template() -> bytes:
 
 def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[str, Any]:
     spec = "" if lot.spec is None else lot.spec.name
-    told = told_units(lot)
+    shown = told_units(lot)
     order = {state: k for k, state in enumerate(STATES)}
-    columns = columns_of(lot)
+    columns = number_columns(lot)
     return {
         "title": _cut(f"{title}: {spec}" if spec else title, 2 * _MOST_NAME),
         "date": moment_text(date),
@@ -70,8 +70,8 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "drifts": drift_lines(lot, pooled(lot), width=None),
         "claims": claim_rows(lot),
         "doubts": [
-            [_cut(one.name, _MOST_NAME), STATE_WORDS[one.state], MARKS[one.state], _cut(one.brief, _MOST_WHY)]
-            for one in told[:_MOST_DOUBTS]
+            [_cut(unit.name, _MOST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], _cut(unit.brief, _MOST_WHY)]
+            for unit in shown[:_MOST_DOUBTS]
         ],
         "heads": list(DISTRIBUTION_HEADS),
         "distributions": [[_cut(cell, _MOST_NAME) for cell in row] for row in distribution_rows(lot)],
@@ -80,42 +80,42 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "curves": _curve_figures(lot),
         "columns": [head for _, _, head, _ in columns],
         "units": [
-            [_cut(one.name, _MOST_NAME), STATE_WORDS[one.state], MARKS[one.state], *unit_values(one, columns)]
-            for one in sorted(lot.units, key=lambda one: order[one.state])
+            [_cut(unit.name, _MOST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], *unit_values(unit, columns)]
+            for unit in sorted(lot.units, key=lambda unit: order[unit.state])
         ],
         "done": [[key, _cut(text, _MOST_WHY)] for key, text in done_rows(lot, command, moment_text(date))],
     }
 
 
-def _cut(text: str, most: int) -> str:
+def _cut(text: str, longest: int) -> str:
     text = printable(text)
-    return text if len(text) <= most else f"{text[: most - most // 3 - 1]}…{text[-(most // 3) :]}"
+    return text if len(text) <= longest else f"{text[: longest - longest // 3 - 1]}…{text[-(longest // 3) :]}"
 
 
 def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
-    found = []
-    for one in lot.bands:
-        if not len(one.tau):
+    figures = []
+    for band in lot.bands:
+        if not len(band.tau):
             continue
-        panel, marked = lot.curves_of(one), lot.marked(one.channel)
-        others = [name for name in panel.units if name not in marked]
-        kept = {*marked, *(others[:: -(-len(others) // _CUT_CURVES) or 1])}
-        shown = {name: curve for name, curve in panel.units.items() if name in kept}
+        panel, marked = lot.curves_of(band), lot.marked(band.channel)
+        unmarked = [name for name in panel.units if name not in marked]
+        drawn = {*marked, *(unmarked[:: -(-len(unmarked) // _CUT_CURVES) or 1])}
+        shown = {name: curve for name, curve in panel.units.items() if name in drawn}
         from dataclasses import replace
 
         svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
         legend = [[_cut(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
-        found.append({"title": _cut(one.channel, _MOST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
-    return found
+        figures.append({"title": _cut(band.channel, _MOST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
+    return figures
 
 
 def _value_figures(lot: Lot) -> list[dict[str, Any]]:
-    found = []
-    charts = charts_of(lot)
+    figures = []
+    charts = chart_data(lot)
     for panel in charts["values"]:
         channels = panel["channels"][: len(COLOURS)]
-        series = [(np.array(one["at"]) + 1.0, np.array(one["values"])) for one in channels]
+        series = [(np.array(channel["at"]) + 1.0, np.array(channel["values"])) for channel in channels]
         svg = values_svg(series, panel["limits"], last=len(charts["units"]), width=_WIDTH, height=_HEIGHT)
-        legend = [[_cut(one["name"], 20), colour] for one, colour in zip(channels, COLOURS, strict=False)]
-        found.append({"title": _cut(panel["title"], _MOST_NAME), "unit": panel["unit"], "svg": svg, "legend": legend})
-    return found
+        legend = [[_cut(channel["name"], 20), colour] for channel, colour in zip(channels, COLOURS, strict=False)]
+        figures.append({"title": _cut(panel["title"], _MOST_NAME), "unit": panel["unit"], "svg": svg, "legend": legend})
+    return figures

@@ -91,42 +91,42 @@ def lot_report(
 def junit(lot: Lot, date: datetime) -> str:
     """The lot as JUnit XML."""
     failures = len(lot.of("failed"))
-    errors = sum(_is_error(one, lot) for one in lot.units)
+    errors = sum(_is_error(unit, lot) for unit in lot.units)
     name = "no specification" if lot.spec is None else lot.spec.name
     head = (
         f'tests="{len(lot.units)}" failures="{failures}" errors="{errors}" time="0"'
         f' timestamp="{date.strftime("%Y-%m-%dT%H:%M:%S")}"'
     )
-    cases = "\n".join(_case(one, lot) for one in lot.units)
+    cases = "\n".join(_case(unit, lot) for unit in lot.units)
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="sigmatau {__version__}" {head}>\n'
         f" <testsuite name={_quoted(f'lot against {name}')} {head}>\n{cases}\n </testsuite>\n</testsuites>\n"
     )
 
 
-def _is_error(one: JudgedUnit, lot: Lot) -> bool:
+def _is_error(unit: JudgedUnit, lot: Lot) -> bool:
     """Whether a unit is an error of the suite; without a specification, only if there is a doubt."""
-    if one.state in ("passed", "failed"):
+    if unit.state in ("passed", "failed"):
         return False
-    return not (lot.spec is None and all(remark.code == "no_specification" for remark in one.reasons))
+    return not (lot.spec is None and all(remark.code == "no_specification" for remark in unit.reasons))
 
 
-def _case(one: JudgedUnit, lot: Lot) -> str:
-    inside = "".join(_parts(one, lot))
-    head = f'  <testcase classname="lot" name={_quoted(one.name)} time="0"'
+def _case(unit: JudgedUnit, lot: Lot) -> str:
+    inside = "".join(_parts(unit, lot))
+    head = f'  <testcase classname="lot" name={_quoted(unit.name)} time="0"'
     return f"{head}>\n{inside}  </testcase>" if inside else f"{head}/>"
 
 
-def _parts(one: JudgedUnit, lot: Lot) -> Iterator[str]:
-    lines = escape(_xml("\n".join(remark.text for remark in one.reasons)))
-    if one.state == "failed":
-        yield f"   <failure type={_quoted(one.reasons[0].code)} message={_quoted(one.reason)}>{lines}</failure>\n"
-    elif _is_error(one, lot):
-        message = f"{STATE_WORDS[one.state]}: {one.reason}"
-        yield f"   <error type={_quoted(one.state)} message={_quoted(message)}>{lines}</error>\n"
-    if one.notes:
-        told = "\n".join(remark.text for remark in one.notes)
-        yield f"   <system-out>{escape(_xml(told))}</system-out>\n"
+def _parts(unit: JudgedUnit, lot: Lot) -> Iterator[str]:
+    lines = escape(_xml("\n".join(remark.text for remark in unit.reasons)))
+    if unit.state == "failed":
+        yield f"   <failure type={_quoted(unit.reasons[0].code)} message={_quoted(unit.reason)}>{lines}</failure>\n"
+    elif _is_error(unit, lot):
+        message = f"{STATE_WORDS[unit.state]}: {unit.reason}"
+        yield f"   <error type={_quoted(unit.state)} message={_quoted(message)}>{lines}</error>\n"
+    if unit.notes:
+        notes = "\n".join(remark.text for remark in unit.notes)
+        yield f"   <system-out>{escape(_xml(notes))}</system-out>\n"
 
 
 def _quoted(text: str) -> str:

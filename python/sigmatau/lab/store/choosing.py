@@ -73,7 +73,8 @@ class Table(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """By column; times as ISO 8601 in UTC."""
         return {
-            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in of] for key, of in self.content.items()
+            key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in column]
+            for key, column in self.content.items()
         }
 
     def shown(self, names: Sequence[str]) -> Table:
@@ -101,24 +102,24 @@ def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
 
     from sigmatau.lab.store.tables import model, run, unit
 
-    one = chosen or Chosen()
-    found: list[ColumnElement[bool]] = [] if one.history else [run.c.current]
-    if one.units:
-        units = [one.units] if isinstance(one.units, str) else one.units
-        exact = [name for name in units if "*" not in name or not one.pattern]
+    choice = chosen or Chosen()
+    clauses: list[ColumnElement[bool]] = [] if choice.history else [run.c.current]
+    if choice.units:
+        units = [choice.units] if isinstance(choice.units, str) else choice.units
+        exact = [name for name in units if "*" not in name or not choice.pattern]
         alike = (unit.c.name.like(_like(name), escape="\\") for name in units if name not in exact)
-        found.append(or_(unit.c.name.in_(exact), *alike))
-    if one.model is not None:
-        found.append(model.c.name == one.model)
-    if one.states:
-        found.append(run.c.state.in_(one.states))
-    if one.since is not None:
-        found.append(run.c.recorded >= in_utc(one.since))
-    if one.until is not None:
-        found.append(run.c.recorded < in_utc(one.until))
-    if one.temperature is not None:
-        found.append(run.c.temperature.between(*one.temperature))
-    return found
+        clauses.append(or_(unit.c.name.in_(exact), *alike))
+    if choice.model is not None:
+        clauses.append(model.c.name == choice.model)
+    if choice.states:
+        clauses.append(run.c.state.in_(choice.states))
+    if choice.since is not None:
+        clauses.append(run.c.recorded >= in_utc(choice.since))
+    if choice.until is not None:
+        clauses.append(run.c.recorded < in_utc(choice.until))
+    if choice.temperature is not None:
+        clauses.append(run.c.temperature.between(*choice.temperature))
+    return clauses
 
 
 def _like(name: str) -> str:

@@ -35,10 +35,10 @@ _HINTS = {  # what to do, by words of what a database says
 }
 _SQLITE = b"SQLite format 3\0"
 _VERSION = "alembic_version"  # the table with the version of the others
-_OWN = {"unit", "run", "coefficient"}  # tables of all versions
+_TABLES = {"unit", "run", "coefficient"}  # tables of all versions
 
 
-def engine_of(place: str | Path, *, create: bool = True) -> Engine:
+def open_engine(place: str | Path, *, create: bool = True) -> Engine:
     """An engine with the newest schema.
 
     Parameters
@@ -94,10 +94,10 @@ def _url(place: str | Path, *, create: bool) -> URL:
     from sqlalchemy.exc import ArgumentError
 
     text = str(place)
-    found = re.match(r"([A-Za-z+0-9]+)://", text)
-    if found is None:
+    match = re.match(r"([A-Za-z+0-9]+)://", text)
+    if match is None:
         return _sqlite_url(_file(Path(place), create=create))
-    scheme, rest = found[1].lower(), text.partition("://")[2]
+    scheme, rest = match[1].lower(), text.partition("://")[2]
     if scheme in ("postgresql", "postgres", "postgresql+psycopg"):
         try:
             return make_url(f"postgresql+psycopg://{rest}")
@@ -201,22 +201,22 @@ def _up_to_date(engine: Engine, place: str | Path) -> None:
     config = configuration()
     newest = ScriptDirectory.from_config(config).get_current_head()
     with engine.connect() as connection:
-        found = MigrationContext.configure(connection).get_current_revision()
-        tables = [] if found == newest else inspect(connection).get_table_names()
-    if found == newest:
+        revision = MigrationContext.configure(connection).get_current_revision()
+        tables = [] if revision == newest else inspect(connection).get_table_names()
+    if revision == newest:
         return
-    if tables and (_VERSION not in tables or (found is not None and not _OWN.issubset(tables))):
+    if tables and (_VERSION not in tables or (revision is not None and not _TABLES.issubset(tables))):
         raise DataError(
             f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database"
         )
     with engine.connect().execution_options(writes=True) as connection, connection.begin():
         if engine.dialect.name == "postgresql":
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
-        found = MigrationContext.configure(connection).get_current_revision()
-        known = {one.revision for one in ScriptDirectory.from_config(config).walk_revisions()}
-        if found is not None and found not in known:
+        revision = MigrationContext.configure(connection).get_current_revision()
+        revisions = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
+        if revision is not None and revision not in revisions:
             raise DataError(f"{_shown(place)}: is of a newer version of sigmatau; update sigmatau")
-        if found != newest:
+        if revision != newest:
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
 

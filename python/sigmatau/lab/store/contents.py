@@ -24,8 +24,8 @@ def contents(
     from sigmatau.lab.store.tables import result
 
     asked = select(result.c.run_id, result.c.content, result.c.curves)
-    for at in range(0, len(keys), READ):
-        for key, content, curves in connection.execute(asked.where(result.c.run_id.in_(keys[at : at + READ]))):
+    for start in range(0, len(keys), READ):
+        for key, content, curves in connection.execute(asked.where(result.c.run_id.in_(keys[start : start + READ]))):
             try:
                 result_as_added = unpack(content, curves)
             except DataError:

@@ -23,13 +23,13 @@ from sigmatau.hints import Hint, command, worded
 from sigmatau.lab.store.ingest import BATCH, Added, add_rows
 from sigmatau.lab.store.naming import Naming, UnknownUnitError
 from sigmatau.lab.store.packing import loads
-from sigmatau.lab.store.rows import Rows, rows_of
+from sigmatau.lab.store.rows import Rows, make_rows
 from sigmatau.process import end_with_parent, uninterrupted
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
 
-_FEW = 400  # files that this process reads in less time than others take to start
+_FILES_OF_ONE_PROCESS = 400  # files that this process reads in less time than others take to start
 _AHEAD = 3  # batches a process that are read before they are written
 
 
@@ -69,18 +69,18 @@ class FilesAdded:
 
 def gather(places: Sequence[Path]) -> list[Path]:
     """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without JSON."""
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     for place in places:
         if not place.is_dir():
-            found[place] = None
+            files[place] = None
             continue
         inside = sorted(file for file in place.rglob("*") if file.suffix.lower() == ".json" and file.is_file())
         if not inside:
             raise DataError(
                 f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
             )
-        found |= dict.fromkeys(inside)
-    return list(found)
+        files |= dict.fromkeys(inside)
+    return list(files)
 
 
 def add_files(
@@ -103,11 +103,11 @@ def add_files(
     done : callable
         Gets the number of files so far.
     """
-    batches = [files[at : at + BATCH] for at in range(0, len(files), BATCH)]
+    batches = [files[start : start + BATCH] for start in range(0, len(files), BATCH)]
     total, problems, count = Added(), [], 0
-    found = _read_all(batches, naming, jobs if len(files) > _FEW else 1)
+    results = _read_all(batches, naming, jobs if len(files) > _FILES_OF_ONE_PROCESS else 1)
     with _without_collection():
-        for batch, (rows, wrong) in zip(batches, found, strict=True):
+        for batch, (rows, wrong) in zip(batches, results, strict=True):
             problems += [replace(problem, reason=worded(problem.reason)) for problem in wrong]
             if rows:
                 total += add_rows(engine, rows)
@@ -169,14 +169,14 @@ def _read(files: Sequence[Path], naming: Naming) -> _Read:
     rows, problems = [], []
     for file in files:
         try:
-            rows.append(_rows_of(file, naming))
+            rows.append(_read_file(file, naming))
         except DataError as error:
             unknown = isinstance(error, UnknownUnitError)
             problems.append(Problem(file=file, reason=error.text, unit_unknown=unknown))
     return rows, problems
 
 
-def _rows_of(file: Path, naming: Naming) -> Rows:
+def _read_file(file: Path, naming: Naming) -> Rows:
     try:
         data = file.read_bytes()
     except OSError as error:
@@ -191,7 +191,7 @@ def _rows_of(file: Path, naming: Naming) -> Rows:
             else f"not JSON: {error}"
         )
         raise DataError(what if data.strip() else "is empty") from None
-    return rows_of(naming.entry(result_of_dict(content, as_form=BriefResultForm), file, content=content))
+    return make_rows(naming.entry(result_of_dict(content, as_form=BriefResultForm), file, content=content))
 
 
 def processes() -> int:

@@ -12,7 +12,7 @@ import numpy as np
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.lab.store.packing import NUMBERS
-from sigmatau.lab.store.rows import Entry, Label, Rows, rows_of
+from sigmatau.lab.store.rows import Entry, Label, Rows, make_rows
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine, Table
@@ -66,7 +66,7 @@ def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Adde
 
 def _named(entry: Entry) -> Rows:
     try:
-        return rows_of(entry)
+        return make_rows(entry)
     except DataError as error:
         raise DataError(f"{entry.unit}: {error}") from None
 
@@ -105,28 +105,28 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
 
     from sigmatau.lab.store import tables
 
-    known = _latest(connection, {one.identity for one in chunk})
+    last_revisions = _latest(connection, {rows_.identity for rows_ in chunk})
     units = _unit_ids(connection, chunk)
     now = datetime.now(UTC).replace(tzinfo=None)
     runs: dict[tuple[str, int], dict[str, Any]] = {}
     results, replaced = [], set()
-    for one in chunk:
-        last = known.get(one.identity, _NONE)
-        if last.has(one):
-            if last.id is not None and (news := last.news(one)):
+    for rows_ in chunk:
+        last = last_revisions.get(rows_.identity, _NONE)
+        if last.has(rows_):
+            if last.id is not None and (news := last.news(rows_)):
                 connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
             continue
         revision = last.revision + 1
-        known[one.identity] = _Last(
-            revision=revision, digest=one.packed.digest, path=one.run["path"], version=one.run["file_version"]
+        last_revisions[rows_.identity] = _Last(
+            revision=revision, digest=rows_.packed.digest, path=rows_.run["path"], version=rows_.run["file_version"]
         )
         if last.revision:
-            replaced.add(one.identity)
-        if (one.identity, last.revision) in runs:
-            runs[one.identity, last.revision]["current"] = False
-        keys = {"unit_id": units[one.unit], "identity": one.identity, "revision": revision}
-        runs[one.identity, revision] = {**one.run, **keys, "current": True, "added": now}
-        results.append(one)
+            replaced.add(rows_.identity)
+        if (rows_.identity, last.revision) in runs:
+            runs[rows_.identity, last.revision]["current"] = False
+        keys = {"unit_id": units[rows_.unit], "identity": rows_.identity, "revision": revision}
+        runs[rows_.identity, revision] = {**rows_.run, **keys, "current": True, "added": now}
+        results.append(rows_)
     if replaced:
         connection.execute(update(tables.run).where(tables.run.c.identity.in_(replaced)).values(current=False))
     if runs:
@@ -169,21 +169,21 @@ class _Last:
     temperature: float | None = None
     id: int | None = None  # None if it is not in the database yet
 
-    def has(self, one: Rows) -> bool:
+    def has(self, rows: Rows) -> bool:
         """Whether a result is this one. A log that is again as it was before it changed gets a new revision."""
-        back = not self.current and one.run["file_version"]
-        return bool(self.revision and self.digest == one.packed.digest and not back)
+        back = not self.current and rows.run["file_version"]
+        return bool(self.revision and self.digest == rows.packed.digest and not back)
 
-    def news(self, one: Rows) -> dict[str, Any]:
+    def news(self, rows: Rows) -> dict[str, Any]:
         """What is now known of the same log: another place or time of change, and what is stated of its run."""
-        found: dict[str, Any] = {}
-        if one.run["file_version"] and (self.path, self.version) != (one.run["path"], one.run["file_version"]):
-            found = {key: one.run[key] for key in ("path", "file_version", "name")}
-        if one.run["recorded"] not in (None, self.recorded):
-            found["recorded"] = one.run["recorded"]
-        if one.run["temperature"] not in (None, self.temperature):
-            found["temperature"] = one.run["temperature"]
-        return found
+        changes: dict[str, Any] = {}
+        if rows.run["file_version"] and (self.path, self.version) != (rows.run["path"], rows.run["file_version"]):
+            changes = {key: rows.run[key] for key in ("path", "file_version", "name")}
+        if rows.run["recorded"] not in (None, self.recorded):
+            changes["recorded"] = rows.run["recorded"]
+        if rows.run["temperature"] not in (None, self.temperature):
+            changes["temperature"] = rows.run["temperature"]
+        return changes
 
 
 _NONE = _Last()
@@ -230,13 +230,13 @@ def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
 
     from sigmatau.lab.store import tables
 
-    models = _ids(connection, tables.model, {one.model for one in chunk if one.model})
-    units = _ids(connection, tables.unit, {one.unit for one in chunk})
-    typed = {one.unit: models[one.model] for one in chunk if one.model}
-    of = tables.unit.c
+    models = _ids(connection, tables.model, {rows.model for rows in chunk if rows.model})
+    units = _ids(connection, tables.unit, {rows.unit for rows in chunk})
+    typed = {rows.unit: models[rows.model] for rows in chunk if rows.model}
+    columns = tables.unit.c
     for model in set(typed.values()):
-        own = [units[name] for name, its in typed.items() if its == model]
-        wrong = (of.id.in_(own), of.model_id.is_distinct_from(model))
+        unit_ids = [units[name] for name, its in typed.items() if its == model]
+        wrong = (columns.id.in_(unit_ids), columns.model_id.is_distinct_from(model))
         connection.execute(update(tables.unit).where(*wrong).values(model_id=model))
     return units
 
@@ -247,11 +247,11 @@ def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int
 
     if not names:
         return {}
-    found = select(table.c.name, table.c.id).where(table.c.name.in_(names))
-    ids = _pairs(connection.execute(found))
+    query = select(table.c.name, table.c.id).where(table.c.name.in_(names))
+    ids = _pairs(connection.execute(query))
     if missing := sorted(names - ids.keys()):
-        _add_unless_there(connection, table, [{"name": name} for name in missing])
-        ids = _pairs(connection.execute(found))
+        _add_missing(connection, table, [{"name": name} for name in missing])
+        ids = _pairs(connection.execute(query))
     return ids
 
 
@@ -265,21 +265,21 @@ def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
 
     from sigmatau.lab.store import tables
 
-    of = tables.label.c
-    columns = (of.channel, of.quantity, of.term, of.unit, of.rate_unit)
+    label = tables.label.c
+    columns = (label.channel, label.quantity, label.term, label.unit, label.rate_unit)
 
-    def known() -> dict[Label, int]:
-        return {(c, q, t, u, r): key for key, c, q, t, u, r in connection.execute(select(of.id, *columns))}
+    def read_ids() -> dict[Label, int]:
+        return {(c, q, t, u, r): key for key, c, q, t, u, r in connection.execute(select(label.id, *columns))}
 
-    ids = known()
+    ids = read_ids()
     if missing := sorted(wanted - ids.keys()):
         names = [column.name for column in columns]
-        _add_unless_there(connection, tables.label, [dict(zip(names, label, strict=True)) for label in missing])
-        ids = known()
+        _add_missing(connection, tables.label, [dict(zip(names, label, strict=True)) for label in missing])
+        ids = read_ids()
     return ids
 
 
-def _add_unless_there(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
+def _add_missing(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
     from sqlalchemy.dialects import postgresql, sqlite
 
     made = (sqlite if connection.dialect.name == "sqlite" else postgresql).insert(table)
@@ -289,17 +289,17 @@ def _add_unless_there(connection: Connection, table: Table, rows: list[dict[str,
 def _add_contents(connection: Connection, ids: Sequence[int], results: Sequence[Rows]) -> None:
     from sigmatau.lab.store import tables
 
-    known = _label_ids(connection, {label for one in results for label in one.labels})
-    of_labels = {labels: [known[label] for label in labels] for labels in {one.labels for one in results}}
+    label_ids = _label_ids(connection, {label for rows in results for label in rows.labels})
+    ids_by_labels = {labels: [label_ids[label] for label in labels] for labels in {rows.labels for rows in results}}
     stored, channels, terms, findings = [], [], [], []
-    for key, one in zip(ids, results, strict=True):
-        labels = of_labels[one.labels]
-        numbers = np.frombuffer(one.numbers, dtype=NUMBERS).copy()
+    for key, rows in zip(ids, results, strict=True):
+        labels = ids_by_labels[rows.labels]
+        numbers = np.frombuffer(rows.numbers, dtype=NUMBERS).copy()
         numbers["label"] = labels
-        stored.append((key, one.packed.content, one.packed.curves, numbers.tobytes()))
-        channels += [(key, *row) for row in one.channels]
-        terms += [(key, label, *row) for label, row in zip(labels, one.terms, strict=True)]
-        findings += [(key, *row) for row in one.findings]
+        stored.append((key, rows.packed.content, rows.packed.curves, numbers.tobytes()))
+        channels += [(key, *row) for row in rows.channels]
+        terms += [(key, label, *row) for label, row in zip(labels, rows.terms, strict=True)]
+        findings += [(key, *row) for row in rows.findings]
     _bulk(connection, tables.result, ("run_id", "content", "curves", "numbers"), stored)
     _bulk(connection, tables.channel, _CHANNEL, channels)
     _bulk(connection, tables.coefficient, _COEFFICIENT, terms)

@@ -140,25 +140,25 @@ class Naming:
         if self.unit is not None:
             return self.unit
         if self.unit_from is None:
-            found = next((notes[key] for key in SERIAL_NOTES if notes.get(key)), "")
-            found = found or (file.absolute().parent.name if self.folders else "")
+            unit = next((notes[key] for key in SERIAL_NOTES if notes.get(key)), "")
+            unit = unit or (file.absolute().parent.name if self.folders else "")
         elif self.unit_from == FOLDER:
-            found = file.absolute().parent.name
+            unit = file.absolute().parent.name
         elif self.unit_from == LOG_FOLDER:
-            found = PurePath(log).parent.name
+            unit = PurePath(log).parent.name
         else:
             match = re.search(self.unit_from, log)
-            found = (match[1] or "") if match else ""
-            if not found:
+            unit = (match[1] or "") if match else ""
+            if not unit:
                 raise UnknownUnitError(
                     f"{Hint('unit_from')} {self.unit_from!r} finds no unit in the path of the log"
                 ).about(log)
-        if not found:
+        if not unit:
             raise UnknownUnitError(
                 f"its unit is not known; give {Hint('unit', value='NAME')}, {Hint('unit_from', value='folder')}, or a note:"
                 f" {command('analyze', 'LOG', Hint('note', 'serial number', 'A123'))}"
             )
-        return found
+        return unit
 
     def _recorded(self, notes: Mapping[str, str], log: str) -> datetime | None:
         if self.date == IN_NAME:
@@ -167,12 +167,12 @@ class Naming:
             return _iso(self.date)
         for key in _DATE_NOTES:
             if text := notes.get(key):
-                found = _iso(text)
-                if found is None:
+                date = _iso(text)
+                if date is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a date like 2026-05-01T12:00; give {Hint('date')}"
                     )
-                return found
+                return date
         return None
 
     def _temperature(self, notes: Mapping[str, str]) -> float | None:

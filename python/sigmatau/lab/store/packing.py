@@ -60,11 +60,11 @@ def pack(result: Mapping[str, Any]) -> Packed:
             else:
                 rest[key] = value
         channels[name] = {**channel, "curve": {"arrays": heads, "order": [*curve], "rest": rest}}
-    told = {**result, "channels": channels}
+    compared = {**result, "channels": channels}
     numbers = b"".join(curves)
     # The version of the program and the place of a log whose bytes are known come first: they are not compared.
-    head = {name: told.pop(name) for name in _HEAD if name in told}
-    content = _json(told)[1:]
+    head = {name: compared.pop(name) for name in _HEAD if name in compared}
+    content = _json(compared)[1:]
     source = head.get("source")
     if isinstance(source, Mapping) and source.get("sha256"):
         source = {name: value for name, value in source.items() if name != "path"}
@@ -118,21 +118,21 @@ def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
     """The result as it was packed; raises `DataError` for damaged content."""
     try:
         result: dict[str, Any] = loads(zlib.decompress(content))
-        at = 0
+        offset = 0
         for channel in result["channels"].values():
             head = channel["curve"]
-            found = dict(head["rest"])
+            curve = dict(head["rest"])
             for key, (kind, count) in head["arrays"].items():
-                numbers = np.frombuffer(curves, dtype=kind, count=count, offset=at)
-                found[key] = _values(numbers)
-                at += numbers.nbytes
-            channel["curve"] = {key: found[key] for key in head["order"]}
+                numbers = np.frombuffer(curves, dtype=kind, count=count, offset=offset)
+                curve[key] = _values(numbers)
+                offset += numbers.nbytes
+            channel["curve"] = {key: curve[key] for key in head["order"]}
     except (zlib.error, ValueError, KeyError, TypeError, AttributeError) as error:
         raise DataError(f"a result in the store is damaged: {error}") from None
     return result
 
 
-def _values(found: NDArray[Any]) -> list[Any]:
+def _values(numbers: NDArray[Any]) -> list[Any]:
     """Plain numbers; what is NaN was None, because JSON of a result has no NaN."""
-    values: list[Any] = found.tolist()
-    return [None if value != value else value for value in values] if np.isnan(found).any() else values
+    values: list[Any] = numbers.tolist()
+    return [None if value != value else value for value in values] if np.isnan(numbers).any() else values

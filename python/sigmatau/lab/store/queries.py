@@ -53,16 +53,17 @@ def in_order(chosen: Chosen | None) -> Select[Any]:
 
 def coefficients(chosen: Chosen | None, *, term: str | None, channels: Sequence[str]) -> Select[Any]:
     """A row a run, channel and term."""
-    one, label, of = tables.coefficient.c, tables.label.c, tables.channel.c
+    coefficient, label, channel = tables.coefficient.c, tables.label.c, tables.channel.c
     query = (
         select(
             unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"), run.c.recorded,
-            run.c.temperature, label.channel, label.quantity, label.term, one.observed, one.value, one.low, one.high,
-            one.upper_limit, one.level, label.unit.label("si"), label.rate_unit, of.verdict, of.trust,
+            run.c.temperature, label.channel, label.quantity, label.term, coefficient.observed, coefficient.value,
+            coefficient.low, coefficient.high, coefficient.upper_limit, coefficient.level, label.unit.label("si"),
+            label.rate_unit, channel.verdict, channel.trust,
         )
         .join_from(tables.coefficient, tables.label)
-        .join(tables.channel, and_(of.run_id == one.run_id, of.name == label.channel))
-        .join(run, one.run_id == run.c.id)
+        .join(tables.channel, and_(channel.run_id == coefficient.run_id, channel.name == label.channel))
+        .join(run, coefficient.run_id == run.c.id)
         .join(unit, run.c.unit_id == unit.c.id)
         .outerjoin(model, unit.c.model_id == model.c.id)
         .where(*conditions(chosen))

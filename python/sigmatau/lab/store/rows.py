@@ -93,17 +93,17 @@ def options_key(options: Mapping[str, Any]) -> str:
 def _canonical(value: object) -> str:
     """JSON that is the same for the same options: 100 and 100.0, whatever the order of keys."""
 
-    def plain(one: object) -> object:
-        if isinstance(one, Mapping):
-            return {str(key): plain(of) for key, of in one.items()}
-        if isinstance(one, list | tuple):
-            return [plain(of) for of in one]
-        return float(one) if isinstance(one, int) and not isinstance(one, bool) else one
+    def plain(value: object) -> object:
+        if isinstance(value, Mapping):
+            return {str(key): plain(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(item) for item in value]
+        return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
     return json.dumps(plain(value), sort_keys=True)
 
 
-def rows_of(entry: Entry) -> Rows:
+def make_rows(entry: Entry) -> Rows:
     """The rows of a result.
 
     Raises
@@ -185,9 +185,9 @@ def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
     """The coefficients and means of the channels."""
     for name, curve in analysis.curves.items():
         fit, mean = analysis.fits.get(name), analysis.means.get(name)
-        for of in () if fit is None else fit.terms.values():
-            label = (name, curve.quantity, of.term, _common(of.unit, 60), curve.unit)
-            yield label, (of.observed, of.value, of.low, of.high, of.upper_limit, of.level)
+        for term in () if fit is None else fit.terms.values():
+            label = (name, curve.quantity, term.term, _common(term.unit, 60), curve.unit)
+            yield label, (term.observed, term.value, term.low, term.high, term.upper_limit, term.level)
         if mean is not None:
             half = None if mean.error is None else _QUANTILE * mean.error
             ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, _LEVEL)
@@ -235,12 +235,12 @@ def in_utc(time: datetime) -> datetime:
         raise DataError(f"the time {time.isoformat()} is not in the years 1 to 9999 in UTC") from None
 
 
-def _word(value: object, most: int) -> str:
+def _word(value: object, longest: int) -> str:
     """A text of a column."""
     if not isinstance(value, str):
         raise TypeError(f"a text is {value!r:.30}")
-    if len(value) > most:
-        raise ValueError(f"a text has {len(value)} characters, more than {most}: {value:.30}…")
+    if len(value) > longest:
+        raise ValueError(f"a text has {len(value)} characters, more than {longest}: {value:.30}…")
     return _text(value)
 
 
@@ -250,10 +250,10 @@ _common = lru_cache(1000)(_word)  # few words, each in thousands of rows
 def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
     if value is None:
         return None
-    found = float(value)
-    if not math.isfinite(found):
-        raise ValueError(f"{found} in place of a number")
-    return found
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{number} in place of a number")
+    return number
 
 
 def _state(analysis: Analysis) -> State:
@@ -263,16 +263,16 @@ def _state(analysis: Analysis) -> State:
     return verdict if not analysis.fits and verdict in ("not_at_rest", "too_short_to_tell") else "not_fitted"
 
 
-def _name(text: str, of: str, *, needed: bool = True) -> str:
+def _name(text: str, kind: str, *, needed: bool = True) -> str:
     """A name as the database takes it; raises `DataError` if it is empty or too long."""
-    found = _text(text).strip()
-    if needed and not found:
-        raise DataError(f"the name of the {of} is empty")
-    if len(found) > _MOST_LETTERS[of]:
+    name = _text(text).strip()
+    if needed and not name:
+        raise DataError(f"the name of the {kind} is empty")
+    if len(name) > _MOST_LETTERS[kind]:
         raise DataError(
-            f"the name of the {of} has {len(found)} characters, more than {_MOST_LETTERS[of]}: {found:.30}…"
+            f"the name of the {kind} has {len(name)} characters, more than {_MOST_LETTERS[kind]}: {name:.30}…"
         )
-    return found
+    return name
 
 
 def _text(value: object) -> str:

@@ -49,9 +49,11 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
 
     from sigmatau.lab.store.tables import label, model, result, run, unit
 
-    of = label.c
-    labels = connection.execute(select(of.id, of.channel, of.quantity, of.term, of.unit, of.rate_unit)).all()
-    found = connection.execute(
+    columns = label.c
+    labels = connection.execute(
+        select(columns.id, columns.channel, columns.quantity, columns.term, columns.unit, columns.rate_unit)
+    ).all()
+    rows = connection.execute(
         select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state)
         .join_from(run, unit)
         .join(result, result.c.run_id == run.c.id)
@@ -59,9 +61,9 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         .where(*conditions, run.c.state.in_(("fitted", "not_fitted")))
         .order_by(unit.c.name, run.c.recorded, run.c.id)
     ).all()
-    rising = sorted(found, key=lambda row: (row[5] == "fitted", row[0]))
+    rising = sorted(rows, key=lambda row: (row[5] == "fitted", row[0]))
     latest = {(serial, sha or key): key for key, serial, _, sha, _, _ in rising}
-    usable = [row for row in found if latest[row[1], row[3] or row[0]] == row[0]]
+    usable = [row for row in rows if latest[row[1], row[3] or row[0]] == row[0]]
     fitted = [row for row in usable if row[5] == "fitted"]
     numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
@@ -87,7 +89,7 @@ _MOST_CONTENTS = 1000
 
 def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> RunTable:
     """The table with δ of eq. (26) of what was read off beside the fits."""
-    position = {key: at for at, key in enumerate(keys)}
+    position = {key: index for index, key in enumerate(keys)}
     deltas = {
         (position[key], channel, term): float(line["error"])
         for key, content in contents(connection, keys, without_damaged=True)
@@ -96,19 +98,19 @@ def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> Ru
     }
     names = [(label.channel, label.term) for label in table.labels]
     rows = zip(table.run.tolist(), table.label.tolist(), table.value.tolist(), strict=True)
-    of_rows = [
+    row_deltas = [
         math.nan if math.isnan(value) else deltas.get((run, *names[label]), math.nan) for run, label, value in rows
     ]
-    return replace(table, delta=np.array(of_rows, dtype=np.float64))
+    return replace(table, delta=np.array(row_deltas, dtype=np.float64))
 
 
 def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
     """The rows of results without a fit whose coefficients were read off."""
-    builder, of_key = RunsBuilder(), {row[0]: row for row in rows}
-    for key, content in contents(connection, list(of_key)):
+    builder, row_by_key = RunsBuilder(), {row[0]: row for row in rows}
+    for key, content in contents(connection, list(row_by_key)):
         parts = content["channels"].values()
         if any(part.get("read_off") for part in parts) and not any("fit" in part for part in parts):
-            builder.add_result(as_result(content), name=of_key[key][2], serial=of_key[key][1])
+            builder.add_result(as_result(content), name=row_by_key[key][2], serial=row_by_key[key][1])
     return builder.table()
 
 
@@ -123,8 +125,8 @@ def _table(
 ) -> RunTable:
     positions = np.zeros(max(labels, default=0) + 1, dtype=np.int64)
     positions[list(labels)] = np.arange(len(labels))
-    signed = np.array([one.term in SIGNED for one in labels.values()], dtype=bool)
-    means = np.array([one.term == MEAN for one in labels.values()], dtype=bool)
+    signed = np.array([label_.term in SIGNED for label_ in labels.values()], dtype=bool)
+    means = np.array([label_.term == MEAN for label_ in labels.values()], dtype=bool)
     label = positions[numbers["label"]]
     value, limit = numbers["value"], numbers["limit"]
     keep = np.flatnonzero(~(np.isnan(value) & np.isnan(limit)))
@@ -151,12 +153,12 @@ def _table(
 
 
 def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:
-    """Standard errors, as `lots.runs.error_of`: relative, or of signed values in SI; NaN without an interval."""
+    """Standard errors, as `lots.runs.standard_error`: relative, or of signed values in SI; NaN without an interval."""
     low, high = np.ascontiguousarray(numbers["low"]), np.ascontiguousarray(numbers["high"])
     levels, which = np.unique(numbers["level"], return_inverse=True)
     z = normal_quantile((1 + levels) / 2)[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         inside = (low <= value) & (value <= high) & (low < high)
         relative = np.where((value > 0) & (value < high), np.log(high / value) / z, np.nan)
-        found = np.where(signed, (high - low) / (2 * z), relative)
-    return np.where(inside, found, np.nan)
+        errors = np.where(signed, (high - low) / (2 * z), relative)
+    return np.where(inside, errors, np.nan)

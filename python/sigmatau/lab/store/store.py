@@ -64,9 +64,9 @@ class Store:
     """
 
     def __init__(self, place: str | Path, *, create: bool = True) -> None:
-        from sigmatau.lab.store.connect import engine_of
+        from sigmatau.lab.store.connect import open_engine
 
-        self._engine = engine_of(place, create=create)
+        self._engine = open_engine(place, create=create)
 
     def __enter__(self) -> Self:
         return self
@@ -118,15 +118,17 @@ class Store:
             raise OptionError(f"{{option}} must be at least 1, not {batch}", option="batch")
         naming = Naming(unit=unit)
 
-        def entry(one: Entry | Analysis) -> Entry:
-            if isinstance(one, Entry):
-                return one
-            if not isinstance(one, Analysis | FailedAnalysis):
+        def entry(result: Entry | Analysis) -> Entry:
+            if isinstance(result, Entry):
+                return result
+            if not isinstance(result, Analysis | FailedAnalysis):
                 raise TypeError(
-                    f"`entries` must be Entry or Analysis, or several of them, not {type(one).__name__}; for the content of"
-                    " a JSON file use Analysis.from_dict(content)"
+                    f"`entries` must be Entry or Analysis, or several of them, not {type(result).__name__};"
+                    " for the content of a JSON file use Analysis.from_dict(content)"
                 )
-            return naming.entry(one, Path(one.path if isinstance(one, FailedAnalysis) else one.source.path or ""))
+            return naming.entry(
+                result, Path(result.path if isinstance(result, FailedAnalysis) else result.source.path or "")
+            )
 
         several = isinstance(entries, Iterable) and not isinstance(entries, Mapping | Analysis)
         return add(self._engine, map(entry, entries if several else [entries]), batch=batch)  # type: ignore[arg-type]
@@ -190,8 +192,8 @@ class Store:
 
     def _table(self, query: Select[Any]) -> Table:
         with self._read() as connection:
-            found = connection.execute(query)
-            names, rows = list(found.keys()), found.all()
+            result = connection.execute(query)
+            names, rows = list(result.keys()), result.all()
         columns = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
         return Table(dict(zip(names, columns, strict=True)))
 
@@ -286,7 +288,7 @@ class Store:
             For an unknown term or period, or a level outside 0 to 1.
         """
         from sigmatau.lab.lots.runs import MEAN
-        from sigmatau.lab.store.trend import trend_of
+        from sigmatau.lab.store.trend import estimate_trend
         from sigmatau.noise.synonyms import unknown_term
         from sigmatau.noise.terms import TERMS
 
@@ -296,7 +298,7 @@ class Store:
         if channels and not rows["unit"]:
             raise DataError(f"no trend of {term}: no selected run has it in {', '.join(channels)}")
         usable = [term == MEAN or verdict in QUANTIFIED for verdict in rows["verdict"]]
-        return trend_of(
+        return estimate_trend(
             {key: list(compress(column, usable)) for key, column in rows.items()}, term=term, by=by, level=level
         )
 
@@ -451,12 +453,12 @@ class Store:
         from sigmatau.analysis import result_of_dict
 
         rows = _rows(self.runs(chosen))
-        for at in range(0, len(rows), READ):
-            part = rows[at : at + READ]
+        for start in range(0, len(rows), READ):
+            part = rows[start : start + READ]
             with self._read() as connection:
-                found = dict(contents(connection, [row["id"] for row in part]))
+                content_by_id = dict(contents(connection, [row["id"] for row in part]))
             for row in part:
-                yield row, result_of_dict(found[row["id"]])
+                yield row, result_of_dict(content_by_id[row["id"]])
 
 
 def _rows(table: Table) -> list[dict[str, Any]]:

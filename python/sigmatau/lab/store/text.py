@@ -38,15 +38,17 @@ def usual_unit(term: str, quantity: str, rate_unit: str, values: Sequence[float 
 def trend_text(trend: Trend) -> str:
     """The trend of each channel: a table of periods, then the slopes."""
     lines: list[str] = []
-    for one in trend.channels.values():
-        lines += [*_channel(trend, one), ""]
+    for channel in trend.channels.values():
+        lines += [*_channel(trend, channel), ""]
     if trend.undated:
         lines.append(f"{trend.undated} values without a time are not used")
     return lines_text(lines[:-1] if not lines[-1] else lines)
 
 
-def _channel(trend: Trend, one: ChannelTrend) -> list[str]:
-    unit, size = usual_unit(trend.term, one.quantity, one.rate_unit, [period.middle for period in one.periods])
+def _channel(trend: Trend, channel: ChannelTrend) -> list[str]:
+    unit, size = usual_unit(
+        trend.term, channel.quantity, channel.rate_unit, [period.middle for period in channel.periods]
+    )
     signed = trend.term in SIGNED
     spread = f"spread [{unit}]" if signed else "spread"
     head = (
@@ -59,9 +61,9 @@ def _channel(trend: Trend, one: ChannelTrend) -> list[str]:
         spread,
         f"{100 * trend.level:g} %",
     )
-    rows = [head, *(_row(period, size, signed=signed) for period in one.periods)]
-    slopes = (_drift(drift, unit, size, signed=signed) for drift in one.drifts)
-    return [f"{one.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes]
+    rows = [head, *(_row(period, size, signed=signed) for period in channel.periods)]
+    slopes = (_drift(drift, unit, size, signed=signed) for drift in channel.drifts)
+    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes]
 
 
 def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
@@ -87,14 +89,14 @@ _WHAT = {"production": "between units", "ageing": "within units"}
 
 
 def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
-    factor, of = (1 / size, f" {unit}") if signed else (100.0, " %")
-    said = "drifts" if drift.drifts else "no drift seen"
+    factor, unit_text = (1 / size, f" {unit}") if signed else (100.0, " %")
+    conclusion = "drifts" if drift.drifts else "no drift seen"
     count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
     if drift.kind == "ageing":
         count += f", {drift.runs} runs"
     number = round_to_error(*(value * factor for value in (drift.slope, drift.low, drift.high)), sign="+")
-    slope = f"{_WHAT[drift.kind]}: {number.value}{of} per month {number.interval}"
-    return f"{slope}, p = {two_digits(drift.p_value)}: {said} ({count})"
+    slope = f"{_WHAT[drift.kind]}: {number.value}{unit_text} per month {number.interval}"
+    return f"{slope}, p = {two_digits(drift.p_value)}: {conclusion} ({count})"
 
 
 def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> str:

@@ -24,7 +24,7 @@ Kind = Literal["production", "ageing"]
 
 _MONTH = 365.2425 / 12  # [days]
 _LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
-_FEW = 6  # units from which on order statistics give a 95 % interval of the median
+_MIN_UNITS_OF_MEDIAN = 6  # units from which on order statistics give a 95 % interval of the median
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
@@ -156,9 +156,9 @@ class Trend(Tabular):
     def columns(self) -> dict[str, list[Any]]:
         """A row a channel and period, in SI; see `Tabular.columns`."""
         rows = [
-            {"channel": one.channel, **period.to_dict(), "unit": one.unit}
-            for one in self.channels.values()
-            for period in one.periods
+            {"channel": channel.channel, **period.to_dict(), "unit": channel.unit}
+            for channel in self.channels.values()
+            for period in channel.periods
         ]
         return {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
 
@@ -172,7 +172,7 @@ class Trend(Tabular):
         return trend_text(self)
 
 
-def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "month", level: float = 0.95) -> Trend:
+def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "month", level: float = 0.95) -> Trend:
     """Trend of the rows of `Store.coefficients` of one term.
 
     Raises
@@ -185,7 +185,7 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     if by not in PERIODS:
         raise OptionError(f"{{option}} must be {', '.join(PERIODS)}, not {by!r}", option="by")
     check_level(level)
-    dated = np.array([one is not None for one in rows["recorded"]], dtype=bool)
+    dated = np.array([time is not None for time in rows["recorded"]], dtype=bool)
     values = np.array(rows["value"], dtype=np.float64)
     if not dated.any():
         what = (
@@ -197,36 +197,39 @@ def trend_of(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "mont
     position = {name: k for k, name in enumerate(dict.fromkeys(rows["unit"]))}
     unit = np.array([position[name] for name in rows["unit"]], dtype=np.int64)
     time = np.array(rows["recorded"], dtype="datetime64[us]")
-    limited = np.array([one is not None for one in rows["upper_limit"]], dtype=bool) & np.isnan(values)
-    found: dict[str, ChannelTrend] = {}
+    limited = np.array([limit is not None for limit in rows["upper_limit"]], dtype=bool) & np.isnan(values)
+    channels: dict[str, ChannelTrend] = {}
     kinds = list(zip(rows["channel"], rows["si"], strict=True))
     distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
     which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)
     names = [name for name, _ in distinct]
     for kind, k in distinct.items():
-        own = np.flatnonzero((which == k) & dated)
-        if not len(own):
+        channel_rows = np.flatnonzero((which == k) & dated)
+        if not len(channel_rows):
             continue
-        first = int(own[0])
+        first = int(channel_rows[0])
         name = kind[0] if names.count(kind[0]) == 1 else f"{kind[0]} [{kind[1]}]"
-        one = _Values(
-            y=values[own] if term in SIGNED else _log(values[own]), unit=unit[own], time=time[own], limited=limited[own],
+        values_of_channel = _Values(
+            y=values[channel_rows] if term in SIGNED else _log(values[channel_rows]),
+            unit=unit[channel_rows],
+            time=time[channel_rows],
+            limited=limited[channel_rows],
             signed=term in SIGNED,
-        )  # fmt: skip
-        found[name] = ChannelTrend(
+        )
+        channels[name] = ChannelTrend(
             channel=name,
             quantity=rows["quantity"][first],
             unit=rows["si"][first],
             rate_unit=rows["rate_unit"][first],
-            periods=_periods(one, by, level),
-            drifts=tuple(filter(None, (_production(one, level), _ageing(one, level)))),
+            periods=_periods(values_of_channel, by, level),
+            drifts=tuple(filter(None, (_production(values_of_channel, level), _ageing(values_of_channel, level)))),
         )
-    tests = sum(len(one.drifts) for one in found.values())
+    tests = sum(len(channel.drifts) for channel in channels.values())
     return Trend(
         term=term,
         by=by,
         level=level,
-        channels={name: _judged(one, tests, level) for name, one in found.items()},
+        channels={name: _judged(channel, tests, level) for name, channel in channels.items()},
         undated=int((~dated & ~np.isnan(values)).sum()),
     )
 
@@ -239,7 +242,7 @@ class _Values:
     limited: NDArray[np.bool_]
     signed: bool
 
-    def there(self) -> tuple[_Floats, _Ints, _Floats]:
+    def observed(self) -> tuple[_Floats, _Ints, _Floats]:
         """Values, positions of their units from 0, and times in months."""
         keep = ~np.isnan(self.y)
         if not keep.any():
@@ -253,41 +256,41 @@ def _log(values: _Floats) -> _Floats:
         return np.where(values > 0, np.log(values), np.nan)
 
 
-def _judged(one: ChannelTrend, tests: int, level: float) -> ChannelTrend:
+def _judged(channel: ChannelTrend, tests: int, level: float) -> ChannelTrend:
     from dataclasses import replace
 
-    drifts = tuple(replace(drift, drifts=bool(drift.p_value * tests < 1 - level)) for drift in one.drifts)
-    return replace(one, drifts=drifts)
+    drifts = tuple(replace(drift, drifts=bool(drift.p_value * tests < 1 - level)) for drift in channel.drifts)
+    return replace(channel, drifts=drifts)
 
 
 def _means(values: _Floats, unit: _Ints) -> _Floats:
     return np.bincount(unit, weights=values) / np.bincount(unit)
 
 
-def _production(one: _Values, level: float) -> Drift | None:
+def _production(values: _Values, level: float) -> Drift | None:
     """The slope over the means of units: units are independent, whatever their runs have in common."""
-    y, unit, months = one.there()
+    y, unit, months = values.observed()
     units = len(np.unique(unit))
     if units < 2 + _LEAST_FREEDOM:
         return None
     return _slope(
-        _means(months, unit), _means(y, unit), units - 2, level, one, kind="production", runs=len(y), units=units
+        _means(months, unit), _means(y, unit), units - 2, level, values, kind="production", runs=len(y), units=units
     )
 
 
-def _ageing(one: _Values, level: float) -> Drift | None:
+def _ageing(values: _Values, level: float) -> Drift | None:
     """The slope within units: values and times less those of their unit."""
-    y, unit, months = one.there()
+    y, unit, months = values.observed()
     units = len(np.unique(unit))
     x, y = months - _means(months, unit)[unit], y - _means(y, unit)[unit]
     freedom = len(y) - units - 1
     if freedom < _LEAST_FREEDOM:
         return None
-    return _slope(x, y, freedom, level, one, kind="ageing", runs=len(y), units=units)
+    return _slope(x, y, freedom, level, values, kind="ageing", runs=len(y), units=units)
 
 
 def _slope(
-    x: _Floats, y: _Floats, freedom: int, level: float, of: _Values, *, kind: Kind, runs: int, units: int
+    x: _Floats, y: _Floats, freedom: int, level: float, values: _Values, *, kind: Kind, runs: int, units: int
 ) -> Drift | None:
     x, y = x - x.mean(), y - y.mean()
     square = float(x @ x)
@@ -300,14 +303,14 @@ def _slope(
     half = float(student_quantile(freedom, (1 + level) / 2)) * error
     p_value = 2 * float(student_below(freedom, -abs(slope) / error))
     ends = [slope, slope - half, slope + half]
-    if not of.signed:
+    if not values.signed:
         ends = [math.expm1(min(end, 700.0)) for end in ends]
     return Drift(
         kind=kind, units=units, runs=runs, slope=ends[0], low=ends[1], high=ends[2], p_value=min(p_value, 1.0), drifts=False
     )  # fmt: skip
 
 
-def period_of(time: NDArray[np.datetime64], by: Period) -> tuple[_Ints, list[str]]:
+def number_periods(time: NDArray[np.datetime64], by: Period) -> tuple[_Ints, list[str]]:
     """The period of each time, by its position, and the names of the periods in their order."""
     if by == "day":
         keys = time.astype("datetime64[D]")
@@ -315,8 +318,8 @@ def period_of(time: NDArray[np.datetime64], by: Period) -> tuple[_Ints, list[str
     elif by == "week":
         days = time.astype("datetime64[D]").astype(np.int64)
         keys = (days + 3) // 7  # 1970-01-01 was a Thursday; weeks begin on Monday
-        found = [np.datetime64(int(key) * 7 - 3, "D").item().isocalendar() for key in np.unique(keys)]
-        text = [f"{week.year}-W{week.week:02d}" for week in found]
+        weeks = [np.datetime64(int(key) * 7 - 3, "D").item().isocalendar() for key in np.unique(keys)]
+        text = [f"{week.year}-W{week.week:02d}" for week in weeks]
     elif by == "month":
         keys = time.astype("datetime64[M]")
         text = [str(key) for key in np.unique(keys)]
@@ -329,15 +332,15 @@ def period_of(time: NDArray[np.datetime64], by: Period) -> tuple[_Ints, list[str
     return np.unique(keys, return_inverse=True)[1], text
 
 
-def _periods(one: _Values, by: Period, level: float) -> tuple[InPeriod, ...]:
-    where, names = period_of(one.time, by)
-    return tuple(_in_period(name, one, where == k, level) for k, name in enumerate(names))
+def _periods(values: _Values, by: Period, level: float) -> tuple[InPeriod, ...]:
+    where, names = number_periods(values.time, by)
+    return tuple(_in_period(name, values, where == k, level) for k, name in enumerate(names))
 
 
-def _in_period(name: str, of: _Values, inside: NDArray[np.bool_], level: float) -> InPeriod:
-    back = (lambda x: x) if of.signed else math.exp
-    inside_with_value = inside & ~np.isnan(of.y)
-    y, unit = of.y[inside_with_value], np.unique(of.unit[inside_with_value], return_inverse=True)[1]
+def _in_period(name: str, values: _Values, inside: NDArray[np.bool_], level: float) -> InPeriod:
+    back = (lambda x: x) if values.signed else math.exp
+    inside_with_value = inside & ~np.isnan(values.y)
+    y, unit = values.y[inside_with_value], np.unique(values.unit[inside_with_value], return_inverse=True)[1]
     means = np.sort(_means(y, unit)) if len(y) else y
     n = len(means)
     middle, low, high = _middle(means, level)
@@ -352,7 +355,7 @@ def _in_period(name: str, of: _Values, inside: NDArray[np.bool_], level: float) 
         name=name,
         units=n,
         runs=len(y),
-        limits=int((of.limited & inside).sum()),
+        limits=int((values.limited & inside).sum()),
         middle=None if middle is None else back(middle),
         low=None if low is None else back(low),
         high=None if high is None else back(high),
@@ -368,7 +371,7 @@ def _middle(y: _Floats, level: float) -> tuple[float | None, float | None, float
     if n < 2:
         return (None if n == 0 else float(y[0])), None, None
     rank = _rank(n, level)
-    if n >= _FEW and rank:
+    if n >= _MIN_UNITS_OF_MEDIAN and rank:
         return float(np.median(y)), float(y[rank - 1]), float(y[n - rank])
     mean = float(y.mean())
     half = float(student_quantile(n - 1, (1 + level) / 2)) * float(y.std(ddof=1)) / math.sqrt(n)

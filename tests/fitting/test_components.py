@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from studies.mixtures import crb
 
-from known import seed_of
+from known import seed_of, simulated
 from sigmatau._native import kernels
 from sigmatau._native.gls import Components, Gls
 from sigmatau.estimators.deviation_kinds import cluster_sizes
@@ -18,10 +18,10 @@ MIXTURE = {"quantization": 1.63, "random_walk": 1.0, "bias_instability": 0.188, 
 THETA = np.array([MIXTURE[name] ** 2 for name in NOISE])
 
 
-def simulated(coefficients, case, records, n=N):
+def curves_of(coefficients, case, records, n=N):
     rng = np.random.default_rng(seed_of(case))
     for _ in range(records):
-        y = kernels.simulate(n, 1.0, coefficients, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(n, 1.0, coefficients, seed=int(rng.integers(1 << 62)))
         variances, ramps, _ = kernels.allan_variances(
             [y], np.array(SIZES), overlap="full", counting="standard", threads=1, names=["x"]
         )
@@ -90,7 +90,7 @@ def test_variances_without_their_ramp(term):
     any_weights[-1] = 1.0
     gls = Gls(parts, np.ones(len(SIZES)))
     best = gls.ramp_weights(theta)
-    records = list(simulated({term: 1.0, "rate_ramp": 0.3}, f"without ramp {term}", 2000))
+    records = list(curves_of({term: 1.0, "rate_ramp": 0.3}, f"without ramp {term}", 2000))
     for weights in (any_weights, best):
         rows = [Gls(parts, avars).without_ramp(weights, ramps).avar for avars, ramps in records]
         without = gls.without_ramp(weights, np.zeros(len(SIZES)))
@@ -143,7 +143,7 @@ def test_skewness():
     parts = Components(N, SIZES)
     truth = np.array([0, 1.0, 0, 1e-5])
     _, sigma, skewness, weights = Gls(parts, parts.design @ truth, (1, 3)).score(3, 1e-5)
-    rows = np.array([weights @ a for a, _ in simulated(
+    rows = np.array([weights @ a for a, _ in curves_of(
         {"random_walk": 1.0, "rate_random_walk": 1e-5**0.5}, "skewness", 3000)])  # fmt: skip
     z = (rows - rows.mean()) / rows.std()
     # The standard error of the sample's skewness is some 0.2 for a law this skewed.

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from studies.exact import TERMS, Exact
 
-from known import seed_of
-from sigmatau._native import kernels
+from known import seed_of, simulated
 from sigmatau._native.likelihood import summarize
 
 N = 512  # the shortest record whose likelihood is used: where approximations are worst
@@ -60,7 +59,7 @@ def test_estimates_are_those_of_the_exact_likelihood(exact, name):
     rng = np.random.default_rng(seed_of(f"exact {name}"))
     off = []
     for _ in range(RECORDS):
-        y = kernels.simulate(N, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, 1.0, mixture, seed=int(rng.integers(1 << 62)))
         found = summarize([y], samples=N, tau0=1.0).fit()
         model = {term: value**2 for term, value in found.model if term in TERMS}
         if model.keys() != set(terms):
@@ -81,7 +80,7 @@ def test_intervals_end_where_the_exact_likelihood_has_fallen(exact):
         information = exact.information(terms, truth)
         rng = np.random.default_rng(seed_of(f"exact intervals {name}"))
         for _ in range(3):
-            y = kernels.simulate(N, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
+            y = simulated(N, 1.0, mixture, seed=int(rng.integers(1 << 62)))
             only = {"terms": terms, "filter": False, "processes": False, "resonances": False}
             found = summarize([y], samples=N, tau0=1.0).fit(**only, lines=False, drifts=False)
             if any(size > 0 for _, size in found.discrepancy):

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from known import seed_of
+from known import seed_of, simulated
 from sigmatau import Record
-from sigmatau._native import kernels
 from sigmatau._native import likelihood as native
 from sigmatau.fitting.likelihood import fit_samples
 
@@ -15,7 +14,7 @@ N = 100_000
 def fits(truth, *, missing, monkeypatch):
     """Of the whole record and of that with missing samples, and how many passes knew the mask."""
     rng = np.random.default_rng(seed_of(f"few missing {sorted(truth)} {missing}"))
-    y = kernels.simulate(N, 0.01, truth, seed=int(rng.integers(1 << 62)), stream=1)
+    y = simulated(N, 0.01, truth, seed=int(rng.integers(1 << 62)))
     holes = y.copy()
     holes[rng.choice(np.arange(1, N - 1), missing, replace=False)] = np.nan
     passes, masked = [], native.summarize_masked

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from studies.gaps import MASKS, MIXTURES, N, analysed, missing, truth_of
 
-from known import seed_of
+from known import seed_of, simulated
 from sigmatau import Record, analyze
-from sigmatau._native import kernels
 from sigmatau._native.likelihood import summarize, summarize_masked
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.fitting.pass_over import usable
@@ -24,7 +23,7 @@ def test_intervals_hold(name):
     covered = []
     for mask in KINDS:
         for _ in range(RECORDS):
-            y = kernels.simulate(N, 1.0, dict(mixture.truth), seed=int(rng.integers(1 << 62)), stream=1)
+            y = simulated(N, 1.0, dict(mixture.truth), seed=int(rng.integers(1 << 62)))
             terms = dict(analysed(y, missing(*MASKS[mask], N, rng), 1.0).terms)
             for term, value in truth_of(name, mask).items():
                 interval = terms[term].profile
@@ -38,7 +37,7 @@ def test_a_rate_random_walk_does_not_hide_white_noise():
     rng = np.random.default_rng(seed_of("limit of the random walk beside a rate random walk"))
     limits = []
     for _ in range(10):
-        y = kernels.simulate(N, 1.0, {"rate_random_walk": 1.0}, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, 1.0, {"rate_random_walk": 1.0}, seed=int(rng.integers(1 << 62)))
         limits.append(dict(analysed(y, missing("random", 0.5, N, rng), 1.0).terms)["random_walk"].profile.high)
     assert np.quantile(limits, 0.9, method="higher") < 1 / 3
 
@@ -47,7 +46,7 @@ def test_images_of_low_frequencies_are_no_lines():
     """With every second sample, half the rate shows what the frequency 0 does: before, lines in 55 of 100 records."""
     rng = np.random.default_rng(seed_of("images of low frequencies"))
     for _ in range(8):
-        y = kernels.simulate(N, 1.0, dict(MIXTURES["N K strong"].truth), seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, 1.0, dict(MIXTURES["N K strong"].truth), seed=int(rng.integers(1 << 62)))
         found = analysed(y, missing("second", 0.5, N, rng), 1.0)
         assert not found.sinusoid
         assert found.verdict != "widened"
@@ -55,7 +54,7 @@ def test_images_of_low_frequencies_are_no_lines():
 
 def recorded(case, absent, **coefficients):
     rng = np.random.default_rng(seed_of(case))
-    y = kernels.simulate(len(absent), 0.01, coefficients, seed=int(rng.integers(1 << 62)), stream=1)
+    y = simulated(len(absent), 0.01, coefficients, seed=int(rng.integers(1 << 62)))
     y[absent] = np.nan
     return Record.from_arrays(rate=100.0, gyro_x=y)
 
@@ -121,7 +120,7 @@ class TestLimits:
 
 def test_a_record_without_missing_samples_has_no_mask():
     """A complete channel has the same digits whatever is missing in others; with an empty mask, about the same result."""
-    y = kernels.simulate(2**14, 1.0, {"random_walk": 1.0}, seed=seed_of("complete"), stream=1)
+    y = simulated(2**14, 1.0, {"random_walk": 1.0}, seed=seed_of("complete"))
     record = Record.from_arrays(rate=1.0, gyro_x=y)
     with_column = Record.from_arrays(rate=1.0, gyro_x=y, gyro_y=np.where(np.arange(2**14) == 77, np.nan, y))
     results = [fit_samples(r.streams[0], "gyro_x") for r in (record, with_column)]

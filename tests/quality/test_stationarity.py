@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from known import seed_of
+from known import seed_of, simulated
 from sigmatau import NoiseModel, Record, allan, analyze, read, simulate
 from sigmatau._native import kernels
 from sigmatau.fitting.fit import fit
@@ -36,7 +36,7 @@ def test_law_of_the_segments_and_the_cusum(name):
     rng = np.random.default_rng(seed_of(f"law {name}"))
     records, p = 120, []
     for _ in range(records):
-        y = kernels.simulate(N, 1.0, MIXTURES[name], seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, 1.0, MIXTURES[name], seed=int(rng.integers(1 << 62)))
         p.append([segment_test(y, true_fit(MIXTURES[name])).p_value, cusum(y).p_value])
     for level in (0.05, 0.01):
         share = (np.array(p) < level).mean(axis=0)
@@ -240,7 +240,7 @@ def test_law_of_few_means(terms):
     rng = np.random.default_rng(seed_of(f"few means {terms}"))
     changes = []
     for _ in range(150):
-        y = kernels.simulate(61 * 8, 1.0, MIXTURES[terms], seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(61 * 8, 1.0, MIXTURES[terms], seed=int(rng.integers(1 << 62)))
         d = np.diff(y.reshape(61, 8).mean(axis=1))
         d -= d.mean()
         changes.append(d / np.linalg.norm(d))

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from studies.selection_bias import selection_bias
 
-from known import seed_of
+from known import seed_of, simulated
 from sigmatau import NoiseModel, OptionError, Record, allan, simulate
-from sigmatau._native import kernels
 from sigmatau._native.gls import Components, Gls
 from sigmatau.noise.terms import avar
 from sigmatau.quality.selection.window import choose, criterion, cut, most_stable, scatter
@@ -198,7 +197,7 @@ class TestSelectionBias:
         theta = np.array([0.0, 0.005**2 / tau0, 0.0, 4e-5**2 * tau0])
         found = []
         for _ in range(records):
-            y = kernels.simulate(n, tau0, model, seed=int(rng.integers(1 << 62)), stream=1)
+            y = simulated(n, tau0, model, seed=int(rng.integers(1 << 62)))
             chosen, _ = most_stable(Record.from_arrays(rate=1 / tau0, gyro_x=y), window * tau0)
             curve = allan(chosen, taus=np.array(m) * tau0, threads=1)["gyro_x"]
             scale = float(np.median(curve.avar))

@@ -159,10 +159,6 @@ def test_a_seed_keeps_its_samples(term):
     expected = np.sum([OF_OLD[name][1] for name in names], axis=0)
     # Logarithm and exponential are the system's.
     np.testing.assert_allclose(y[[0, 1, 2, -1]], expected, rtol=1e-12, atol=1e-15)
-    coefficients = {name: OF_OLD[name][0] for name in names}
-    assert np.array_equal(
-        y, kernels.simulate(70_000, TAU0, coefficients, seed=seed_of("samples of today"), stream=0x1234)
-    )
 
 
 EVERYTHING = ChannelModel(

@@ -4,6 +4,7 @@
 //! Publication 1065, 2008, on the N + 1 phase points that N rate samples make. Sums run over fixed blocks of starts and
 //! are added in a fixed order: results do not depend on the number of threads.
 
+mod deviation;
 mod hadamard;
 mod integral;
 mod lifted;
@@ -15,6 +16,8 @@ mod total;
 
 pub mod freedom;
 pub mod quadratic;
+
+pub use deviation::Deviation;
 
 use crate::allan::Overlap;
 use crate::error::Error;
@@ -37,17 +40,6 @@ pub enum Kind {
     Mtie,
     /// Root mean square of what the phase moves by in m samples. Unit of the phase.
     TieRms,
-}
-
-/// A deviation at one cluster size.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deviation {
-    /// Cluster size in samples.
-    pub m: usize,
-    /// The deviation, in the unit of the rate; MTIE and TIE rms in that unit times one sample.
-    pub deviation: f64,
-    /// Number of terms that were averaged, or windows that were searched.
-    pub terms: usize,
 }
 
 impl Kind {

@@ -4,6 +4,7 @@
 //! are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples stay where they are in time; none is made up.
 
 mod few;
+mod sums;
 
 use crate::allan::{Counting, Estimate, Overlap, check_sizes};
 use crate::compensated::Sum;
@@ -11,9 +12,7 @@ use crate::error::Error;
 use crate::parallel::prelude::*;
 use crate::phase::LARGEST_RATE;
 use crate::threads::on_threads;
-
-/// Starts whose squares are added plainly; the sums of such blocks are carried with their rounding errors.
-const BLOCK: usize = 1024;
+use sums::{BLOCK, Block, mean_of};
 
 /// One in so many samples: below this share, most neighbouring starts miss the same ones, and are summed together.
 const FEW: usize = 64;
@@ -31,17 +30,6 @@ struct Point {
     count: f64,
     /// Of their indices: whole numbers, exact up to records of 10⁸ samples.
     index: f64,
-}
-
-/// Sums over starts.
-#[derive(Clone, Copy, Default)]
-struct Block {
-    pairs: f64,
-    /// Of z².
-    squares: f64,
-    /// Of z times the distance d of the two mean times, and of d².
-    products: f64,
-    distances: f64,
 }
 
 /// Allan variance of one rate record whose missing samples are NaN, at the cluster sizes `m`, in any order.
@@ -79,17 +67,6 @@ pub fn allan_variance(
     }
     let points = running_sums(rate);
     on_threads(threads, || m.par_iter().map(|&m| estimate(&points[..=used], m, step(m))).collect())
-}
-
-/// Mean of the samples that are there; 0 without one.
-fn mean_of(rate: &[f64]) -> f64 {
-    let mut total = Sum::default();
-    let mut valid = 0.0;
-    for &y in rate.iter().filter(|y| !y.is_nan()) {
-        total.add(y);
-        valid += 1.0;
-    }
-    if valid > 0.0 { total.value() / valid } else { 0.0 }
 }
 
 fn running_sums(rate: &[f64]) -> Vec<Point> {

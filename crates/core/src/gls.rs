@@ -7,6 +7,7 @@
 //!
 //! Times are in samples: the sample interval is 1, and θ is for this interval.
 
+mod angles;
 mod attempt;
 mod columns;
 mod components;

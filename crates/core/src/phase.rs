@@ -16,10 +16,7 @@ use survey::Survey;
 mod scan;
 mod survey;
 
-/// Most phase points per anchor, and fewest: between them lies what a record needs, see `Survey`.
-pub const LONGEST_BLOCK: usize = 131_072;
-/// See [`LONGEST_BLOCK`].
-pub const SHORTEST_BLOCK: usize = 2048;
+pub use survey::{LONGEST_BLOCK, SHORTEST_BLOCK};
 
 /// Points, at most, whose sum is kept.
 const STRETCH: usize = 16_384;

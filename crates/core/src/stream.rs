@@ -10,14 +10,14 @@
 //! Two accumulators of adjacent stretches of a record can be merged. Starts belong to strides by their index in the
 //! record, so that the terms counted are the same, however the record was cut.
 
-use crate::allan::{Counting, Estimate, Overlap, allan_variance};
+use crate::allan::{Counting, Overlap, allan_variance};
 use crate::error::Error;
 use crate::phase::{LARGEST_RATE, Phase};
 
 mod level;
 
 use level::Level;
-pub use level::{GROUP, LARGEST};
+pub use level::{GROUP, LARGEST, Strided};
 
 /// What is done for clusters of more than [`LARGEST`] samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,15 +26,6 @@ pub enum Long {
     Exact,
     /// Strides of at most m/64, some megabytes for a record of any length.
     Strided,
-}
-
-/// One size of a snapshot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strided {
-    /// Allan variance and number of terms.
-    pub estimate: Estimate,
-    /// Starts are multiples of this many samples; 1 for every start.
-    pub stride: usize,
 }
 
 /// The running sums of one channel.

@@ -3,7 +3,7 @@
 use crate::allan::{sizes, value_error};
 use crate::frozen_class::frozen_class;
 use crate::pool::detached;
-use crate::terms::named_term;
+use crate::terms::{in_order, named_term};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -255,10 +255,7 @@ impl FittedModel {
         highest: Option<f64>,
         warm_up: Option<(f64, f64)>,
     ) -> PyResult<Self> {
-        let mut coefficients = [0.0; Term::ALL.len()];
-        for (name, value) in terms {
-            coefficients[named_term(&name)?.index()] = value;
-        }
+        let coefficients = in_order(terms)?;
         let resonance = resonance
             .into_iter()
             .map(|(sigma, frequency, width)| Resonance { sigma, frequency, width })

@@ -2,13 +2,14 @@
 
 use crate::allan::{sizes, value_error, wrong};
 use crate::pool::detached;
+use crate::terms::in_order;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use sigmatau_core::allan::Overlap;
 use sigmatau_core::deviations::freedom::{self, Coefficients, Stationary};
 use sigmatau_core::deviations::{self, Kind, quadratic};
-use sigmatau_core::terms::Term;
+use std::collections::HashMap;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
@@ -63,7 +64,7 @@ pub fn stationary_moments<'py>(
     overlapped: bool,
     samples: usize,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; Term::ALL.len()],
+    coefficients: HashMap<String, f64>,
     tau0: f64,
 ) -> PyResult<(Floats<'py>, Floats<'py>)> {
     let overlap = if overlapped { Overlap::Full } else { Overlap::None };
@@ -74,7 +75,7 @@ pub fn stationary_moments<'py>(
         _ => return Err(PyValueError::new_err(format!("no stationary terms in {kind}"))),
     };
     let sizes = sizes(&m)?;
-    let coefficients = Coefficients::at_interval(coefficients, tau0);
+    let coefficients = Coefficients::at_interval(in_order(coefficients)?, tau0);
     let moments = detached(py, || freedom::moments(kind, samples, &sizes, &coefficients))
         .map_err(|error| value_error(&error))?;
     let of =
@@ -89,12 +90,12 @@ pub fn quadratic_edf<'py>(
     kind: &str,
     samples: usize,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; Term::ALL.len()],
+    coefficients: HashMap<String, f64>,
     tau0: f64,
 ) -> PyResult<Floats<'py>> {
     let kind = kind_of(kind, true)?;
     let sizes = sizes(&m)?;
-    let coefficients = Coefficients::at_interval(coefficients, tau0);
+    let coefficients = Coefficients::at_interval(in_order(coefficients)?, tau0);
     let edf = detached(py, || quadratic::degrees_of_freedom(kind, samples, &sizes, &coefficients))
         .map_err(|error| value_error(&error))?;
     Ok(edf.into_pyarray(py))
@@ -105,11 +106,11 @@ pub fn quadratic_edf<'py>(
 pub fn theo1_expectation<'py>(
     py: Python<'py>,
     m: PyReadonlyArray1<'py, i64>,
-    coefficients: [f64; Term::ALL.len()],
+    coefficients: HashMap<String, f64>,
     tau0: f64,
 ) -> PyResult<Floats<'py>> {
     let sizes = sizes(&m)?;
-    let coefficients = Coefficients::at_interval(coefficients, tau0);
+    let coefficients = Coefficients::at_interval(in_order(coefficients)?, tau0);
     let expected: Vec<f64> =
         detached(py, || sizes.iter().map(|&m| freedom::theo1_expectation(m, &coefficients)).collect());
     Ok(expected.into_pyarray(py))

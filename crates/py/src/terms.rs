@@ -16,6 +16,15 @@ pub fn named_term(name: &str) -> PyResult<Term> {
     Term::from_name(name).ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
 }
 
+/// Coefficients by name, in the order of [`Term::ALL`]; 0 where there is none.
+pub fn in_order(by_name: impl IntoIterator<Item = (String, f64)>) -> PyResult<[f64; Term::ALL.len()]> {
+    let mut coefficients = [0.0; Term::ALL.len()];
+    for (name, value) in by_name {
+        coefficients[named_term(&name)?.index()] = value;
+    }
+    Ok(coefficients)
+}
+
 #[pyfunction]
 pub fn term_avar<'py>(
     py: Python<'py>,

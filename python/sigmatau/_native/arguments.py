@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +12,6 @@ from sigmatau.errors import NonFiniteError, OptionError
 _MOST_THREADS = 1024
 _LARGEST_SIZE = 2**53  # up to which a double counts
 _PIECE = 4096  # samples of each column that are copied together
-
-
-def in_order(coefficients: Mapping[str, float]) -> list[float]:
-    names = ("quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
-    return [float(coefficients.get(name, 0.0)) for name in names]
 
 
 def check_overlap(overlap: str) -> None:

@@ -16,7 +16,6 @@ from sigmatau._native.arguments import (
     check_overlap,
     check_threads,
     contiguous,
-    in_order,
     non_finite,
     whole_sizes,
 )
@@ -186,7 +185,7 @@ def stationary_moments(
     kind: str, *, overlap: str, n: int, m: ArrayLike, coefficients: Mapping[str, float], tau0: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Expected variances and degrees of freedom of ``"allan"``, ``"modified"`` or ``"hadamard"`` variances."""
-    return _core.stationary_moments(kind, overlap == "full", n, whole_sizes(m), in_order(coefficients), tau0)
+    return _core.stationary_moments(kind, overlap == "full", n, whole_sizes(m), dict(coefficients), tau0)
 
 
 def quadratic_edf(
@@ -194,7 +193,7 @@ def quadratic_edf(
 ) -> NDArray[np.float64]:
     """Degrees of freedom of ``"total"`` or ``"theo1"``."""
     try:
-        return _core.quadratic_edf(kind, n, whole_sizes(m), in_order(coefficients), tau0)
+        return _core.quadratic_edf(kind, n, whole_sizes(m), dict(coefficients), tau0)
     except ValueError as error:
         if "quantization" in str(error):
             raise OptionError(
@@ -208,7 +207,7 @@ def quadratic_edf(
 
 def theo1_expectation(m: ArrayLike, coefficients: Mapping[str, float], tau0: float) -> NDArray[np.float64]:
     """Expected Theo1 variances at the even sizes `m`."""
-    return _core.theo1_expectation(whole_sizes(m), in_order(coefficients), tau0)
+    return _core.theo1_expectation(whole_sizes(m), dict(coefficients), tau0)
 
 
 def term_avar(
@@ -301,17 +300,3 @@ def covariance_tensors(
     noise, ramp = _core.covariance_tensors(n, np.ascontiguousarray(m, dtype=np.int64), tau0, times)
     k, terms = len(m), 4 + len(times)
     return noise.reshape(terms, terms, k, k), ramp.reshape(terms, k, k)
-
-
-# Order in which the terms of a channel are added: a sum of floats depends on it.
-_ORDER_OF_TERMS = ("rate_ramp", "quantization", "random_walk", "bias_instability", "rate_random_walk")
-
-
-def simulate(n: int, tau0: float, coefficients: Mapping[str, float], *, seed: int, stream: int) -> NDArray[np.float64]:
-    """Rate samples of one channel of the five terms, with no record around them; see `sigmatau.simulate`."""
-    made, rate = _core.Generator(n, tau0, seed), np.empty(n)
-    for term in _ORDER_OF_TERMS:
-        if coefficients.get(term, 0.0):
-            made.add_term(term, coefficients[term], stream, poles=False)
-    made.fill(rate)
-    return rate

@@ -1,9 +1,9 @@
 //! The Hadamard variance, 1 / (6τ²) times the mean square of third differences of the phase: NIST SP 1065, eqs. (17)
 //! and (19). A constant rate and a straight drift of it leave no trace.
 
-use super::Deviation;
 use super::thirds::{Correction, Curve, sums_of_squares, third_of_sums};
 use crate::compensated::Sum;
+use crate::deviations::deviation::Deviation;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;
 

@@ -4,10 +4,10 @@
 //! (C. A. Greenhall, "The third-difference approach to modified Allan variance", IEEE Trans. Instrum. Meas. 46(3), 1997,
 //! doi 10.1109/19.585434), so that every term costs the same, however large m is.
 
-use super::Deviation;
 use super::integral::Integral;
 use super::thirds::sums_of_squares;
 use crate::compensated::Sum;
+use crate::deviations::deviation::Deviation;
 use crate::error::Error;
 use crate::phase::{LARGEST_RATE, Phase};
 

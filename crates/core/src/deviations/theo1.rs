@@ -5,9 +5,9 @@
 //! At τ = 0.75 m τ₀ it is the mean over i of Σ (x(i) − x(i + a) − x(i + m − a) + x(i + m))² / a, a = 1 … m / 2, over
 //! 0.75 m². Every a is done for all starts: (N + 1 − m) m / 2 terms for each size.
 
-use super::Deviation;
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
+use crate::deviations::deviation::Deviation;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;
 use pulp::{Arch, Simd, WithSimd};

@@ -3,9 +3,9 @@
 //!
 //! Both see a constant rate. The phase is kept without it: it is found from the rates again.
 
-use super::Deviation;
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
+use crate::deviations::deviation::Deviation;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;
 

@@ -4,10 +4,10 @@
 //! With x*(−j) = 2x(0) − x(j) and x*(N + j) = 2x(N) − x(N − j), it is the mean of the N − 1 squared second differences
 //! x*(i − m) − 2x(i) + x*(i + m), 0 < i < N, over 2τ². Those that need no reflection are the terms of the Allan variance.
 
-use super::Deviation;
 use super::lifted::copy_lifted;
 use crate::allan::{Counting, Overlap, allan_variance};
 use crate::compensated::Sum;
+use crate::deviations::deviation::Deviation;
 use crate::error::Error;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;

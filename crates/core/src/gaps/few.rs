@@ -1,6 +1,6 @@
 //! The Allan variance of a record of which few samples are missing: most pairs of neighbouring starts have the same ones.
 
-use super::{BLOCK, Block, mean_of};
+use super::sums::{BLOCK, Block, mean_of};
 use crate::allan::Estimate;
 use crate::compensated::Sum;
 use pulp::{Arch, Simd, WithSimd};

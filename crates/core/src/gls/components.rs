@@ -11,8 +11,8 @@
 
 use crate::covariance::{Component, Gamma};
 use crate::error::Error;
+use crate::gls::angles::modes;
 use crate::gls::kept::Kept;
-use crate::gls::modes::modes;
 use crate::gls::{LINEAR, Theta};
 use crate::terms::{self, Term};
 use std::f64::consts::PI;

@@ -1,8 +1,8 @@
 //! Whether a fitted model describes the record: three tests, each sensitive to another kind of misfit.
 
 use crate::likelihood::bins::Bins;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::laws::{chi2_above, chi2_below, digamma, normal_quantile_above, trigamma};
-use crate::likelihood::model::Fit;
 
 /// Bands of the second test in a decade, and least degrees of freedom of one.
 const BANDS: f64 = 4.0;

@@ -4,33 +4,34 @@ use crate::likelihood::adequacy::{Adequacy, adequacy};
 use crate::likelihood::band::{
     Attempt, SLOWEST_FILTER, allowed, attempt, best_attempt, hides_white_noise, of_terms,
 };
+use crate::likelihood::band::{LEAST, LINE_SEARCHES};
 use crate::likelihood::bins::{Bins, Regressor, usable};
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
 use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::fit::squares;
+use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::intervals::{
-    gauss_markov, heavy_tails, intervals, join_alike, process_like_walk, squares, thresholds,
-    thresholds_of_student, value_of_likelihood,
+    gauss_markov, heavy_tails, intervals, join_alike, process_like_walk, thresholds, thresholds_of_student,
+    value_of_likelihood,
 };
+use crate::likelihood::line::Line;
 use crate::likelihood::linear::Symmetric;
-use crate::likelihood::lines::{Line, above_medians, beyond_band, without_images};
-use crate::likelihood::model::{Fit, TOLERANCE};
+use crate::likelihood::lines::{above_medians, beyond_band, without_images};
 use crate::likelihood::no_quantization::without_quantization;
+use crate::likelihood::outcome::Tails;
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
-use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
 use crate::likelihood::resonance_shape::join_without_resonances;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost, is_needed};
 use crate::likelihood::slow_lines::{prices, slow_lines};
+use crate::likelihood::summary::Summary;
 use crate::likelihood::white_levels::white_levels;
 use crate::terms::Term;
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-/// P-value below which a model is not adequate, and its intervals are widened.
-pub(crate) const LEAST: f64 = 0.002;
 
 /// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
@@ -39,9 +40,6 @@ const WIGGLE_FREEDOM: f64 = 7.0;
 /// more. Without this price, quantization noise took the place of slow noise behind the mean in 45 % of records. Without slow
 /// noise the side is only a matter of what fills the zeros, and must be better by as much the other way.
 const IN_FRONT: f64 = 4.0;
-
-/// Searches for lines.
-pub(crate) const LINE_SEARCHES: usize = 3;
 
 /// Analyses one channel.
 #[must_use]
@@ -158,21 +156,6 @@ fn drifting<'a>(
     attempt.bins.regressors = Arc::new(regressors.iter().cloned().chain(of_lines).collect());
     let drifts = with_drifts(&mut attempt.fit, &mut attempt.bins, thresholds(options.level), options.drifts);
     (attempt, drifts)
-}
-
-/// Excess kurtosis of the samples, and their number.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Tails {
-    pub kurtosis: f64,
-    pub present: usize,
-}
-
-impl Tails {
-    /// The excess kurtosis where it stands out of chance; 0 otherwise.
-    pub(crate) fn heavy(&self) -> f64 {
-        let chance = (24.0 / self.present as f64).sqrt();
-        if self.kurtosis > 3.0 * chance { self.kurtosis } else { 0.0 }
-    }
 }
 
 /// Intervals of a model, and the model without what was not observed.

@@ -1,20 +1,27 @@
 //! The model of the whole band, or of the widest band that has an adequate one.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::analysis::{LEAST, LINE_SEARCHES};
 use crate::likelihood::bins::{Bins, ENDS, Regressor, usable};
 use crate::likelihood::drifts::{GIVEN_AT, with_drifts};
 use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::fit::Fit;
 use crate::likelihood::intervals::thresholds;
-use crate::likelihood::lines::{Line, above_model, without_images};
+use crate::likelihood::line::Line;
+use crate::likelihood::lines::{above_model, without_images};
 use crate::likelihood::masked::Weighting;
-use crate::likelihood::model::{Fit, Model};
+use crate::likelihood::model::Model;
 use crate::likelihood::outcome::Options;
-use crate::likelihood::pass::Summary;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, GOOD, is_needed, select, select_with_lines};
+use crate::likelihood::summary::Summary;
 use crate::terms::{NOISE_TERMS, Term};
 use std::sync::Arc;
+
+/// P-value below which a model is not adequate, and its intervals are widened.
+pub(crate) const LEAST: f64 = 0.002;
+
+/// Searches for lines.
+pub(crate) const LINE_SEARCHES: usize = 3;
 
 /// Lowest end of the band over the highest mode, where the top of the band is left out.
 const LEAST_BAND: f64 = 5.0;

@@ -2,8 +2,8 @@
 
 use crate::likelihood::bins::{Bins, MOST_FILTER};
 use crate::likelihood::expected::Part;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::linear::{Symmetric, dot};
-use crate::likelihood::model::Fit;
 
 /// Correlation times and resonances of the dictionary in a decade.
 const TIMES: f64 = 6.0;

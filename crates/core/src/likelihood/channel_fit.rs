@@ -7,12 +7,12 @@ use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter::{FittedFilter, UNUSED_POWER};
 use crate::likelihood::fitted_model::FittedModel;
+use crate::likelihood::outcome::WhiteLevel;
 use crate::likelihood::outcome::{Options, Outcome, Process, Second};
 use crate::likelihood::parts::{
     GaussMarkovEstimate, LineEstimate, Parameter, Parts, ResonanceEstimate, covariance,
 };
-use crate::likelihood::pass::Summary;
-use crate::likelihood::white_levels::WhiteLevel;
+use crate::likelihood::summary::Summary;
 use crate::resonance::Resonance;
 use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::LN_10;

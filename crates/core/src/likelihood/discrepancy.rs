@@ -3,9 +3,9 @@
 
 use crate::likelihood::adequacy::log_bias;
 use crate::likelihood::bins::Bins;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::laws::trigamma;
 use crate::likelihood::linear::dot;
-use crate::likelihood::model::Fit;
 use std::f64::consts::LN_2;
 
 const ROUNDS: usize = 4;

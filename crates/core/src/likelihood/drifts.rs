@@ -1,10 +1,10 @@
 //! Curves that the mean follows: a ramp, a warm-up, those given.
 
 use crate::likelihood::bins::{Bins, Regressor};
-use crate::likelihood::model::Fit;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::outcome::{Drift, Options};
-use crate::likelihood::pass::Summary;
 use crate::likelihood::profile::{Thresholds, of_part};
+use crate::likelihood::summary::Summary;
 use crate::terms::Term;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -1,11 +1,13 @@
 //! Processes in the place of terms: which of the two a record shows, and whether it shows which.
 
+use crate::likelihood::alike::{Alike, Walk, loss_of_term};
 use crate::likelihood::bins::Bins;
 use crate::likelihood::candidates::spaced;
 use crate::likelihood::drifts::with_warm_up;
 use crate::likelihood::expected::Part;
+use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::flicker_slope::with_free_exponent;
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::model::Model;
 use crate::likelihood::profile::Thresholds;
 use crate::terms::Term;
 use std::f64::consts::PI;
@@ -36,49 +38,9 @@ const AGAIN: f64 = 0.05;
 /// Rise of the deviance, beside the term, up to which a process may still be better together with it.
 const WITHIN: f64 = 8.0;
 
-/// Threshold from which a rate random walk is sure, and by which another explanation has to be better than a sure one, over the
-/// threshold of an interval: one-sided, for three kinds (process, warm-up, exponent) together (Bonferroni), χ² of 2·5 %/3.
-const OF_THREE_KINDS: f64 = 1.18;
-
 /// By how much more than others a warm-up has to be better, the best of seven time constants: it is so in 1.7 % of 168 records of
 /// N + B + K.
 const OF_SEVERAL_TIMES: f64 = 1.4;
-
-/// A fit that explains a record as well as another one does, the time constant of the warm-up in it \[s\], and the terms that may
-/// be absent because of it.
-pub(crate) struct Alike {
-    pub fit: Fit,
-    pub warm_up: Option<f64>,
-    pub opens: Vec<Part>,
-}
-
-/// A rate random walk that other explanations compete with.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Walk {
-    /// Rise of the deviance without it.
-    loss: f64,
-    at: Thresholds,
-}
-
-impl Walk {
-    /// Whether the walk may be absent because another explanation lowers the deviance by `fall`. A walk that is not sure gives way
-    /// to all that explains the record as well, a sure one to what is better by `needed`.
-    pub(crate) fn gives_way(self, fall: f64, needed: f64) -> bool {
-        fall >= if self.loss > self.sure() { needed } else { -self.at.interval }
-    }
-
-    fn sure(self) -> f64 {
-        OF_THREE_KINDS * self.at.interval
-    }
-
-    /// By how much a process has to be better than the walk, which is its limit for long correlation times: by chance it is so at a
-    /// one-sided threshold. Of a sensor with a process a second one is no surprise.
-    pub(crate) fn needed_of_process(self, fit: &Fit) -> f64 {
-        let is_present =
-            |(part, &theta): (&Part, &f64)| matches!(part, Part::GaussMarkov { .. }) && theta > 0.0;
-        if fit.model.parts.iter().zip(&fit.model.theta).any(is_present) { 0.0 } else { self.sure() }
-    }
-}
 
 /// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
 pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, drifts: bool) -> Vec<Alike> {
@@ -93,17 +55,6 @@ pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, 
     }
     found.extend(with_free_exponent(fit, bins, walk, at));
     found
-}
-
-/// The rate random walk of a fit, if it is observed.
-pub(crate) fn observed_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Walk> {
-    let loss = loss_of_term(fit, bins, Part::Term(Term::RateRandomWalk))?;
-    (loss > at.observed).then_some(Walk { loss, at })
-}
-
-fn loss_of_term(fit: &Fit, bins: &Bins, term: Part) -> Option<f64> {
-    let present = fit.model.index(term).filter(|&j| fit.model.theta[j] > 0.0)?;
-    Some(fit.loss_of(present, bins).0)
 }
 
 /// The fit with a process in the place of observed terms, if it explains the record as well.

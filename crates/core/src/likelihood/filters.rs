@@ -4,7 +4,8 @@ use crate::likelihood::bins::Bins;
 use crate::likelihood::candidates::spaced;
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter_shapes::Family;
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::fit::{Fit, TOLERANCE};
+use crate::likelihood::model::Model;
 use crate::terms::Term;
 
 /// Corners that are tried in a decade, their limits times the sample interval, and the fewest cycles of the lowest in a record.

@@ -1,11 +1,13 @@
 //! Bias instability whose exponent is not 1, in the place of what a model with the exponent 1 needs beside it.
 
+use crate::likelihood::alike::{Alike, Walk};
 use crate::likelihood::bins::Bins;
-use crate::likelihood::exchange::{Alike, Walk};
 use crate::likelihood::expected::Part;
-use crate::likelihood::intervals::{squares, without};
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::fit::squares;
+use crate::likelihood::fit::{Fit, TOLERANCE};
+use crate::likelihood::model::Model;
 use crate::likelihood::power_law::Mixture;
+use crate::likelihood::profile::without;
 use crate::likelihood::profile::{Bounds, Thresholds};
 use crate::terms::Term;
 use std::f64::consts::PI;

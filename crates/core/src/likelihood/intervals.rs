@@ -1,18 +1,22 @@
 //! Intervals of the terms: profiles, joined with those of other explanations.
 
 use crate::distributions::student_quantile;
-use crate::likelihood::analysis::Tails;
+use crate::likelihood::alike::{Alike, observed_walk};
 use crate::likelihood::bins::Bins;
 use crate::likelihood::discrepancy::widened;
-use crate::likelihood::exchange::{Alike, alike, observed_walk};
+use crate::likelihood::exchange::alike;
 use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::fit::squares;
+use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::flicker_slope::{of_model, over_frequencies};
 use crate::likelihood::laws::chi2_quantile_above;
-use crate::likelihood::model::{Fit, Shape, TOLERANCE};
+use crate::likelihood::model::Shape;
 use crate::likelihood::outcome::Second;
+use crate::likelihood::outcome::Tails;
+use crate::likelihood::profile::without;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 use crate::likelihood::select::{ALIKE, Allowed, second_explanations};
-use crate::terms::{NOISE_TERMS, Term};
+use crate::terms::Term;
 
 /// Price in deviance of a process that is not in the model, where the interval of a term is joined with that beside it: of the
 /// rate random walk that of two numbers (Akaike); of other terms more, because slow noise of any kind resembles the bias
@@ -66,28 +70,6 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
         };
     }
     (bounds, reduced)
-}
-
-/// The fit without the terms of a list that it does not need, dropped one by one.
-pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
-    let mut reduced = fit.clone();
-    while !open.is_empty() && reduced.model.parts.len() > 1 {
-        let loss = |part: &Part| {
-            reduced.model.index(*part).map(|j| {
-                let (loss, without) = reduced.loss_of(j, bins);
-                (loss, *part, without)
-            })
-        };
-        let least = open.iter().filter_map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
-        match least {
-            Some((loss, part, without)) if loss <= at.observed => {
-                reduced = without;
-                open.retain(|&p| p != part);
-            }
-            _ => break,
-        }
-    }
-    reduced
 }
 
 /// Intervals of terms joined with those of other explanations that are nearly as good. Those that have other processes and
@@ -206,11 +188,6 @@ fn second_model(fit: &Fit, bins: &Bins, warm_up: Option<f64>) -> Second {
         found.gauss_markov.extend(mixture.processes());
     }
     found
-}
-
-/// Squares of the four terms of a model.
-pub(crate) fn squares(fit: &Fit) -> [f64; NOISE_TERMS] {
-    TERMS.map(|part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]))
 }
 
 /// Variances and correlation times of the Gauss-Markov processes.

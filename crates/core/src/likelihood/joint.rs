@@ -1,17 +1,20 @@
 //! One likelihood of several runs of a sensor: the model is that of all runs, but some terms differ from run to run.
 
 use crate::likelihood::adequacy::adequacy;
-use crate::likelihood::analysis::{Tails, fitted, fitted_with_series, inferred, outcome};
+use crate::likelihood::analysis::{fitted, fitted_with_series, inferred, outcome};
 use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
 use crate::likelihood::bins::{Bins, median};
 use crate::likelihood::drifts::{Drifts, RAMP_AT};
 use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::laws::chi2_above;
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::model::Level as Levels;
+use crate::likelihood::model::Model;
+use crate::likelihood::model::Own;
+use crate::likelihood::outcome::Tails;
 use crate::likelihood::outcome::{Drift, Options, Outcome};
-use crate::likelihood::pass::Summary;
-use crate::likelihood::runs::{Level as Levels, Own};
 use crate::likelihood::select::select;
+use crate::likelihood::summary::Summary;
 use crate::parallel::prelude::*;
 use crate::terms::{NOISE_TERMS, Term};
 

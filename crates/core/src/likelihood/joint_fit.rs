@@ -8,7 +8,7 @@ use crate::likelihood::joint::{Common, Joint, Level, analyse_jointly};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::outcome::{Drift, Options};
 use crate::likelihood::parts::LineEstimate;
-use crate::likelihood::pass::Summary;
+use crate::likelihood::summary::Summary;
 use crate::terms::{NOISE_TERMS, Term};
 
 /// Corrected p-value below which a run does not belong to the others.

@@ -3,9 +3,10 @@
 use crate::likelihood::bins::{Bins, first_density, median};
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
+use crate::likelihood::line::{Line, freedom_of_one};
 use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
-use crate::likelihood::pass::Summary;
+use crate::likelihood::summary::Summary;
 use crate::terms::NOISE_TERMS;
 
 /// Probability of a false line in a record.
@@ -16,9 +17,6 @@ const FOOT: f64 = 0.02;
 
 /// Densities left out on either side of the foot.
 const MARGIN: usize = 3;
-
-/// Degrees of freedom of a density, over the number of independent segments (Hann, 75 % overlap).
-const FREEDOM: f64 = 4.16;
 
 /// Twice the number of neighbouring densities that share their noise (Hann).
 const SHARED: f64 = 4.16;
@@ -37,30 +35,6 @@ const IMAGE: f64 = 0.3;
 /// overlap of segments leaves, in densities.
 const STEADY: f64 = 0.9;
 const ROUGH: f64 = 0.02;
-
-/// A line of the spectrum.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// Ends of what was left out. \[Hz\]
-    pub from: f64,
-    /// The other end. \[Hz\]
-    pub to: f64,
-    /// Highest density, between two of the periodogram. \[Hz\]
-    pub frequency: f64,
-    /// Its standard error, or a quarter of the width of noise of a narrow band. \[Hz\]
-    pub frequency_error: f64,
-    /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
-    /// sinusoid has a smaller one. \[rate unit\]
-    pub amplitude: f64,
-    /// See `amplitude`.
-    pub error: f64,
-}
-
-/// Degrees of freedom of one density.
-pub(crate) fn freedom_of_one(record: &Summary) -> f64 {
-    let whole = FREEDOM * record.samples as f64 / record.segment as f64;
-    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
-}
 
 /// Lines where a filter leaves nothing of the noise. At its zeros medians are no reference: a line must be far above them.
 pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {

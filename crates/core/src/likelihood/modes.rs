@@ -1,6 +1,6 @@
 //! Cosine and sine modes of series, and the modes of curves that the mean of a record may follow.
 
-use crate::likelihood::pass::Summary;
+use crate::likelihood::summary::Summary;
 use sigmatau_fft::{Complex64, Planner};
 use std::f64::consts::PI;
 

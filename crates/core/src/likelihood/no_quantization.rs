@@ -4,8 +4,8 @@
 //! rates in steps: where these have none, or one that is small beside the noise, the record has no such noise.
 
 use crate::likelihood::bins::Bins;
-use crate::likelihood::intervals::squares;
-use crate::likelihood::model::Fit;
+use crate::likelihood::fit::Fit;
+use crate::likelihood::fit::squares;
 use crate::terms::Term;
 
 /// Rise of the deviance without quantization noise up to which it is chance: one standard error. Other noise of the same

@@ -2,11 +2,9 @@
 
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter_shapes::Family;
-use crate::likelihood::lines::Line;
+use crate::likelihood::line::Line;
 use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
-use crate::likelihood::slow_lines::SlowLine;
-use crate::likelihood::white_levels::WhiteLevel;
 use crate::terms::NOISE_TERMS;
 
 /// What is asked for.
@@ -145,4 +143,43 @@ pub struct Outcome {
     pub covariance: Vec<f64>,
     /// Bins: frequency \[Hz\], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
+}
+
+/// A sinusoid that the mean follows, with standard errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowLine {
+    /// \[Hz\]
+    pub frequency: f64,
+    /// \[Hz\]
+    pub frequency_error: f64,
+    /// \[rate unit\]
+    pub amplitude: f64,
+    /// \[rate unit\]
+    pub amplitude_error: f64,
+}
+
+/// White level in an eighth of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WhiteLevel {
+    /// Which eighth, from 0.
+    pub eighth: usize,
+    /// Square of the random walk over that of the fit, as far as the density consists of it.
+    pub level: f64,
+    /// Variance of `level` where the noise is stationary.
+    pub variance: f64,
+}
+
+/// Excess kurtosis of the samples, and their number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tails {
+    pub kurtosis: f64,
+    pub present: usize,
+}
+
+impl Tails {
+    /// The excess kurtosis where it stands out of chance; 0 otherwise.
+    pub(crate) fn heavy(&self) -> f64 {
+        let chance = (24.0 / self.present as f64).sqrt();
+        if self.kurtosis > 3.0 * chance { self.kurtosis } else { 0.0 }
+    }
 }

@@ -5,8 +5,10 @@
 
 use crate::error::{Error, room};
 use crate::finite::first_beyond;
-use crate::likelihood::masked::Masked;
 use crate::likelihood::modes::{cosine_modes, sine_modes};
+use crate::likelihood::summary::{LEAST_SAMPLES, MODES, Summary};
+use crate::likelihood::taper::PARTS;
+use crate::likelihood::taper::{hann, smooth};
 use crate::phase::LARGEST_RATE;
 use sigmatau_fft::Complex64;
 use sigmatau_fft::{Planner, RealToComplex};
@@ -30,51 +32,15 @@ const SEGMENT: usize = 1024;
 /// Segments overlap by three quarters.
 const STEPS: usize = 4;
 
-/// Modes are used up to this share of the number of coarse blocks.
-const MODES: usize = 8;
-
 /// Longest record that is described by all its modes, up to half the sampling rate. Of a few segments, the periodogram loses
 /// information at its ends: up to a quarter of a standard error. \[samples\]
 const SHORT: usize = 4 * SEGMENT;
-
-/// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
-pub(crate) const PARTS: usize = 8;
 
 /// Numbers that a pass keeps for each sample of a segment: spectra by part, windows, what the transform needs.
 const NUMBERS: usize = 20;
 
 /// Memory of a pass beside that, and of the analysis after it. \[bytes\]
 const REST: usize = 32 << 20;
-
-/// Fewest samples of a record that can be summarised.
-pub const LEAST_SAMPLES: usize = 256;
-
-/// What the likelihood keeps of a record. Densities are two-sided, in the unit of the rate squared per hertz.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// Samples of the record.
-    pub samples: usize,
-    /// Sample interval. \[s\]
-    pub tau0: f64,
-    /// Samples of a block.
-    pub block: usize,
-    /// Blocks.
-    pub blocks: usize,
-    /// Samples of a segment.
-    pub segment: usize,
-    /// Mean of the blocks.
-    pub mean: f64,
-    /// Excess kurtosis of the samples, from their differences, of which it is twice.
-    pub kurtosis: f64,
-    /// Cosine modes 1, 2 … of the block means, times the root of the block's length: their squares are densities.
-    pub modes: Vec<f64>,
-    /// Mean density of all segments at k / (segment · tau0).
-    pub density: Vec<f64>,
-    /// The same of each eighth of the segments, one after the other.
-    pub parts: Vec<Vec<f64>>,
-    /// Of a record with missing samples; its modes are not cosines.
-    pub(crate) masked: Option<Arc<Masked>>,
-}
 
 impl Summary {
     /// The summary of a whole record.
@@ -86,52 +52,6 @@ impl Summary {
         let mut pass = Pass::new(samples.len(), tau0)?;
         pass.push(samples)?;
         pass.finish()
-    }
-
-    /// Length of a block. \[s\]
-    #[must_use]
-    pub fn block_length(&self) -> f64 {
-        self.block as f64 * self.tau0
-    }
-
-    /// Length of the record. \[s\]
-    #[must_use]
-    pub fn duration(&self) -> f64 {
-        self.samples as f64 * self.tau0
-    }
-
-    /// Frequency of the mode k = 1, 2 … \[Hz\]
-    #[must_use]
-    pub fn mode_frequency(&self, k: usize) -> f64 {
-        match &self.masked {
-            Some(masked) => masked.string.frequencies[k - 1],
-            None => k as f64 / (2.0 * self.blocks as f64 * self.block_length()),
-        }
-    }
-
-    /// Samples that are there.
-    #[must_use]
-    pub fn present(&self) -> usize {
-        self.masked.as_ref().map_or(self.samples, |masked| masked.present())
-    }
-
-    /// Times of the centres of the blocks, from the first sample, where curves are given. \[s\]
-    #[must_use]
-    pub fn centres(&self) -> Vec<f64> {
-        let length = self.block_length();
-        (0..self.blocks).map(|i| (i as f64 + 0.5) * length).collect()
-    }
-
-    /// Frequency of the density k. \[Hz\]
-    #[must_use]
-    pub fn frequency(&self, k: usize) -> f64 {
-        k as f64 / (self.segment as f64 * self.tau0)
-    }
-
-    /// Modes below the band of the periodogram. There are more in a short record, which needs no periodogram but for lines.
-    #[must_use]
-    pub(crate) fn low_modes(&self) -> usize {
-        self.modes.len().min(self.blocks / MODES)
     }
 }
 
@@ -435,36 +355,8 @@ fn sum(x: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Hann's taper, the sum of its squares being 1.
-pub(crate) fn hann(length: usize) -> Vec<f64> {
-    let mut taper: Vec<f64> =
-        (0..length).map(|i| (PI * (i as f64 + 0.5) / length as f64).sin().powi(2)).collect();
-    let norm = taper.iter().map(|h| h * h).sum::<f64>().sqrt();
-    for h in &mut taper {
-        *h /= norm;
-    }
-    taper
-}
-
 fn coarse_block(samples: usize) -> usize {
     (samples / COARSE_BLOCKS).clamp(1, LONGEST_BLOCK)
-}
-
-/// The smallest length ≥ `least` without a prime factor above 5, and even.
-pub(crate) fn smooth(least: usize) -> usize {
-    let mut n = least + least % 2;
-    loop {
-        let mut rest = n;
-        for prime in [2, 3, 5] {
-            while rest % prime == 0 {
-                rest /= prime;
-            }
-        }
-        if rest == 1 {
-            return n;
-        }
-        n += 2;
-    }
 }
 
 #[cfg(test)]

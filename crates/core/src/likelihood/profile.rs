@@ -3,8 +3,9 @@
 use crate::distributions::student_quantile;
 use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
+use crate::likelihood::fit::{Fit, time_limits};
 use crate::likelihood::laws::chi2_above;
-use crate::likelihood::model::{Fit, Model, Shape, time_limits};
+use crate::likelihood::model::{Model, Shape};
 
 /// A term is surely there, without a fit that lacks it, if it is so many standard errors from 0.
 const BEYOND_DOUBT: f64 = 8.0;
@@ -259,4 +260,26 @@ impl Search<'_, '_> {
         }
         x
     }
+}
+
+/// The fit without the terms of a list that it does not need, dropped one by one.
+pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
+    let mut reduced = fit.clone();
+    while !open.is_empty() && reduced.model.parts.len() > 1 {
+        let loss = |part: &Part| {
+            reduced.model.index(*part).map(|j| {
+                let (loss, without) = reduced.loss_of(j, bins);
+                (loss, *part, without)
+            })
+        };
+        let least = open.iter().filter_map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
+        match least {
+            Some((loss, part, without)) if loss <= at.observed => {
+                reduced = without;
+                open.retain(|&p| p != part);
+            }
+            _ => break,
+        }
+    }
+    reduced
 }

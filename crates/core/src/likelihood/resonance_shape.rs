@@ -3,7 +3,8 @@
 use crate::likelihood::bins::Bins;
 use crate::likelihood::discrepancy::widened;
 use crate::likelihood::expected::Part;
-use crate::likelihood::model::{Fit, Model, TOLERANCE};
+use crate::likelihood::fit::{Fit, TOLERANCE};
+use crate::likelihood::model::Model;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 
 /// Share of all other noise from which a resonance is seen in a bin.

@@ -3,8 +3,8 @@
 
 use crate::likelihood::bins::{first_density, median};
 use crate::likelihood::filter_shapes::Shape;
-use crate::likelihood::lines::freedom_of_one;
-use crate::likelihood::pass::Summary;
+use crate::likelihood::line::freedom_of_one;
+use crate::likelihood::summary::Summary;
 use std::f64::consts::LN_2;
 
 /// Samples of a mean that is recognised. A mean of two is the digital Butterworth filter of first order at a quarter of the rate.

@@ -1,27 +1,11 @@
 //! The model of several runs: levels of terms that differ from run to run, terms of single runs, and sums over the runs.
 
-use crate::likelihood::bins::{Bins, Products};
+use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::linear::Symmetric;
-use crate::likelihood::model::{Fit, Model, Regressed, regress};
+use crate::likelihood::model::{Level, Model};
 use crate::terms::Term;
-
-/// Levels of a term in several runs: logarithms of its squared coefficient over the common one, which are normal deviates
-/// with the standard deviation `spread`.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Level {
-    pub part: Part,
-    pub logs: Vec<f64>,
-    pub spread: f64,
-}
-
-/// A term that one run has for itself, in the place of the common one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Own {
-    pub run: usize,
-    pub part: Part,
-    pub theta: f64,
-}
 
 impl Model {
     /// Whether a term differs from run to run.
@@ -130,53 +114,11 @@ impl Fit {
     }
 }
 
-/// The regressors of all runs, and the powers without them.
-pub(crate) fn regressed(
-    model: &Model,
-    spectrum: &[f64],
-    bins: &Bins,
-    products: &[Products],
-) -> (Regressed, Vec<f64>) {
-    let quantization = model.index(Term::Quantization);
-    if bins.runs.is_empty() {
-        let found = regress(&products[0], spectrum, quantization.map_or(0.0, |j| model.theta[j]));
-        let powers = bins.powers(&bins.residual_power(&products[0], &found.beta));
-        return (found, powers);
-    }
-    let (mut all, mut powers): (Option<Regressed>, Vec<f64>) = (None, Vec::with_capacity(bins.len()));
-    for (run, ((own, _), products)) in bins.runs.iter().zip(products).enumerate() {
-        let at = powers.len();
-        let found = regress(
-            products,
-            &spectrum[at..at + own.len()],
-            quantization.map_or(0.0, |j| model.theta_of(j, run)),
-        );
-        powers.extend(own.powers(&own.residual_power(products, &found.beta)));
-        let mut leverage = found.leverage.clone();
-        leverage.resize(own.len(), 0.0);
-        // Where a discrepancy limits the lowest bins, regressors take from what is left of them.
-        let share = if products.ends.contains(&false) { bins.left_of(at, own.low) } else { 1.0 };
-        for taken in &mut leverage {
-            *taken *= share;
-        }
-        let restricted = share * found.restricted;
-        match &mut all {
-            None => all = Some(Regressed { restricted, leverage, ..found }),
-            Some(all) => {
-                all.restricted += restricted;
-                all.squares_of_ends += found.squares_of_ends;
-                all.leverage.extend(leverage);
-                all.slope_of_ends.extend(found.slope_of_ends);
-            }
-        }
-    }
-    (all.unwrap_or_else(|| regress(&products[0], spectrum, 0.0)), powers)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::pass::Summary;
+    use crate::likelihood::model::Own;
+    use crate::likelihood::summary::Summary;
     use std::sync::Arc;
 
     /// Changes a parameter by so much of its size, and returns by how much.

@@ -4,10 +4,13 @@
 
 use crate::likelihood::bins::{Bins, Regressor};
 use crate::likelihood::drifts::gain_of;
+use crate::likelihood::fit::Fit;
 use crate::likelihood::laws::chi2_quantile_above;
 use crate::likelihood::linear::Symmetric;
-use crate::likelihood::model::{Fit, Model, regress};
-use crate::likelihood::pass::Summary;
+use crate::likelihood::model::Model;
+use crate::likelihood::outcome::SlowLine;
+use crate::likelihood::regression::regress;
+use crate::likelihood::summary::Summary;
 use crate::terms::Term;
 use std::sync::Arc;
 
@@ -44,19 +47,6 @@ const WANDERING: f64 = 1e-3;
 
 /// Share of its price that a line keeps in a model that is complete.
 const IDLE_SHARE: f64 = 0.8;
-
-/// A sinusoid that the mean follows, with standard errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlowLine {
-    /// \[Hz\]
-    pub frequency: f64,
-    /// \[Hz\]
-    pub frequency_error: f64,
-    /// \[rate unit\]
-    pub amplitude: f64,
-    /// \[rate unit\]
-    pub amplitude_error: f64,
-}
 
 /// Least fall of the deviance for a line at a frequency: the chance is the same in every octave.
 fn price(frequency: f64, fit: &Fit, bins: &Bins) -> f64 {

@@ -1,24 +1,14 @@
 //! The white level along the record: its mean in each eighth, by bins weighted by what they say of it.
 
-use crate::likelihood::analysis::Tails;
 use crate::likelihood::bins::Bins;
-use crate::likelihood::model::Fit;
-use crate::likelihood::pass::PARTS;
+use crate::likelihood::fit::Fit;
+use crate::likelihood::outcome::Tails;
+use crate::likelihood::outcome::WhiteLevel;
+use crate::likelihood::taper::PARTS;
 use crate::terms::Term;
 
 /// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
 const LEAST_PART: f64 = 0.2;
-
-/// White level in an eighth of the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WhiteLevel {
-    /// Which eighth, from 0.
-    pub eighth: usize,
-    /// Square of the random walk over that of the fit, as far as the density consists of it.
-    pub level: f64,
-    /// Variance of `level` where the noise is stationary.
-    pub variance: f64,
-}
 
 /// The white level of each eighth that has samples; none without a random walk.
 pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {

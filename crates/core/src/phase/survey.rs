@@ -1,6 +1,9 @@
 //! A look at a record before it is summed: at what rate, and how near to it the rates stay.
 
-use super::{LONGEST_BLOCK, SHORTEST_BLOCK};
+/// Most phase points per anchor, and fewest: between them lies what a record needs, see `Survey`.
+pub const LONGEST_BLOCK: usize = 131_072;
+/// See [`LONGEST_BLOCK`].
+pub const SHORTEST_BLOCK: usize = 2048;
 
 /// What has to be known of a record before it is summed.
 pub(super) struct Survey {

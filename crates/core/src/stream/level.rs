@@ -3,7 +3,6 @@
 //! A stage holds back its last samples until all the points that their differences need have come. What it hands on are
 //! sums of [`GROUP`] samples, less an origin that keeps them small: the Allan variance does not see a constant rate.
 
-use super::Strided;
 use crate::allan::Estimate;
 use crate::compensated::Sum;
 use crate::error::Error;
@@ -26,6 +25,15 @@ const REACH: usize = 2 * LARGEST;
 
 /// Sums of groups are larger than the samples of a record may be; their squares can still be summed.
 const LARGEST_SAMPLE: f64 = 1e142;
+
+/// One size of a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strided {
+    /// Allan variance and number of terms.
+    pub estimate: Estimate,
+    /// Starts are multiples of this many samples; 1 for every start.
+    pub stride: usize,
+}
 
 /// A group that is not complete.
 #[derive(Debug, Clone, Default)]

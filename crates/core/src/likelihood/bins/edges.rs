@@ -1,7 +1,9 @@
 //! Which modes and densities of a record are used, and where their bins begin.
 
-use crate::likelihood::bins::LEAST_COUNT;
-use crate::likelihood::pass::Summary;
+use crate::likelihood::summary::Summary;
+
+/// Least number of unmasked densities in a bin.
+pub(crate) const LEAST_COUNT: f64 = 2.0;
 
 /// Modes that are bins by themselves.
 const SINGLE: usize = 48;

@@ -6,13 +6,18 @@
 
 use crate::error::Error;
 use crate::likelihood::masked::differences::Differences;
+use crate::likelihood::masked::mask::{LEAST_PAIRS, Masked, Seen};
 use crate::likelihood::masked::nodes::Nodes;
 use crate::likelihood::masked::weights::Weights;
 use crate::likelihood::masked::windows::TaperSums;
-use crate::likelihood::masked::{LEAST_NODES, LEAST_PAIRS, Masked, Seen};
-use crate::likelihood::pass::{LEAST_SAMPLES, PARTS, Summary, hann, smooth};
+use crate::likelihood::summary::{LEAST_SAMPLES, Summary};
+use crate::likelihood::taper::PARTS;
+use crate::likelihood::taper::{hann, smooth};
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::sync::Arc;
+
+/// Fewest stretches between two nodes that hold a sample.
+const LEAST_NODES: usize = 64;
 
 /// Nodes of a record, at least, and samples between two of them, at least.
 const NODES: usize = 2048;

@@ -1,11 +1,16 @@
 //! Expected powers against the dense covariance of all samples, and what a pass refuses.
 
+use super::differences::Differences;
+use super::expected::covariance;
 use super::weights::Weights;
 use super::*;
 use crate::error::Error;
 use crate::likelihood::bins::{Bins, usable};
-use crate::likelihood::pass::hann;
+use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::summary::Summary;
+use crate::likelihood::taper::hann;
 use crate::terms::Term;
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 

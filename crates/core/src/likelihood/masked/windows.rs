@@ -4,7 +4,7 @@
 //! the expectation E P(f) = τ₀ Σₗ A(l) [R(l) + c] cos 2πflτ₀ for a covariance R, c = Σₗ R(l) (A₁(l) − 2 A₂(l)). A, A₁ and A₂ are
 //! the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by Σ q. c makes the total power right.
 
-use crate::likelihood::pass::smooth;
+use crate::likelihood::taper::smooth;
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;

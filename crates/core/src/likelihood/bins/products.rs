@@ -1,0 +1,65 @@
+//! Sums over the modes of each bin of products of regressors and of the record.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::bins::regressors::{ENDS, Products};
+
+/// Lowest bins of a run, from which slow regressors take most.
+const LOWEST: usize = 4;
+
+impl Bins<'_> {
+    /// Of each run, the sums that a model with these regressors needs; of several runs, with their own.
+    pub(crate) fn products_of(&self, used: &[usize]) -> Vec<Products> {
+        if self.runs.is_empty() {
+            return vec![self.products(used)];
+        }
+        self.runs.iter().map(|(bins, own)| bins.products(own)).collect()
+    }
+
+    /// Share of the degrees of freedom that a discrepancy leaves of the lowest bins of a run, which begin at `first`.
+    pub(crate) fn left_of(&self, first: usize, low: usize) -> f64 {
+        let lowest = first..first + low.min(LOWEST);
+        let weights: f64 = lowest.clone().map(|bin| self.weight(bin)).sum();
+        weights / lowest.map(|bin| self.freedom[bin]).sum::<f64>()
+    }
+
+    /// The sums that a model with these regressors needs.
+    pub(crate) fn products(&self, used: &[usize]) -> Products {
+        let count = used.len();
+        let mut squares = Vec::with_capacity(self.low * count * count);
+        let mut with_record = Vec::with_capacity(self.low * count);
+        for pair in self.edges.windows(2) {
+            let inside = &self.kept[pair[0]..pair[1]];
+            for &i in used {
+                let own = &self.regressors[i].modes;
+                for &j in used {
+                    let other = &self.regressors[j].modes;
+                    squares.push(inside.iter().map(|&k| own[k] * other[k]).sum());
+                }
+                with_record.push(inside.iter().map(|&k| own[k] * self.record.modes[k]).sum());
+            }
+        }
+        let ends = used.iter().map(|k| ENDS.contains(k)).collect();
+        Products { count, ends, squares, with_record }
+    }
+
+    /// Mean squares of the modes without what the regressors explain.
+    pub(crate) fn residual_power(&self, products: &Products, beta: &[f64]) -> Vec<f64> {
+        let n = products.count;
+        let mut power = self.low_power.clone();
+        if n == 0 {
+            return power;
+        }
+        for (bin, slot) in power.iter_mut().enumerate() {
+            let modes = (self.edges[bin + 1] - self.edges[bin]) as f64;
+            let mut change = 0.0;
+            for i in 0..n {
+                change -= 2.0 * beta[i] * products.with_record[bin * n + i];
+                for j in 0..n {
+                    change += beta[i] * beta[j] * products.squares[(bin * n + i) * n + j];
+                }
+            }
+            *slot = (*slot + change / modes).max(1e-14 * *slot);
+        }
+        power
+    }
+}

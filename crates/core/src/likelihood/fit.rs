@@ -1,0 +1,287 @@
+//! The fit of a model: Fisher scoring on Σ ν (ln S + I/S), parameters of parts ≥ 0.
+
+use crate::likelihood::bins::{Bins, MOST_FILTER, Products};
+use crate::likelihood::expected::{Part, TERMS};
+use crate::likelihood::linear::{Symmetric, bounded_step, dot};
+use crate::likelihood::model::{Model, Shape};
+use crate::likelihood::power_law::EXPONENTS;
+use crate::likelihood::regression::regressed;
+use crate::terms::NOISE_TERMS;
+use std::sync::Arc;
+
+const STEPS: usize = 40;
+const HALVINGS: usize = 12;
+const SHORTER: f64 = 0.4;
+
+/// Fall of the deviance at which a fit ends.
+pub(crate) const TOLERANCE: f64 = 1e-4;
+
+/// Largest step of the logarithm of a shape, and of a coefficient of the filter.
+const SHAPE_STEP: f64 = 0.7;
+const FILTER_STEP: f64 = 1.5;
+
+/// Largest step of the logarithm of a level.
+const LEVEL_STEP: f64 = 1.0;
+
+/// A fitted model.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub model: Model,
+    /// Expected densities by bin.
+    pub spectrum: Vec<f64>,
+    /// Measured densities by bin, without the regressors.
+    pub powers: Vec<f64>,
+    pub deviance: f64,
+    /// Part of the deviance that the regressors cause (restricted likelihood).
+    pub restricted: f64,
+    pub beta: Vec<f64>,
+    pub beta_covariance: Symmetric,
+    /// Degrees of freedom that the regressors take from each bin.
+    pub leverage: Vec<f64>,
+    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is; of each run.
+    pub slope_of_ends: Vec<f64>,
+    /// Of this set of regressors; shared by the fits that follow.
+    products: Arc<Vec<Products>>,
+}
+
+impl Model {
+    /// Parameters that start a fit, by non-negative least squares with weights that no bin dominates.
+    fn start(&mut self, bins: &Bins) {
+        const HEAVIEST: f64 = 10.0;
+        const LEAST: f64 = 0.05; // of the usual density: what a bin weighs at most
+        let n = self.parts.len();
+        let powers = bins.plain_powers();
+        let usual = bins.scale;
+        // A filter of a known shape is near enough to the true one to say which noise is behind it.
+        let behind = self.family.map(|_| self.response_means(bins));
+        let column = |&part: &Part| match behind.as_ref().filter(|_| self.filters(part)) {
+            Some(behind) => bins.unit(part).iter().zip(behind).map(|(c, h)| c * h).collect(),
+            None => bins.unit(part),
+        };
+        let columns: Vec<Vec<f64>> = self.parts.iter().map(column).collect();
+        let weights: Vec<f64> = (0..bins.len())
+            .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + LEAST * usual))
+            .collect();
+        let mut squares = Symmetric::zero(n);
+        let weighted: Vec<Vec<f64>> =
+            columns.iter().map(|c| c.iter().zip(&weights).map(|(c, w)| c * w).collect()).collect();
+        let target: Vec<f64> = powers.iter().zip(&weights).map(|(p, w)| p * w).collect();
+        for i in 0..n {
+            for j in 0..=i {
+                squares.set(i, j, dot(&weighted[i], &weighted[j]));
+            }
+        }
+        let right: Vec<f64> = weighted.iter().map(|c| dot(c, &target)).collect();
+        let found = bounded_step(&squares, &right, &vec![0.0; n], &vec![false; n]);
+        let scale = squares.scales();
+        self.theta = found.iter().zip(&scale).map(|(x, s)| x.max(1e-12 / s)).collect();
+    }
+
+    /// The fit.
+    pub(crate) fn fit(self, bins: &Bins) -> Fit {
+        self.fit_within(bins, STEPS, TOLERANCE, None)
+    }
+
+    /// The model as it is, without a step.
+    pub(crate) fn at(self, bins: &Bins) -> Fit {
+        self.fit_within(bins, 0, TOLERANCE, None)
+    }
+
+    /// The fit from a neighbour with the same regressors.
+    pub(crate) fn refit(self, bins: &Bins, steps: usize, tolerance: f64, from: &Fit) -> Fit {
+        let products = (from.model.regressors == self.regressors).then(|| from.products.clone());
+        self.fit_within(bins, steps, tolerance, products)
+    }
+
+    fn fit_within(
+        mut self,
+        bins: &Bins,
+        steps: usize,
+        tolerance: f64,
+        products: Option<Arc<Vec<Products>>>,
+    ) -> Fit {
+        if self.theta.len() != self.parts.len() {
+            self.start(bins);
+        }
+        let products = products.unwrap_or_else(|| Arc::new(bins.products_of(&self.regressors)));
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let (spectrum, mut slopes) = self.evaluate(bins, true);
+        let mut fit = Fit::of(self, spectrum, bins, products, &weights);
+        for _ in 0..steps {
+            let step = fit.step(&slopes, &weights, bins);
+            let mut length = 1.0;
+            let mut better = None;
+            for _ in 0..HALVINGS {
+                let model = fit.model.moved(&step, length, bins);
+                let spectrum = model.spectrum(bins);
+                let next = Fit::of(model, spectrum, bins, fit.products.clone(), &weights);
+                if next.deviance <= fit.deviance + 1e-9 {
+                    better = Some(next);
+                    break;
+                }
+                length *= SHORTER;
+            }
+            let Some(next) = better else { break };
+            let gain = fit.deviance - next.deviance;
+            fit = next;
+            if gain < tolerance {
+                break;
+            }
+            slopes = fit.model.evaluate(bins, true).1;
+        }
+        fit
+    }
+
+    /// The model after a share of a step, within the limits of shapes.
+    fn moved(&self, step: &[f64], length: f64, bins: &Bins) -> Self {
+        let mut model = self.clone();
+        let n = self.parts.len();
+        for (theta, d) in model.theta.iter_mut().zip(step) {
+            *theta = (*theta + length * d).max(0.0);
+        }
+        for (a, d) in model.filter.iter_mut().zip(&step[n..]) {
+            *a += length * d;
+        }
+        if let Some(family) = model.family {
+            family.limited(&mut model.filter);
+        }
+        let mut rest = step[n + self.filter.len() + self.shapes().len()..].iter();
+        for (log, d) in model.levels.iter_mut().flat_map(|level| level.logs.iter_mut()).zip(&mut rest) {
+            *log += length * d;
+        }
+        for (own, d) in model.own.iter_mut().zip(rest) {
+            own.theta = (own.theta + length * d).max(0.0);
+        }
+        let (duration, tau0) = (bins.record.duration(), bins.record.tau0);
+        for ((j, shape), d) in self.shapes().into_iter().zip(&step[n + self.filter.len()..]) {
+            let x = length * d;
+            model.parts[j] = match (model.parts[j], shape) {
+                (Part::GaussMarkov { time }, _) => {
+                    let (shortest, longest) = time_limits(bins);
+                    Part::GaussMarkov { time: (time * x.exp()).clamp(shortest, longest) }
+                }
+                (Part::Resonance { frequency, width }, Shape::Frequency) => {
+                    let frequency = (frequency + x * width).clamp(2.0 / duration, 0.5 / tau0);
+                    Part::Resonance { frequency, width: width.max(bins.least_width(frequency)) }
+                }
+                (Part::Resonance { frequency, width }, _) => {
+                    let least = bins.least_width(frequency);
+                    let width = (width * x.exp()).clamp(least, (0.25 * frequency).max(least));
+                    Part::Resonance { frequency, width }
+                }
+                (Part::Flicker { exponent, pivot }, _) => {
+                    Part::Flicker { exponent: (exponent + x).clamp(EXPONENTS.0, EXPONENTS.1), pivot }
+                }
+                (part, _) => part,
+            };
+        }
+        model
+    }
+}
+
+impl Fit {
+    fn of(
+        model: Model,
+        spectrum: Vec<f64>,
+        bins: &Bins,
+        products: Arc<Vec<Products>>,
+        weights: &[f64],
+    ) -> Self {
+        let (found, powers) = regressed(&model, &spectrum, bins, &products);
+        let mut deviance = found.restricted + found.squares_of_ends;
+        for ((s, i), nu) in spectrum.iter().zip(&powers).zip(weights) {
+            deviance += nu * (s.ln() + i / s);
+        }
+        for level in &model.levels {
+            deviance += level.logs.iter().map(|x| (x / level.spread).powi(2)).sum::<f64>();
+        }
+        Self {
+            model,
+            spectrum,
+            powers,
+            deviance,
+            restricted: found.restricted,
+            beta: found.beta,
+            beta_covariance: found.covariance,
+            leverage: found.leverage,
+            slope_of_ends: found.slope_of_ends,
+            products,
+        }
+    }
+
+    /// Measured over expected densities, minus 1.
+    pub(crate) fn excess(&self) -> Vec<f64> {
+        self.powers.iter().zip(&self.spectrum).map(|(i, s)| i / s - 1.0).collect()
+    }
+
+    fn step(&self, slopes: &[Vec<f64>], weights: &[f64], bins: &Bins) -> Vec<f64> {
+        let information = self.with_levels(information(slopes, weights));
+        let excess = self.excess();
+        let mut pull: Vec<f64> = excess.iter().zip(weights).map(|(e, nu)| 0.5 * nu * e).collect();
+        pull.iter_mut().zip(&self.leverage).for_each(|(p, h)| *p += 0.5 * h);
+        let mut gradient: Vec<f64> = slopes.iter().map(|c| dot(c, &pull)).collect();
+        let (n, q) = (self.model.parts.len(), self.model.filter.len());
+        let shapes = self.model.shapes();
+        let first = n + q + shapes.len();
+        let levels: Vec<(f64, f64)> = self.levels().collect();
+        for (g, (log, weight)) in gradient[first..].iter_mut().zip(&levels) {
+            *g -= log * weight;
+        }
+        self.add_ends(&mut gradient, first);
+        let mut least: Vec<f64> = self.model.theta.iter().map(|t| -t).collect();
+        least.extend(vec![-FILTER_STEP; q]);
+        least.extend(vec![-SHAPE_STEP; shapes.len()]);
+        least.extend(vec![-LEVEL_STEP; levels.len()]);
+        least.extend(self.model.own.iter().map(|own| -own.theta));
+        let mut held = vec![false; least.len()];
+        if let Some(j) = self.model.held {
+            held[j] = true;
+        }
+        for (k, &shape) in shapes.iter().enumerate() {
+            held[n + q + k] = self.model.held_shape == Some(shape) || self.model.theta[shape.0] <= 0.0;
+        }
+        debug_assert!(q <= MOST_FILTER && bins.len() == excess.len());
+        let mut step = bounded_step(&information, &gradient, &least, &held);
+        let most = if self.model.family.is_some() { SHAPE_STEP } else { FILTER_STEP };
+        step[n..n + q].iter_mut().for_each(|d| *d = d.clamp(-most, most));
+        step[n + q..first].iter_mut().for_each(|d| *d = d.clamp(-SHAPE_STEP, SHAPE_STEP));
+        step[first..first + levels.len()].iter_mut().for_each(|d| *d = d.clamp(-LEVEL_STEP, LEVEL_STEP));
+        step
+    }
+
+    /// Fisher information of theta, filter and shapes, of levels and own terms, and the slopes it is made of.
+    pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
+        let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
+        let slopes = self.model.evaluate(bins, true).1;
+        (self.with_levels(information(&slopes, &weights)), slopes)
+    }
+
+    /// The deviance without one part, and that fit.
+    pub(crate) fn loss_of(&self, part: usize, bins: &Bins) -> (f64, Fit) {
+        let fit = self.model.without(part).refit(bins, STEPS, TOLERANCE, self);
+        (fit.deviance - self.deviance, fit)
+    }
+}
+
+/// Half of `JᵀνJ`.
+fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
+    let mut found = Symmetric::zero(slopes.len());
+    for i in 0..slopes.len() {
+        let weighted: Vec<f64> = slopes[i].iter().zip(weights).map(|(c, nu)| 0.5 * nu * c).collect();
+        for (j, other) in slopes.iter().enumerate().take(i + 1) {
+            found.set(i, j, dot(&weighted, other));
+        }
+    }
+    found
+}
+
+/// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. \[s\]
+pub(crate) fn time_limits(bins: &Bins) -> (f64, f64) {
+    let shortest = 20.0 * bins.record.tau0;
+    (shortest, (0.25 * bins.record.duration()).max(shortest))
+}
+
+/// Squares of the four terms of a model.
+pub(crate) fn squares(fit: &Fit) -> [f64; NOISE_TERMS] {
+    TERMS.map(|part| fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]))
+}

@@ -1,0 +1,138 @@
+//! What the likelihood needs to know of a mask.
+
+use crate::likelihood::masked::differences::Differences;
+use crate::likelihood::masked::nodes::StringModes;
+use crate::likelihood::masked::windows::{Cells, Windows};
+use crate::likelihood::taper::PARTS;
+
+/// Fewest pairs of neighbours that tell quantization noise from random walk.
+pub(super) const LEAST_PAIRS: usize = 100;
+
+/// Fewest differences that take the place of samples: 32 in a segment of a sixteenth of the record.
+const LEAST_DIFFERENCES: usize = 512;
+
+/// What a pass saw of the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Seen {
+    /// Samples that are there, and pairs of neighbours.
+    pub(super) present: usize,
+    pub(super) neighbours: usize,
+    /// Pairs one step apart, and the mean square of their differences.
+    pub(super) pairs: usize,
+    pub(super) square: f64,
+    pub(super) differences: Differences,
+    /// Gain of the differences at the densities.
+    pub(super) gains: Vec<f64>,
+    /// Share of the sums of squares of weights in each part of the record.
+    pub(super) parts: [f64; PARTS],
+}
+
+/// What the likelihood needs to know of a mask.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Masked {
+    pub(super) seen: Seen,
+    pub string: StringModes,
+    pub(super) windows: Windows,
+    pub cells: Cells,
+    /// Densities of the terms: by bin of the modes, and by density of the periodogram.
+    pub(super) low: Vec<Vec<f64>>,
+    pub(super) high: Vec<Vec<f64>>,
+    /// Weights of the cells in the bins of the modes, row after row.
+    pub(super) low_rows: Vec<f64>,
+}
+
+impl Masked {
+    /// Whether quantization noise can be told from random walk: without neighbours they have the same density.
+    pub(crate) fn has_neighbours(&self) -> bool {
+        self.seen.neighbours >= LEAST_PAIRS
+    }
+
+    /// Samples that are there.
+    pub(crate) fn present(&self) -> usize {
+        self.seen.present
+    }
+
+    /// Samples or differences in the segments, over the samples of a complete record.
+    pub(crate) fn share(&self, samples: usize) -> f64 {
+        let count = if self.seen.differences.used { self.seen.pairs } else { self.seen.present };
+        count as f64 / samples as f64
+    }
+
+    /// Share of each part of the record in the segments.
+    pub(crate) fn parts(&self) -> [f64; PARTS] {
+        self.seen.parts
+    }
+
+    /// Whether differences should take the place of samples in the segments: their mean square is below `variance`, that of
+    /// the samples in a segment. The gain of differences has the geometric mean 1: the larger variance leaks more.
+    pub(crate) fn wants_differences(&self, variance: f64) -> bool {
+        self.seen.pairs >= LEAST_DIFFERENCES && self.seen.square < variance
+    }
+
+    /// Whether a density is an image of frequencies below the density `first`.
+    pub(crate) fn repeats(&self, k: usize, length: usize, first: usize) -> bool {
+        self.seen.differences.repeats(k, length, first)
+    }
+
+    /// Mean densities of a term in all bins; `stretches`: densities of each bin of the periodogram.
+    pub(crate) fn column(&self, term: usize, stretches: &[Vec<(usize, usize)>]) -> Vec<f64> {
+        let mean = |of: &Vec<(usize, usize)>| {
+            let count: usize = of.iter().map(|(a, b)| b - a).sum();
+            of.iter().flat_map(|&(a, b)| &self.high[term][a..b]).sum::<f64>() / count as f64
+        };
+        self.low[term].iter().copied().chain(stretches.iter().map(mean)).collect()
+    }
+
+    /// Expected densities of a model of the terms.
+    pub(crate) fn densities(&self, theta: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.high[0].len()];
+        for (theta, density) in theta.iter().zip(&self.high) {
+            sum.iter_mut().zip(density).for_each(|(s, d)| *s += theta * d);
+        }
+        sum
+    }
+
+    /// Mean density of some stretches for a line with the density 1, over the distance of two densities.
+    pub(crate) fn of_line(&self, stretches: &[(usize, usize)], line: f64, spacing: f64) -> f64 {
+        const WIDTH: f64 = 0.25; // of a distance
+        let at = line / spacing;
+        let mut row = [0.0];
+        self.row(stretches, &[at - 0.5 * WIDTH, at + 0.5 * WIDTH], &mut row);
+        row[0] * self.gain(line, spacing) / WIDTH
+    }
+
+    /// Gain of the differences at a frequency; `spacing` of two densities.
+    fn gain(&self, frequency: f64, spacing: f64) -> f64 {
+        let length = 2 * (self.seen.gains.len() - 1);
+        self.seen.differences.gain(frequency / (spacing * length as f64))
+    }
+
+    /// Weights of the densities of what the segments have, from edge to edge, in the mean of some stretches.
+    fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
+        if !self.seen.differences.used {
+            return self.windows.row(stretches, edges, row);
+        }
+        let count: usize = stretches.iter().map(|(a, b)| b - a).sum();
+        let mut of_piece = vec![0.0; row.len()];
+        row.fill(0.0);
+        for (a, b) in self.seen.differences.pieces(stretches, &self.seen.gains) {
+            self.windows.row(&[(a, b)], edges, &mut of_piece);
+            let weight = self.seen.gains[a..b].iter().map(|gain| 1.0 / gain).sum::<f64>() / count as f64;
+            row.iter_mut().zip(&of_piece).for_each(|(sum, x)| *sum += weight * x);
+        }
+    }
+
+    /// Weights of the cells in all bins, row after row.
+    pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
+        let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
+        let gains: Vec<f64> = self.cells.at.iter().map(|&f| self.gain(f, spacing)).collect();
+        let width = self.cells.at.len();
+        let mut matrix = self.low_rows.clone();
+        matrix.resize(matrix.len() + stretches.len() * width, 0.0);
+        for (row, of) in matrix[self.low_rows.len()..].chunks_exact_mut(width).zip(stretches) {
+            self.row(of, &edges, row);
+            row.iter_mut().zip(&gains).for_each(|(x, gain)| *x *= gain);
+        }
+        matrix
+    }
+}

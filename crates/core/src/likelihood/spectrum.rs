@@ -1,0 +1,313 @@
+//! Expected densities of a model, with their derivatives.
+
+use crate::likelihood::bins::Bins;
+use crate::likelihood::expected::{FinePoint, Part};
+use crate::likelihood::filter_shapes;
+use crate::likelihood::model::{Model, Shape};
+use crate::likelihood::running_mean::{RunningMean, tapered};
+use crate::terms::Term;
+use std::borrow::Cow;
+
+/// Change of a number of a filter of known shape for its derivative, and the least ln |H|² that is told from 0.
+const SHIFT: f64 = 0.005;
+const LEAST_LOG_POWER: f64 = -60.0;
+
+/// Share of the median density that is added, so that a model of nothing has a likelihood.
+const FLOOR: f64 = 1e-9;
+
+/// Relative change of a shape for its derivative; change of an exponent.
+const DIFFERENCE: f64 = 0.02;
+
+impl Model {
+    /// |H|² at the low bins and at the points of the others; None without a filter.
+    fn response(&self, bins: &Bins) -> Option<(Vec<f64>, Vec<f64>)> {
+        if self.filter.is_empty() && self.mean.is_none() {
+            return None;
+        }
+        if let Some(family) = self.family {
+            return Some(responses(family.shape(&self.filter), bins));
+        }
+        let of = |cosines: &[Vec<f64>], of_mean: &dyn Fn(RunningMean, usize) -> f64| {
+            let mut sum = vec![0.0; cosines[0].len()];
+            if let Some(mean) = self.mean {
+                sum.iter_mut().enumerate().for_each(|(i, s)| *s = of_mean(mean, i));
+            }
+            for (a, cosine) in self.filter.iter().zip(cosines) {
+                sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
+            }
+            for s in &mut sum {
+                *s = s.exp();
+            }
+            sum
+        };
+        let spacing = bins.record.frequency(1);
+        let low = of(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
+        let high = of(&bins.cosines_high, &|mean, i| {
+            let f = bins.fine_points[i].frequency;
+            // With missing samples, what the taper shares is in the matrix.
+            if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
+        });
+        Some((low, high))
+    }
+
+    /// Slopes of ln |H|² by the numbers of the filter, at the low bins and at the points.
+    fn slopes_of_filter<'a>(&self, bins: &'a Bins) -> Vec<[Cow<'a, [f64]>; 2]> {
+        let Some(family) = self.family else {
+            return (0..self.filter.len())
+                .map(|k| {
+                    [&bins.cosines_low, &bins.cosines_high].map(|cosines| Cow::Borrowed(&cosines[k][..]))
+                })
+                .collect();
+        };
+        let moved = |k: usize, by: f64| {
+            let mut numbers = self.filter.clone();
+            numbers[k] += by;
+            responses(family.shape(&numbers), bins)
+        };
+        let slope = |up: Vec<f64>, down: Vec<f64>| {
+            up.iter().zip(&down).map(|(a, b)| (a / b).ln() / (2.0 * SHIFT)).collect::<Vec<f64>>()
+        };
+        (0..self.filter.len())
+            .map(|k| {
+                let (up, down) = (moved(k, SHIFT), moved(k, -SHIFT));
+                [slope(up.0, down.0), slope(up.1, down.1)].map(Cow::Owned)
+            })
+            .collect()
+    }
+
+    /// |H|² as means over all bins.
+    pub(crate) fn response_means(&self, bins: &Bins) -> Vec<f64> {
+        if !bins.runs.is_empty() {
+            return bins.runs.iter().flat_map(|(own, _)| self.response_means(own)).collect();
+        }
+        match self.response(bins) {
+            None => vec![1.0; bins.len()],
+            Some((low, high)) => bins.response_means(&low, &high),
+        }
+    }
+
+    /// |H|² at a frequency, with the interval of the filter's cosines. [Hz, s]
+    pub(crate) fn response_at(&self, f: f64, interval: f64) -> f64 {
+        if let Some(family) = self.family {
+            return family.shape(&self.filter).log_power(f * interval).exp();
+        }
+        let angle = 2.0 * std::f64::consts::PI * f * interval;
+        let sum: f64 = (1..).zip(&self.filter).map(|(k, a)| a * ((f64::from(k) * angle).cos() - 1.0)).sum();
+        sum.exp()
+    }
+
+    /// Expected densities by bin.
+    pub(crate) fn spectrum(&self, bins: &Bins) -> Vec<f64> {
+        self.evaluate(bins, false).0
+    }
+
+    /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
+    pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        if !bins.runs.is_empty() {
+            return self.evaluate_runs(bins, derivatives);
+        }
+        if bins.leaks() {
+            return self.evaluate_masked(bins, derivatives);
+        }
+        let response = self.response(bins);
+        let nl = bins.low;
+        let mut total = vec![FLOOR * bins.scale; bins.len()];
+        total.iter_mut().zip(&bins.lines).for_each(|(t, l)| *t += l);
+        let mut filtered_low = vec![0.0; nl];
+        let mut filtered = vec![0.0; if response.is_some() { bins.fine_points.len() } else { 0 }];
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut scratch = bins.empty();
+        for (j, &part) in self.parts.iter().enumerate() {
+            let column = if let Some(column) = bins.term(part) {
+                column
+            } else {
+                bins.fill(part, &mut scratch);
+                &scratch
+            };
+            let behind = self.filters(part);
+            let means = bins.means(column, response.as_ref().filter(|_| behind));
+            let theta = self.theta[j];
+            total.iter_mut().zip(&means).for_each(|(t, m)| *t += theta * m);
+            if derivatives {
+                if let Some((low, high)) = response.as_ref().filter(|_| behind) {
+                    for i in 0..nl {
+                        filtered_low[i] += theta * column.low[i] * low[i];
+                    }
+                    for (sum, (c, h)) in filtered.iter_mut().zip(column.high.iter().zip(high)) {
+                        *sum += theta * c * h;
+                    }
+                }
+                columns.push(means);
+            }
+        }
+        if !derivatives {
+            return (total, columns);
+        }
+        for [slope_low, slope_high] in self.slopes_of_filter(bins) {
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(s, c)| s * c).collect::<Vec<f64>>();
+            let low = product(&filtered_low, &slope_low);
+            columns.push(bins.gathered(&low, &product(&filtered, &slope_high)));
+        }
+        for (j, shape) in self.shapes() {
+            let (up, down, step) = neighbours(self.parts[j], shape);
+            let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
+            bins.fill(up, &mut scratch);
+            let mut column = bins.means(&scratch, response);
+            bins.fill(down, &mut scratch);
+            let other = bins.means(&scratch, response);
+            let factor = self.theta[j] / step;
+            column.iter_mut().zip(&other).for_each(|(a, b)| *a = (*a - b) * factor);
+            columns.push(column);
+        }
+        for column in &mut columns {
+            column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
+        }
+        (total, columns)
+    }
+
+    /// The same with missing samples: the matrix takes what it can in one product.
+    fn evaluate_masked(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let response = self.response(bins).map(|(_, high)| high);
+        let mut total = vec![FLOOR * bins.scale; bins.len()];
+        add(&mut total, &bins.lines, 1.0);
+        let cells = bins.fine_points.len();
+        let (mut all, mut filtered, mut seen) = (vec![0.0; cells], vec![0.0; cells], vec![0.0; cells]);
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for (j, &part) in self.parts.iter().enumerate() {
+            let (theta, known) = (self.theta[j], bins.term(part));
+            let response = response.as_ref().filter(|_| self.filters(part));
+            match (known, response) {
+                (Some(column), Some(response)) => {
+                    // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
+                    for ((s, f), (c, h)) in
+                        seen.iter_mut().zip(&mut filtered).zip(column.high.iter().zip(response))
+                    {
+                        *s = c * (h - 1.0);
+                        *f += theta * c * h;
+                    }
+                }
+                (Some(_), None) => seen.fill(0.0),
+                (None, _) => {
+                    bins.densities(part, &mut seen);
+                    if let Some(response) = response {
+                        seen.iter_mut().zip(response).for_each(|(s, h)| *s *= h);
+                        add(&mut filtered, &seen, theta);
+                    }
+                }
+            }
+            if let Some(column) = known {
+                add(&mut total, &column.low, theta);
+            }
+            if !derivatives {
+                add(&mut all, &seen, theta);
+                continue;
+            }
+            let by_matrix = known.is_none() || response.is_some();
+            let mut means = if by_matrix { bins.gathered(&[], &seen) } else { vec![0.0; bins.len()] };
+            add(&mut total, &means, theta);
+            if let Some(column) = known {
+                add(&mut means, &column.low, 1.0);
+            }
+            columns.push(means);
+        }
+        if !derivatives {
+            if all.iter().any(|&x| x != 0.0) {
+                add(&mut total, &bins.gathered(&[], &all), 1.0);
+            }
+            return (total, columns);
+        }
+        for [_, slope] in self.slopes_of_filter(bins) {
+            seen.iter_mut().zip(filtered.iter().zip(slope.iter())).for_each(|(s, (f, c))| *s = f * c);
+            columns.push(bins.gathered(&[], &seen));
+        }
+        for (j, shape) in self.shapes() {
+            let (up, down, step) = neighbours(self.parts[j], shape);
+            bins.densities(up, &mut seen);
+            bins.densities(down, &mut all);
+            let factor = self.theta[j] / step;
+            let response = response.as_ref().filter(|_| self.filters(self.parts[j]));
+            for (i, (s, d)) in seen.iter_mut().zip(&all).enumerate() {
+                *s = (*s - d) * factor * response.map_or(1.0, |h| h[i]);
+            }
+            columns.push(bins.gathered(&[], &seen));
+        }
+        for column in &mut columns {
+            column.iter_mut().zip(&total).for_each(|(c, s)| *c /= s);
+        }
+        (total, columns)
+    }
+}
+
+impl Model {
+    /// Interval of the cosines of the filter; of a known shape, that of the samples. \[s\]
+    pub(crate) fn interval(&self, bins: &Bins) -> f64 {
+        let spacing = if self.family.is_some() { 1 } else { bins.spacing };
+        spacing as f64 * bins.record.tau0
+    }
+
+    /// Density at a frequency of the periodogram. \[Hz\]
+    pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
+        let record = bins.record;
+        let point = FinePoint::new(f, record.tau0, record.segment);
+        let of_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
+        let response = self.response_at(f, self.interval(bins)) * of_mean.exp();
+        let of = |(&part, &theta): (&Part, &f64)| {
+            let density = theta * point.density(part, record.tau0);
+            match part {
+                Part::Term(Term::Quantization) if record.masked.is_none() => {
+                    density + theta * bins.of_mirror(f)
+                }
+                _ if self.filters(part) => density * response,
+                _ => density,
+            }
+        };
+        self.parts.iter().zip(&self.theta).map(of).sum()
+    }
+}
+
+/// |H|² of a shape at the low bins and at the points.
+fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
+    let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
+    let response = shape.response();
+    let power = |f: f64| response.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
+    let of_mode = |bin: usize| {
+        if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
+    };
+    let of_point = |point: &FinePoint| {
+        // With missing samples, what the taper shares is in the matrix.
+        if zeros && !bins.leaks() { tapered(power, point.frequency, spacing) } else { power(point.frequency) }
+    };
+    ((0..bins.low).map(of_mode).collect(), bins.fine_points.iter().map(of_point).collect())
+}
+
+fn add(sum: &mut [f64], x: &[f64], factor: f64) {
+    sum.iter_mut().zip(x).for_each(|(s, x)| *s += factor * x);
+}
+
+/// A part with a shape a little larger and a little smaller, and the difference in the parameter that is fitted.
+fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
+    const SHIFT: f64 = 0.05; // of the width
+    let up = 1.0 + DIFFERENCE;
+    let log = 2.0 * up.ln();
+    match (part, shape) {
+        (Part::GaussMarkov { time }, _) => {
+            (Part::GaussMarkov { time: time * up }, Part::GaussMarkov { time: time / up }, log)
+        }
+        (Part::Resonance { frequency: f, width }, Shape::Frequency) => (
+            Part::Resonance { frequency: f + SHIFT * width, width },
+            Part::Resonance { frequency: f - SHIFT * width, width },
+            2.0 * SHIFT,
+        ),
+        (Part::Resonance { frequency, width }, _) => (
+            Part::Resonance { frequency, width: width * up },
+            Part::Resonance { frequency, width: width / up },
+            log,
+        ),
+        (Part::Flicker { exponent, pivot }, _) => (
+            Part::Flicker { exponent: exponent + DIFFERENCE, pivot },
+            Part::Flicker { exponent: exponent - DIFFERENCE, pivot },
+            2.0 * DIFFERENCE,
+        ),
+        (part, _) => (part, part, 1.0),
+    }
+}

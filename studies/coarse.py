@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from sigmatau import Record
-from sigmatau._native import kernels
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.fitted_values import FittedTerm
-from sigmatau.fitting.rounding import rounding_of
+from sigmatau.fitting.rounding import rounding_adjustment
 from sigmatau.quality.samples.resolution import resolution
 from studies.runner import run
+from studies.samples import simulated
 
 RECORDS, N, TAU0 = 60, 2**16, 0.01
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 3.0)
@@ -39,13 +39,13 @@ def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
     found = []
     for _ in range(RECORDS):
         terms = {"random_walk": WHITE, **MIXTURES[mixture]}
-        y = kernels.simulate(N, TAU0, terms, seed=int(rng.integers(1 << 62)), stream=1) + rng.uniform(0, step)
+        y = simulated(N, TAU0, terms, seed=int(rng.integers(1 << 62))) + rng.uniform(0, step)
         record = Record.from_arrays(rate=1 / TAU0, gyro_x=np.round(y / step) * step)
         steps = resolution(record.streams[0], "gyro_x")
         if steps is None:
             continue
         plain = fit_channel(record, "gyro_x")
-        wide = adjusted(plain, partial(rounding_of, step=steps.step, noise=steps.noise))
+        wide = adjusted(plain, partial(rounding_adjustment, step=steps.step, noise=steps.noise))
         found.append(
             {
                 "seen": steps.ratio,

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau._native import kernels
 from sigmatau._native.likelihood import ChannelFit, summarize, summarize_masked
 from sigmatau.noise.terms import NOISE
 from studies.likelihood import LETTERS, _above, _below, _holds, _origin, _row
 from studies.mixtures import SHORT, Mixture
 from studies.runner import run
+from studies.samples import simulated
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -95,7 +95,7 @@ def records(seed: int, name: str, mask: str) -> list[Row]:
     rng, tau0 = np.random.default_rng(seed), 1 / mixture.rate
     rows = []
     for _ in range(RECORDS // PARTS):
-        y = kernels.simulate(N, tau0, dict(mixture.truth), seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, tau0, dict(mixture.truth), seed=int(rng.integers(1 << 62)))
         absent = missing(kind, size, N, rng)
         started = time.process_time()
         row = _row(analysed(y, absent, tau0))

@@ -12,6 +12,7 @@ from sigmatau._native import kernels
 from sigmatau.noise.terms import avar
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom, percentage_error
 from studies.runner import run
+from studies.samples import simulated
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ def cell(seed: int, letter: str) -> list[list[float]]:
     expected = avar(TYPES[letter], 1.0, m=SIZES, tau0=1.0)
     rows = []
     for _ in range(RECORDS // PARTS):
-        y = kernels.simulate(N, 1.0, {TYPES[letter]: 1.0}, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(N, 1.0, {TYPES[letter]: 1.0}, seed=int(rng.integers(1 << 62)))
         variances, _, _ = kernels.allan_variances(
             [y], SIZES, overlap="full", counting="standard", threads=1, names=["x"]
         )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from sigmatau.fitting.joint import COMMON, join, run_of
+from sigmatau.fitting.joint import COMMON, build_run, join
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import Record
 from studies.likelihood import _above, _below, _origin
@@ -81,7 +81,7 @@ def sets(seed: int, name: str, part: int) -> list[Row]:
 def one(case: Case, seed: int) -> Row:
     """A joint fit of one set of runs, beside the fits of the single runs."""
     rng = np.random.default_rng(seed)
-    runs = [run_of(record_of(case, k, rng), "gyro_x", name=f"run {k}") for k in range(case.runs)]
+    runs = [build_run(record_of(case, k, rng), "gyro_x", name=f"run {k}") for k in range(case.runs)]
     found = join(runs, "gyro_x", common=case.common)
     fitted = found.fit
     return {

@@ -28,6 +28,7 @@ from sigmatau.noise.terms import NOISE
 from studies.misspecified import CASES, TAU0, TRUTH, record
 from studies.mixtures import GRADES, SHORT, Mixture, crb, si
 from studies.runner import run
+from studies.samples import simulated
 
 Floats = NDArray[np.float64]
 Row = dict[str, Any]
@@ -115,7 +116,7 @@ def misspecified(seed: int, case: str) -> list[Row]:
 
 
 def _simulated(rng: np.random.Generator, n: int, tau0: float, terms: Mapping[str, float]) -> Floats:
-    return kernels.simulate(n, tau0, terms, seed=int(rng.integers(1 << 62)), stream=1)
+    return simulated(n, tau0, terms, seed=int(rng.integers(1 << 62)))
 
 
 def _stated(y: Floats, tau0: float) -> Row:

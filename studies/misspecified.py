@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau._native import kernels
+from studies.samples import simulated
 
 __all__ = ["CASES", "TAU0", "TRUTH", "Case", "N", "record"]
 
@@ -43,7 +43,7 @@ def record(case: str, rng: Source) -> Floats:
 
 
 def _ideal(rng: Source, terms: dict[str, float] = TRUTH) -> Floats:
-    return kernels.simulate(N, TAU0, terms, seed=int(rng.integers(1 << 62)), stream=1)
+    return simulated(N, TAU0, terms, seed=int(rng.integers(1 << 62)))
 
 
 def _white(rng: Source) -> Floats:

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from sigmatau._native import kernels
 from sigmatau._native.likelihood import summarize
 from studies.exact import TERMS, Exact
 from studies.runner import run
+from studies.samples import simulated
 
 RECORDS = {512: 60, 1024: 40, 2048: 16, 4096: 6}
 MIXTURES = {
@@ -43,7 +43,7 @@ def compared(seed: int, name: str, n: int) -> list[list[float] | None]:
     rng = np.random.default_rng(seed)
     rows: list[list[float] | None] = []
     for _ in range(RECORDS[n]):
-        y = kernels.simulate(n, 1.0, mixture, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(n, 1.0, mixture, seed=int(rng.integers(1 << 62)))
         found = summarize([y], samples=n, tau0=1.0).fit()
         model = {term: value**2 for term, value in found.model if term in TERMS}
         if model.keys() != set(terms) or found.gauss_markov or found.resonance or found.response:

@@ -16,7 +16,7 @@ import numpy as np
 
 from sigmatau.estimators.allan import allan
 from sigmatau.fitting.read_off import read_off
-from sigmatau.fitting.read_off_regions import LARGEST_ERROR, LEAST_LEFT, RULES, Rule
+from sigmatau.fitting.read_off_regions import LARGEST_ERROR, RULES, SMALLEST_REST, Rule
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.terms import TERMS, avar
 from sigmatau.simulation.in_memory import simulate
@@ -131,7 +131,7 @@ def dominated(case: str) -> dict[str, float]:
 
 def main() -> None:
     """Run the study and write docs/study/read-off.md."""
-    settings = repr((RECORDS, CHANGES, RULES, CASES, LARGEST_ERROR, LEAST_LEFT))
+    settings = repr((RECORDS, CHANGES, RULES, CASES, LARGEST_ERROR, SMALLEST_REST))
     results = run("read_off", {case: (cell, (case,)) for case in CASES}, settings=settings)
     ruled = {case: dominated(case) for case in CASES}
     lines = [_HEAD.format(records=RECORDS, cases=len(CASES))]

@@ -20,7 +20,7 @@ from sigmatau import Record
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.rounding import rounding_of
+from sigmatau.fitting.rounding import rounding_adjustment
 from sigmatau.quality.samples.resolution import resolution
 from sigmatau.quality.selection.window import choose
 
@@ -57,7 +57,7 @@ def fitted(record: Record, channel: str) -> NoiseFit:
     steps = resolution(record.stream_of(channel), channel)
     if steps is None or steps.ratio > 3:
         return found
-    return adjusted(found, partial(rounding_of, step=steps.step, noise=steps.noise))
+    return adjusted(found, partial(rounding_adjustment, step=steps.step, noise=steps.noise))
 
 
 def deviate(one: NoiseFit, other: NoiseFit, term: str) -> float | None:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau import NoiseModel, Record, simulate
-from sigmatau._native import kernels
 from sigmatau.findings.finding import Finding
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -22,6 +21,7 @@ from sigmatau.quality.spectrum.axis_correlation import cross_axis
 from sigmatau.record.record import make_stream
 from sigmatau.record.streams import Stream
 from studies.runner import run
+from studies.samples import simulated
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def law(seed: int, name: str) -> list[list[float]]:
     )  # fmt: skip
     rows = []
     for _ in range(LAW_RECORDS // PARTS):
-        y = kernels.simulate(SEGMENTED, 1.0, model, seed=int(rng.integers(1 << 62)), stream=1)
+        y = simulated(SEGMENTED, 1.0, model, seed=int(rng.integers(1 << 62)))
         segments, change = segment_test(y, fitted), cusum(y)
         rows.append([1.0 if test is None else test.p_value for test in (segments, change)])
     return rows

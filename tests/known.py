@@ -5,23 +5,10 @@ import signal
 
 import numpy as np
 
-from sigmatau._native.generators import Generator
-from sigmatau.noise.terms import NOISE, TERMS
-
 
 def seed_of(name: str) -> int:
     """A seed from a case's name: never chosen, never changed."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
-
-
-def simulated(n, tau0, coefficients, *, seed, stream=1):
-    """Samples of the given terms alone, the ramp first: a sum of floats depends on the order."""
-    made = Generator(n, tau0, seed=seed)
-    for term in sorted(TERMS, key=NOISE.__contains__):
-        if coefficients.get(term, 0.0):
-            made.add_term(term, coefficients[term], channel=stream, poles=False)
-    made.fill(rate := np.empty(n))
-    return rate
 
 
 def nbs14() -> np.ndarray:

@@ -11,7 +11,7 @@ from sigmatau import Analysis, Record, analyze, fit_channel
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Ends
 from sigmatau.fitting.known_biases import WalkBias, bias
-from sigmatau.fitting.rounding import rounding_of
+from sigmatau.fitting.rounding import rounding_adjustment
 from sigmatau.model.parameters import Parameter
 
 N, WALK = 20_000, Parameter("random_walk")
@@ -95,7 +95,7 @@ def test_the_standard_error_grows_as_the_interval():
 def test_a_term_that_becomes_a_limit_keeps_the_size_of_its_standard_error():
     """A step far above the noise leaves a limit; the factor of the standard error has no unit."""
     fitted = plain()
-    wide = adjusted(fitted, partial(rounding_of, step=4e-3, noise=1e-3))
+    wide = adjusted(fitted, partial(rounding_adjustment, step=4e-3, noise=1e-3))
     assert not wide["random_walk"].observed
     assert wide.unclear == ("random_walk",)
     assert not any("not significant" in text for text in wide.notes())

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from studies.mixtures import crb
+from studies.samples import simulated
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau._native import kernels
 from sigmatau._native.gls import Components, Gls
 from sigmatau.estimators.deviation_kinds import cluster_sizes

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 from studies.exact import TERMS, Exact
+from studies.samples import simulated
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau._native.likelihood import summarize
 
 N = 512  # the shortest record whose likelihood is used: where approximations are worst

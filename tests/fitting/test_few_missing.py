@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from studies.samples import simulated
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau import Record
 from sigmatau._native import likelihood as native
 from sigmatau.fitting.likelihood import fit_samples

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from studies.gaps import MASKS, MIXTURES, N, analysed, missing, truth_of
+from studies.samples import simulated
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native.likelihood import summarize, summarize_masked
 from sigmatau.fitting.likelihood import fit_samples

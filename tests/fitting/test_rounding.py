@@ -11,7 +11,7 @@ from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, analyze, simulate
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.channel import fit_channel
-from sigmatau.fitting.rounding import Rounding, rounding_of
+from sigmatau.fitting.rounding import Rounding, rounding_adjustment
 
 N = 2**15
 
@@ -71,7 +71,7 @@ def test_the_numbers_of_a_process_get_wider_too():
     fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=np.asarray(x)), "gyro_x")
     names, before = fitted.covariance.names, fitted.covariance.matrix
     k = names.index("gauss_markov_1.sigma")
-    after = adjusted(fitted, partial(rounding_of, step=1.0, noise=0.45))
+    after = adjusted(fitted, partial(rounding_adjustment, step=1.0, noise=0.45))
     assert after.covariance.names == names
     wider = after.gauss_markov[0].sigma.high - after.gauss_markov[0].sigma.low
     width = fitted.gauss_markov[0].sigma.high - fitted.gauss_markov[0].sigma.low
@@ -110,6 +110,9 @@ def test_no_noise_that_is_seen():
     y = np.zeros(3000)
     y[::50] = 1.0
     fitted = fit_channel(Record.from_arrays(rate=100, gyro_x=y), "gyro_x")
-    walk, before = adjusted(fitted, partial(rounding_of, step=1.0, noise=0.0))["random_walk"], fitted["random_walk"]
+    walk, before = (
+        adjusted(fitted, partial(rounding_adjustment, step=1.0, noise=0.0))["random_walk"],
+        fitted["random_walk"],
+    )
     assert not walk.observed
     assert walk.upper_limit == pytest.approx((before.high or before.upper_limit) + 0.05, rel=1e-9)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from studies.samples import simulated
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau import NoiseModel, Record, allan, analyze, read, simulate
 from sigmatau._native import kernels
 from sigmatau.fitting.fit import fit

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies.samples import simulated
 from studies.selection_bias import selection_bias
 
-from known import seed_of, simulated
+from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, allan, simulate
 from sigmatau._native.gls import Components, Gls
 from sigmatau.noise.terms import avar

@@ -59,14 +59,14 @@ def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArr
     return copies
 
 
-def whole_sizes(m: ArrayLike, *, of: str = "samples") -> NDArray[np.int64]:
+def whole_sizes(m: ArrayLike, *, counted: str = "samples") -> NDArray[np.int64]:
     """Cluster sizes as integers; `OptionError` for text, True, a fraction, or a number that a double cannot count."""
-    given = np.atleast_1d(np.asarray(m))
-    sizes = given.astype(np.float64) if given.dtype.kind in "iuf" else np.full(1, np.nan)
-    if given.dtype.kind == "O" and all(isinstance(size, int) for size in given.ravel()):
+    array = np.atleast_1d(np.asarray(m))
+    sizes = array.astype(np.float64) if array.dtype.kind in "iuf" else np.full(1, np.nan)
+    if array.dtype.kind == "O" and all(isinstance(size, int) for size in array.ravel()):
         sizes = np.full(1, 2.0 * _LARGEST_SIZE)  # NumPy has no integers of more than 64 bits
     if not np.isfinite(sizes).all() or (sizes != np.rint(sizes)).any():
-        raise OptionError(f"{{option}} must be whole numbers of {of}", option="m")
+        raise OptionError(f"{{option}} must be whole numbers of {counted}", option="m")
     if sizes.size and np.abs(sizes).max() > _LARGEST_SIZE:
-        raise OptionError(f"{{option}} must be at most {_LARGEST_SIZE:g} {of}", option="m")
-    return np.ascontiguousarray(given.astype(np.int64))
+        raise OptionError(f"{{option}} must be at most {_LARGEST_SIZE:g} {counted}", option="m")
+    return np.ascontiguousarray(array.astype(np.int64))

@@ -15,32 +15,32 @@ _Floats = NDArray[np.float64]  # of the shape of the arguments; without dimensio
 
 def normal_below(z: ArrayLike) -> _Floats:
     """Probability that a standard normal deviate is at most `z`."""
-    return _of("normal_below", z)
+    return _evaluated("normal_below", z)
 
 
 def normal_quantile(probability: ArrayLike) -> _Floats:
     """The value that a standard normal deviate does not exceed with a probability."""
-    return _of("normal_quantile", probability)
+    return _evaluated("normal_quantile", probability)
 
 
 def gamma_below(shape: ArrayLike, x: ArrayLike) -> _Floats:
     """Probability that a gamma variate with scale 1 is at most `x`."""
-    return _of_both("gamma_below", shape, x)
+    return _evaluated_together("gamma_below", shape, x)
 
 
 def gamma_above(shape: ArrayLike, x: ArrayLike) -> _Floats:
     """Probability that a gamma variate with scale 1 exceeds `x`."""
-    return _of_both("gamma_above", shape, x)
+    return _evaluated_together("gamma_above", shape, x)
 
 
 def gamma_quantile(shape: ArrayLike, probability: ArrayLike) -> _Floats:
     """The value that a gamma variate with scale 1 does not exceed with a probability."""
-    return _of_both("gamma_quantile", shape, probability)
+    return _evaluated_together("gamma_quantile", shape, probability)
 
 
 def gamma_quantile_above(shape: ArrayLike, probability: ArrayLike) -> _Floats:
     """The value that a gamma variate with scale 1 exceeds with a probability."""
-    return _of_both("gamma_quantile_above", shape, probability)
+    return _evaluated_together("gamma_quantile_above", shape, probability)
 
 
 def chi2_below(freedom: ArrayLike, x: ArrayLike) -> _Floats:
@@ -60,29 +60,29 @@ def chi2_quantile_above(freedom: ArrayLike, probability: ArrayLike) -> _Floats:
 
 def student_below(freedom: ArrayLike, t: ArrayLike) -> _Floats:
     """Probability that Student's t is at most `t`."""
-    return _of_both("student_below", freedom, t)
+    return _evaluated_together("student_below", freedom, t)
 
 
 def student_quantile(freedom: ArrayLike, probability: ArrayLike) -> _Floats:
     """The value that Student's t does not exceed with a probability."""
-    return _of_both("student_quantile", freedom, probability)
+    return _evaluated_together("student_quantile", freedom, probability)
 
 
 def digamma(x: ArrayLike) -> _Floats:
     """Derivative of ln Γ at a positive `x`."""
-    return _of("digamma", x)
+    return _evaluated("digamma", x)
 
 
 def log_gamma(x: ArrayLike) -> _Floats:
     """Logarithm of Γ at a positive `x`."""
-    return _of("log_gamma", x)
+    return _evaluated("log_gamma", x)
 
 
-def _of(name: str, x: ArrayLike) -> _Floats:
+def _evaluated(name: str, x: ArrayLike) -> _Floats:
     array = np.asarray(x, dtype=np.float64)
     return _core.distribution(name, array.ravel()).reshape(array.shape)
 
 
-def _of_both(name: str, shape: ArrayLike, x: ArrayLike) -> _Floats:
+def _evaluated_together(name: str, shape: ArrayLike, x: ArrayLike) -> _Floats:
     shapes, values = np.broadcast_arrays(np.asarray(shape, dtype=np.float64), np.asarray(x, dtype=np.float64))
     return _core.distribution_of_shape(name, shapes.ravel(), values.ravel()).reshape(shapes.shape)

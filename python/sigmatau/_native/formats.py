@@ -127,10 +127,10 @@ def read_text(
     writing = (encoding, decimal_comma, lines, dates, arrow, most, tag)
     how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
-        found = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
+        parsed = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
-    floats, integers, (hidden, first_hidden, headers), open_end = found
+    floats, integers, (hidden, first_hidden, headers), open_end = parsed
     return TextColumns(
         columns=floats,
         integers=integers,
@@ -203,12 +203,14 @@ class Sentences:
 def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...], most: int = _ANY_SIZE) -> Sentences:
     """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
     try:
-        columns, broken, inner, examples, others, cut = _core.read_sentences(path, name, fields, list(wanted), most)
+        columns, broken, inner, examples, other_lines, cut = _core.read_sentences(
+            path, name, fields, list(wanted), most
+        )
     except _core.TextError as error:
         raise TextReadError(*error.args) from None
-    count, gap, other = others
+    count, gap, example = other_lines
     return Sentences(
-        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=other, cut=cut
+        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=example, cut=cut
     )
 
 

@@ -90,8 +90,8 @@ def strides(m: ArrayLike) -> NDArray[np.int64]:
 def all_finite(arrays: Sequence[NDArray[np.float64]]) -> list[bool]:
     """For each array, whether all numbers are known to be finite; False if the array is not contiguous."""
     flat = [a.reshape(-1) for a in arrays if a.flags.c_contiguous]
-    found = iter(_core.all_finite(flat))
-    return [bool(a.flags.c_contiguous and next(found)) for a in arrays]
+    finite = iter(_core.all_finite(flat))
+    return [bool(a.flags.c_contiguous and next(finite)) for a in arrays]
 
 
 def allan_variances(

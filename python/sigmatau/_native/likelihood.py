@@ -69,12 +69,12 @@ def summarize_masked(
     ValueError
         As `summarize`; and if the samples that are there are in a few places only, see `enough`.
     """
-    there = np.ascontiguousarray(present, dtype=np.bool_)
-    summary = _walked(_core.LikelihoodPass.masked(there, tau0), pieces())
+    mask = np.ascontiguousarray(present, dtype=np.bool_)
+    summary = _walked(_core.LikelihoodPass.masked(mask, tau0), pieces())
     taper, differences = summary.weighting()
     if taper < _LEAST_TAPER and differences is None:
         return summary
-    return _walked(_core.LikelihoodPass.masked(there, tau0, taper, differences), pieces())
+    return _walked(_core.LikelihoodPass.masked(mask, tau0, taper, differences), pieces())
 
 
 def enough(present: NDArray[np.bool_]) -> bool:

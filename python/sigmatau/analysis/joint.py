@@ -19,13 +19,13 @@ from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.adjustment import Adjustment
-from sigmatau.fitting.joint import COMMON, Over, Run, join, run_of, why_unfit
+from sigmatau.fitting.joint import COMMON, Over, Run, build_run, join, why_unfit
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
 from sigmatau.fitting.known_biases import bias, walk_bias
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.overview import overview
 from sigmatau.fitting.read_off import read_off
-from sigmatau.fitting.rounding import rounding_of
+from sigmatau.fitting.rounding import rounding_adjustment
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.fit_findings import disturbed_findings
@@ -128,7 +128,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
     for channel in analysis.curves:
         unfit = _why_unfit(used, channel, fits.get(channel))
         if unfit is None:
-            runs[channel] = run_of(used, channel, name=name, fit=fits[channel])
+            runs[channel] = build_run(used, channel, name=name, fit=fits[channel])
         else:
             findings.append(_left_out(name, unfit, channel))
     return AnalysedRun(name=name, analysis=analysis, runs=runs, findings=tuple(findings))
@@ -258,7 +258,7 @@ def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[Run, Analysi
     if not steps:
         return None
     coarsest = max(steps, key=lambda resolution: resolution.step / resolution.noise)
-    return rounding_of(fitted, step=coarsest.step, noise=coarsest.noise)
+    return rounding_adjustment(fitted, step=coarsest.step, noise=coarsest.noise)
 
 
 def _pooled(curves: Sequence[DeviationCurve], fitted: NoiseFit) -> DeviationCurve:

@@ -24,7 +24,7 @@ from sigmatau.fitting.mean_stability import MeanStability, mean_stability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
 from sigmatau.fitting.read_off import ReadOff
 from sigmatau.fitting.read_off_at import ReadOffAt
-from sigmatau.fitting.rounding import rounding_of
+from sigmatau.fitting.rounding import rounding_adjustment
 from sigmatau.options import stated
 from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.curves import compute_curves
@@ -166,7 +166,7 @@ def fit(state: State) -> State:
         if curve.overlap == "full":
             curve = with_freedom(curve, first)
         if steps is not None and steps.rounding != "quantization":
-            return first, adjusted(first, partial(rounding_of, step=steps.step, noise=steps.noise)), curve
+            return first, adjusted(first, partial(rounding_adjustment, step=steps.step, noise=steps.noise)), curve
         return first, first, curve
 
     fits, final_curves = {}, {}

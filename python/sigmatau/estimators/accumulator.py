@@ -143,12 +143,12 @@ class Accumulator(Printed):
             for column, factor in zip(self._columns(chunk), self._factors, strict=True)
         ]
         for column, channel in zip(columns, self.channels, strict=True):
-            at = kernels.Accumulator.first_unusable(column)
-            if at is not None:
-                index = self.start + self.n + at
+            row = kernels.Accumulator.first_unusable(column)
+            if row is not None:
+                index = self.start + self.n + row
                 raise NonFiniteError(
-                    f"`{channel}` is {column[at]:g} in SI at index {index} of the record, {at} of the chunk: a stream has no"
-                    " gaps; begin a new one behind it",
+                    f"`{channel}` is {column[row]:g} in SI at index {index} of the record, {row} of the chunk: a stream has"
+                    " no gaps; begin a new one behind it",
                     channel=channel,
                     index=index,
                 )

@@ -194,8 +194,8 @@ class DeviationCurve(Tabular):
         """
         chosen = np.isin(self.m, sizes)
         columns = {name: getattr(self, name) for name in _COLUMNS}
-        kept: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
-        return replace(self, **kept)
+        selected: dict[str, Any] = {name: None if c is None else c[chosen] for name, c in columns.items()}
+        return replace(self, **selected)
 
     @property
     def interval_text(self) -> str:
@@ -210,8 +210,8 @@ class DeviationCurve(Tabular):
         optional = [name for name in ("edf", "stride") if getattr(self, name) is not None]
         optional += ["missing"] if self.missing else []
         estimator = "overlapped" if self.overlap == "full" else "non-overlapped"
-        known = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
-        return plain(self, known, *optional, low=low, high=high, estimator=estimator)
+        fields = "m tau_s=tau adev interval=interval_text n_pairs counting unit"
+        return plain(self, fields, *optional, low=low, high=high, estimator=estimator)
 
     def columns(self) -> dict[str, list[Any]]:
         """A row an averaging time, see `Tabular.columns`."""
@@ -396,7 +396,7 @@ def allan(
     array([0.5, 0. ])
     """
     if not isinstance(record, Record):
-        single = _record_of(record, rate, unit)
+        single = _as_record(record, rate, unit)
         return allan(single, taus=taus, overlap=overlap, counting=counting, threads=threads)["signal"]
     if rate is not None or unit is not None:
         raise OptionError(
@@ -410,7 +410,7 @@ def allan(
     return Curves(curves)
 
 
-def _record_of(samples: Any, rate: float | None, unit: str | None) -> Record:  # noqa: ANN401
+def _as_record(samples: Any, rate: float | None, unit: str | None) -> Record:  # noqa: ANN401
     """A record of one signal; raises `TypeError` for anything but numbers in a row."""
     if hasattr(samples, "columns") or isinstance(samples, str | Mapping):
         raise TypeError(
@@ -457,16 +457,16 @@ def curves_of_stream(
     # The paper's counting leaves one term less, and at m = n/2 none.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0
     sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
-    gaps = {channel: _gaps_of(stream, channel) for channel in channels}
+    gaps = {channel: _missing(stream, channel) for channel in channels}
     whole = tuple(channel for channel in channels if gaps[channel] is None)
-    found: dict[str, DeviationCurve] = {}
+    curves: dict[str, DeviationCurve] = {}
     if whole:
         columns = [stream.column(channel) for channel in whole]
         variances, ramps, pairs = kernels.allan_variances(
             columns, sizes, overlap=overlap, counting=counting, threads=threads, names=whole
         )
         for channel, avar, ramp in zip(whole, variances, ramps, strict=True):
-            found[channel] = _curve(stream, channel, sizes, avar, ramp, pairs, overlap=overlap, counting=counting)
+            curves[channel] = _curve(stream, channel, sizes, avar, ramp, pairs, overlap=overlap, counting=counting)
     for channel, missing in gaps.items():
         if missing is None:
             continue
@@ -478,22 +478,29 @@ def curves_of_stream(
         avar, ramp, pairs = kernels.masked_variances(
             stream.column(channel), sizes, overlap=overlap, counting=counting, threads=threads, name=channel
         )
-        kept = pairs > 0
-        if not kept.any():
+        has_pairs = pairs > 0
+        if not has_pairs.any():
             continue
         used = missing[:-1] if terms_lost else missing
         curve = _curve(
-            stream, channel, sizes[kept], avar[kept], ramp[kept], pairs[kept], overlap=overlap, counting=counting
+            stream,
+            channel,
+            sizes[has_pairs],
+            avar[has_pairs],
+            ramp[has_pairs],
+            pairs[has_pairs],
+            overlap=overlap,
+            counting=counting,
         )
-        found[channel] = replace(curve, missing=int(used.sum()))
-    return {channel: found[channel] for channel in channels if channel in found}
+        curves[channel] = replace(curve, missing=int(used.sum()))
+    return {channel: curves[channel] for channel in channels if channel in curves}
 
 
 def _refuse_without_pairs(stream: Stream, computed: Mapping[str, DeviationCurve], channels: tuple[str, ...]) -> None:
     """Raise `RecordTooShortError` for the first channel without a curve."""
     for channel in channels:
         if channel not in computed:
-            gaps = _gaps_of(stream, channel)
+            gaps = _missing(stream, channel)
             missing = 0 if gaps is None else int(gaps.sum())
             raise RecordTooShortError(
                 f"`{channel}` misses {missing} of {stream.grid.n} samples: no two neighbouring clusters of the averaging"
@@ -503,7 +510,7 @@ def _refuse_without_pairs(stream: Stream, computed: Mapping[str, DeviationCurve]
             )
 
 
-def _gaps_of(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
+def _missing(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
     """The missing samples of a channel; None if no sample is missing."""
     if stream.mask is None:
         return None

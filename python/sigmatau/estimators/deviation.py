@@ -226,7 +226,7 @@ class Deviations(ByChannel[Deviation]):
         -------
         dict
         """
-        return {channel: of_channel.to_dict(noise=noise) for channel, of_channel in self.items()}
+        return {channel: deviation.to_dict(noise=noise) for channel, deviation in self.items()}
 
     def plot(self, ax: Panels = None, *, noise: str | Mapping[str, float] | None = None) -> Figure:
         """Draw all of them, one panel a quantity and unit.
@@ -244,7 +244,7 @@ class Deviations(ByChannel[Deviation]):
         """
         from sigmatau.plot.curves import draw_deviations
 
-        bands = {} if noise is None else {name: one.interval(noise=noise) for name, one in self.items()}
+        bands = {} if noise is None else {name: deviation.interval(noise=noise) for name, deviation in self.items()}
         return draw_deviations(self, bands, ax=ax)
 
 
@@ -335,10 +335,10 @@ def deviation(
         refuse_missing(stream, f"the {KINDS[kind].label}")
     sizes = [sizes_for(kind, taus, n=stream.grid.n, tau0=stream.grid.tau0) for stream in record.streams]
     bar = _Bar(progress, sum(_work(kind, stream, m) for stream, m in zip(record.streams, sizes, strict=True)))
-    found: dict[str, Deviation] = {}
+    deviations: dict[str, Deviation] = {}
     for stream, m in zip(record.streams, sizes, strict=True):
-        found.update(_of_stream(stream, kind, m, overlap=overlap or "full", threads=threads, bar=bar))
-    return Deviations(found)
+        deviations.update(_stream_deviations(stream, kind, m, overlap=overlap or "full", threads=threads, bar=bar))
+    return Deviations(deviations)
 
 
 class _Bar:
@@ -359,21 +359,21 @@ def _work(kind: Kind, stream: Stream, m: NDArray[np.int64]) -> float:
     return len(stream.channels) * float(np.sum((n - m) * m if kind == "theo1" else np.full(len(m), n)))
 
 
-def _of_stream(
+def _stream_deviations(
     stream: Stream, kind: Kind, sizes: NDArray[np.int64], *, overlap: Overlap, threads: int | None, bar: _Bar
 ) -> dict[str, Deviation]:
     chosen, tau0 = KINDS[kind], stream.grid.tau0
     columns = [stream.column(channel) for channel in stream.channels]
     # Theo1 takes N·m steps: one size at a time, so that one can see how far it is, and end it.
     parts = [sizes[i : i + 1] for i in range(len(sizes))] if kind == "theo1" else [sizes]
-    found = []
+    results = []
     for m in parts:
-        found.append(
+        results.append(
             kernels.deviations(chosen.kernel, columns, m, overlap=overlap, threads=threads, names=stream.channels)
         )
         bar.add(_work(kind, stream, m))
-    values = [np.concatenate([part[c] for part, _ in found]) for c in range(len(columns))]
-    terms = np.concatenate([part for _, part in found])
+    values = [np.concatenate([part[c] for part, _ in results]) for c in range(len(columns))]
+    terms = np.concatenate([part for _, part in results])
     tau = np.asarray(sizes * (chosen.tau_per_m * tau0), dtype=np.float64)
     factor: NDArray[np.float64] | float = 1.0
     if kind == "time":

@@ -76,10 +76,10 @@ def estimator(kind: str) -> Estimator:
 def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[np.int64]:
     """Cluster sizes in samples for a record of `n` samples, increasing; see `sigmatau.deviation`."""
     chosen = estimator(kind)
-    smallest, largest, least = kernels.deviation_limits(chosen.kernel, n)
+    smallest, largest, needed = kernels.deviation_limits(chosen.kernel, n)
     if largest < smallest:
         raise RecordTooShortError(
-            f"{n} samples are too few for the {chosen.label}: at least {least} are needed", need=least, got=n
+            f"{n} samples are too few for the {chosen.label}: at least {needed} are needed", need=needed, got=n
         )
     if isinstance(taus, str) and taus == "all" and n > _ALL:
         raise OptionError(

@@ -46,14 +46,14 @@ class GappedSums:
     def push(self, x: Floats) -> None:
         """Add the next samples, shape (n,)."""
         bad = np.flatnonzero(~np.isfinite(x))
-        at = 0
+        start = 0
         for k in [*bad.tolist(), len(x)]:
-            if k > at:
-                self._run().push(x[at:k])
-                self.stop += k - at
+            if k > start:
+                self._run().push(x[start:k])
+                self.stop += k - start
             if k < len(x):
                 self._lose()
-            at = k + 1
+            start = k + 1
 
     def _run(self) -> Accumulator:
         """The run that the next sample is of."""
@@ -140,7 +140,7 @@ class GappedSums:
                 got=0,
             )
         sizes = np.array(sorted(whole), dtype=np.int64)
-        columns = [np.array([whole[k][at] for k in sizes.tolist()]) for at in range(4)]
+        columns = [np.array([whole[k][column] for k in sizes.tolist()]) for column in range(4)]
         counts, strides = columns[0], columns[3]
         like = self._curve
         return DeviationCurve(
@@ -159,5 +159,5 @@ class GappedSums:
         )
 
 
-def _shorter(one: DeviationCurve | None, other: DeviationCurve | None) -> DeviationCurve | None:
-    return other if one is None else one
+def _shorter(first: DeviationCurve | None, second: DeviationCurve | None) -> DeviationCurve | None:
+    return second if first is None else first

@@ -85,17 +85,17 @@ class DynamicAllan(Printed):
 
         NaN if no window has a deviation.
         """
-        known = self.adev[np.isfinite(self.adev).all(axis=1)]
-        if len(known) == 0:
+        complete = self.adev[np.isfinite(self.adev).all(axis=1)]
+        if len(complete) == 0:
             return np.full(len(self.tau), np.nan)
-        low = known.min(axis=0)
-        return np.asarray(np.where(low > 0, known.max(axis=0) / np.where(low > 0, low, 1.0), np.nan))
+        low = complete.min(axis=0)
+        return np.asarray(np.where(low > 0, complete.max(axis=0) / np.where(low > 0, low, 1.0), np.nan))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; None for a window without a deviation."""
-        known = "channel quantity unit window_s=window step_s=step samples_in_window=n time_s=times tau_s=tau"
+        fields = "channel quantity unit window_s=window step_s=step samples_in_window=n time_s=times tau_s=tau"
         adev = [row.tolist() if np.isfinite(row).all() else None for row in self.adev]
-        return plain(self, known, estimator="overlapped", adev=adev)
+        return plain(self, fields, estimator="overlapped", adev=adev)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
         """Draw the map with its colour bar, in new axes or those given.
@@ -117,22 +117,22 @@ class DynamicAllan(Printed):
         return parent_figure(draw_dynamic(self, ax=ax, unit=unit))
 
     def __repr__(self) -> str:
-        known = np.isfinite(self.adev).all(axis=1)
+        complete = np.isfinite(self.adev).all(axis=1)
         lines = [
             f"{self.channel}: dynamic Allan deviation [{self.unit}], {len(self.times)} windows of"
             f" {duration_text(self.window)}, one every {duration_text(self.step)}"
         ]
-        missing = int((~known).sum())
+        missing = int((~complete).sum())
         if missing:
             lines.append(f"  {missing} of them miss more than a tenth of their samples and have none")
-        if known.any():
+        if complete.any():
             lines.append(f"  {'τ':>10}    median     smallest   largest    largest at t")
             chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED_ROWS)).astype(int))
-            there = self.adev[known]
+            adev = self.adev[complete]
             for k in chosen:
-                at = seconds(float(self.times[known][int(np.argmax(there[:, k]))]))
-                values = "  ".join(f"{v:<9.4g}" for v in (np.median(there[:, k]), there[:, k].min(), there[:, k].max()))
-                lines.append(f"  {seconds(float(self.tau[k])):>8} s    {values}  {at} s")
+                when = seconds(float(self.times[complete][int(np.argmax(adev[:, k]))]))
+                values = "  ".join(f"{v:<9.4g}" for v in (np.median(adev[:, k]), adev[:, k].min(), adev[:, k].max()))
+                lines.append(f"  {seconds(float(self.tau[k])):>8} s    {values}  {when} s")
         return "\n".join(lines)
 
 
@@ -218,10 +218,10 @@ def dynamic_allan(
     sizes = cluster_sizes(taus, n=n, tau0=tau0)
     if isinstance(taus, str):
         sizes = sizes[sizes <= n // 3]
-    one = stream.only(channel)
+    single = stream.only(channel)
     adev = np.full((count, len(sizes)), np.nan)
     for k in range(count):
-        part = one.cut(k * stride, k * stride + n)
+        part = single.cut(k * stride, k * stride + n)
         if part.mask is not None and part.mask.mean() > _MOST_MISSING:
             continue
         curve = allan(Record(streams=(part,)), taus=sizes * tau0, threads=threads)[channel]

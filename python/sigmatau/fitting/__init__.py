@@ -1,9 +1,10 @@
-"""Fitting noise terms to an Allan deviation curve.
+"""Noise models of records and of Allan deviation curves.
 
-From the bottom up: `components` (what the variances and their covariance are made of), `gls` (least squares with them),
-`goodness` (of fit), `inference` (tests, intervals, limits), `ramp`, `noise_fit` (the result), `attempt` (a fit from one
-averaging time on), `gauss_markov`, `selection` (of that time and of a process), `statement` (from numbers to a result),
-`fit`; `read_off` (the paper's method), `planning`, `tables`.
+`fit_channel` fits the spectrum of a record (`channel`, `likelihood`; the numerics are in the core), `fit` an Allan deviation
+curve without its samples (`fit`, `statement`), `fit_psd` a density, `join` several runs (`joint`). `noise_fit` and
+`fitted_values` are the result, `to_model` makes a noise model of it. `read_off` is the method of the paper, `planning` says
+what a record can show; `disturbance`, `rounding`, `coarse_counts` and their neighbours adjust a fit to what is wrong with a
+record, each with an `adjustment`.
 """
 
 import lazy_loader

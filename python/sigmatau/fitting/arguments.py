@@ -18,14 +18,14 @@ def wanted_terms(terms: object) -> set[str]:
         return set(TERMS)
     if isinstance(terms, str) or not isinstance(terms, Iterable):
         raise OptionError(f'{{option}} must be a list, e.g. ["random_walk"], not {terms!r}', option="terms")
-    given = list(terms)
-    wanted = {one for one in given if isinstance(one, str)}
-    if others := [one for one in given if one in wanted - set(TERMS)]:
+    listed = list(terms)
+    wanted = {name for name in listed if isinstance(name, str)}
+    if others := [name for name in listed if name in wanted - set(TERMS)]:
         raise OptionError(f"{{option}}: {unknown_term(others[0])}", option="terms")
-    if len(wanted) < len(given) or not wanted & set(NOISE):
-        known = ", ".join(TERMS)
+    if len(wanted) < len(listed) or not wanted & set(NOISE):
+        names = ", ".join(TERMS)
         raise OptionError(
-            f"{{option}} must be of {known}, one of them a noise, not {', '.join(map(str, given))}", option="terms"
+            f"{{option}} must be of {names}, one of them a noise, not {', '.join(map(str, listed))}", option="terms"
         )
     return wanted
 

@@ -106,7 +106,10 @@ def bandwidth(
         if channel not in available:
             raise OptionError(f"{{option}} must be of {', '.join(available)}, not {channel!r}", option="channels")
     return Bandwidths(
-        {channel: _of_channel(channel, named, tolerance=tolerance, level=level) for channel in channels or available}
+        {
+            channel: _channel_bandwidth(channel, named, tolerance=tolerance, level=level)
+            for channel in channels or available
+        }
     )
 
 
@@ -125,7 +128,7 @@ def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[st
     return named
 
 
-def _of_channel(channel: str, named: Mapping[str, Record], *, tolerance: float, level: float) -> SensorBandwidth:
+def _channel_bandwidth(channel: str, named: Mapping[str, Record], *, tolerance: float, level: float) -> SensorBandwidth:
     sources, repeated = _sources(channel, named)
     stream = sources[0].stream
     for source in sources:

@@ -25,24 +25,24 @@ _MOST_LEVELS = 256  # of a coarse thermometer
 _SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
 
-def temperature_of(edges: Floats, thermometer: Stream) -> Floats:
+def mean_temperatures(edges: Floats, thermometer: Stream) -> Floats:
     """Mean temperature of each block; NaN outside the times of the thermometer."""
     columns = [thermometer.column(channel) for channel in thermometer.channels]
     columns = [column for column in columns if np.isfinite(column).sum() > 1]
     if not columns:
         return np.full(len(edges) - 1, np.nan)
     column = max(columns, key=lambda values: float(np.nanmax(values) - np.nanmin(values)))
-    known = np.isfinite(column)
+    finite = np.isfinite(column)
     tau0 = thermometer.grid.tau0
     middle = thermometer.grid.start + (np.arange(thermometer.grid.n) + 0.5) * tau0
-    time = np.asarray(middle[known], dtype=np.float64)
-    values = between_steps(time, np.asarray(column[known], dtype=np.float64))
+    time = np.asarray(middle[finite], dtype=np.float64)
+    values = between_steps(time, np.asarray(column[finite], dtype=np.float64))
     step = float(edges[1] - edges[0])
     # Missing samples would be missing in the integral.
-    if step > 2 * tau0 and known.all():
+    if step > 2 * tau0 and finite.all():
         integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
-        at = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
-        means = np.diff(np.interp(edges, at, integral)) / step
+        borders = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
+        means = np.diff(np.interp(edges, borders, integral)) / step
     else:
         means = _interpolated(edges, time, values)
     reach = max(tau0, step)
@@ -61,33 +61,33 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:
         return values
-    at = (time[changes] + time[changes + 1]) / 2
+    steps = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
     # Noise makes the level change back and forth several times: they are one change, in their middle.
-    begins = np.flatnonzero(np.diff(at, prepend=-np.inf) > (time[-1] - time[0]) * _TOGETHER)
+    begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _TOGETHER)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
-    many = np.diff(np.append(begins, len(at)))
+    many = np.diff(np.append(begins, len(steps)))
     odd = many % 2 == 1  # after an even number the level is the same: noise alone
-    at, mid = (np.add.reduceat(at, begins) / many)[odd], mid[begins][odd]
+    steps, mid = (np.add.reduceat(steps, begins) / many)[odd], mid[begins][odd]
     after = values[changes[begins + many - 1] + 1][odd]
-    if len(at) < 2:
+    if len(steps) < 2:
         return values
-    slope = np.diff(mid) / np.diff(at)
+    slope = np.diff(mid) / np.diff(steps)
     # Before the first change and after the last, the temperature is extrapolated within half a step.
     half = np.abs(np.diff(values))[changes[[0, -1]]] / 2
-    first = values[0] + np.clip(mid[0] - slope[0] * (at[0] - time[0]) - values[0], -half[0], half[0])
-    last = values[-1] + np.clip(mid[-1] + slope[-1] * (time[-1] - at[-1]) - values[-1], -half[1], half[1])
+    first = values[0] + np.clip(mid[0] - slope[0] * (steps[0] - time[0]) - values[0], -half[0], half[0])
+    last = values[-1] + np.clip(mid[-1] + slope[-1] * (time[-1] - steps[-1]) - values[-1], -half[1], half[1])
     # At an extremum the same change occurs twice: a parabola with the slope of the interval before.
-    turns = np.flatnonzero((slope == 0) & (np.diff(at) > 0))
+    turns = np.flatnonzero((slope == 0) & (np.diff(steps) > 0))
     turns = turns[turns > 0]
-    length = at[turns + 1] - at[turns]
+    length = steps[turns + 1] - steps[turns]
     height = slope[turns - 1] * length / 4
     room = 2 * np.abs(after[turns] - mid[turns])
     height = np.clip(height, -room, room)
     parts = np.array([0.25, 0.5, 0.75])
-    more = (at[turns][:, None] + length[:, None] * parts).ravel()
+    more = (steps[turns][:, None] + length[:, None] * parts).ravel()
     extra = (mid[turns][:, None] + height[:, None] * (4 * parts * (1 - parts))).ravel()
-    points = np.concatenate(([time[0]], at, more, [time[-1]]))
+    points = np.concatenate(([time[0]], steps, more, [time[-1]]))
     levels = np.concatenate(([first], mid, extra, [last]))
     order = np.argsort(points, kind="stable")
     return np.asarray(np.interp(time, points[order], levels[order]))
@@ -102,13 +102,13 @@ def smoothed(levels: Floats) -> Floats:
     line = levels[0] + (levels[-1] - levels[0]) * k / (n - 1)  # the cosines have no slope at the ends
     modes = dct(levels - line, norm="ortho")
     penalty = (2 - 2 * np.cos(np.pi * k / n)) ** 2
-    best, least = levels, np.inf
+    best, lowest = levels, np.inf
     for length in (0.1, *_SMOOTHED_BLOCKS):
-        kept = 1 / (1 + length**4 * penalty)
-        lost = 1 - kept
+        gain = 1 / (1 + length**4 * penalty)
+        lost = 1 - gain
         score = float(np.sum((lost * modes) ** 2)) / float(lost.mean()) ** 2
-        if score < least:
-            best, least = np.asarray(line + idct(kept * modes, norm="ortho")), score
+        if score < lowest:
+            best, lowest = np.asarray(line + idct(gain * modes, norm="ortho")), score
     return best
 
 

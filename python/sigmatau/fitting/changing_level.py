@@ -58,9 +58,9 @@ def unsteadiness(levels: Levels) -> float:
     waves = np.cos(np.pi * np.outer(eighths + 0.5, np.arange(_SLOW_WAVES + 1)) / _EIGHTHS)
     errors = np.sqrt(variances)
     weighted, scaled = waves / errors[:, None], logs / errors
-    constant = _rest_of(weighted[:, :1], scaled)
+    constant = _residual(weighted[:, :1], scaled)
     together = float(chi2_above(len(levels) - 1, constant))
-    slow = float(chi2_above(_SLOW_WAVES, max(constant - _rest_of(weighted, scaled), 0.0)))
+    slow = float(chi2_above(_SLOW_WAVES, max(constant - _residual(weighted, scaled), 0.0)))
     return min(2 * min(together, slow), 1.0)
 
 
@@ -131,8 +131,8 @@ def level_errors(levels: Levels, *, level: float) -> LevelErrors:
     error = _error_of_mean(eighths)
     likelihoods, means, squares, remaining = [], [], [], []
     for law in _laws():
-        of_law = contrasts.T @ law[np.ix_(eighths, eighths)] @ contrasts
-        covariance = squared_sizes[..., None] * of_law + chance
+        expected = contrasts.T @ law[np.ix_(eighths, eighths)] @ contrasts
+        covariance = squared_sizes[..., None] * expected + chance
         inverse = np.linalg.inv(covariance)
         shared = squared_sizes * (contrasts.T @ law[eighths] @ error)  # covariance of contrasts and the error
         distance = np.einsum("i,sij,j->s", observed, inverse, observed)
@@ -154,7 +154,7 @@ def _columns(levels: Levels) -> tuple[np.ndarray, Floats, Floats]:
     return eighths.astype(int), np.log(sizes), variances / sizes**2
 
 
-def _rest_of(curves: Floats, values: Floats) -> float:
+def _residual(curves: Floats, values: Floats) -> float:
     """Sum of squares of values beside curves."""
     rest = values - curves @ np.linalg.lstsq(curves, values, rcond=None)[0]
     return float(rest @ rest)

@@ -15,7 +15,7 @@ from sigmatau.estimators.allan import DeviationCurve, channel_curve
 from sigmatau.estimators.deviation_kinds import cluster_sizes
 from sigmatau.findings.reasons import IncompleteRecord
 from sigmatau.fitting import likelihood
-from sigmatau.fitting.block_temperature import temperature_of
+from sigmatau.fitting.block_temperature import mean_temperatures
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import usable
@@ -121,8 +121,8 @@ def fit_channel(
             f"{{option}} must be one of {', '.join(get_args(FitMethod))}, not {method!r}", option="method"
         )
     if method == "gls":
-        for option, given_one in (("processes", processes), ("regressors", regressors)):
-            if given_one:
+        for option, argument in (("processes", processes), ("regressors", regressors)):
+            if argument:
                 raise OptionError("{option} are of the likelihood: least squares has none", option=option)
     if regressors is not None and not isinstance(regressors, Mapping):
         raise OptionError(
@@ -147,22 +147,22 @@ def by_likelihood(
     step: float | None = None,
 ) -> NoiseFit:
     """Fit the samples of a channel, with the temperature of the log if the channel follows it."""
-    stream, given = record.stream_of(channel), dict(regressors or {})
-    degrees = None if TEMPERATURE in given else temperature_at(record, stream)
+    stream, curves = record.stream_of(channel), dict(regressors or {})
+    degrees = None if TEMPERATURE in curves else block_temperature(record, stream)
     if degrees is not None:
         with_it = likelihood.fit_samples(
             stream,
             channel,
             terms=terms,
             processes=processes,
-            regressors={**given, TEMPERATURE: degrees},
+            regressors={**curves, TEMPERATURE: degrees},
             level=level,
             step=step,
         )
         if _ratio(with_it) > _LEAST_RATIO:
             return with_it
     return likelihood.fit_samples(
-        stream, channel, terms=terms, processes=processes, regressors=given, level=level, step=step
+        stream, channel, terms=terms, processes=processes, regressors=curves, level=level, step=step
     )
 
 
@@ -173,25 +173,27 @@ def follows_temperature(fitted: NoiseFit) -> bool:
 
 def _ratio(fitted: NoiseFit) -> float:
     """Size of the temperature coefficient over its standard error."""
-    found = fitted.regressors[TEMPERATURE]
-    assert found.high is not None
-    return float(abs(found.value) / (found.high - found.value) * normal_quantile(0.5 + 0.5 * fitted.level))
+    coefficient = fitted.regressors[TEMPERATURE]
+    assert coefficient.high is not None
+    return float(
+        abs(coefficient.value) / (coefficient.high - coefficient.value) * normal_quantile(0.5 + 0.5 * fitted.level)
+    )
 
 
-def temperature_at(record: Record, stream: Stream) -> NDArray[np.float64] | None:
+def block_temperature(record: Record, stream: Stream) -> NDArray[np.float64] | None:
     """Temperature at the samples, from the thermometer of the log; None if there is none, or it says nothing."""
-    thermometer = next((one for one in record.streams if one.quantity == "temperature"), None)
+    thermometer = next((candidate for candidate in record.streams if candidate.quantity == "temperature"), None)
     if thermometer is None or thermometer is stream:
         return None
     count = min(stream.grid.n, _MOST_TEMPERATURES)
     edges = np.linspace(0.0, stream.grid.duration, count + 1)
-    means = temperature_of(edges + stream.grid.start, thermometer)
-    known = np.isfinite(means)
-    if known.mean() < 1 - _MOST_UNKNOWN or not np.ptp(means[known]) > 0:
+    means = mean_temperatures(edges + stream.grid.start, thermometer)
+    finite = np.isfinite(means)
+    if finite.mean() < 1 - _MOST_UNKNOWN or not np.ptp(means[finite]) > 0:
         return None
-    at = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
+    times = (np.arange(stream.grid.n) + 0.5) * stream.grid.tau0
     middle = (edges[1:] + edges[:-1]) / 2
-    return np.asarray(np.interp(at, middle[known], means[known] - means[known].mean()))
+    return np.asarray(np.interp(times, middle[finite], means[finite] - means[finite].mean()))
 
 
 def _by_curve(

@@ -45,7 +45,7 @@ def fit_sums(
         See `sigmatau.fit_channel`.
     """
     stream = record.stream_of(channel)
-    sums = None if summed is None else _sums_of(stream, channel, summed)
+    sums = None if summed is None else _summed(stream, channel, summed)
     if summed is None or sums is None or not usable(sums, channel, least=least):
         fitted = fit_channel(record, channel, terms=terms)
         if not fitted.terms:
@@ -60,7 +60,7 @@ def fit_sums(
     fitted = replace(fitted, n=stream.grid.n, tau0=stream.grid.tau0)
     if fitted.verdict == "disturbed":
         return adjusted(fitted, partial(_hidden, stream=stream, summed=summed, quantization=quantization))
-    return adjusted(fitted, partial(_of_sums, summed=summed, tau_min=sums.grid.tau0))
+    return adjusted(fitted, partial(_adjusted_sums, summed=summed, tau_min=sums.grid.tau0))
 
 
 def _hidden(
@@ -69,10 +69,10 @@ def _hidden(
     """Upper limits alone: the rounding hides the noise, all but its own."""
     reason = CoarseCounts(summed=summed, hidden=True)
     limits = limits_alone(fitted, stream, cause="coarse_counts", reason=reason, without=without)
-    return replace(limits, changes=tuple(_at_least(change, quantization) for change in limits.changes))
+    return replace(limits, changes=tuple(_raised(change, quantization) for change in limits.changes))
 
 
-def _at_least(change: Change, quantization: float) -> Change:
+def _raised(change: Change, quantization: float) -> Change:
     """The limit of quantization noise with that of the step in it."""
     limit = change.after.upper_limit
     if change.parameter != Parameter("quantization") or limit is None or limit >= quantization:
@@ -80,7 +80,7 @@ def _at_least(change: Change, quantization: float) -> Change:
     return replace(change, after=replace(change.after, upper_limit=quantization))
 
 
-def _of_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
+def _adjusted_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
     """A fit of sums: what they show of lines, resonances and a filter is folded at half their rate."""
     has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
     return Adjustment(
@@ -93,7 +93,7 @@ def _of_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
     )
 
 
-def _sums_of(stream: Stream, channel: str, size: int) -> Stream:
+def _summed(stream: Stream, channel: str, size: int) -> Stream:
     """The mean rates of sums of increments; missing where an increment is."""
     whole = stream.grid.n // size * size
     rates = stream.column(channel)[:whole].reshape(-1, size).mean(axis=1)

@@ -14,7 +14,7 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.arguments import check_level
 from sigmatau.fitting.read_off_by_hand import Slope, slope_gain, slope_of_curve
-from sigmatau.fitting.read_off_lines import points_in, span_of
+from sigmatau.fitting.read_off_lines import as_span, points_in
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.noise.uncertainty import avar_covariance
@@ -165,7 +165,7 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
             f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__}"
         )
     try:
-        used = points_in(curve, span_of((tau_min, tau_max)))
+        used = points_in(curve, as_span((tau_min, tau_max)))
     except OptionError as error:
         raise error.named("tau_min") from None
     if len(used) < 2:

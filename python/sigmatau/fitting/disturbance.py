@@ -143,10 +143,10 @@ def burst_share(x: Floats, tau0: float, *, thresholds: HidingThresholds = THRESH
     return 1 - reference / largest if largest > thresholds.max_bursts * reference else 0.0
 
 
-def _loudness(x: Floats, m: int, least: float, *, thresholds: HidingThresholds) -> float:
+def _loudness(x: Floats, m: int, floor: float, *, thresholds: HidingThresholds) -> float:
     """Power of the loudest differences of sums of `m` samples over that of the median, relative to normal ones.
 
-    1 if there are too few, or if the median is below `least`.
+    1 if there are too few, or if the median is below `floor`.
     """
     count = len(x) // (2 * m)
     blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // thresholds.most_burst_blocks)]
@@ -155,7 +155,7 @@ def _loudness(x: Floats, m: int, least: float, *, thresholds: HidingThresholds) 
     if len(sizes) < thresholds.burst_blocks:
         return 1.0
     median, loud = np.quantile(sizes, (0.5, thresholds.loud_share)).tolist()
-    return (loud / median / _loud_of_normal(thresholds.loud_share)) ** 2 if median > max(least, 0.0) else 1.0
+    return (loud / median / _loud_of_normal(thresholds.loud_share)) ** 2 if median > max(floor, 0.0) else 1.0
 
 
 @cache
@@ -164,8 +164,8 @@ def _loud_of_normal(share: float) -> float:
     return float(normal_quantile((1 + share) / 2)) / float(normal_quantile(0.75))
 
 
-def _samples(fitted: NoiseFit, stream: Stream, *, most: int) -> Floats:
-    return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, most))
+def _samples(fitted: NoiseFit, stream: Stream, *, limit: int) -> Floats:
+    return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, limit))
 
 
 def _is_hidden(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds) -> bool:
@@ -174,7 +174,7 @@ def _is_hidden(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds
     level = None if walk is None else walk.value or walk.upper_limit
     if walk is None or level is None:
         return False
-    x = _samples(fitted, stream, most=thresholds.longest)
+    x = _samples(fitted, stream, limit=thresholds.longest)
 
     def limit(pairs: int) -> float:
         return upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=pairs, thresholds=thresholds)["random_walk"]
@@ -210,7 +210,7 @@ def is_disturbed(
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
-    if burst_share(_samples(fitted, stream, most=thresholds.longest_look), fitted.tau0, thresholds=thresholds) > 0:
+    if burst_share(_samples(fitted, stream, limit=thresholds.longest_look), fitted.tau0, thresholds=thresholds) > 0:
         return True
     share = vibration_share(fitted, thresholds=thresholds)
     if share <= thresholds.max_hiding_share:
@@ -227,10 +227,10 @@ def is_disturbed(
     )
 
 
-def vibration_of(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds = THRESHOLDS) -> VibrationPower:
+def vibration_power(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds = THRESHOLDS) -> VibrationPower:
     """The share of the vibration in the power, and the quietest stretch of the record with its limit if that is smaller."""
-    x = _samples(fitted, stream, most=thresholds.longest)
-    first, last, least = _quietest(x, fitted.tau0, thresholds=thresholds)
+    x = _samples(fitted, stream, limit=thresholds.longest)
+    first, last, quietest = _quietest(x, fitted.tau0, thresholds=thresholds)
     whole = upper_limits(x, fitted.tau0, ("random_walk",), thresholds=thresholds)["random_walk"]
     return VibrationPower(
         lines=len(fitted.sinusoid),
@@ -241,7 +241,7 @@ def vibration_of(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThreshol
         ),
         start=stream.grid.time(first),
         stop=stream.grid.time(last),
-        quietest=least if 0 < least < whole else None,
+        quietest=quietest if 0 < quietest < whole else None,
     )
 
 
@@ -249,7 +249,7 @@ def hidden_by_vibration(fitted: NoiseFit, *, stream: Stream, unsteady: float) ->
     """Upper limits alone if vibration hides the noise; see `is_disturbed`."""
     if not is_disturbed(fitted, stream, unsteady=unsteady):
         return None
-    return limits_alone(fitted, stream, cause="vibration", reason=vibration_of(fitted, stream))
+    return limits_alone(fitted, stream, cause="vibration", reason=vibration_power(fitted, stream))
 
 
 def limits_alone(
@@ -262,7 +262,7 @@ def limits_alone(
     thresholds: HidingThresholds = THRESHOLDS,
 ) -> Adjustment:
     """Upper limits of all terms, for a record whose noise is hidden."""
-    x = _samples(fitted, stream, most=thresholds.longest)
+    x = _samples(fitted, stream, limit=thresholds.longest)
     limits = upper_limits(x, fitted.tau0, tuple(fitted.terms), thresholds=thresholds)
     finite = {name: limit for name, limit in limits.items() if math.isfinite(limit)}
     return Adjustment(

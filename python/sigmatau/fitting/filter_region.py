@@ -144,9 +144,9 @@ class Contradiction:
     ratio: float
     bandwidth_ratio: float | None
 
-    def exceeds(self, of_n: float, of_bandwidth: float) -> bool:
+    def exceeds(self, n_change: float, bandwidth_change: float) -> bool:
         """Whether N or the bandwidth differs by more than a factor."""
-        ratios = ((self.ratio, of_n), (self.bandwidth_ratio or 1.0, of_bandwidth))
+        ratios = ((self.ratio, n_change), (self.bandwidth_ratio or 1.0, bandwidth_change))
         return any(not 1 / limit <= ratio <= limit for ratio, limit in ratios)
 
 
@@ -165,11 +165,11 @@ def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradict
         return None
     # How it differs, behind the filter that the others have without it.
     alone, rest = _separated(logs, k)
-    of_rest = best_fits(rest)[0]
-    level = float(alone.fit_levels(of_rest.form, of_rest.numbers).levels[0] / of_rest.fit.levels[0])
+    rest_fit = best_fits(rest)[0]
+    level = float(alone.fit_levels(rest_fit.form, rest_fit.numbers).levels[0] / rest_fit.fit.levels[0])
     return Contradiction(
         name=logs.spectra[k].name, chi2=falls[k], freedom=freedom, p_value=p, ratio=math.sqrt(max(level, _NOTHING)),
-        bandwidth_ratio=_ratio_of_bandwidths((alone, _anew(alone, of_rest)), (rest, of_rest)),
+        bandwidth_ratio=_ratio_of_bandwidths((alone, _anew(alone, rest_fit)), (rest, rest_fit)),
     )  # fmt: skip
 
 

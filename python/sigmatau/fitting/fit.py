@@ -115,7 +115,7 @@ def fit(
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
         return no_fit(curve, level, ZeroVariance())
     sizes = curve.m[chosen]
-    found = fit_curve(
+    fitted = fit_curve(
         n,
         sizes,
         curve.avar[chosen],
@@ -126,7 +126,7 @@ def fit(
         first=first,
         level=level,
     )
-    return stated(curve, found, sizes, wanted, level)
+    return stated(curve, fitted, sizes, wanted, level)
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
@@ -136,11 +136,11 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
     chosen: list[int] = []
     longest = n // LONGEST_SHARE
     usable = curve.m[curve.m <= longest]
-    least = 0.0
+    smallest = 0.0
     for k, size in enumerate(usable.tolist()):
-        if size >= least:
+        if size >= smallest:
             chosen.append(k)
-            least = size * 2 ** (0.6 / _PER_OCTAVE)
+            smallest = size * 2 ** (0.6 / _PER_OCTAVE)
     if len(chosen) < len(usable):
         # More sizes add no information, and the components on half octaves are shared with other curves of that length.
         chain = np.array(half_octaves(int(usable[0]), longest))

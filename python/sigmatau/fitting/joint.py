@@ -19,14 +19,14 @@ from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.adjustment import Adjustment
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.beside_vibration import as_wide
-from sigmatau.fitting.channel import TEMPERATURE, fit_channel, temperature_at
+from sigmatau.fitting.channel import TEMPERATURE, block_temperature, fit_channel
 from sigmatau.fitting.disturbance import is_disturbed, limits_alone, vibration_share
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.from_native import named_interval
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
 from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.pass_over import never_changes, summary_of, usable
+from sigmatau.fitting.pass_over import never_changes, summarized, usable
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 from sigmatau.noise.terms import NOISE
@@ -130,21 +130,21 @@ def fit_jointly(
     if over not in get_args(Over):
         raise OptionError(f"{{option}} must be one of {', '.join(get_args(Over))}, not {over!r}", option="over")
     check_level(level)
-    given = list(records)
+    listed = list(records)
     shared = common_terms(common)
-    labels = run_names(given, names)
-    asked = _channels(given, channels)
+    labels = run_names(listed, names)
+    asked = _channels(listed, channels)
     pools: dict[str, list[tuple[Record, str, str]]] = {}
-    for record, label in zip(given, labels, strict=True):
+    for record, label in zip(listed, labels, strict=True):
         for channel in asked:
             sensor = record.stream_of(channel).name
-            pool, name = (channel, label) if over == "runs" else (sensor, _axis_name(label, channel, len(given)))
+            pool, name = (channel, label) if over == "runs" else (sensor, _axis_name(label, channel, len(listed)))
             pools.setdefault(pool, []).append((record, channel, name))
     return JointFit(
         {
             pool: join(
                 [
-                    run_of(record, channel, name=name, terms=terms, processes=processes, level=level)
+                    build_run(record, channel, name=name, terms=terms, processes=processes, level=level)
                     for record, channel, name in members
                 ],
                 pool,
@@ -164,12 +164,12 @@ def _axis_name(label: str, channel: str, records: int) -> str:
 
 def common_terms(common: Iterable[str]) -> tuple[str, ...]:
     """The terms that are common to all runs, checked."""
-    given = [common] if isinstance(common, str) else list(common)
-    if unknown := [name for name in given if name not in NOISE]:
+    listed = [common] if isinstance(common, str) else list(common)
+    if unknown := [name for name in listed if name not in NOISE]:
         raise OptionError(
             f"{{option}}: {unknown[0]!r} cannot be common to runs; known terms: {', '.join(NOISE)}", option="common"
         )
-    return tuple(dict.fromkeys(given))
+    return tuple(dict.fromkeys(listed))
 
 
 def run_names(records: Sequence[Record], names: Iterable[str] | None) -> list[str]:
@@ -179,12 +179,12 @@ def run_names(records: Sequence[Record], names: Iterable[str] | None) -> list[st
         if None in paths or len(set(paths)) < len(paths):
             return [f"run {k}" for k in range(1, len(records) + 1)]
         return [str(path) for path in paths]
-    given = [str(name) for name in names]
-    if len(given) != len(records) or len(set(given)) < len(given):
+    texts = [str(name) for name in names]
+    if len(texts) != len(records) or len(set(texts)) < len(texts):
         raise OptionError(
-            f"{{option}} must be {len(records)} different names, one for each record, not {given!r:.80}", option="names"
+            f"{{option}} must be {len(records)} different names, one for each record, not {texts!r:.80}", option="names"
         )
-    return given
+    return texts
 
 
 def _channels(records: Sequence[Record], channels: Iterable[str] | None) -> list[str]:
@@ -208,7 +208,7 @@ def _channels(records: Sequence[Record], channels: Iterable[str] | None) -> list
     return asked
 
 
-def run_of(
+def build_run(
     record: Record,
     channel: str,
     *,
@@ -234,10 +234,10 @@ def run_of(
     if fit is None or fit.method != "likelihood":
         wanted = None if terms is None else list(terms)
         fit = fit_channel(record, channel, terms=wanted, processes=processes, level=level)
-    summary, start = summary_of(stream, channel)
+    summary, start = summarized(stream, channel)
     curves: list[Floats] = []
     if TEMPERATURE in fit.regressors:
-        degrees = temperature_at(record, stream)
+        degrees = block_temperature(record, stream)
         if degrees is not None:
             curves.append(likelihood.at_blocks(summary.centres + start, degrees, stream.grid.tau0))
     return Run(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
@@ -261,18 +261,18 @@ def join(
 ) -> JointChannel:
     """The joint fit of runs of one channel."""
     _refuse(runs, channel)
-    given = wanted_terms(terms)
+    wanted = wanted_terms(terms)
     joint = native.fit_jointly(
         [(run.summary, run.curves, run.stream.grid.n, _lines(run.fit)) for run in runs],
-        terms=[name for name in NOISE if name in given],
+        terms=[name for name in NOISE if name in wanted],
         common=list(common),
         processes=processes is None,
-        drifts="rate_ramp" in given,
+        drifts="rate_ramp" in wanted,
         times=[float(time) for time in processes or ()],
         level=level,
     )
     longest = max(runs, key=lambda run: run.summary.duration)
-    fitted = likelihood.noise_fit_of(longest.stream, channel, joint.fit, level=level)
+    fitted = likelihood.as_noise_fit(longest.stream, channel, joint.fit, level=level)
     fitted = replace(fitted, runs=tuple(run.stream.grid.duration for run in runs))
     fitted = adjusted(fitted, partial(_hidden_by_vibration, runs=runs, longest=longest))
     if fitted.verdict != "disturbed":
@@ -318,13 +318,13 @@ def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[Run], longest: Run)
         stop=0.0,
         quietest=None,
     )
-    of_runs = [
+    adjustments = [
         limits_alone(replace(fitted, channel=run.channel), run.stream, cause="vibration", reason=vibration)
         for run in runs
     ]
     # Each run bounds the noise of one sensor, but an axis only its own.
-    of_axes = len({run.channel for run in runs}) > 1
-    return (max if of_axes else min)(of_runs, key=_walk_limit)
+    several_axes = len({run.channel for run in runs}) > 1
+    return (max if several_axes else min)(adjustments, key=_walk_limit)
 
 
 def _walk_limit(adjustment: Adjustment) -> float:
@@ -370,8 +370,8 @@ def _refuse(runs: Sequence[Run], channel: str) -> None:
     for run in runs[1:]:
         check_same_sensor(run.stream, first.stream, channel=run.channel, names=(run.name, first.name))
     for k, run in enumerate(runs):
-        for other in runs[:k]:
-            if run.summary.is_same(other.summary):
+        for earlier in runs[:k]:
+            if run.summary.is_same(earlier.summary):
                 raise DataError(
-                    f"{run.name}: {run.channel} has the same samples as {other.name}; give each run only once"
+                    f"{run.name}: {run.channel} has the same samples as {earlier.name}; give each run only once"
                 )

@@ -156,16 +156,16 @@ class JointChannel(Tabular):
     def statements(self) -> list[str]:
         """Differences between the runs, and outlying runs, in words."""
         quantity = self.fit.quantity
-        found = []
+        rows = []
         for term, spread in self.spreads.items():
             label = TERMS[term].label(quantity)
             if spread.p_value < ALPHA:
-                found.append(f"{label}: differs by {percent(spread.relative)} from run to run")
+                rows.append(f"{label}: differs by {percent(spread.relative)} from run to run")
         for term, p_value in self.homogeneity.items():
             if p_value < ALPHA:
                 label = TERMS[term].label(quantity)
-                found.append(f"{label}: not the same in all runs, p = {p_value:.1g}; the interval is too narrow")
-        return found + [run.text(quantity) for run in self._outliers()]
+                rows.append(f"{label}: not the same in all runs, p = {p_value:.1g}; the interval is too narrow")
+        return rows + [run.text(quantity) for run in self._outliers()]
 
     def to_dict(self) -> dict[str, Any]:
         """The ``joint`` of a channel in the JSON form: plain values in SI without NaN."""
@@ -232,9 +232,9 @@ class JointFit(TablesByChannel[JointChannel]):
     @property
     def fits(self) -> dict[str, NoiseFit]:
         """The models of all runs, by channel."""
-        return {channel: one.fit for channel, one in self.items()}
+        return {channel: joint.fit for channel, joint in self.items()}
 
     @property
     def outliers(self) -> dict[str, tuple[str, ...]]:
         """Outlying runs by channel; channels without outliers are omitted."""
-        return {channel: one.outliers for channel, one in self.items() if one.outliers}
+        return {channel: joint.outliers for channel, joint in self.items() if joint.outliers}

@@ -21,7 +21,7 @@ from sigmatau.fitting.fitted_values import SecondModel
 from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, named_interval, typed
 from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.pass_over import never_changes, summary_of
+from sigmatau.fitting.pass_over import never_changes, summarized
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
@@ -77,7 +77,7 @@ def fit_samples(
     _refuse(processes, regressors, stream.grid.n, level)
     if never_changes(stream, channel):
         raise DataError(f"channel {channel!r} never changes in {stream.grid.n} samples: it has no noise to fit")
-    summary, start = summary_of(stream, channel)
+    summary, start = summarized(stream, channel)
     curves = (regressors or {}).values()
 
     def fitted_with(*, lines: bool) -> ChannelFit:
@@ -97,7 +97,7 @@ def fit_samples(
     channel_fit = fitted_with(lines=True)
     unsteady = unsteadiness(channel_fit.levels)
     return adjusted(
-        noise_fit_of(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level),
+        as_noise_fit(stream, channel, channel_fit, regressors=tuple(regressors or ()), level=level),
         partial(hidden_by_vibration, stream=stream, unsteady=unsteady),
         partial(
             crowded_lines,
@@ -139,8 +139,8 @@ def _refuse(
 def _numbers(values: object) -> Floats | None:
     """Real numbers; None if they are not."""
     try:
-        found = np.asarray(values)
-        return None if found.dtype.kind not in "biuf" else found.astype(np.float64)
+        numbers = np.asarray(values)
+        return None if numbers.dtype.kind not in "biuf" else numbers.astype(np.float64)
     except (TypeError, ValueError):
         return None
 
@@ -151,7 +151,7 @@ def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
 
-def noise_fit_of(
+def as_noise_fit(
     stream: Stream, channel: str, fit: ChannelFit, *, regressors: tuple[str, ...] = (), level: float
 ) -> NoiseFit:
     """The fit of a channel, with names and units."""

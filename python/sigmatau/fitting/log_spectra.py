@@ -143,8 +143,8 @@ def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]
     noise = _without_lines(modes, pairs)
     sums, counts = np.zeros(len(pairs)), np.zeros(len(pairs))
     for k, (start, stop) in enumerate(pairs):
-        of_bin = modes[start:stop][noise[start:stop]]
-        sums[k], counts[k] = of_bin.sum(), len(of_bin)
+        binned = modes[start:stop][noise[start:stop]]
+        sums[k], counts[k] = binned.sum(), len(binned)
     return sums, counts, int(np.count_nonzero(~noise))
 
 

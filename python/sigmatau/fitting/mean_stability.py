@@ -82,12 +82,12 @@ class MeanStability:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values; an interval only if there is one."""
-        known = {"low": self.low, "high": self.high, "edf": self.edf}
+        interval = {"low": self.low, "high": self.high, "edf": self.edf}
         return {
             "average_s": self.average,
             "means": self.means,
             "value": self.value,
-            **{key: value for key, value in known.items() if value is not None},
+            **{key: value for key, value in interval.items() if value is not None},
             "level": self.level,
             "unit": self.unit,
         }
@@ -143,8 +143,8 @@ def _means(stream: Stream, channel: int, m: int) -> Floats:
         rows = stream.samples.read(channel, first * m, last * m).reshape(last - first, m)
         means[first:last] = rows.mean(axis=1)
         for k in np.flatnonzero(~np.isfinite(means[first:last])):
-            there = rows[k][np.isfinite(rows[k])]
-            means[first + k] = there.mean() if len(there) >= _FILLED * m else np.nan
+            present = rows[k][np.isfinite(rows[k])]
+            means[first + k] = present.mean() if len(present) >= _FILLED * m else np.nan
     return means
 
 
@@ -209,25 +209,25 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
     mean = fitted.model.get("rate_ramp", 0.0) * t
     if fitted.warm_up is not None:
         mean = mean + fitted.warm_up.amplitude.value * np.exp(-t / fitted.warm_up.time)
-    found = np.zeros(n - 1)
+    power = np.zeros(n - 1)
     if mean.any():
-        found += _cosines(np.asarray(mean, dtype=np.float64))[1:] ** 2
+        power += _cosines(np.asarray(mean, dtype=np.float64))[1:] ** 2
     for line in fitted.sinusoid:
         frequency = line.frequency.value
         amplitude = line.amplitude.value * abs(np.sinc(frequency * span))
-        seen = abs(frequency - round(frequency * span) / span)
-        mode = min(max(round(2 * n * span * seen), 1), n - 1)
-        found[mode - 1] += n * amplitude**2 / 2
-    return found
+        distance = abs(frequency - round(frequency * span) / span)
+        mode = min(max(round(2 * n * span * distance), 1), n - 1)
+        power[mode - 1] += n * amplitude**2 / 2
+    return power
 
 
 def _cosines(x: Floats) -> Floats:
     """Orthonormal cosine transform, type II."""
     n = len(x)
     turned = np.fft.fft(np.concatenate([x[::2], x[1::2][::-1]]))
-    found = math.sqrt(2 / n) * (turned * np.exp(-0.5j * math.pi * np.arange(n) / n)).real
-    found[0] /= math.sqrt(2)
-    return np.asarray(found, dtype=np.float64)
+    cosines = math.sqrt(2 / n) * (turned * np.exp(-0.5j * math.pi * np.arange(n) / n)).real
+    cosines[0] /= math.sqrt(2)
+    return np.asarray(cosines, dtype=np.float64)
 
 
 def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
@@ -252,27 +252,27 @@ def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
     wanted = NormalDist().inv_cdf(probability)
     # Bracketed from the middle outwards, then false position in the form of Illinois.
     a = b = -_NEAREST if wanted > 0 else _NEAREST
-    off_a = off_b = _at(weights, shifts, a)[1] - wanted
+    off_a = off_b = _saddlepoint(weights, shifts, a)[1] - wanted
     step = _FIRST_STEP if off_a > 0 else -_FIRST_STEP
     while off_a * off_b > 0 and abs(b) < _FARTHEST:
         a, off_a = b, off_b
         b, step = step, 2 * step
-        off_b = _at(weights, shifts, b)[1] - wanted
-    value = _at(weights, shifts, b)[0]
+        off_b = _saddlepoint(weights, shifts, b)[1] - wanted
+    value = _saddlepoint(weights, shifts, b)[0]
     for _ in range(_STEPS):
         if abs(off_b) < _CLOSE or off_a == off_b:
             break
         c = b - off_b * (b - a) / (off_b - off_a)
-        value, found = _at(weights, shifts, c)
-        if (found - wanted) * off_b < 0:
+        value, logarithm = _saddlepoint(weights, shifts, c)
+        if (logarithm - wanted) * off_b < 0:
             a, off_a = b, off_b
         else:
             off_a /= 2
-        b, off_b = c, found - wanted
+        b, off_b = c, logarithm - wanted
     return value
 
 
-def _at(weights: Floats, shifts: Floats, logarithm: float) -> tuple[float, float]:
+def _saddlepoint(weights: Floats, shifts: Floats, logarithm: float) -> tuple[float, float]:
     """The value, and the normal quantile of its probability, at a logarithm of 1 − 2·w·tilt for the largest w."""
     return _below(weights, shifts, -0.5 * math.expm1(logarithm) / float(weights.max()))
 
@@ -283,11 +283,11 @@ def _below(weights: Floats, shifts: Floats, tilt: float) -> tuple[float, float]:
     """
     if abs(tilt) * float(weights.max()) < 1e-5:
         tilt = math.copysign(1e-5 / float(weights.max()), tilt)
-    left = 1 - 2 * weights * tilt
-    scaled, moved = weights / left, shifts / left
-    value = float((scaled + moved / left).sum())
-    cumulant = float((moved * tilt - 0.5 * np.log(left)).sum())
-    curvature = float((scaled * (2 * scaled + 4 * moved / left)).sum())
+    shrunk = 1 - 2 * weights * tilt
+    scaled, moved = weights / shrunk, shifts / shrunk
+    value = float((scaled + moved / shrunk).sum())
+    cumulant = float((moved * tilt - 0.5 * np.log(shrunk)).sum())
+    curvature = float((scaled * (2 * scaled + 4 * moved / shrunk)).sum())
     w = math.copysign(math.sqrt(max(2 * (tilt * value - cumulant), 1e-300)), tilt)
     v = tilt * math.sqrt(curvature)
     return value, w + math.log(v / w) / w

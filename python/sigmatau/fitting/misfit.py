@@ -32,13 +32,13 @@ def misfit(fitted: NoiseFit) -> Adjustment | None:
         ("resonance", ("sigma", "frequency", "width")),
         ("sinusoid", ("amplitude", "frequency")),
     )
-    of_lines = {parameter for parameter in fitted.covariance.parameters if parameter.part == "sinusoid"}
+    line_parameters = {parameter for parameter in fitted.covariance.parameters if parameter.part == "sinusoid"}
     changes += [
         Change.limiting(Parameter(kind, k, number), getattr(process, number))
         for kind, quantities in numbers
         for k, process in enumerate(getattr(fitted, kind), 1)
         for number in quantities
-        if kind != "sinusoid" or Parameter(kind, k, number) in of_lines
+        if kind != "sinusoid" or Parameter(kind, k, number) in line_parameters
     ]
     return Adjustment(
         cause="misfit",

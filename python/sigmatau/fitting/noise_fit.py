@@ -12,6 +12,7 @@ from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict
 from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
 from sigmatau.fitting.fitted_noise import FittedNoise
 from sigmatau.fitting.fitted_values import FittedTerm, Interval, SecondModel
+from sigmatau.fitting.to_model import to_model
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import TERMS, display_units
@@ -144,8 +145,6 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         DataError
             If the fit has no model.
         """
-        from sigmatau.fitting.to_model import to_model
-
         return to_model(self)
 
     def texts(self, term: str) -> list[tuple[str, str, str]]:
@@ -194,18 +193,18 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             return f"unknown: {hidden} that would show it{'' if self.response is not None else ' are left out'}"
         if t.p_value < 1 - t.level:
             return "indistinguishable from a rate ramp"
-        if (other := self._replacement(term)) is not None:
-            return f"a {_replacing(other)} explains the record as well"
+        if (replacement := self._replacement(term)) is not None:
+            return f"a {_replacing(replacement)} explains the record as well"
         if self.runs:
             return f"not seen in {duration_text(sum(self.runs))} together"
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def _replacement(self, term: str) -> SecondModel | None:
         """The first other model that has something else and not this term of the model."""
-        others = (second for second in self.second if term in self.model and term not in second.terms)
+        alternatives = (second for second in self.second if term in self.model and term not in second.terms)
         if term == "bias_instability":  # with another exponent it is in the model
-            others = (second for second in others if second.exponent is None)
-        return next((second for second in others if second.gauss_markov or second.warm_up is not None), None)
+            alternatives = (second for second in alternatives if second.exponent is None)
+        return next((second for second in alternatives if second.gauss_markov or second.warm_up is not None), None)
 
     def headline(self, *, method: bool = True) -> str:
         """Method, averaging times and p-value in one line.
@@ -268,9 +267,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         for process in self.gauss_markov:
             sigma = _in_words(process.sigma, factor, unit)
             texts.append(f"Gauss-Markov process of {sigma}, correlation time {_in_words(process.time, 1.0, 's')}")
-        for one in self.resonance:
-            sigma, at = _in_words(one.sigma, factor, unit), _in_words(one.frequency, 1.0, "Hz")
-            texts.append(f"resonance of {sigma} at {at}, half width {_in_words(one.width, 1.0, 'Hz')}")
+        for resonance in self.resonance:
+            sigma, frequency = _in_words(resonance.sigma, factor, unit), _in_words(resonance.frequency, 1.0, "Hz")
+            texts.append(f"resonance of {sigma} at {frequency}, half width {_in_words(resonance.width, 1.0, 'Hz')}")
         for line in self.sinusoid[:_MOST_LINES]:
             amplitude = _in_words(line.amplitude, factor, unit)
             texts.append(f"line of amplitude {amplitude} at {_in_words(line.frequency, 1.0, 'Hz')}")
@@ -326,31 +325,31 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             "gauss_markov": self.gauss_markov,
             "sinusoid": self.sinusoid,
         }
-        known = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
+        fields = "method verdict reason tau_min_s=tau_min tau_max_s=tau_max p_value model unclear"
         if self.method == "likelihood":
             terms["resonance"] = self.resonance
-            known += " filter=response warm_up regressors highest_hz=highest"
-            known += " alike_from_s=alike_from alike_sigma second discrepancy"
-        more: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
+            fields += " filter=response warm_up regressors highest_hz=highest"
+            fields += " alike_from_s=alike_from alike_sigma second discrepancy"
+        extra: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
         if self.adjustments:
-            more["adjustments"] = self.adjustments
+            extra["adjustments"] = self.adjustments
         if self.reasons:
-            more["reasons"] = plain_details(self.reasons)
+            extra["reasons"] = plain_details(self.reasons)
         return plain(
             self,
-            known,
+            fields,
             terms=terms,
             covariance=self.covariance,
-            **more,
+            **extra,
         )
 
     def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]
-        more: dict[str, Any] = {"reason": self.why_not(name)} if term.observed is False else {}
+        extra: dict[str, Any] = {"reason": self.why_not(name)} if term.observed is False else {}
         if name in ranges:
             span = ranges[name]
-            more["tau_s"] = None if span is None else list(span)
-        return {**term.to_dict(), **more}
+            extra["tau_s"] = None if span is None else list(span)
+        return {**term.to_dict(), **extra}
 
     def _repr_html_(self) -> str:
         rows = [(TERMS[name].label(self.quantity), *self.texts(name)[-1]) for name in self.terms]

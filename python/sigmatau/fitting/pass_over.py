@@ -17,20 +17,21 @@ LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
 
 _PIECE = 1 << 18  # samples that are read at once
-# Up to _FEW·√n missing samples are replaced by values on straight lines: this changes the white level by less than a tenth
-# of its standard error. The error of the values is white, and must be below this share of the density at every frequency.
-_FEW, _LEAK = 0.07, 0.01
+# Up to _SMALL_SHARE·√n missing samples are replaced by values on straight lines: this changes the white level by less than
+# a tenth of its standard error. The error of the values is white, and must be below this share of the density at every
+# frequency.
+_SMALL_SHARE, _LEAK = 0.07, 0.01
 
 
 def usable(stream: Stream, channel: str, *, least: int = LEAST_SAMPLES) -> bool:
     """Whether a channel has enough samples for its likelihood, and in enough places."""
-    there = _there(stream, channel)
-    if there is None:
+    mask = _present(stream, channel)
+    if mask is None:
         return stream.grid.n >= least
-    return int(there.sum()) >= least and native.enough(there[_span(there)])
+    return int(mask.sum()) >= least and native.enough(mask[_span(mask)])
 
 
-def _there(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
+def _present(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
     """Where a channel has samples; None if none is missing."""
     if stream.mask is None:
         return None
@@ -38,18 +39,18 @@ def _there(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
     return ~missing if missing.any() else None
 
 
-def _span(there: NDArray[np.bool_]) -> slice:
+def _span(mask: NDArray[np.bool_]) -> slice:
     """From the first to the last sample."""
-    return slice(int(there.argmax()), len(there) - int(there[::-1].argmax()))
+    return slice(int(mask.argmax()), len(mask) - int(mask[::-1].argmax()))
 
 
-def summary_of(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
+def summarized(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
     """What the likelihood keeps of a channel, and the time of its first sample. [s]"""
     grid, k = stream.grid, stream.channels.index(channel)
-    there = _there(stream, channel)
-    span = slice(0, grid.n) if there is None else _span(there)
+    mask = _present(stream, channel)
+    span = slice(0, grid.n) if mask is None else _span(mask)
     n, start = span.stop - span.start, span.start * grid.tau0
-    absent = np.zeros(0, dtype=np.int64) if there is None else np.flatnonzero(~there[span]) + span.start
+    absent = np.zeros(0, dtype=np.int64) if mask is None else np.flatnonzero(~mask[span]) + span.start
 
     def pieces(values: Floats) -> Iterator[Floats]:
         for begins in range(span.start, span.stop, _PIECE):
@@ -60,14 +61,14 @@ def summary_of(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
                 piece[absent[first:last] - begins] = values[first:last]
             yield piece
 
-    if len(absent) <= _FEW * math.sqrt(n):
+    if len(absent) <= _SMALL_SHARE * math.sqrt(n):
         values = _between(stream, k, absent)
         summary = native.summarize(pieces(values), samples=n, tau0=grid.tau0)
         if not len(absent) or len(absent) / n * _error_between(stream, k, span) * grid.tau0 <= _LEAK * summary.floor:
             return summary, start
-    assert there is not None
+    assert mask is not None
     zeros = np.zeros(len(absent))
-    return native.summarize_masked(lambda: pieces(zeros), present=there[span], tau0=grid.tau0), start
+    return native.summarize_masked(lambda: pieces(zeros), present=mask[span], tau0=grid.tau0), start
 
 
 def never_changes(stream: Stream, channel: str) -> bool:
@@ -75,10 +76,10 @@ def never_changes(stream: Stream, channel: str) -> bool:
     k, first = stream.channels.index(channel), math.nan
     for begins in range(0, stream.grid.n, _PIECE):
         piece = stream.samples.read(k, begins, min(begins + _PIECE, stream.grid.n))
-        there = piece[~np.isnan(piece)]
-        if len(there) and math.isnan(first):
-            first = float(there[0])
-        if (there != first).any():
+        finite = piece[~np.isnan(piece)]
+        if len(finite) and math.isnan(first):
+            first = float(finite[0])
+        if (finite != first).any():
             return False
     return True
 

@@ -22,7 +22,7 @@ from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
-_HALF, _MOST = 0.5, 0.9  # probabilities that a coefficient is found
+_HALF, _NINE_OF_TEN = 0.5, 0.9  # probabilities that a coefficient is found
 _MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
 
 
@@ -86,22 +86,22 @@ class Plan(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         processes = [{"sigma": g.sigma, "time_s": g.time} for g in self.gauss_markov]
-        known = "channel term unit others record_s=duration found_in_half=half found_in_nine_of_ten=most value"
+        fields = "channel term unit others record_s=duration found_in_half=half found_in_nine_of_ten=most value"
         times = "half_find_it_in_s=half_in nine_of_ten_find_it_in_s=most_in relative_error=error level"
-        return plain(self, known, times, gauss_markov=processes, sample_rate_hz=1 / self.tau0)
+        return plain(self, fields, times, gauss_markov=processes, sample_rate_hz=1 / self.tau0)
 
     def __repr__(self) -> str:
         label = TERMS[self.term].label(self.quantity)
         sizes = (self.value, self.half, self.most)
         text, factor = display_units(self.term, self.quantity, self.rate_unit, sizes)[-1]
-        beside = []
+        terms = []
         for name, value in self.others.items():
             unit, size = display_units(name, self.quantity, self.rate_unit, [value])[-1]
-            beside.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
+            terms.append(f"{TERMS[name].label(self.quantity)} {value / size:.4g} {unit}")
         sigmas = [process.sigma for process in self.gauss_markov]
         unit, size = display_units("bias_instability", self.quantity, self.rate_unit, sigmas)[-1]
-        beside += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
-        lines = [f"{self.channel}: {label} beside {', '.join(beside)}; {1 / self.tau0:.6g} Hz"]
+        terms += [f"Gauss-Markov {g.sigma / size:.4g} {unit} over {g.time:.4g} s" for g in self.gauss_markov]
+        lines = [f"{self.channel}: {label} beside {', '.join(terms)}; {1 / self.tau0:.6g} Hz"]
         absent = [t for t in TERMS if t not in self.others and t not in (self.term, "rate_ramp")]
         if absent:
             names = ", ".join(TERMS[name].label(self.quantity) for name in absent)
@@ -167,8 +167,8 @@ def smallest_detectable(
     theta /= scale
     if term == "rate_ramp":
         return parts.least_ramp(theta, level=level, power=power) * math.sqrt(scale) / tau0
-    found = parts.detectable(NOISE.index(term), theta, level=level, power=power)
-    return coefficient(found * scale, term, tau0) if math.isfinite(found) else math.inf
+    theta_found = parts.detectable(NOISE.index(term), theta, level=level, power=power)
+    return coefficient(theta_found * scale, term, tau0) if math.isfinite(theta_found) else math.inf
 
 
 def needed_samples(
@@ -188,8 +188,8 @@ def needed_samples(
         raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
 
     def shows(n: int) -> bool:
-        least = smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
-        return least <= abs(value)
+        smallest = smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        return smallest <= abs(value)
 
     low = round(_SHORTEST * max(tau_min / tau0, 1))
     if shows(low):
@@ -288,11 +288,13 @@ def plan(
             raise OptionError(f"the length must be a positive number of seconds, not {duration!r}", option="hours")
         n = round(duration * rate)
         half, most = (
-            _finite(smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+            _finite(smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p))
+            for p in (_HALF, _NINE_OF_TEN)
         )
     if value is not None:
         samples = [
-            _finite(needed_samples(others, term, value, tau0=tau0, tau_min=tau_min, power=p)) for p in (_HALF, _MOST)
+            _finite(needed_samples(others, term, value, tau0=tau0, tau_min=tau_min, power=p))
+            for p in (_HALF, _NINE_OF_TEN)
         ]
         half_in, most_in = (None if n is None else n * tau0 for n in samples)
     error = None
@@ -328,7 +330,7 @@ def _processes(noise: Mapping[str, float]) -> tuple[GaussMarkov, ...]:
         "several Gauss-Markov processes": len(noise.gauss_markov) > 1,
     }
     if any(parts.values()):
-        what = " and ".join(name for name, there in parts.items() if there)
+        what = " and ".join(name for name, is_present in parts.items() if is_present)
         raise OptionError(
             f"the model has {what}, which planning does not count; leave it out with dataclasses.replace",
             option="model",

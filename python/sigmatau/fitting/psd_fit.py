@@ -338,13 +338,13 @@ class _Likelihood:
             return 0.0, upper
         return self._crossing(k, middle, 0.0, best.value, rise), upper
 
-    def _crossing(self, k: int, inside: float, outside: float, least: float, rise: float) -> float:
-        """The squared coefficient between two where −2 ln L is `least` + `rise`: regula falsi (Illinois) of the root of the
+    def _crossing(self, k: int, inside: float, outside: float, target: float, rise: float) -> float:
+        """The squared coefficient between two where −2 ln L is `target` + `rise`: regula falsi (Illinois) of the root of the
         rise, which is nearly linear.
         """
 
         def excess(theta: float) -> float:
-            return math.sqrt(max(self.value_with(k, theta) - least, 0.0)) - math.sqrt(rise)
+            return math.sqrt(max(self.value_with(k, theta) - target, 0.0)) - math.sqrt(rise)
 
         below, above, side = -math.sqrt(rise), excess(outside), 0
         for _ in range(_HALVINGS):

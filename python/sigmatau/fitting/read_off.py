@@ -23,7 +23,7 @@ from sigmatau.digits import round_to_error
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.read_off_by_hand import lay_by_hand, slope_of_curve
-from sigmatau.fitting.read_off_lines import Span, lay, points_between, points_in, span_of
+from sigmatau.fitting.read_off_lines import Span, as_span, lay, points_between, points_in
 from sigmatau.fitting.read_off_regions import RULES, Refusal, Rule, regions
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, coefficient_unit, display_units
@@ -77,9 +77,9 @@ class Coefficient:
     @property
     def region(self) -> str:
         """Where the line was laid, in words: ``"τ 1 … 10 s, given"``."""
-        given = ", given" if self.range_from == "given" else ""
+        suffix = ", given" if self.range_from == "given" else ""
         forced = ", forced: not the slope of the curve" if self.forced else ""
-        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{given}{forced}"
+        return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{suffix}{forced}"
 
     def to(self, unit: str) -> float:
         """The value in another unit: ``c.to("deg/sqrt(h)")``.
@@ -151,8 +151,8 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         try:
             return self.coefficients[term]
         except KeyError:
-            found = ", ".join(self.coefficients) or "none"
-            raise KeyError(f"no coefficient {term!r} was read off {self.channel}; read: {found}") from None
+            names = ", ".join(self.coefficients) or "none"
+            raise KeyError(f"no coefficient {term!r} was read off {self.channel}; read: {names}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.coefficients)
@@ -293,7 +293,7 @@ def read_off(
             f"`curve` must be a DeviationCurve, e.g. sigmatau.allan(record)['gyro_x'], not a {type(curve).__name__};"
             " sigmatau.analyze(record, method='read-off') reads off every channel of a record"
         )
-    stated = _given(
+    stated = _points_by_hand(
         curve,
         quantization=quantization,
         random_walk=random_walk,
@@ -326,7 +326,7 @@ def read_off_with_fit(
             lines[name] = points
         else:
             refused.append(_whole(curve, name, why))
-    return _laid(curve, lines, "fit", _given(curve, **spans), refused, force=force)
+    return _laid(curve, lines, "fit", _points_by_hand(curve, **spans), refused, force=force)
 
 
 _HIDDEN = "other noise hides it at all averaging times"  # a fitted term that is nowhere most of the variance
@@ -407,13 +407,13 @@ def _coefficient(
     )
 
 
-def _given(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.intp]]:
+def _points_by_hand(curve: DeviationCurve, **spans: Span | None) -> dict[str, NDArray[np.intp]]:
     """The points of given ranges, by term."""
-    found = {}
+    points = {}
     for name, span in spans.items():
         if span is not None:
             try:
-                found[name] = points_in(curve, span_of(span))
+                points[name] = points_in(curve, as_span(span))
             except OptionError as error:
                 raise error.named(name) from None
-    return found
+    return points

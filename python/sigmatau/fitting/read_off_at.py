@@ -9,7 +9,7 @@ from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.read_off import ReadOff, read_off, read_off_with_fit
-from sigmatau.fitting.read_off_lines import Span, span_of
+from sigmatau.fitting.read_off_lines import Span, as_span
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
@@ -37,21 +37,26 @@ class ReadOffAt:
             if term not in TERMS:
                 raise _error(str(key), f": {unknown_term(term)}; {_FORMS}")
             try:
-                self._spans[place, term] = span_of(span)
+                self._spans[place, term] = as_span(span)
             except OptionError as error:
                 raise error.named("read_off_at", str(key)) from None
 
     def check(self, channels: Iterable[str]) -> None:
         """Raise `OptionError` if a range is for a channel or sensor that is not among the channels."""
-        known = list(channels)
+        names = list(channels)
         for place, term in self._spans:
-            if place not in ("", *known, *map(stream_name, known)):
-                raise _error(f"{place}.{term}", f": no channel or sensor {place!r}; channels: {', '.join(known)}")
+            if place not in ("", *names, *map(stream_name, names)):
+                raise _error(f"{place}.{term}", f": no channel or sensor {place!r}; channels: {', '.join(names)}")
 
     def read(self, curve: DeviationCurve, fitted: NoiseFit | None) -> ReadOff:
         """Read off the curve of a channel, beside its fit if there is one; raises `OptionError` for a range outside it."""
         places = ("", stream_name(curve.channel), curve.channel)
-        found = {term: (place, span) for at in places for (place, term), span in self._spans.items() if place == at}
+        found = {
+            term: (place, span)
+            for own_place in places
+            for (place, term), span in self._spans.items()
+            if place == own_place
+        }
         spans: dict[str, Any] = {term: span for term, (_, span) in found.items()}
         try:
             if fitted is None:

@@ -91,11 +91,11 @@ def lay_by_hand(
                 worst, reason = name, _hidden(curve, points, name)
                 break
             lines = {**held, **values}
-            others = {term: value for term, value in lines.items() if term != name}
-            if not _exceeds_error(curve, points, name, values[name], others):
+            rest = {term: value for term, value in lines.items() if term != name}
+            if not _exceeds_error(curve, points, name, values[name], rest):
                 worst, reason = name, _hidden(curve, points, name)
                 break
-            slope = slope_of_rest(curve, points, name, values[name], others)
+            slope = slope_of_rest(curve, points, name, values[name], rest)
             if slope is not None and slope.differs(name):
                 size = abs(slope.value - TERMS[name].slope) / (RULES[name].tolerance + _SLOPE_ERRORS * slope.error)
                 if size > excess:
@@ -121,8 +121,8 @@ def _hidden(curve: DeviationCurve, points: NDArray[np.intp], term: str) -> str:
 
 def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
     """Slope of a straight line through points of a curve, with the weights 1/δ²; NaN of one point."""
-    ones = np.ones(len(points))
-    value, error = _free_slope(curve, points, np.log(curve.avar[points]), ones)
+    constant = np.ones(len(points))
+    value, error = _free_slope(curve, points, np.log(curve.avar[points]), constant)
     return Slope(value=value, error=error, source="curve")
 
 
@@ -139,8 +139,8 @@ def slope_of_rest(
     share = line / total
     change, error = _free_slope(curve, points, np.log(curve.avar[points] / total), share)
     weight = curve.error[points] ** -2.0
-    of_curve = float(np.average(share, weights=weight)) > _WHOLE
-    return Slope(value=TERMS[term].slope + change, error=error, source="curve" if of_curve else "rest")
+    dominates = float(np.average(share, weights=weight)) > _WHOLE
+    return Slope(value=TERMS[term].slope + change, error=error, source="curve" if dominates else "rest")
 
 
 def _free_slope(
@@ -172,8 +172,8 @@ def _exceeds_error(
     weight = error**-2.0
     weight /= weight.sum()
     share = float(weight @ (line / (line + sum_of_lines(curve, others, points))))
-    of_mean = math.sqrt(float(weight @ _covariance(curve.tau[points], error) @ weight))
-    return share > min(of_mean, _WHOLE)
+    mean_error = math.sqrt(float(weight @ _covariance(curve.tau[points], error) @ weight))
+    return share > min(mean_error, _WHOLE)
 
 
 def _covariance(tau: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -35,22 +35,22 @@ _LARGEST_STEP = 1.0  # of the logarithm of a variance
 Span = tuple[float, float]
 
 
-def span_of(given: object) -> Span:
+def as_span(value: object) -> Span:
     """A range of averaging times in s; raises `OptionError` for anything but two positive times in order."""
-    pair: Any = given
+    pair: Any = value
     try:
         first, last = (math.nan if isinstance(part, str | bool) else float(part) for part in pair)
     except (TypeError, ValueError):
         first = last = math.nan
     if not 0 < first <= last < math.inf:
-        raise OptionError(f"{{option}}: must be two averaging times in s, the shorter one first, not {_shown(given)}")
+        raise OptionError(f"{{option}}: must be two averaging times in s, the shorter one first, not {_shown(value)}")
     return first, last
 
 
-def _shown(given: object) -> str:
-    if isinstance(given, tuple | list):
-        return f"({', '.join(f'{x:g}' if isinstance(x, int | float | np.number) else repr(x) for x in given)})"
-    return repr(given)
+def _shown(value: object) -> str:
+    if isinstance(value, tuple | list):
+        return f"({', '.join(f'{x:g}' if isinstance(x, int | float | np.number) else repr(x) for x in value)})"
+    return repr(value)
 
 
 def thinned(curve: DeviationCurve, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -74,13 +74,13 @@ def points_in(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
         If there are none.
     """
     first, last = span
-    found = points_between(curve, span)
-    if len(found):
-        return found
-    there = curve.tau[curve.avar > 0]
-    known = f"{len(there)} from {there[0]:g} s to {there[-1]:g} s" if len(there) else "none that is not 0"
+    inside = points_between(curve, span)
+    if len(inside):
+        return inside
+    tau = curve.tau[curve.avar > 0]
+    available = f"{len(tau)} from {tau[0]:g} s to {tau[-1]:g} s" if len(tau) else "none that is not 0"
     raise OptionError(
-        f"{{option}}: the curve of {curve.channel} has no averaging time from {first:g} s to {last:g} s; it has {known}"
+        f"{{option}}: the curve of {curve.channel} has no averaging time from {first:g} s to {last:g} s; it has {available}"
     )
 
 
@@ -137,10 +137,10 @@ def _solved(
         log_part = height[:, None] + shape
         total = np.logaddexp(np.logaddexp.reduce(log_part, axis=0), log_held)
         share = np.exp(log_part - total)
-        of_line = weight * share
-        of_line /= np.maximum(of_line.sum(axis=1, keepdims=True), 1e-300)
-        slope = of_line @ share.T + 1e-12 * np.eye(len(height))
-        step = np.clip(np.linalg.solve(slope, of_line @ (measured - total)), -_LARGEST_STEP, _LARGEST_STEP)
+        responsibility = weight * share
+        responsibility /= np.maximum(responsibility.sum(axis=1, keepdims=True), 1e-300)
+        slope = responsibility @ share.T + 1e-12 * np.eye(len(height))
+        step = np.clip(np.linalg.solve(slope, responsibility @ (measured - total)), -_LARGEST_STEP, _LARGEST_STEP)
         height += step
         if np.abs(step).max() < _CONVERGED or share.max(axis=1).min() < 1e-30:
             break

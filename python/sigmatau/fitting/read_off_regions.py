@@ -69,7 +69,7 @@ _BEND = 0.1
 _BEND_ERROR = 0.25  # largest error by eq. (26) of a point below the line: beyond, low deviations are common by chance
 _SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
-LEAST_LEFT = 0.5  # share of the variance that the lines of other terms leave where a further line is looked for
+SMALLEST_REST = 0.5  # share of the variance that the lines of other terms leave where a further line is looked for
 
 
 @frozen
@@ -113,13 +113,13 @@ def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str,
     """
     whole = Points.of(curve)
     points = whole
-    found: dict[str, NDArray[np.intp]] = {}
+    regions: dict[str, NDArray[np.intp]] = {}
     refused: dict[str, Refusal] = {}
     while True:
         rest = points is not whole
         new: dict[str, tuple[float, NDArray[np.intp]]] = {}
         for name, rule in rules.items():
-            if name in found or name in refused:
+            if name in regions or name in refused:
                 continue
             term = TERMS[name]
             region = points.longest(term.slope, rule, rest=rest)
@@ -136,10 +136,10 @@ def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str,
             else:
                 refused[name] = Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=reason)
         taken = [max(new, key=lambda name: new[name][0])] if rest and new else list(new)
-        found |= {name: new[name][1] for name in taken}
-        if (rest and not new) or not found:
-            return found, list(refused.values())
-        lines, _ = lay(curve, found)
+        regions |= {name: new[name][1] for name in taken}
+        if (rest and not new) or not regions:
+            return regions, list(refused.values())
+        lines, _ = lay(curve, regions)
         points = whole.without(curve, lines)
 
 
@@ -157,9 +157,11 @@ class Points:
 
     @classmethod
     def of(cls, curve: DeviationCurve) -> Points:
-        at = thinned(curve, curve.error <= LARGEST_ERROR)  # the search goes over all pairs
-        tau = curve.tau[at]
-        return cls(at, curve.m[at], curve.tau0, tau, np.log(tau), np.log(curve.adev[at]), curve.error[at])
+        indices = thinned(curve, curve.error <= LARGEST_ERROR)  # the search goes over all pairs
+        tau = curve.tau[indices]
+        return cls(
+            indices, curve.m[indices], curve.tau0, tau, np.log(tau), np.log(curve.adev[indices]), curve.error[indices]
+        )
 
     def without(self, curve: DeviationCurve, lines: Mapping[str, float]) -> Points:
         """What lines leave of the curve, where it is most of the variance; its error grows with what is taken away."""
@@ -167,11 +169,11 @@ class Points:
             (avar(name, value, m=self.m, tau0=self.tau0) for name, value in lines.items()), np.zeros(len(self.m))
         )
         share = 1 - taken / curve.avar[self.at]
-        kept = share >= LEAST_LEFT
-        left = 0.5 * np.log(share[kept])
+        is_rest = share >= SMALLEST_REST
+        log_rest = 0.5 * np.log(share[is_rest])
         return Points(
-            self.at[kept], self.m[kept], self.tau0, self.tau[kept], self.lt[kept], self.ls[kept] + left,
-            self.delta[kept] / share[kept],
+            self.at[is_rest], self.m[is_rest], self.tau0, self.tau[is_rest], self.lt[is_rest], self.ls[is_rest] + log_rest,
+            self.delta[is_rest] / share[is_rest],
         )  # fmt: skip
 
     def octave_slopes(self, delta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -181,8 +183,8 @@ class Points:
         i = np.searchsorted(self.lt, self.lt - half)
         j = np.searchsorted(self.lt, self.lt + half, side="right") - 1
         alone = j <= i
-        at = np.arange(n)
-        i, j = np.where(alone, np.maximum(at - 1, 0), i), np.where(alone, np.minimum(at + 1, n - 1), j)
+        positions = np.arange(n)
+        i, j = np.where(alone, np.maximum(positions - 1, 0), i), np.where(alone, np.minimum(positions + 1, n - 1), j)
         length = self.lt[j] - self.lt[i]
         with np.errstate(divide="ignore", invalid="ignore"):  # a single point
             return (self.ls[j] - self.ls[i]) / length, np.hypot(delta[i], delta[j]) / length
@@ -191,12 +193,12 @@ class Points:
         """First and last point of the longest region of a slope; of equal ones, that at shorter τ."""
         delta = rule.scatter * self.delta
         octave_slope, octave_error = self.octave_slopes(delta)
-        near = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
+        fits = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
         length = self.lt[None, :] - self.lt[:, None]
-        far = np.cumsum(~near)
+        misses = np.cumsum(~fits)
         error = np.hypot(delta[:, None], delta[None, :])
         possible = (length > math.log(rule.span) - 1e-9) & (error <= (rule.rest if rest else rule.slope_error) * length)
-        possible &= (far[None, :] == far[:, None]) & near[:, None]
+        possible &= (misses[None, :] == misses[:, None]) & fits[:, None]
         i, j = np.nonzero(possible)
         for k in np.lexsort((i, -np.round(length[i, j], 9))):
             first, last = int(i[k]), int(j[k])
@@ -255,14 +257,14 @@ class Points:
         lines. The variances of the region and of a factor of 8 on either side are fitted by both, with weights from δ (at
         least 2 %): the reduction of the squared errors per octave of points.
         """
-        near = (self.tau >= 0.999 * first / 8) & (self.tau <= 1.001 * last * 8)
-        ls = self.ls[near]
-        m, variance = self.m[near], np.exp(2 * (ls - ls[0]))  # the unit does not matter
-        weight = 1 / (2 * variance * np.hypot(self.delta[near], _SMALLEST_ERROR))
+        around_region = (self.tau >= 0.999 * first / 8) & (self.tau <= 1.001 * last * 8)
+        ls = self.ls[around_region]
+        m, variance = self.m[around_region], np.exp(2 * (ls - ls[0]))  # the unit does not matter
+        weight = 1 / (2 * variance * np.hypot(self.delta[around_region], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
-        others = [column for name, column in columns.items() if name != term.name]
-        per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[near][-1] - self.lt[near][0])
-        less = _misfit(others, weight * variance) - _misfit(list(columns.values()), weight * variance)
+        columns_beside = [column for name, column in columns.items() if name != term.name]
+        per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[around_region][-1] - self.lt[around_region][0])
+        less = _misfit(columns_beside, weight * variance) - _misfit(list(columns.values()), weight * variance)
         return float(less / per_octave)
 
 

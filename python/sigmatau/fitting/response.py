@@ -96,8 +96,8 @@ class FittedFilter:
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
-        known = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
-        more = {
+        fields = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
+        extra = {
             key: value
             for key, value in (
                 ("known_to_hz", self.known_to),
@@ -107,4 +107,4 @@ class FittedFilter:
             )
             if value is not None
         }
-        return {**known, "low_pass": like, **more}
+        return {**fields, "low_pass": like, **extra}

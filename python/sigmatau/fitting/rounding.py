@@ -72,7 +72,7 @@ def _rounded(phase: float) -> Floats:
     return np.asarray(np.sqrt(shares @ levels**2 - (shares @ levels) ** 2))
 
 
-def rounding_of(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | None:
+def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | None:
     """Intervals and limits that hold wherever between two steps the mean lies; values stay those of the log.
 
     The random walk is that of the log, rounding included: the square root of σ² + step²/12 a sample, on average over the
@@ -99,25 +99,25 @@ def rounding_of(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | 
         "rate_ramp": 3 * error / duration,
     }
 
-    def ends(low: float, high: float, most: float) -> tuple[float, float]:
+    def ends(low: float, high: float, limit: float) -> tuple[float, float]:
         """The ends of an interval of a size ≥ 0."""
-        more = min(most, high * slope / (1 - slope)) if slope < 1 else most
-        return max(low - min(most, low * slope), 0.0), high + more
+        top = min(limit, high * slope / (1 - slope)) if slope < 1 else limit
+        return max(low - min(limit, low * slope), 0.0), high + top
 
-    def white_most(high: float) -> float:
+    def widened_white(high: float) -> float:
         """Of no noise that is seen, that of a mean halfway between two levels."""
-        most = rounding.white[1]
-        return high * most if most < math.inf else high + step / 2 * math.sqrt(fitted.tau0)
+        top = rounding.white[1]
+        return high * top if top < math.inf else high + step / 2 * math.sqrt(fitted.tau0)
 
     def widened(name: str, before: Ends) -> Ends:
         if before.low is None or before.high is None:
             limit = before.upper_limit
             if limit is None:
                 return before
-            higher = white_most(limit) if name == "random_walk" else ends(0.0, limit, errors[name])[1]
+            higher = widened_white(limit) if name == "random_walk" else ends(0.0, limit, errors[name])[1]
             return replace(before, upper_limit=higher)
         if name == "random_walk":
-            return replace(before, low=before.low * rounding.white[0], high=white_most(before.high))
+            return replace(before, low=before.low * rounding.white[0], high=widened_white(before.high))
         if name == "rate_ramp":
             return replace(before, low=before.low - errors[name], high=before.high + errors[name])
         low, high = ends(before.low, before.high, errors.get(name, error))

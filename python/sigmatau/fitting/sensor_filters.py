@@ -83,13 +83,13 @@ class SensorFilter:
 @functools.cache
 def all_filters(clock: float | None = None) -> tuple[SensorFilter, ...]:
     """The families that are compared, those with fewer numbers first; digital filters too, if their clock is stated. [Hz]"""
-    butterworth = [_of_poles("one pole" if n == 1 else "Butterworth", n) for n in (1, 2, 3, 4, 6)]
-    means = [_of_means(stages) for stages in (1, 2, 3)]
+    butterworth = [_pole_filter("one pole" if n == 1 else "Butterworth", n) for n in (1, 2, 3, 4, 6)]
+    means = [_mean_filter(stages) for stages in (1, 2, 3)]
     digital = [] if clock is None else [_digital(order, clock) for order in (1, 2, 3, 4)]
-    return (*butterworth, *means, *digital, _two_poles(), *(_of_taper(name) for name in _TAPERS))
+    return (*butterworth, *means, *digital, _two_poles(), *(_taper_filter(name) for name in _TAPERS))
 
 
-def _of_poles(name: str, order: int) -> SensorFilter:
+def _pole_filter(name: str, order: int) -> SensorFilter:
     angles = np.pi * (2 * np.arange(order) + order + 1) / (2 * order)
     unit = np.exp(1j * angles)
     residues = -unit / (2 * order)
@@ -172,7 +172,7 @@ def _geometric(f: Floats, rate: float, poles: NDArray[np.complex128], residues: 
     return np.asarray(np.maximum(terms.real.sum(axis=1) / rate, _LOWEST))
 
 
-def _of_means(stages: int) -> SensorFilter:
+def _mean_filter(stages: int) -> SensorFilter:
     half = _find_root(lambda x: np.sinc(x) ** (2 * stages) - 0.5, 0.0, 1.0)
 
     def duration(numbers: Floats) -> float:
@@ -242,7 +242,7 @@ def _table(taper: str, sharpness: float) -> tuple[Floats, float, float]:
     return table, half, float(table.sum() - 0.5 * (table[0] + table[-1])) * step
 
 
-def _of_taper(taper: str) -> SensorFilter:
+def _taper_filter(taper: str) -> SensorFilter:
     step = _TAPS / _PADDED
 
     def power(f: Floats, numbers: Floats) -> Floats:

@@ -66,7 +66,7 @@ def fit_table(
                 value, _, unit = texts[-1]
                 text = f"{value} {unit}: {fitted.why_not(name)}" if value else fitted.why_not(name)
                 rows.append((f"  {term.label(fitted.quantity)}", text))
-        rows += [_mean_row(fitted, one) for one in means.get(channel, ())]
+        rows += [_mean_row(fitted, stability) for stability in means.get(channel, ())]
         rows += [("  " + text,) for text in (*fitted.notes(), *_readings(fitted, read_offs[channel]))]
     full = [row for row in rows if len(row) == _COLUMNS]
     widths = [max(len(row[k]) for row in full) for k in range(_COLUMNS)]
@@ -74,23 +74,27 @@ def fit_table(
     return "\n".join(_aligned(rows, widths))
 
 
-def _mean_row(fitted: NoiseFit, one: MeanStability) -> tuple[str, ...]:
+def _mean_row(fitted: NoiseFit, stability: MeanStability) -> tuple[str, ...]:
     """The standard deviation of means, in the unit of a bias."""
-    text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit, [one.value])[-1]
-    low = None if one.low is None else one.low / factor
-    high = None if one.high is None else one.high / factor
-    return (f"  STD of {seconds(one.average)} s means", *round_to_error(one.value / factor, low, high).cells, text)
+    text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit, [stability.value])[-1]
+    low = None if stability.low is None else stability.low / factor
+    high = None if stability.high is None else stability.high / factor
+    return (
+        f"  STD of {seconds(stability.average)} s means",
+        *round_to_error(stability.value / factor, low, high).cells,
+        text,
+    )
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
     """The coefficients that were read off and where, and observed terms that other noise hides, in words."""
-    found = [
+    rows = [
         f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[-1])} ({read[name].region})"
         for name in fitted
         if name in read
     ]
     hidden = [TERMS[refusal.term].label(fitted.quantity) for refusal in read.refused if refusal.hidden]
-    lines = [f"read off: {', '.join(found)}"] if found else []
+    lines = [f"read off: {', '.join(rows)}"] if rows else []
     return [*lines, *([f"not read off, hidden by other noise: {', '.join(hidden)}"] if hidden else [])]
 
 
@@ -112,21 +116,21 @@ _MEANS_LEGEND = (
 
 def fit_legend(fits: Mapping[str, NoiseFit], *, means: object = ()) -> str:
     """What the numbers of `fit_table` are. `means`: true if it has standard deviations of means."""
-    seen = [(fitted.quantity, name) for fitted in fits.values() for name in fitted if fitted[name].value is not None]
+    pairs = [(fitted.quantity, name) for fitted in fits.values() for name in fitted if fitted[name].value is not None]
     lines = [*(_FITTED[method] for method in dict.fromkeys(fitted.method for fitted in fits.values())), *_FIT_LEGEND]
     lines += [_MEANS_LEGEND] if means else []
-    if any(name == "bias_instability" for _, name in seen):
+    if any(name == "bias_instability" for _, name in pairs):
         lines.append("Bias instability B: most datasheets state the flat part of the curve instead, 0.664·B.")
-    return "\n".join(wrapped([*lines, *_look_alikes(seen)]))
+    return "\n".join(wrapped([*lines, *_look_alikes(pairs)]))
 
 
-def _look_alikes(seen: Iterable[tuple[str, str]]) -> list[str]:
+def _look_alikes(pairs: Iterable[tuple[str, str]]) -> list[str]:
     """What else has the slope of the terms, by quantity and name."""
     notes: dict[str, str] = {}
-    for quantity, name in seen:
+    for quantity, name in pairs:
         if TERMS[name].look_alikes:
             notes.setdefault(TERMS[name].look_alikes, TERMS[name].label(quantity))
-    return [f"{term.capitalize()} has the same slope as {others}." for others, term in notes.items()]
+    return [f"{term.capitalize()} has the same slope as {names}." for names, term in notes.items()]
 
 
 def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
@@ -153,12 +157,12 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
 
 def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
     """What the numbers of `read_off_table` are."""
-    seen = [(result.quantity, name) for result in read_off.values() for name in result]
+    pairs = [(result.quantity, name) for result in read_off.values() for name in result]
     sources = {channel: {line.range_from for line in result.values()} for channel, result in read_off.items()}
     by_rules = [channel for channel, origins in sources.items() if "rules" in origins]
     ranges = [_BESIDE_FIT] if any("fit" in origins for origins in sources.values()) else []
     ranges += [f"{_BY_RULES}: {', '.join(by_rules)}."] if by_rules else []
-    return "\n".join(wrapped([_LEGEND, *ranges, *_look_alikes(seen)]))
+    return "\n".join(wrapped([_LEGEND, *ranges, *_look_alikes(pairs)]))
 
 
 def deviation_table(deviations: Mapping[str, Deviation], *, noise: str | Mapping[str, float] | None = None) -> str:

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from sigmatau._native import kernels
 from sigmatau.errors import DataError
+from sigmatau.fitting.fitted_noise import FittedNoise
 from sigmatau.fitting.fitted_values import Resonance
-from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import GaussMarkov, Sinusoid
@@ -19,12 +19,12 @@ _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a f
 _WITHOUT_MODEL = ("too_short",)  # verdicts
 
 
-def has_model(fit: NoiseFit) -> bool:
+def has_model(fit: FittedNoise) -> bool:
     """Whether a fit has a coefficient or a process."""
     return bool(fit.model or fit.gauss_markov or fit.resonance or fit.sinusoid)
 
 
-def to_model(fit: NoiseFit) -> ChannelModel:
+def to_model(fit: FittedNoise) -> ChannelModel:
     """The model of a fit, with its intervals, limits and covariance.
 
     Resonances that a sampled model would fold into the white noise are left out.
@@ -68,7 +68,7 @@ def to_model(fit: NoiseFit) -> ChannelModel:
             if term.low is not None and term.high is not None and name in fit.model
         },
         limits={name: term.upper_limit for name, term in fit.terms.items() if term.upper_limit is not None},
-        covariance=fit.covariance if len(numbers) == len(fit.resonance) else _of_resonances(fit.covariance, numbers),
+        covariance=fit.covariance if len(numbers) == len(fit.resonance) else _resonance_block(fit.covariance, numbers),
         level=next((term.level for term in fit.terms.values()), fit.level),
         tau_min=fit.tau_min or 0.0,
         duration=fit.n / rate,
@@ -78,7 +78,7 @@ def to_model(fit: NoiseFit) -> ChannelModel:
     )
 
 
-def _unfolded(fit: NoiseFit, rate: float) -> list[int]:
+def _unfolded(fit: FittedNoise, rate: float) -> list[int]:
     """The numbers, from 1, of the resonances that a sampled model does not fold into the white noise."""
     walk = fit.model.get("random_walk", math.inf)
 
@@ -88,7 +88,7 @@ def _unfolded(fit: NoiseFit, rate: float) -> list[int]:
     return [k for k, process in enumerate(fit.resonance, 1) if not is_folded(process)]
 
 
-def _of_resonances(covariance: Covariance, numbers: Sequence[int]) -> Covariance:
+def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covariance:
     """The covariance with some of the resonances, which are numbered anew."""
     renumbered = {old: new for new, old in enumerate(numbers, 1)}
 
@@ -101,14 +101,14 @@ def _of_resonances(covariance: Covariance, numbers: Sequence[int]) -> Covariance
     return covariance.select(renamed)
 
 
-def _highest(fit: NoiseFit, rate: float) -> float | None:
+def _highest(fit: FittedNoise, rate: float) -> float | None:
     """The frequency up to which the model describes the record: that of the fit, or half over its shortest time."""
     ends = [] if fit.highest is None else [fit.highest]
     ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _FIRST_SAMPLES else []
     return min(ends, default=None)
 
 
-def to_models(fits: Mapping[str, NoiseFit]) -> dict[str, ChannelModel]:
+def to_models(fits: Mapping[str, FittedNoise]) -> dict[str, ChannelModel]:
     """The models of the channels that have one; raises `DataError`, which names the channel."""
     models = {}
     for name, fit in fits.items():

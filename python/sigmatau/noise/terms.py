@@ -252,8 +252,8 @@ def asked_rate_unit(quantity: str, unit: str, values: Iterable[float | None] = (
     """
     if quantity in _OWN_UNITS:
         return asked_unit(unit, unit, None)
-    rate_unit, _, of_integral = unit.partition("·")
-    tail = "*s" if of_integral == "s" else ""
+    rate_unit, _, is_integral = unit.partition("·")
+    tail = "*s" if is_integral == "s" else ""
     shown = shown_unit(unit, rate_unit, tail) or prefixed_unit(rate_unit, tail, values)
     return None if shown is None else (shown.text, shown.factor)
 

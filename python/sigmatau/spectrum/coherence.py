@@ -60,26 +60,26 @@ def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Float
     low, high = np.zeros(len(measured)), np.ones(len(measured))
     rounded = np.round(n, 2)  # far from the ends of the band tapers are alike but for 1e-5
     for pairs in np.unique(rounded):
-        there = np.flatnonzero(rounded == pairs)
+        same = np.flatnonzero(rounded == pairs)
         if pairs <= 1:
             continue
-        z = np.arctanh(np.sqrt(np.clip(measured[there], 0.0, np.tanh(_LARGEST_ATANH) ** 2)))
+        z = np.arctanh(np.sqrt(np.clip(measured[same], 0.0, np.tanh(_LARGEST_ATANH) ** 2)))
         # Of many frequencies alike the ends are curves, which are drawn once.
-        at = np.linspace(z.min(), z.max(), _MOST_AT_ONCE) if len(there) > _MOST_AT_ONCE else z
-        ends = [_solve(np.tanh(at) ** 2, float(pairs), p) for p in ((1 + level) / 2, (1 - level) / 2)]
-        low[there], high[there] = (np.tanh(np.interp(z, at, end) if at is not z else end) ** 2 for end in ends)
-        low[there] *= measured[there] > significance(pairs, level=(1 + level) / 2)
+        grid = np.linspace(z.min(), z.max(), _MOST_AT_ONCE) if len(same) > _MOST_AT_ONCE else z
+        ends = [_solve(np.tanh(grid) ** 2, float(pairs), p) for p in ((1 + level) / 2, (1 - level) / 2)]
+        low[same], high[same] = (np.tanh(np.interp(z, grid, end) if grid is not z else end) ** 2 for end in ends)
+        low[same] *= measured[same] > significance(pairs, level=(1 + level) / 2)
     return low, high
 
 
 def _solve(measured: Floats, n: float, probability: float) -> Floats:
     """The atanh γ for which the measured coherence is the quantile; 0 if it is below the quantile without coherence."""
     # The law at γ is some 1/√(2n) wide in atanh γ.
-    at, wide = np.arctanh(np.sqrt(np.minimum(measured, 1 - 1e-10))), 8 / np.sqrt(n) + 8 / n
-    left, right = np.maximum(at - wide, 0.0), np.minimum(at + wide, _LARGEST_ATANH)
+    centre, wide = np.arctanh(np.sqrt(np.minimum(measured, 1 - 1e-10))), 8 / np.sqrt(n) + 8 / n
+    low, right = np.maximum(centre - wide, 0.0), np.minimum(centre + wide, _LARGEST_ATANH)
     for _ in range(_HALVINGS):
-        middle = (left + right) / 2
+        middle = (low + right) / 2
         below = probability_below(measured, np.tanh(middle) ** 2, n)
-        more = below > probability  # the probability falls as γ rises
-        left, right = np.where(more, middle, left), np.where(more, right, middle)
-    return np.asarray((left + right) / 2)
+        is_low = below > probability  # the probability falls as γ rises
+        low, right = np.where(is_low, middle, low), np.where(is_low, right, middle)
+    return np.asarray((low + right) / 2)

@@ -92,9 +92,9 @@ class Comparison(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        known = "channel frequency_hz=frequency ratio dof p_values p_value method left_out highest_hz=highest"
-        known += " beside_lines_hz=beside_lines"
-        return plain(self, known, low=low, high=high, level=0.95)
+        fields = "channel frequency_hz=frequency ratio dof p_values p_value method left_out highest_hz=highest"
+        fields += " beside_lines_hz=beside_lines"
+        return plain(self, fields, low=low, high=high, level=0.95)
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Draw the ratios with their 95 % intervals, in new axes or those given.

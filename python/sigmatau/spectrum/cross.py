@@ -18,6 +18,7 @@ from sigmatau.results import Printed, plain
 from sigmatau.spectrum import coherence as law
 from sigmatau.spectrum.estimate import (
     batches,
+    longest_run,
     segment_size,
     segment_starts,
     slope,
@@ -251,7 +252,7 @@ class CrossSpectrum(Printed):
         low, high = self.coherence_interval()
         gain_low, gain_high = self.gain_interval()
         begin, end = self.phase_interval()
-        known = (
+        fields = (
             "a b frequency_hz=frequency density_a density_b coherence phase_rad=phase dof method segments unit_a unit_b"
         )
         intervals = {"coherence_low": low, "coherence_high": high, "phase_low_rad": begin, "phase_high_rad": end}
@@ -261,7 +262,7 @@ class CrossSpectrum(Printed):
             "gain_high": [g if np.isfinite(g) else None for g in gain_high.tolist()],
         }
         cross = {"cross_real": self.cross.real, "cross_imaginary": self.cross.imag, "significance": self.significance()}
-        return plain(self, known, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
+        return plain(self, fields, "resolution_hz=resolution", **cross, **gain, **intervals, sided="two", level=0.95)
 
     def plot(self, ax: Panels = None, *, per_octave: int = 8) -> Figure:
         """Draw the coherence with its significance level, and the phase where the coherence is significant.
@@ -416,10 +417,10 @@ def _welch(x: Floats, y: Floats, tau0: float, *, size: int | None, gaps: bool, w
     size_f = length // 2 + 1
     sums_a, sums_b, crossed = np.zeros(size_f), np.zeros(size_f), np.zeros(size_f, dtype=np.complex128)
     for some in batches(starts, length):
-        of_x, of_y = transforms(x, some, taper, ramps[0]), transforms(y, some, taper, ramps[1])
-        sums_a += (np.abs(of_x) ** 2).sum(axis=0)
-        sums_b += (np.abs(of_y) ** 2).sum(axis=0)
-        crossed += (of_x.conj() * of_y).sum(axis=0)
+        transforms_x, transforms_y = transforms(x, some, taper, ramps[0]), transforms(y, some, taper, ramps[1])
+        sums_a += (np.abs(transforms_x) ** 2).sum(axis=0)
+        sums_b += (np.abs(transforms_y) ** 2).sum(axis=0)
+        crossed += (transforms_x.conj() * transforms_y).sum(axis=0)
     scale = tau0 / (float(taper @ taper) * len(starts))
     frequency, dof = welch_grid(starts, length, tau0)
     return (
@@ -434,17 +435,15 @@ def _welch(x: Floats, y: Floats, tau0: float, *, size: int | None, gaps: bool, w
 
 
 def _tapered(x: Floats, y: Floats, tau0: float, *, tapers: int, f_max: float | None, what: str) -> _Parts:
-    edges = np.concatenate(([-1], np.flatnonzero(np.isnan(x + y)), [len(x)]))
-    k = int(np.argmax(np.diff(edges)))
-    run = slice(int(edges[k]) + 1, int(edges[k + 1]))
+    run = longest_run(x + y)
     x, y = x[run], y[run]
     used = used_samples(len(x), tapers, what)
     bins = tapered_bins(used, tau0, f_max)
     density_a, density_b, cross = np.zeros(bins), np.zeros(bins), np.zeros(bins, dtype=np.complex128)
-    for of_x, of_y in zip(tapered(x[:used], bins, tapers), tapered(y[:used], bins, tapers), strict=True):
-        density_a += np.abs(of_x) ** 2
-        density_b += np.abs(of_y) ** 2
-        cross += of_x.conj() * of_y
+    for tapered_x, tapered_y in zip(tapered(x[:used], bins, tapers), tapered(y[:used], bins, tapers), strict=True):
+        density_a += np.abs(tapered_x) ** 2
+        density_b += np.abs(tapered_y) ** 2
+        cross += tapered_x.conj() * tapered_y
     scale = tau0 / tapers
     frequency, dof, resolution = tapered_grid(used, bins, tapers, tau0)
     return frequency, scale * density_a, scale * density_b, scale * cross, dof, resolution, tapers

@@ -90,16 +90,16 @@ def psd(
     if method not in ("welch", "multitaper"):
         raise OptionError(f"{{option}} must be welch or multitaper, not {method!r}", option="method")
     streams = record.streams if isinstance(record, Record) else (record,)
-    found: dict[str, Spectrum] = {}
+    spectra: dict[str, Spectrum] = {}
     for stream in streams:
         size = segment_size(segment, stream) if method == "welch" else None
         for channel in stream.channels:
             y = np.ascontiguousarray(stream.column(channel))
             if method == "welch":
-                found[channel] = welch(y, stream, channel, size=size)
+                spectra[channel] = welch(y, stream, channel, size=size)
             else:
-                found[channel] = _multitaper(y, stream, channel, tapers=tapers, f_max=f_max)
-    return Spectra(found)
+                spectra[channel] = _multitaper(y, stream, channel, tapers=tapers, f_max=f_max)
+    return Spectra(spectra)
 
 
 def welch(y: Floats, stream: Stream, channel: str, *, size: int | None = None) -> Spectrum:
@@ -171,9 +171,9 @@ def segment_starts(y: Floats, length: int, *, gaps: bool) -> NDArray[np.int64]:
     if gaps:
         missing = np.concatenate(([0], np.cumsum(np.isnan(y))))
         starts = starts[missing[starts + length] == missing[starts]]
-    most = 2 * MOST_SAMPLES // length
-    if len(starts) > most:
-        starts = starts[np.linspace(0, len(starts) - 1, most).astype(np.int64)]
+    limit = 2 * MOST_SAMPLES // length
+    if len(starts) > limit:
+        starts = starts[np.linspace(0, len(starts) - 1, limit).astype(np.int64)]
     return starts
 
 
@@ -182,8 +182,8 @@ def slope(y: Floats, *, gaps: bool) -> float:
     t = np.arange(len(y), dtype=np.float64)
     t -= (len(y) - 1) / 2
     if gaps:
-        there = np.isfinite(y)
-        t, y = t[there], y[there]
+        finite = np.isfinite(y)
+        t, y = t[finite], y[finite]
         t -= t.mean()
     power = float(t @ t)
     return float(t @ y - t.sum() * y.mean()) / power if power > 0 else 0.0
@@ -218,7 +218,7 @@ def transforms(y: Floats, starts: NDArray[np.int64], taper: Floats, ramp: Floats
 
 def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: float | None) -> Spectrum:
     if stream.mask is not None:
-        y = _longest_run(y)
+        y = y[longest_run(y)]
     n, tau0 = len(y), stream.grid.tau0
     used = used_samples(n, tapers, channel)
     bins = tapered_bins(used, tau0, f_max)
@@ -276,10 +276,12 @@ def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128
     transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))
     centres = 2 * np.arange(1, bins + 1)
     for k in range(1, tapers + 1):
-        yield (_at(transform, centres - k, used) - _at(transform, centres + k, used)) / math.sqrt(2 * (used + 1))
+        yield (_values(transform, centres - k, used) - _values(transform, centres + k, used)) / math.sqrt(
+            2 * (used + 1)
+        )
 
 
-def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -> NDArray[np.complex128]:
+def _values(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -> NDArray[np.complex128]:
     """Transform of a real series at any bin; beyond its ends the transform is mirrored."""
     folded = np.abs(bins)
     over = folded > used + 1
@@ -288,8 +290,8 @@ def _at(transform: NDArray[np.complex128], bins: NDArray[np.int64], used: int) -
     return np.where((bins < 0) ^ over, values.conj(), values)
 
 
-def _longest_run(y: Floats) -> Floats:
+def longest_run(y: Floats) -> slice:
+    """The longest stretch without a NaN."""
     edges = np.concatenate(([-1], np.flatnonzero(np.isnan(y)), [len(y)]))
     k = int(np.argmax(np.diff(edges)))
-    run: Floats = y[edges[k] + 1 : edges[k + 1]]
-    return run
+    return slice(int(edges[k]) + 1, int(edges[k + 1]))

@@ -163,8 +163,8 @@ class Spectrum(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = self.interval()
-        known = "channel frequency_hz=frequency density dof method segments resolution_hz=resolution unit=density_unit"
-        return plain(self, known, low=low, high=high, sided="two")
+        fields = "channel frequency_hz=frequency density dof method segments resolution_hz=resolution unit=density_unit"
+        return plain(self, fields, low=low, high=high, sided="two")
 
     def expected(self, model: HasDensity | HasChannels) -> Floats:
         """Density of a noise model at the frequencies of this spectrum, aliasing included.
@@ -224,7 +224,7 @@ class Spectrum(Printed):
         the comparison; so are frequencies that the fit of the model left out.
         """
         expected = self.expected(model)
-        lined = (expected > 0) & (self._of_lines(model) > _LINE_SHARE * expected)
+        lined = (expected > 0) & (self._line_density(model) > _LINE_SHARE * expected)
         starts = bin_starts(self.frequency, per_octave)
         good = (self.frequency >= self.trusted) & (expected > 0) & ~lined
         channel = getattr(model, "channels", {self.channel: model})[self.channel]
@@ -233,19 +233,19 @@ class Spectrum(Printed):
         shown = np.logical_and.reduceat(good, starts)
         if not shown.any():
             up_to = "on" if highest is None else f"to {highest:.3g} Hz, where the model was fitted,"
-            beside = "is clear of the model's lines" if lined.any() else "is left to compare"
+            reason = "is clear of the model's lines" if lined.any() else "is left to compare"
             raise DataError(
-                f"{self.channel}: no band from {self.trusted:.3g} Hz {up_to} {beside}; longer segments help"
+                f"{self.channel}: no band from {self.trusted:.3g} Hz {up_to} {reason}; longer segments help"
             )
         count = np.diff(np.append(starts, len(self.frequency)))
-        there = np.repeat(shown, count)
+        is_shown = np.repeat(shown, count)
         with np.errstate(over="ignore"):
-            ratios = self.density[there] / expected[there]
+            ratios = self.density[is_shown] / expected[is_shown]
         if not np.isfinite(ratios).all():
             raise DataError(
                 f"{self.channel}: the ratio to the model's density is not a finite number; is the model in SI?"
             )
-        ratio = replace(self, frequency=self.frequency[there], density=ratios, dof=self.dof[there])
+        ratio = replace(self, frequency=self.frequency[is_shown], density=ratios, dof=self.dof[is_shown])
         bands = ratio._binned(np.append(0, np.cumsum(count[shown])[:-1]))
         return Comparison(
             channel=self.channel,
@@ -275,7 +275,7 @@ class Spectrum(Printed):
         lines = [f"sinusoid at {line.frequency:.4g} Hz" for line in getattr(noise, "sinusoid", ())]
         return (*lines, *(["rate ramp"] if "rate_ramp" in getattr(noise, "terms", ()) else []))
 
-    def _of_lines(self, model: HasDensity | HasChannels) -> Floats:
+    def _line_density(self, model: HasDensity | HasChannels) -> Floats:
         """Upper bound of the density of the model's sinusoids in this spectrum; shape (n_f,)."""
         noise = getattr(model, "channels", {self.channel: model})[self.channel]
         tapers = self.segments if self.method == "multitaper" else None
@@ -355,7 +355,7 @@ class Spectra(ByChannel[Spectrum]):
         """
         from sigmatau.plot.spectrum import draw_spectra
 
-        known = {} if model is None else model.channels
-        there = [name for name in self if name in known]
-        without = {name: self[name].left_out(known[name]) for name in there}
-        return draw_spectra(self, {name: self[name].expected(known[name]) for name in there}, without=without, ax=ax)
+        channels = {} if model is None else model.channels
+        names = [name for name in self if name in channels]
+        without = {name: self[name].left_out(channels[name]) for name in names}
+        return draw_spectra(self, {name: self[name].expected(channels[name]) for name in names}, without=without, ax=ax)

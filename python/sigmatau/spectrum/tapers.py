@@ -88,14 +88,14 @@ def line_density(
     away = np.abs(frequency - folded)
     if tapers is None:
         d = away / (resolution / 1.5)
-        beside = 1 / np.square(math.pi * np.maximum(d, 2.0) * (np.maximum(d, 2.0) ** 2 - 1))
-        window = np.where(d < 2.0, 1.0, beside) / resolution
+        leakage = 1 / np.square(math.pi * np.maximum(d, 2.0) * (np.maximum(d, 2.0) ** 2 - 1))
+        window = np.where(d < 2.0, 1.0, leakage) / resolution
     else:
         width = 2 * resolution / (tapers + 1)
         d = np.maximum(away / width, 0.5 * tapers + 1)[:, None]
         k = np.arange(1, tapers + 1)
-        beside = np.mean(8 * k**2 / np.square(math.pi * (4 * d**2 - k**2)), axis=1) / width
-        window = np.where(away / width < 0.5 * tapers + 1, 1 / resolution, beside)
+        leakage = np.mean(8 * k**2 / np.square(math.pi * (4 * d**2 - k**2)), axis=1) / width
+        window = np.where(away / width < 0.5 * tapers + 1, 1 / resolution, leakage)
     return np.asarray(amplitude**2 / 4 * window)
 
 

@@ -97,9 +97,9 @@ class MinimumPhase(Printed):
     def to_dict(self) -> dict[str, Any]:
         """Plain columns, for JSON or any data-frame library."""
         low, high = ([None if math.isnan(x) else x for x in end.tolist()] for end in (self.low, self.high))
-        known = "channel frequency_hz=frequency magnitude phase_rad=phase impulse input_density input_unit"
+        fields = "channel frequency_hz=frequency magnitude phase_rad=phase impulse input_density input_unit"
         assumed = {"level": 0.95, "phase": "minimum phase, by assumption", "sided": "two"}
-        return plain(self, known, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
+        return plain(self, fields, "measured_from_hz=measured_from tau0_s=tau0", low=low, high=high, **assumed)
 
     def plot(self, ax: Panels = None) -> Figure:
         """Draw the magnitude with its 95 % interval, and the phase of the minimum-phase filter.
@@ -199,8 +199,8 @@ def transfer(
     if not (spectrum.density > 0).any():
         raise DataError(f"{spectrum.channel}: the density is 0, and has no filter")
     if random_walk is None:
-        few = max(4, len(spectrum.density) // 100)
-        white = float(spectrum.density[:few].mean())
+        count = max(4, len(spectrum.density) // 100)
+        white = float(spectrum.density[:count].mean())
     elif np.isfinite(random_walk) and random_walk > 0:
         white = float(random_walk) ** 2
     else:
@@ -233,13 +233,13 @@ def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Float
     """The density, corrected for the bias of its logarithm, and its interval."""
     shown = spectrum if per_octave is None else spectrum.binned(per_octave=per_octave)
     half = np.maximum(shown.dof, 1.0) / 2
-    least = _DENSITY_FLOOR * shown.density.max()
-    logarithms = [np.log(np.maximum(shown.density, least)) + np.log(half) - digamma(half)]
-    logarithms += [np.log(np.maximum(edge, least)) for edge in shown.interval()]
+    floor = _DENSITY_FLOOR * shown.density.max()
+    logarithms = [np.log(np.maximum(shown.density, floor)) + np.log(half) - digamma(half)]
+    logarithms += [np.log(np.maximum(edge, floor)) for edge in shown.interval()]
     if per_octave is not None:
         # Between two bins the mean of both scatters less than either: the interval is wider than need be.
-        at, bins = np.log(spectrum.frequency), np.log(shown.frequency)
-        logarithms = [np.interp(at, bins, column) for column in logarithms]
+        log_frequency, bins = np.log(spectrum.frequency), np.log(shown.frequency)
+        logarithms = [np.interp(log_frequency, bins, column) for column in logarithms]
     middle, low, high = (np.exp(column) for column in logarithms)
     return middle, low, high
 

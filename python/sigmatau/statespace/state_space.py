@@ -162,7 +162,7 @@ class StateSpace(Printed):
         measurements; random walks cancel in the first part. n steps are made by doubling, see
         `sigmatau.statespace.doubling`.
         """
-        sizes = whole_sizes(m, of="steps")
+        sizes = whole_sizes(m, counted="steps")
         if sizes.size and sizes.min() < 1:
             raise OptionError(f"{{option}} must be at least 1 step, got {sizes.min()}", option="m")
         step, before, row, noise = self.integrated()

@@ -8,7 +8,7 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
-from sigmatau.fitting.channel import TEMPERATURE, follows_temperature, temperature_at
+from sigmatau.fitting.channel import TEMPERATURE, block_temperature, follows_temperature
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.motion.shocks_and_steps import step_finding
 from sigmatau.quality.motion.windows import mean_steps, summarise_windows
@@ -25,7 +25,7 @@ def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit])
     """A stream of the record, or its beginning, without the drifts of the fits; the same object if there are none."""
     if not any(drifts(fits.get(channel)) for channel in stream.channels):
         return stream
-    degrees = temperature_at(record, record.stream_of(stream.channels[0]))
+    degrees = block_temperature(record, record.stream_of(stream.channels[0]))
     return stream.with_rates([_without(stream, channel, fits.get(channel), degrees) for channel in stream.channels])
 
 

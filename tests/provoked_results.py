@@ -228,7 +228,7 @@ PROVOKED = {
             lambda: Naming(unit="A1").entry(replace(analysis(), notes={"temperature": "warm"}), Path("result.json")),
         )
     },
-    "sigmatau.fitting.read_off.Coefficient.to": {
+    "sigmatau.fitting.read_off.ReadOffCoefficient.to": {
         st.OptionError: (lambda: st.read_off(curve(), random_walk=(1.0, 10.0))["random_walk"].to("deg/h"),)
     },
     "sigmatau.fitting.fitted_values.FittedTerm.to": {

@@ -12,7 +12,7 @@ import numpy as np
 
 import sigmatau as st
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.fitting.read_off import Coefficient
+from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.noise.terms import TERMS
 from studies.paper.decoding import longest_time
 from studies.paper.figures import fig_12_logs, fig_12_sensor
@@ -75,14 +75,14 @@ def _log_height(cell: Cell) -> float:
     return level if term.read_at is None else level - term.slope * math.log(term.read_at)
 
 
-def _laid(unit: str, curve: DeviationCurve) -> Mapping[str, Coefficient]:
+def _laid(unit: str, curve: DeviationCurve) -> Mapping[str, ReadOffCoefficient]:
     longest = float(curve.tau[-1])
     ranges = {c.term: hand_range(c) for c in PRINTED if (c.unit, c.channel) == (unit, curve.channel)}
     usable: Any = {term: (low, min(high, longest)) for term, (low, high) in ranges.items() if low < longest / 2}
     return st.read_off(curve, rules={}, **usable)
 
 
-def _numbers(read: Coefficient | None) -> list[float | None] | None:
+def _numbers(read: ReadOffCoefficient | None) -> list[float | None] | None:
     """Value, error by eq. (26), and the range of averaging times, for a file."""
     return None if read is None else [_rounded(x) for x in (read.value, read.error, read.tau_min, read.tau_max)]
 

@@ -15,7 +15,15 @@ from sigmatau import Analysis, DataError, analyze
 from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.reasons import Misfit, StatedReason, UnmodelledBand
 from sigmatau.fitting.adjustment import Adjustment, Change, Ends
-from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
+from sigmatau.fitting.fitted_values import (
+    FittedGaussMarkov,
+    FittedResonance,
+    FittedSinusoid,
+    FittedTerm,
+    FittedWarmUp,
+    Interval,
+    SecondModel,
+)
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.parameters import Covariance, Parameter
@@ -108,9 +116,9 @@ FULL = NoiseFit(
         ),
         "rate_ramp": FittedTerm(term="rate_ramp", unit="rad/s^2", observed=False, level=0.9, upper_limit=1e-9),
     },
-    gauss_markov=(GaussMarkov(sigma=interval(1e-5), time=interval(30.0)),),
-    sinusoid=(Sinusoid(amplitude=interval(1e-3), frequency=interval(7.0)),),
-    resonance=(Resonance(sigma=interval(1e-4), frequency=interval(3.0), width=interval(0.1)),),
+    gauss_markov=(FittedGaussMarkov(sigma=interval(1e-5), time=interval(30.0)),),
+    sinusoid=(FittedSinusoid(amplitude=interval(1e-3), frequency=interval(7.0)),),
+    resonance=(FittedResonance(sigma=interval(1e-4), frequency=interval(3.0), width=interval(0.1)),),
     response=FittedFilter(
         coefficients=(0.5, 0.1),
         tau0=0.02,
@@ -123,7 +131,7 @@ FULL = NoiseFit(
         low_pass=LowPass(order=2, corner=12.1, rate=50.0),
         known_to=20.0,
     ),
-    warm_up=WarmUp(amplitude=interval(1e-4), time=300.0),
+    warm_up=FittedWarmUp(amplitude=interval(1e-4), time=300.0),
     regressors={"temperature": interval(1e-6)},
     highest=18.0,
     alike_from=200.0,

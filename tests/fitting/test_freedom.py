@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import Record, analyze
 from sigmatau._native.gls import Components
-from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Sinusoid
+from sigmatau.fitting.fitted_values import FittedGaussMarkov, FittedSinusoid, Interval
 from sigmatau.noise.terms import NOISE
 
 N, SIZES = 20_000, (1, 2, 3, 7, 50, 400, 5000, 9999)
@@ -28,8 +28,8 @@ def _of(value, unit):
 def test_of_a_fit_with_a_process_or_a_line(fitted):
     assert fitted.tau0 == 1.0
     model = dict(zip(NOISE, np.sqrt(THETA), strict=True))
-    process = GaussMarkov(sigma=_of(0.8, "rad/s"), time=_of(40.0, "s"))
-    line = Sinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
+    process = FittedGaussMarkov(sigma=_of(0.8, "rad/s"), time=_of(40.0, "s"))
+    line = FittedSinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
     m = np.array(SIZES)
     for one, parts, last in (
         (replace(fitted, model=model), Components(N, SIZES), []),
@@ -41,5 +41,5 @@ def test_of_a_fit_with_a_process_or_a_line(fitted):
 
 
 def test_a_line_alone_has_no_scatter(fitted):
-    line = Sinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
+    line = FittedSinusoid(amplitude=_of(0.5, "rad/s"), frequency=_of(0.0123, "Hz"))
     assert replace(fitted, model={}, sinusoid=(line,)).degrees_of_freedom(m=SIZES) is None

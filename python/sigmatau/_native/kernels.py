@@ -22,7 +22,7 @@ from sigmatau._native.arguments import (
 from sigmatau.errors import OptionError, RecordTooShortError
 
 
-class Accumulator:
+class RunningSums:
     """Running sums of one channel; see `sigmatau.estimators.accumulator.Accumulator`.
 
     Parameters
@@ -65,13 +65,13 @@ class Accumulator:
         """Index of the first sample that is not finite or larger than 1e130, if there is one."""
         return _core.Accumulator.first_unusable(rate)
 
-    def merge(self, later: Accumulator) -> None:
+    def merge(self, later: RunningSums) -> None:
         """Take over what the accumulator of the following stretch has received; raises ValueError if it is not that."""
         self._sums.merge(later._sums)
 
-    def copy(self) -> Accumulator:
+    def copy(self) -> RunningSums:
         """An accumulator with the same sums."""
-        twin = object.__new__(Accumulator)
+        twin = object.__new__(RunningSums)
         twin.name, twin._made, twin._sums = self.name, self._made, self._sums.copy()
         return twin
 

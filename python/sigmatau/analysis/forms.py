@@ -17,7 +17,7 @@ from sigmatau.findings.reasons import Reason
 from sigmatau.findings.rest import Motion
 from sigmatau.fitting.adjustment import Adjustment, Verdict
 from sigmatau.fitting.fitted_noise import Trust
-from sigmatau.fitting.fitted_values import GaussMarkov, Interval, Resonance, SecondModel, Sinusoid
+from sigmatau.fitting.fitted_values import FittedGaussMarkov, FittedResonance, FittedSinusoid, Interval, SecondModel
 from sigmatau.fitting.read_off import Source as RangeSource
 from sigmatau.fitting.response import Shape
 from sigmatau.frozen import frozen
@@ -108,9 +108,9 @@ class TermsForm:
     bias_instability: TermForm | None = key(default=None)
     rate_random_walk: TermForm | None = key(default=None)
     rate_ramp: TermForm | None = key(default=None)
-    gauss_markov: tuple[GaussMarkov, ...] = key(default=())
-    sinusoid: tuple[Sinusoid, ...] = key(default=())
-    resonance: tuple[Resonance, ...] = key(default=())
+    gauss_markov: tuple[FittedGaussMarkov, ...] = key(default=())
+    sinusoid: tuple[FittedSinusoid, ...] = key(default=())
+    resonance: tuple[FittedResonance, ...] = key(default=())
 
 
 @frozen

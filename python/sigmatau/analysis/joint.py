@@ -19,7 +19,7 @@ from sigmatau.findings.reasons import CoarseCounts
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.adjust import adjusted
 from sigmatau.fitting.adjustment import Adjustment
-from sigmatau.fitting.joint import COMMON, Over, Run, build_run, join, why_unfit
+from sigmatau.fitting.joint import COMMON, JointRun, Over, build_run, join, why_unfit
 from sigmatau.fitting.joint_fit import ALPHA, JointChannel, JointFit
 from sigmatau.fitting.known_biases import bias, walk_bias
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
@@ -43,7 +43,7 @@ class AnalysedRun:
 
     name: str
     analysis: Analysis
-    runs: Mapping[str, Run]  # by channel
+    runs: Mapping[str, JointRun]  # by channel
     findings: tuple[Finding, ...]  # of channels that cannot be used
 
 
@@ -123,7 +123,7 @@ def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRu
     used = replace(
         used, streams=(*used.streams, *(stream for stream in thermometers if stream.name not in stream_names))
     )
-    runs: dict[str, Run] = {}
+    runs: dict[str, JointRun] = {}
     findings = []
     for channel in analysis.curves:
         unfit = _why_unfit(used, channel, fits.get(channel))
@@ -171,7 +171,7 @@ def fit_analysed(
         For runs with different rates or units, or the same samples twice.
     """
     findings = [finding for record in records for finding in record.findings]
-    pools: dict[str, list[tuple[Run, Analysis]]] = {}
+    pools: dict[str, list[tuple[JointRun, Analysis]]] = {}
     for record in records:
         for channel, run in record.runs.items():
             if over == "axes":
@@ -217,8 +217,8 @@ def fit_analysed(
 
 
 def _without_disturbed(
-    members: list[tuple[Run, Analysis]], pool: str
-) -> tuple[list[tuple[Run, Analysis]], list[Finding]]:
+    members: list[tuple[JointRun, Analysis]], pool: str
+) -> tuple[list[tuple[JointRun, Analysis]], list[Finding]]:
     """The runs whose noise no vibration hides, and findings of the others; all runs if there are not two of them."""
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
     if len(quiet) < _MIN_RUNS:
@@ -247,7 +247,7 @@ def _findings(joint: JointChannel) -> list[Finding]:
     return findings
 
 
-def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[Run, Analysis]]) -> Adjustment | None:
+def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[JointRun, Analysis]]) -> Adjustment | None:
     """Intervals that hold for any mean between two steps of coarse samples, of the coarsest run."""
     steps = [
         finding.details

@@ -25,10 +25,10 @@ from sigmatau.estimators.stability import DynamicAllan
 from sigmatau.findings.decoding import decode_finding
 from sigmatau.findings.finding import Findings
 from sigmatau.findings.reasons import StatedReason
-from sigmatau.fitting.fitted_values import FittedTerm, WarmUp
+from sigmatau.fitting.fitted_values import FittedTerm, FittedWarmUp
 from sigmatau.fitting.mean_stability import MeanStability
 from sigmatau.fitting.noise_fit import Fits, NoiseFit
-from sigmatau.fitting.read_off import Coefficient, ReadOff
+from sigmatau.fitting.read_off import ReadOff, ReadOffCoefficient
 from sigmatau.fitting.read_off_regions import Refusal
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.parameters import Covariance
@@ -316,7 +316,7 @@ def _fit(name: str, channel: forms.ChannelForm, form: forms.FitForm) -> NoiseFit
         sinusoid=form.terms.sinusoid,
         resonance=form.terms.resonance,
         response=None if form.filter is None else _filter(form.filter, tau0, channel.sample_rate_hz),
-        warm_up=None if form.warm_up is None else _build(WarmUp, form.warm_up),
+        warm_up=None if form.warm_up is None else _build(FittedWarmUp, form.warm_up),
         model={term: value for term, value in form.model.items() if term in TERMS},
         reasons=reasons,
         covariance=Covariance() if form.covariance is None else _covariance(form.covariance),
@@ -352,7 +352,7 @@ def _covariance(form: forms.CovarianceForm) -> Covariance:
 def _read_off(name: str, channel: forms.ChannelForm) -> ReadOff:
     coefficients = {
         term: _build(
-            Coefficient,
+            ReadOffCoefficient,
             form,
             term=term,
             tau_min=form.tau_s[0],

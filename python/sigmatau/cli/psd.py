@@ -33,7 +33,7 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import asked_density, check_shown, coefficient_unit, display_units
 from sigmatau.record.record import Record, channel_quantities, stream_name
-from sigmatau.spectrum.comparison import Comparison
+from sigmatau.spectrum.comparison import ModelComparison
 from sigmatau.spectrum.estimate import psd
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.units import find
@@ -144,13 +144,13 @@ def _select_channels(record: Record, axes: list[str] | None) -> Record:
     return replace(record, streams=tuple(streams))
 
 
-def _compared(spectra: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, Comparison]:
+def _compared(spectra: Spectra, expected: NoiseModel, path: Path | None, *, quiet: bool) -> dict[str, ModelComparison]:
     modelled = [name for name in spectra if name in expected.channels]
     if not modelled:
         raise DataError(
             f"{path}: its channels are {', '.join(expected.channels)}, those of the log {', '.join(spectra)}"
         )
-    compared: dict[str, Comparison] = {}
+    compared: dict[str, ModelComparison] = {}
     for name in modelled:
         try:
             compared[name] = spectra[name].over(expected)
@@ -164,7 +164,7 @@ def _compared(spectra: Spectra, expected: NoiseModel, path: Path | None, *, quie
     return compared
 
 
-def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
+def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
     """Thirds of an octave: the density, its root in the unit of the random walk, and as datasheets state it."""
     bands = spectrum.binned(per_octave=3)
     low, high = bands.interval()
@@ -207,14 +207,14 @@ def _table(spectrum: Spectrum, compared: Comparison | None) -> str:
     return "\n".join(lines)
 
 
-def _ratios(compared: Comparison) -> dict[float, str]:
+def _ratios(compared: ModelComparison) -> dict[float, str]:
     """Ratios by frequency, in the bands of the densities."""
     low, high = compared.interval()
     rows = zip(compared.frequency, compared.ratio, low, high, strict=True)
     return {float(f): " ".join(round_to_error(*ends).cells) for f, *ends in rows}
 
 
-def _content(spectra: Spectra, compared: Mapping[str, Comparison]) -> dict[str, Any]:
+def _content(spectra: Spectra, compared: Mapping[str, ModelComparison]) -> dict[str, Any]:
     channels: dict[str, Any] = {}
     for name, spectrum in spectra.items():
         channels[name] = spectrum.binned(per_octave=3).to_dict() | {"trusted_from_hz": spectrum.trusted}

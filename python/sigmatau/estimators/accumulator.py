@@ -114,7 +114,7 @@ class Accumulator(Printed):
         if long == "strided":
             sizes = strided_sizes(sizes)
         self._sums = [
-            kernels.Accumulator(sizes, strided=long == "strided", start=self.start, name=channel)
+            kernels.RunningSums(sizes, strided=long == "strided", start=self.start, name=channel)
             for channel in channels
         ]
 
@@ -143,7 +143,7 @@ class Accumulator(Printed):
             for column, factor in zip(self._columns(chunk), self._factors, strict=True)
         ]
         for column, channel in zip(columns, self.channels, strict=True):
-            row = kernels.Accumulator.first_unusable(column)
+            row = kernels.RunningSums.first_unusable(column)
             if row is not None:
                 index = self.start + self.n + row
                 raise NonFiniteError(

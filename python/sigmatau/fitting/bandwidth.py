@@ -17,7 +17,7 @@ from sigmatau._native.distributions import chi2_quantile_above, normal_below
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits
 from sigmatau.fitting.filter_region import Contradiction, contradiction, explanations, is_white
-from sigmatau.fitting.filter_summary import Judgement, Source, summary
+from sigmatau.fitting.filter_summary import FilterSource, Judgement, summary
 from sigmatau.fitting.log_spectra import log_spectrum
 from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from sigmatau.record.record import Record
@@ -152,13 +152,13 @@ def _channel_bandwidth(channel: str, named: Mapping[str, Record], *, tolerance: 
     )  # fmt: skip
 
 
-def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[Source], tuple[str, ...]]:
+def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[FilterSource], tuple[str, ...]]:
     """The logs with this channel by rate, and those left out because a faster one has their samples."""
     every = []
     for name, record in named.items():
         if channel in record.channels:
             stream = record.stream_of(channel).only(channel)
-            every.append(Source(name=name, stream=stream, y=stream.column(channel)))
+            every.append(FilterSource(name=name, stream=stream, y=stream.column(channel)))
     every.sort(key=lambda source: source.stream.grid.rate)
     repeated = [
         source.name for k, source in enumerate(every) if any(_contains_samples(fast, source) for fast in every[k + 1 :])
@@ -166,7 +166,7 @@ def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[Source], t
     return [source for source in every if source.name not in repeated], tuple(repeated)
 
 
-def _contains_samples(fast: Source, slow: Source) -> bool:
+def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
     """Whether every k-th sample of a log is the beginning of a slower one."""
     step = round(fast.stream.grid.rate / slow.stream.grid.rate)
     count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)

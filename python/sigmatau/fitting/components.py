@@ -10,13 +10,14 @@ from collections.abc import Mapping, Sequence
 
 from sigmatau.noise.terms import NOISE, TERMS
 
+_POWERS = {name: term.interval_power for name, term in TERMS.items()}
 LONGEST_SHARE = 3  # The longest averaging time is the record over this; a longer one has hardly two degrees of freedom
 LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
 
 
 def power_of_interval(name: str) -> int:
     """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
-    return TERMS[name].interval_power if name in TERMS else 2
+    return _POWERS.get(name, 2)
 
 
 def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:

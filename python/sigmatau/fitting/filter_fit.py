@@ -62,7 +62,7 @@ class LinearFit:
 
 
 @frozen
-class Form:
+class ResponseForm:
     """What the model has beside the white noise of the sensor.
 
     Attributes
@@ -90,13 +90,13 @@ class FilterFit:
 
     Attributes
     ----------
-    form : Form
+    form : ResponseForm
     numbers : ndarray, shape (n_numbers,)
         Of the filter.
     fit : LinearFit
     """
 
-    form: Form
+    form: ResponseForm
     numbers: Floats
     fit: LinearFit
 
@@ -153,7 +153,7 @@ class Logs:
         density, rounding = self.density + added, self.rounding + added
         return replace(self, modes=modes, density=density, rounding=rounding, rounds=_ROUNDS_OF_SEARCH)
 
-    def columns(self, form: Form, numbers: Floats) -> Floats:
+    def columns(self, form: ResponseForm, numbers: Floats) -> Floats:
         """Densities of levels of 1, shape (n_bins, n_levels)."""
         count, family = len(self.spectra), form.filter
         table = np.zeros((len(self.density), 1 + _SLOW * count + form.converter))
@@ -184,7 +184,7 @@ class Logs:
             trigamma = trigamma + 1 / (half + k) ** 2
         return float(mean.sum()), float((4 * half**2 * trigamma - 4 * half).sum())
 
-    def fit_levels(self, form: Form, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
+    def fit_levels(self, form: ResponseForm, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
         """The best levels, by reweighted least squares without negative levels."""
         from scipy.optimize import nnls
 
@@ -201,7 +201,7 @@ class Logs:
             best = reached
         return LinearFit(deviance=self.deviance(model), levels=levels, model=model)
 
-    def error_of_density(self, form: Form, numbers: Floats, fit: LinearFit) -> float:
+    def error_of_density(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> float:
         """Standard error of N², with the numbers as they are; infinite if it is 0."""
         if not fit.levels[0] > 0:
             return math.inf
@@ -230,14 +230,14 @@ class Logs:
                 break
         return FilterFit(form=form, numbers=numbers, fit=fit)
 
-    def _step(self, form: Form, numbers: Floats, fit: LinearFit) -> Floats:
+    def _step(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
         design = self._design(form, numbers, fit)
         size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
         target = (self.density - fit.model) * np.sqrt(self.modes) / fit.model
         solution = np.linalg.lstsq(design / size, target, rcond=_SINGULAR)[0] / size
         return np.asarray(np.clip(solution[: len(numbers)], -_FARTHEST_STEP, _FARTHEST_STEP))
 
-    def _design(self, form: Form, numbers: Floats, fit: LinearFit) -> Floats:
+    def _design(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
         """Derivatives of ln S by the numbers, then by the levels that are not 0, times the root of the modes."""
         table = self.columns(form, numbers)
         slopes = []
@@ -294,7 +294,7 @@ def best_fits(logs: Logs) -> list[FilterFit]:
 
 def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
     """The best of some corners, and from there the best numbers."""
-    fits, form = [], Form(filter=family)
+    fits, form = [], ResponseForm(filter=family)
     for corner in corners:
         numbers = limited(family, np.array([corner, *family.start]), logs.spectra)
         fits.append(FilterFit(form=form, numbers=numbers, fit=logs.fit_levels(form, numbers)))
@@ -312,6 +312,6 @@ def _cost(fit: FilterFit) -> float:
     return fit.cost
 
 
-def _changed(logs: Logs, fit: FilterFit, form: Form) -> FilterFit:
+def _changed(logs: Logs, fit: FilterFit, form: ResponseForm) -> FilterFit:
     """The same numbers in another form, or with the levels that suit other weights."""
     return FilterFit(form=form, numbers=fit.numbers, fit=logs.fit_levels(form, fit.numbers, begin=fit.fit.model))

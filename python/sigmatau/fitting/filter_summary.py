@@ -34,7 +34,7 @@ Quantity = Callable[[SensorFilter, Floats], float]
 
 
 @frozen(eq=False)
-class Source:
+class FilterSource:
     """One channel of one log.
 
     Attributes
@@ -74,7 +74,7 @@ class Judgement:
 
 
 def summary(
-    sources: Sequence[Source],
+    sources: Sequence[FilterSource],
     logs: Logs,
     best: FilterFit,
     region: Sequence[Explanation],
@@ -89,7 +89,7 @@ def summary(
 
     Parameters
     ----------
-    sources : sequence of Source
+    sources : sequence of FilterSource
         In the order of the logs.
     logs : Logs
     best : FilterFit

@@ -13,7 +13,15 @@ from sigmatau._native.arguments import whole_sizes
 from sigmatau._native.likelihood import FittedModel
 from sigmatau.findings.reasons import Reason
 from sigmatau.fitting.adjustment import Adjustment, Verdict
-from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, SecondModel, Sinusoid, WarmUp
+from sigmatau.fitting.fitted_values import (
+    FittedGaussMarkov,
+    FittedResonance,
+    FittedSinusoid,
+    FittedTerm,
+    FittedWarmUp,
+    Interval,
+    SecondModel,
+)
 from sigmatau.fitting.response import FittedFilter
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Covariance
@@ -36,11 +44,11 @@ class FittedNoise:
     n: int
     tau0: float
     terms: Mapping[str, FittedTerm]
-    gauss_markov: tuple[GaussMarkov, ...] = ()
-    sinusoid: tuple[Sinusoid, ...] = ()
-    resonance: tuple[Resonance, ...] = ()
+    gauss_markov: tuple[FittedGaussMarkov, ...] = ()
+    sinusoid: tuple[FittedSinusoid, ...] = ()
+    resonance: tuple[FittedResonance, ...] = ()
     response: FittedFilter | None = None
-    warm_up: WarmUp | None = None
+    warm_up: FittedWarmUp | None = None
     regressors: Mapping[str, Interval] = field(default_factory=dict)
     highest: float | None = None
     alike_from: float | None = None

@@ -102,7 +102,7 @@ class FittedTerm:
 
 
 @frozen
-class GaussMarkov:
+class FittedGaussMarkov:
     """A first-order Gauss-Markov process, as fitted.
 
     Attributes
@@ -122,7 +122,7 @@ class GaussMarkov:
 
 
 @frozen
-class Sinusoid:
+class FittedSinusoid:
     """A line in the spectrum, as fitted.
 
     Attributes
@@ -142,7 +142,7 @@ class Sinusoid:
 
 
 @frozen
-class Resonance:
+class FittedResonance:
     """Noise of a band, as fitted.
 
     Attributes
@@ -165,7 +165,7 @@ class Resonance:
 
 
 @frozen
-class WarmUp:
+class FittedWarmUp:
     """A drift of the mean that decays exponentially from the first sample on.
 
     Attributes

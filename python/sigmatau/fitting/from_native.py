@@ -18,17 +18,24 @@ from sigmatau._native.likelihood import (
     TermEstimate,
     WarmUpEstimate,
 )
-from sigmatau.fitting.fitted_values import FittedTerm, GaussMarkov, Interval, Resonance, Sinusoid, WarmUp
+from sigmatau.fitting.fitted_values import (
+    FittedGaussMarkov,
+    FittedResonance,
+    FittedSinusoid,
+    FittedTerm,
+    FittedWarmUp,
+    Interval,
+)
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.noise.terms import coefficient_units
 
 _T = TypeVar("_T")
 
 _TYPES: dict[type, type] = {
-    GaussMarkovEstimate: GaussMarkov,
-    LineEstimate: Sinusoid,
-    ResonanceEstimate: Resonance,
-    WarmUpEstimate: WarmUp,
+    GaussMarkovEstimate: FittedGaussMarkov,
+    LineEstimate: FittedSinusoid,
+    ResonanceEstimate: FittedResonance,
+    WarmUpEstimate: FittedWarmUp,
 }
 """Types of the package, by those of the core."""
 

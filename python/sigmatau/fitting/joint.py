@@ -46,7 +46,7 @@ _SAME_RATE = 0.01  # relative difference of sample intervals: one filter describ
 
 
 @frozen(eq=False)
-class Run:
+class JointRun:
     """What one record contributes to a joint fit of a channel."""
 
     name: str
@@ -217,7 +217,7 @@ def build_run(
     terms: Iterable[str] | None = None,
     processes: Sequence[float] | None = None,
     level: float = 0.95,
-) -> Run:
+) -> JointRun:
     """What a record contributes to a joint fit; `fit` is that of the channel alone, if it is known.
 
     Raises
@@ -240,7 +240,7 @@ def build_run(
         degrees = block_temperature(record, stream)
         if degrees is not None:
             curves.append(likelihood.at_blocks(summary.centres + start, degrees, stream.grid.tau0))
-    return Run(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
+    return JointRun(name=name, channel=channel, stream=stream, summary=summary, curves=tuple(curves), fit=fit)
 
 
 def why_unfit(stream: Stream, channel: str) -> Unfit | None:
@@ -251,7 +251,7 @@ def why_unfit(stream: Stream, channel: str) -> Unfit | None:
 
 
 def join(
-    runs: Sequence[Run],
+    runs: Sequence[JointRun],
     channel: str,
     *,
     common: Sequence[str] = COMMON,
@@ -304,7 +304,7 @@ def join(
     )
 
 
-def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[Run], longest: Run) -> Adjustment | None:
+def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[JointRun], longest: JointRun) -> Adjustment | None:
     """Upper limits alone if vibration hides the noise of the joint fit or of one of its runs."""
     alone = replace(fitted, channel=longest.channel)
     if all(run.fit.verdict != "disturbed" for run in runs) and not is_disturbed(alone, longest.stream, unsteady=1.0):
@@ -361,7 +361,7 @@ def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tup
         )
 
 
-def _refuse(runs: Sequence[Run], channel: str) -> None:
+def _refuse(runs: Sequence[JointRun], channel: str) -> None:
     if not 2 <= len(runs) <= MOST_RUNS:
         raise OptionError(
             f"{{option}}: a joint fit of {channel} needs 2 to {MOST_RUNS} runs, not {len(runs)}", option="records"

@@ -37,7 +37,7 @@ Source = Literal["rules", "given", "fit"]
 
 
 @frozen
-class Coefficient:
+class ReadOffCoefficient:
     """One coefficient, read off.
 
     Attributes
@@ -45,7 +45,7 @@ class Coefficient:
     term : str
         Key of `sigmatau.noise.terms.TERMS`.
     value, error : float
-        Coefficient, and one standard error by eq. (26). [unit]
+        ReadOffCoefficient, and one standard error by eq. (26). [unit]
     unit : str
         SI.
     tau_min, tau_max : float
@@ -110,8 +110,8 @@ class Coefficient:
 
 
 @frozen(kw_only=False)
-class ReadOff(Mapping[str, Coefficient], Tabular):
-    """Coefficients read off one channel: a mapping from term to `Coefficient`, without terms that have no region.
+class ReadOff(Mapping[str, ReadOffCoefficient], Tabular):
+    """Coefficients read off one channel: a mapping from term to `ReadOffCoefficient`, without terms that have no region.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
         ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
     rate_unit : str
         SI unit of the channel.
-    coefficients : mapping of str to Coefficient
+    coefficients : mapping of str to ReadOffCoefficient
         By term.
     refused : tuple of Refusal
         Regions that have the slope of a term but another cause, and refused lines of given ranges.
@@ -144,10 +144,10 @@ class ReadOff(Mapping[str, Coefficient], Tabular):
     channel: str
     quantity: str
     rate_unit: str
-    coefficients: Mapping[str, Coefficient]
+    coefficients: Mapping[str, ReadOffCoefficient]
     refused: tuple[Refusal, ...] = ()
 
-    def __getitem__(self, term: str) -> Coefficient:
+    def __getitem__(self, term: str) -> ReadOffCoefficient:
         try:
             return self.coefficients[term]
         except KeyError:
@@ -248,7 +248,7 @@ def read_off(
         Rules by term; terms without a rule are read off only in a given range. With ``rules={}`` only terms with a
         given range are read off.
     force : bool
-        Lay refused lines of given ranges too; they are marked, see `Coefficient.forced`.
+        Lay refused lines of given ranges too; they are marked, see `ReadOffCoefficient.forced`.
 
     Returns
     -------
@@ -388,11 +388,11 @@ def _refusal(
 
 def _coefficient(
     curve: DeviationCurve, name: str, value: float, points: NDArray[np.intp], source: Source, *, forced: bool = False
-) -> Coefficient:
+) -> ReadOffCoefficient:
     """The coefficient of a line, with the error of eq. (26) at its longest averaging time."""
     delta = float(curve.error[points[-1]])
     slope = slope_of_curve(curve, points) if len(points) > 1 else None
-    return Coefficient(
+    return ReadOffCoefficient(
         term=name,
         value=value,
         error=value * delta,

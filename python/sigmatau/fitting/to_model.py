@@ -9,11 +9,10 @@ from dataclasses import replace
 from sigmatau._native import kernels
 from sigmatau.errors import DataError
 from sigmatau.fitting.fitted_noise import FittedNoise
-from sigmatau.fitting.fitted_values import Resonance
+from sigmatau.fitting.fitted_values import FittedResonance
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
-from sigmatau.model.processes import GaussMarkov, Sinusoid
-from sigmatau.model.processes import Resonance as ModelResonance
+from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 
 _FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
 _WITHOUT_MODEL = ("too_short",)  # verdicts
@@ -44,7 +43,7 @@ def to_model(fit: FittedNoise) -> ChannelModel:
         terms=fit.model,
         gauss_markov=tuple(GaussMarkov(sigma=p.sigma.value, time=p.time.value) for p in fit.gauss_markov),
         resonance=tuple(
-            ModelResonance(sigma=p.sigma.value, frequency=p.frequency.value, width=p.width.value) for p in resonances
+            Resonance(sigma=p.sigma.value, frequency=p.frequency.value, width=p.width.value) for p in resonances
         ),
         sinusoid=tuple(Sinusoid(amplitude=p.amplitude.value, frequency=p.frequency.value) for p in fit.sinusoid),
         alike_from=GaussMarkov(sigma=fit.alike_sigma, time=fit.alike_from) if alike else None,  # type: ignore[arg-type]
@@ -82,7 +81,7 @@ def _unfolded(fit: FittedNoise, rate: float) -> list[int]:
     """The numbers, from 1, of the resonances that a sampled model does not fold into the white noise."""
     walk = fit.model.get("random_walk", math.inf)
 
-    def is_folded(p: Resonance) -> bool:
+    def is_folded(p: FittedResonance) -> bool:
         return kernels.resonance_folds(p.sigma.value, p.frequency.value, p.width.value, 1 / rate, random_walk=walk)
 
     return [k for k, process in enumerate(fit.resonance, 1) if not is_folded(process)]

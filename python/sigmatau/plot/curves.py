@@ -88,7 +88,7 @@ class FitLike(Protocol):
 
 
 class CoefficientLike(Protocol):
-    """Attributes of `sigmatau.fitting.read_off.Coefficient` that are drawn."""
+    """Attributes of `sigmatau.fitting.read_off.ReadOffCoefficient` that are drawn."""
 
     @property
     def value(self) -> float: ...

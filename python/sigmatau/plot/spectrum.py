@@ -41,7 +41,7 @@ class SpectrumLike(ChannelLike, Estimate, Protocol):
 
 
 class ComparisonLike(Protocol):
-    """Attributes of `sigmatau.spectrum.comparison.Comparison` that are drawn."""
+    """Attributes of `sigmatau.spectrum.comparison.ModelComparison` that are drawn."""
 
     @property
     def channel(self) -> str: ...

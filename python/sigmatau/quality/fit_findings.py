@@ -34,7 +34,7 @@ from sigmatau.findings.spectrum import (
 )
 from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
-from sigmatau.fitting.fitted_values import Sinusoid
+from sigmatau.fitting.fitted_values import FittedSinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
@@ -277,7 +277,7 @@ def _lines(fitted: NoiseFit) -> list[Finding]:
     return [_finding(fitted, SpectralLines(lines=groups), size=groups[0].amplitude, unit=fitted.rate_unit)]
 
 
-def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[SpectralLine, ...]:
+def grouped(lines: Sequence[FittedSinusoid], *, rate: float) -> tuple[SpectralLine, ...]:
     """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
     remaining = sorted(lines, key=lambda line: line.frequency.value)
     groups = []
@@ -290,7 +290,7 @@ def grouped(lines: Sequence[Sinusoid], *, rate: float) -> tuple[SpectralLine, ..
     return tuple(sorted(groups, key=lambda line: -line.amplitude))
 
 
-def _is_harmonic(line: Sinusoid, first: Sinusoid, rate: float) -> bool:
+def _is_harmonic(line: FittedSinusoid, first: FittedSinusoid, rate: float) -> bool:
     base, frequency = first.frequency.value, line.frequency.value
     order = max(round(frequency / base), 2)
     error, multiple = min((abs(_folded(k * base, rate) - frequency), k) for k in {order, 2, 3, 4, 5})
@@ -298,12 +298,12 @@ def _is_harmonic(line: Sinusoid, first: Sinusoid, rate: float) -> bool:
     return multiple <= THRESHOLDS.highest_multiple and error <= allowed
 
 
-def _half_width(line: Sinusoid) -> float:
+def _half_width(line: FittedSinusoid) -> float:
     low, high = line.frequency.low, line.frequency.high
     return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with it
 
 
-def _line(line: Sinusoid, rate: float, harmonics: tuple[SpectralLine, ...] = ()) -> SpectralLine:
+def _line(line: FittedSinusoid, rate: float, harmonics: tuple[SpectralLine, ...] = ()) -> SpectralLine:
     return SpectralLine(
         frequency=line.frequency.value,
         amplitude=line.amplitude.value,

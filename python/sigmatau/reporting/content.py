@@ -19,7 +19,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.overview import overview_rows
-from sigmatau.fitting.read_off import Coefficient
+from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
@@ -199,7 +199,7 @@ def _coefficients(analysis: Analysis, channel: str) -> Coefficients:
             notes=tuple(map(printable, [*reason, *fitted.notes()])),
         )
     rows = []
-    read: Mapping[str, Coefficient] = analysis.read_off.get(channel, {})
+    read: Mapping[str, ReadOffCoefficient] = analysis.read_off.get(channel, {})
     quantity, rate_unit = analysis.curves[channel].quantity, analysis.curves[channel].unit
     for term, coefficient in read.items():
         text, factor = display_units(term, quantity, rate_unit, [coefficient.value])[-1]

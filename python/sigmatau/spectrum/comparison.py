@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 @frozen(eq=False)
-class Comparison(Printed):
+class ModelComparison(Printed):
     """Ratio of a measured density to a model's; 1 if the model is right.
 
     Attributes

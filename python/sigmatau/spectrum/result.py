@@ -15,7 +15,7 @@ from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, plain
-from sigmatau.spectrum.comparison import Comparison
+from sigmatau.spectrum.comparison import ModelComparison
 from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
 
 if TYPE_CHECKING:
@@ -199,8 +199,8 @@ class Spectrum(Printed):
             raise DataError(f"{self.channel}: the model has no noise with a density, only lines or a ramp")
         return density
 
-    def over(self, model: HasDensity | HasChannels, *, per_octave: int = 3) -> Comparison:
-        """Ratio of this density to that of a noise model in bands, from `trusted` on; see `expected` and `Comparison`.
+    def over(self, model: HasDensity | HasChannels, *, per_octave: int = 3) -> ModelComparison:
+        """Ratio of this density to that of a noise model in bands, from `trusted` on; see `expected` and `ModelComparison`.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class Spectrum(Printed):
 
         Returns
         -------
-        Comparison
+        ModelComparison
 
         Raises
         ------
@@ -247,7 +247,7 @@ class Spectrum(Printed):
             )
         ratio = replace(self, frequency=self.frequency[is_shown], density=ratios, dof=self.dof[is_shown])
         bands = ratio._binned(np.append(0, np.cumsum(count[shown])[:-1]))
-        return Comparison(
+        return ModelComparison(
             channel=self.channel,
             frequency=bands.frequency,
             ratio=bands.density,

@@ -460,10 +460,20 @@ Made by `make study` (studies/consistent.py). A filter that has fields for N and
 time, and [the file says](../how-to/README.md#what-you-have-to-choose) what it states at others. Here such filters run. The
 truth is simulated apart from the program: flicker noise by its spectrum, walks and processes in time. Each filter is aided
 every 0.2 s with an angle of 10⁻⁴ rad, or a velocity of 0.01 m/s. Its covariance follows from the numbers of its written
-file by the recursion of the target: densities (kalibr; GTSAM, OpenVINS, EuRoC, LIO-SAM, ORB-SLAM3, OKVIS2, Basalt and
-cuVSLAM have the same), halves
-of a step (vins), variances of a sample (fast-lio), and parameters for a step of 10 or 12.5 ms (px4, ardupilot). "Third
-state" is a filter with a walk and a Gauss–Markov process, by `find_third_state`.
+file by the recursion of the target. "Third state" is a filter with a walk and a Gauss–Markov process, by
+`find_third_state`. The other targets have the process model of one of the rows:
+
+| row | process model: what a step dt adds | targets |
+|---|---|---|
+| kalibr | densities: N²·dt to the angle, K²·dt to the bias | Kalibr, GTSAM, OpenVINS, EuRoC, LIO-SAM, ORB-SLAM3 |
+| | the same | OKVIS2, Basalt, cuVSLAM, robot_localization |
+| vins | two independent halves of a step | VINS-Mono, VINS-Fusion |
+| fast-lio | variances of a sample | FAST-LIO |
+| px4, ardupilot | parameters of a step of 10 or 12.5 ms | PX4 EKF2, ArduPilot EK3 |
+
+OKVIS2 adds dt·σ² in each sample, as Kalibr's model does. Basalt and cuVSLAM make numbers of a sample from the rate in the
+file, which is that of the samples; Basalt adds the walk once between two frames. In 0.2 s this leaves out K²·dt³/3 of the
+angle, at most 0.02 % of N²·dt for these gyros. Hence their row is that of kalibr.
 
 Cells are actual over stated: variance of the bias (NEES), and standard deviation of the angle or velocity without aiding;
 more than 1 is overconfident. {runs} runs of {windows} times each, ± one standard error. Gates: after 60 s within 10 % of 1,

@@ -188,6 +188,9 @@ PROVOKED = {
             lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}, R=0.0),
         )
     },
+    "FilterMatrices.covariance": {
+        st.OptionError: (lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}).covariance,)
+    },
     "FilterMatrices.matrices": {
         st.OptionError: (
             lambda: st.FilterMatrices(F=[[1.0]], H=[1.0], Q={"q": [[1.0]]}, R=1.0).matrices(interval=1.0, stated=100.0),
@@ -201,7 +204,9 @@ PROVOKED = {
             lambda: st.tune(innovations(), level=95),
         ),
         st.DataError: (
-            lambda: st.tune(innovations(variance=np.arange(1.0, 201.0)), filters=st.BiasFilter(noise=0.1, walk=0.01)),
+            lambda: st.tune(
+                innovations(variance=np.arange(201.0, 1.0, -1.0)), filters=st.BiasFilter(noise=0.1, walk=0.01)
+            ),
         ),
         st.RecordTooShortError: (lambda: st.tune(innovations(), skip=150.0),),
     },

@@ -187,7 +187,7 @@ def test_the_command_line(tmp_path, record, monkeypatch, capsys):
         (["bandwidth", "log.csv"], "mdps/rtHz", "random walk in it [mdeg/s/√Hz, two-sided]", "deg/h"),
         (["watch", "log.csv", "--idle", "0.1"], "mdps/rtHz", "mdeg/s/√Hz, two-sided", "ug"),
         (["predict", "log.json", "--after", "60s"], "arcmin", "arcmin", "deg/h"),
-        (["export", "log.json", "--inflate", "log.json"], "mdps/rtHz:one-sided", "mdeg/s/√Hz, one-sided", "ug"),
+        (["tune", "--rest", "log.json", "log.json"], "mdps/rtHz:one-sided", "mdeg/s/√Hz, one-sided", "ug"),
         (["export", "log.json", "--to", "state-space", "-o", "x.json"], "ug", None, "nT"),
         (["store", "show", "A", "--store", "s.db"], "mdps/rtHz", "mdeg/s/√Hz, two-sided", "ug"),
         (["store", "trend", "--store", "s.db"], "mdps/rtHz", "median [mdeg/s/√Hz, two-sided]", "deg/h"),

@@ -66,8 +66,8 @@ def export_command(
     sided
         With --from-datasheet: convention of noise densities that the datasheet does not state. Default: two, with a warning.
     inflate
-        JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Prints the
-        factor of each coefficient. With --to, writes the numbers of the source, with these factors as comments.
+        JSON of the sensor at rest; the source is the JSON of the same sensor with engines or motors on. Writes the numbers
+        of the source, with the factors over those at rest as comments; "sigmatau tune --rest" prints the factors.
     turn_on
         Model file (.toml) of "sigmatau compare --model": adds its turn-on biases to the source.
     list_
@@ -90,12 +90,9 @@ def export_command(
     if turn_on is not None and source is None:
         raise OptionError("--turn-on needs a source, not --from-datasheet", option="turn_on")
     if inflate is not None and source is not None and to is None:
-        found = inflation(read_source(inflate), read_source(source))
-        _check_shown(found.rest)
-        sys.stdout.write(f"{found!r}\n")
-        if found.doubt():
-            say(f"warning: {found.doubt()}", quiet=quiet)
-        return 0
+        raise OptionError(
+            f"--to is missing; for the factors alone: sigmatau tune --rest {inflate} {source}", option="to"
+        )
     if to is None:
         raise OptionError(f"--to is missing; targets: {', '.join(NAMES)}", option="to")
     wanted = target(to)
@@ -197,6 +194,13 @@ def _states_sides(sheet: Datasheet) -> bool:
     return True
 
 
+def _name_option(target: Target, key: str) -> str:
+    """``form=channels (or joint, third-state)``."""
+    default = target.names[key]
+    further = ", ".join(value for value in target.name_values.get(key, ()) if value != default)
+    return f"{key}={default}" + f" (or {further})" * bool(further)
+
+
 def _about(target: Target) -> str:
     """Options of a target, except --rate-random-walk and --random-walk."""
     axes = "worst, mean, each" if target.per_axis else "worst, mean"
@@ -208,7 +212,7 @@ def _about(target: Target) -> str:
         if target.has_walk
         else ("supported, also " if target.has_horizon else "only ") + "with --rate-random-walk SENSOR=horizon",
         "--axes": "none: every axis separately" if target.every_axis else axes,
-        "--name": ", ".join(f"{key}={default}" for key, default in target.names.items()) or "none",
+        "--name": ", ".join(_name_option(target, key) for key in target.names) or "none",
     }
     return "".join(
         [f"{target.name}: {worded(target.summary)}\n", *(f"  {key:<13} {text}\n" for key, text in rows.items())]

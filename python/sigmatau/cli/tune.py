@@ -24,7 +24,7 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import KINDS, Choices
 from sigmatau.exporting.inflation import Cause, Inflation, inflation
 from sigmatau.exporting.tuning.filters import BiasFilter
-from sigmatau.exporting.tuning.innovations import Innovations
+from sigmatau.exporting.tuning.innovations import Innovations, join_measurements
 from sigmatau.exporting.tuning.result import Tunings
 from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.exporting.tuning.tune import tune
@@ -40,13 +40,14 @@ _EXAMPLES = {"noise": 'gyro="0.3 deg/sqrt(h)"', "walk": 'gyro="20 deg/h/sqrt(h)"
 
 
 def tune_command(
-    innovations: Path,
+    innovations: Path | None = None,
     /,
     *,
     noise: Annotated[list[str] | None, Texts, InMain] = None,
     walk: Annotated[list[str] | None, Texts, InMain] = None,
     model: Annotated[Path | None, InMain] = None,
     rest: Annotated[Path | None, InMain] = None,
+    joint: Annotated[str | None, InMain] = None,
     columns: Annotated[list[str] | None, Texts, InMethod] = None,
     time: Annotated[str | None, InMethod] = None,
     skip: Annotated[str | None, InMethod] = None,
@@ -64,7 +65,8 @@ def tune_command(
     ----------
     innovations
         Table with a header: time, innovation and its stated variance S = H·P·Hᵀ + R, in SI or with units in the header.
-        Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x. With --rest the JSON of analyze
+        Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x. A column rate_gyro_x is the rate
+        of motion at the same time; with it a delay and a scale error are estimated. With --rest the JSON of analyze
         --at-rest, of a log with engines or motors on.
     noise
         N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". The filter estimates an attitude with
@@ -78,8 +80,12 @@ def tune_command(
     rest
         Without innovations: model file or JSON of analyze of the sensor at rest. Prints the factor of each coefficient
         beside motors, its cause, and the command that writes the file with the factors.
+    joint
+        Channels that are measurements of one filter: gnss,camera. Each gets a factor of its own, N and K a common one.
+        Default: each channel is of a filter with one measurement.
     columns
-        Columns of innovation and variance by channel, by name or number: gyro_x=nu:S. Default: recognised by their names.
+        Columns of innovation, variance and rate of motion by channel, by name or number: gyro_x=nu:S or gyro_x=nu:S:rate.
+        Default: recognised by their names.
     time
         Column of the time, by name or number. Default: recognised by its name.
     skip
@@ -96,6 +102,13 @@ def tune_command(
         Print only errors on standard error.
     """
     check_style(style, plot)
+    if innovations is None:
+        raise OptionError(
+            "give the table of innovations: sigmatau tune innovations.csv"
+            if rest is None
+            else f"--rest compares two records. Add that beside motors: sigmatau tune --rest {rest} running.json",
+            option="innovations",
+        )
     check_outputs([innovations], plot=plot, json=json)
     if rest is not None:
         set_shown(show)
@@ -103,6 +116,7 @@ def tune_command(
             "noise": noise,
             "walk": walk,
             "model": model,
+            "joint": joint,
             "columns": columns,
             "time": time,
             "skip": skip,
@@ -118,6 +132,8 @@ def tune_command(
     if show is not None:
         raise OptionError("--show is for the coefficients of --rest; innovations have no unit", option="show")
     data = read_innovations(innovations, columns=key_values(columns or [], "columns", "gyro_x=nu:S") or None, time=time)
+    if joint is not None:
+        data = _joined(data, joint)
     filters = _filters(data, noise or [], walk or [], model)
     after = 0.0 if skip is None else parse_seconds(skip, option="skip")
     with working("comparing noises", quiet=quiet):
@@ -130,6 +146,18 @@ def tune_command(
         for line in _exports(result, model):
             say(line, quiet=quiet)
     return 0
+
+
+def _joined(data: Mapping[str, Innovations], joint: str) -> dict[str, Innovations]:
+    """The channels with those of one filter as one, which has the name of the option."""
+    names = [name.strip() for name in joint.split(",")]
+    for name in names:
+        if name not in data:
+            raise OptionError(f"--joint {name}: the innovations are of {', '.join(data)}", option="joint")
+    if len({*names}) < 2:
+        raise OptionError("--joint needs two channels, --joint gnss,camera", option="joint")
+    separate = {name: each for name, each in data.items() if name not in names}
+    return {"+".join(names): join_measurements({name: data[name] for name in names}), **separate}
 
 
 def _filters(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.consistent import HORIZON, AssumedNoise, judge_pair
@@ -58,11 +59,30 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
     assumed = any(truth.assumed for truth in truths)
     share = SHARE_OF_UNOBSERVED.get(numbers.choices.unobserved, "")
     text = worst.text()
+    remark = factors_remark(numbers, sensor)
+    if remark:
+        larger = [
+            _judged(numbers, sensor, [_with_factors(numbers, sensor, truth) for truth in truths_of_pair], *pair)
+            for truths_of_pair, *pair in pairs
+        ]
+        remark += f" With noise as large as the factors say, it states {min(_shares(larger)):.2f} of its error then."
     return [
-        f"{text[0].upper()}{text[1:]}{every}."
-        + f" Terms that were not observed count {share}." * assumed
-        + factors_remark(numbers, sensor),
+        f"{text[0].upper()}{text[1:]}{every}." + f" Terms that were not observed count {share}." * assumed + remark,
     ]
+
+
+def _shares(judged: Sequence[PairConsistency]) -> list[float]:
+    """The share of the error that is stated after the horizon, by axis."""
+    return [pair.stated[1].share for pair in judged]
+
+
+def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> AssumedNoise:
+    """The noise of a sensor whose factors were measured beside motors: N and all slow noise as large as the factors say."""
+    fast, slow = (numbers.factor(term, sensor) for term in ("random_walk", "rate_random_walk"))
+    noise = truth.noise
+    terms = {name: value * (fast if name == "random_walk" else slow) for name, value in noise.terms.items()}
+    processes = tuple(replace(process, sigma=slow * process.sigma) for process in noise.gauss_markov)
+    return replace(truth, noise=replace(noise, terms=terms, gauss_markov=processes))
 
 
 def worst_of_axes(numbers: Numbers, judged: Sequence[PairConsistency]) -> PairConsistency:

@@ -52,3 +52,4 @@ class Target:
     text: str = ""  # Of a target that is a template, see `sigmatau.exporting.template`
     # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
     names: Mapping[str, str] = field(default_factory=dict)
+    name_values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # Values of those that have a few only

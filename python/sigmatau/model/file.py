@@ -125,8 +125,11 @@ def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping
             written = _written(channel.alike_from, channel.unit)
             lines.append(f"alike_from = {written}  # {alike_text(channel.alike_from.time)}")
         if channel.alternatives:
-            rows = (_alternative(alternative) for alternative in channel.alternatives)
-            lines.append(f"alternatives = [{', '.join(rows)}]  # explain the record as well")
+            lines += [
+                "alternatives = [  # explain the record as well",
+                *(f"    {_alternative(alternative)}," for alternative in channel.alternatives),
+                "]",
+            ]
         if channel.turn_on is not None:
             lines.append(f"turn_on = {_turn_on_written(channel.turn_on, channel)}")
         if channel.bandwidth is not None:

@@ -496,7 +496,7 @@ class _Filter:
             sigma, time = units.rate(assumed.process.sigma), assumed.process.time / units.time
             parts.processes(np.array([sigma**2]), np.array([time]))
         transition, driven = parts.step()
-        before = stationary_covariance(transition, driven, row=np.eye(len(driven))[0], variance=1.0)
+        before = stationary_covariance(transition, driven, rows=np.eye(len(driven))[:1], variances=np.ones(1))
         gain = before[:, 0] / (before[0, 0] + 1)
         updated = before - np.outer(gain, before[0])
         slowest = max(noise / walk if walk else 0.0, assumed.process.time / units.time if assumed.process else 0.0)

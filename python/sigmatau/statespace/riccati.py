@@ -16,30 +16,30 @@ _DOUBLINGS = 60  # which converge quadratically once the time constant of the fi
 _TOLERANCE = 1e-13  # relative, of the covariance and of that of the prediction
 
 
-def stationary_covariance(transition: Floats, noise: Floats, *, row: Floats, variance: float) -> Floats:
+def stationary_covariance(transition: Floats, noise: Floats, *, rows: Floats, variances: Floats) -> Floats:
     """Solve the Riccati equation for the covariance of the state before a measurement.
 
     Parameters
     ----------
     transition, noise : ndarray, shape (n_states, n_states)
         F, and Q of a step.
-    row : ndarray, shape (n_states,)
-        H of the measurement.
-    variance : float
-        R of the measurement.
+    rows : ndarray, shape (n_measurements, n_states)
+        H of the measurements.
+    variances : ndarray, shape (n_measurements,)
+        R of the measurements.
 
     Returns
     -------
     ndarray, shape (n_states, n_states)
     """
     n = len(transition)
-    a, g, h = transition.T, np.outer(row, row) / variance, noise
+    a, g, h = transition.T, (rows.T / variances) @ rows, noise
     for _ in range(_DOUBLINGS):
         solved = np.linalg.solve(np.eye(n) + g @ h, np.hstack((a, g)))
         wa, wg = solved[:, :n], solved[:, n:]
         added = a.T @ h @ wa
         a, g, h = a @ wa, g + a @ wg @ a.T, h + (added + added.T) / 2
-        measured = row @ added @ row <= _TOLERANCE * (row @ h @ row)
+        measured = np.all(np.diag(rows @ added @ rows.T) <= _TOLERANCE * np.diag(rows @ h @ rows.T))
         if measured and np.abs(added).max() <= _TOLERANCE * np.abs(h).max():
             break
     return h

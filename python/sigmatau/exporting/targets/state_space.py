@@ -87,10 +87,14 @@ def _json(value: object) -> str:
     return "[" + ",\n      ".join(json.dumps(row, allow_nan=False) for row in value.tolist()) + "]"
 
 
+_FORMS = ("channels", "joint", "third-state")
+"""Contents of a file: a system for each channel, one of all, or one with a third state."""
+
+
 def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
     """Content of each system: one per channel, or ``joint`` of all."""
     form = numbers.name("form", "channels")
-    if form not in ("channels", "joint", "third-state"):
+    if form not in _FORMS:
         raise OptionError(f"{{option}} form={form!r}: want channels, joint or third-state", option="name")
     if form == "third-state":
         return {name: _with_third_state(numbers, name) for name in numbers.model.channels}
@@ -315,4 +319,5 @@ TARGET = Target(
     ),
     binary={".npz": write_npz, ".mat": write_mat},
     names={"output": "rate", "form": "channels"},
+    name_values={"output": get_args(Output), "form": _FORMS},
 )

@@ -1,9 +1,4 @@
-"""Filters whose innovations are judged: matrices, or a bias filter by its N and K.
-
-With its stationary gain L a filter makes its innovations by a linear system from the noise of the measurement and of the
-process. The density of the normalised innovations is the sum of a share of each noise, and is 1 at all frequencies if the
-filter is right. A wrong variance multiplies its share alone.
-"""
+"""Filters whose innovations are judged: any by its matrices, or a bias filter by its N and K."""
 
 from __future__ import annotations
 
@@ -16,33 +11,39 @@ from numpy.typing import ArrayLike
 
 from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import OptionError
+from sigmatau.exporting.tuning.run import Steps
 from sigmatau.frozen import frozen
 from sigmatau.statespace.riccati import stationary_covariance
 
-MEASUREMENT = "measurement"
 WHITE = "white"
 SLOW = "slow"
 
-_AGREEMENT = 1.1  # ratio of the stated S to that of the matrices, above which they are not of one filter
+AGREEMENT = 1.1
+"""Ratio of the stated S to that of the matrices, above which they are not of one filter."""
+
 _LEAST_SHARE = 1e-9  # of R in S; a smaller one is not in the innovations
 _BISECTIONS = 60  # of R in S, to 1e-15 of the decades above
 
 
 @frozen(eq=False)
 class FilterMatrices:
-    """A Kalman filter with constant matrices and one measurement at a time.
+    """A Kalman filter by its matrices.
+
+    Matrices with a first axis of `n` are those of each innovation; F and Q lead from it to the next one. Constant F and Q
+    are of the median interval, and are repeated over a gap of several intervals.
 
     Attributes
     ----------
-    F : ndarray, shape (n_states, n_states)
+    F : ndarray, shape (n_states, n_states) or (n, n_states, n_states)
         Transition between two measurements. [of the states]
-    H : ndarray, shape (n_states,)
-        The measurement. [of the states]
-    Q : mapping of str to ndarray, shape (n_states, n_states)
+    H : ndarray, shape (n_states,), (n_measurements, n_states) or (n, n_measurements, n_states)
+        The measurement, or several. [of the states]
+    Q : mapping of str to ndarray, shape (n_states, n_states) or (n, n_states, n_states)
         Covariance that a step adds, by the noise that a factor is sought for: ``{"white": Q1, "slow": Q2}``.
         [of the states]
-    R : float
-        Variance of the measurement. [square of the measurement]
+    R : float or ndarray, shape (n_measurements,), optional
+        Variance of the measurement. Default: that which makes the stated S; for a filter that adapts R.
+        [square of the measurement]
 
     Raises
     ------
@@ -66,38 +67,73 @@ class FilterMatrices:
     F: Floats
     H: Floats
     Q: Mapping[str, Floats]
-    R: float
+    R: float | Floats | None = None
 
     def __post_init__(self) -> None:
         for name in ("F", "H"):
             object.__setattr__(self, name, _array(getattr(self, name), name))
-        freeze(self, "F", dtype=np.float64)
-        object.__setattr__(self, "H", self.H.ravel())
-        freeze(self, "H", dtype=np.float64)
-        n = self.H.size
-        if self.F.shape != (n, n):
+        freeze(self, "F", "H", dtype=np.float64)
+        n = self.H.shape[-1]
+        if self.F.ndim not in (2, 3) or self.F.shape[-2:] != (n, n) or self.H.ndim > 3:
             raise OptionError(
                 f"`F` has the shape {self.F.shape}; with the H of {n} states it must be ({n}, {n})", option="F"
             )
-        if not isinstance(self.Q, Mapping) or not self.Q or MEASUREMENT in self.Q:
+        if not isinstance(self.Q, Mapping) or not self.Q or any(name.startswith("measurement") for name in self.Q):
             raise OptionError(
                 '`Q` must be a mapping from names of the process noise, {"white": Q1, "slow": Q2}', option="Q"
             )
         object.__setattr__(self, "Q", {name: _covariance(value, name, n) for name, value in self.Q.items()})
-        if not (isinstance(self.R, int | float | np.number) and 0 < self.R < math.inf):
+        if self.R is not None:
+            self._check_measured()
+
+    def _check_measured(self) -> None:
+        measured = np.atleast_1d(np.asarray(self.R, dtype=np.float64))
+        count = 1 if self.H.ndim == 1 else self.H.shape[-2]
+        if measured.shape != (count,):
+            raise OptionError(
+                f"`R` has the shape {measured.shape}. Give the variance of each of {count} measurements", option="R"
+            )
+        if not (np.isfinite(measured).all() and (measured > 0).all()):
             raise OptionError(f"`R` must be a positive variance, not {self.R!r}", option="R")
 
     @property
     def covariance(self) -> Floats:
-        """Stationary covariance of the state before a measurement, shape (n_states, n_states). [of the states]"""
-        return stationary_covariance(
-            np.array(self.F), cast(Floats, sum(self.Q.values())), row=np.array(self.H), variance=float(self.R)
-        )
+        """Stationary covariance of the state before a measurement, shape (n_states, n_states). [of the states]
+
+        Raises
+        ------
+        OptionError
+            For matrices that are not constant.
+        """
+        if not self.is_constant:
+            raise OptionError("a stationary filter has constant matrices F, H, Q and R", option="filters")
+        steps = self.steps
+        total = np.sum([noise[0] for noise in steps.process.values()], axis=0)
+        variances = np.atleast_1d(cast(float, self.R))
+        return stationary_covariance(np.array(steps.transition[0]), total, rows=steps.rows[0], variances=variances)
 
     @property
     def innovation_variance(self) -> float:
-        """S of the stationary filter. [square of the measurement]"""
-        return float(self.H @ self.covariance @ self.H) + float(self.R)
+        """S of the stationary filter with one measurement. [square of the measurement]"""
+        row = self.steps.rows[0, 0]
+        return float(row @ self.covariance @ row) + float(np.atleast_1d(cast(float, self.R))[0])
+
+    @property
+    def steps(self) -> Steps:
+        """The matrices with a first axis of steps."""
+        rows = np.atleast_2d(self.H)
+        return Steps(
+            transition=_stack(self.F),
+            rows=_stack(rows),
+            process={name: _stack(noise) for name, noise in self.Q.items()},
+        )
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all matrices are one for all steps, and R is known."""
+        steps = self.steps
+        lengths = {len(values) for values in (steps.transition, steps.rows, *steps.process.values())}
+        return lengths == {1} and self.R is not None
 
     def matrices(self, *, interval: float, stated: float) -> FilterMatrices:
         """The filter itself, if its S is that of the innovations.
@@ -119,7 +155,7 @@ class FilterMatrices:
             If the S of the filter is not the stated one.
         """
         ratio = stated / self.innovation_variance
-        if not 1 / _AGREEMENT < ratio < _AGREEMENT:
+        if not 1 / AGREEMENT < ratio < AGREEMENT:
             raise OptionError(
                 f"the stated S is {ratio:.3g} times that of the filter, {self.innovation_variance:.3g}."
                 " Give the matrices of the filter that made these innovations",
@@ -127,34 +163,30 @@ class FilterMatrices:
             )
         return self
 
-    def shares(self, frequency: Floats) -> dict[str, Floats]:
-        """Shares of each noise in the density of the normalised innovations, whose sum is 1.
+    def after(self, first: int) -> FilterMatrices:
+        """The filter without the matrices of its first steps.
 
         Parameters
         ----------
-        frequency : ndarray, shape (n_f,)
-            Up to 1/2. [cycles a measurement]
+        first : int
+            Steps that are left out.
 
         Returns
         -------
-        dict of str to ndarray, shape (n_f,)
-            By noise. [1]
+        FilterMatrices
         """
-        covariance = self.covariance
-        total = float(self.H @ covariance @ self.H) + self.R
-        gain = self.F @ covariance @ self.H / total
-        closed = self.F - np.outer(gain, self.H)
-        turn = np.exp(2j * np.pi * frequency)[:, None, None] * np.eye(len(closed)) - closed
-        row = np.linalg.solve(turn.transpose(0, 2, 1), self.H[None, :, None].astype(complex))[..., 0]
-        shares = {MEASUREMENT: self.R * np.abs(1 - row @ gain) ** 2 / total}
-        for name, noise in self.Q.items():
-            shares[name] = np.einsum("fi,ij,fj->f", row, noise, row.conj()).real / total
-        return shares
+        F, H, *noises = (
+            values[first:] if values.ndim == 3 and len(values) > 1 else values
+            for values in (self.F, self.H, *self.Q.values())
+        )
+        return FilterMatrices(F=F, H=H, Q=dict(zip(self.Q, noises, strict=True)), R=self.R)
 
 
 @frozen
 class BiasFilter:
     """A filter of an integrated rate and the bias of its sensor: an attitude of a gyro, a velocity of an accelerometer.
+
+    One measurement aids it, or several of the same attitude or velocity.
 
     Attributes
     ----------
@@ -244,6 +276,10 @@ class BiasFilter:
 Filter = FilterMatrices | BiasFilter
 
 
+def _stack(array: Floats) -> Floats:
+    return array if array.ndim == 3 else array[None]
+
+
 def _array(value: ArrayLike, name: str) -> Floats:
     array = np.atleast_1d(np.asarray(value, dtype=np.float64))
     if not np.isfinite(array).all():
@@ -252,12 +288,13 @@ def _array(value: ArrayLike, name: str) -> Floats:
 
 
 def _covariance(value: ArrayLike, name: str, n: int) -> Floats:
-    """A read-only covariance of n states."""
+    """A read-only covariance of n states, or one of each step."""
     array = np.atleast_2d(_array(value, "Q"))
-    if array.shape != (n, n):
+    if array.ndim > 3 or array.shape[-2:] != (n, n):
         raise OptionError(f"`Q` of {name!r} has the shape {array.shape}; it must be ({n}, {n})", option="Q")
     scale = float(np.abs(array).max())
-    if not scale or np.abs(array - array.T).max() > 1e-9 * scale or np.linalg.eigvalsh(array).min() < -1e-9 * scale:
+    asymmetry = np.abs(array - array.swapaxes(-1, -2)).max()
+    if not scale or asymmetry > 1e-9 * scale or np.linalg.eigvalsh(array).min() < -1e-9 * scale:
         raise OptionError(f"`Q` of {name!r} must be a covariance: symmetric, not negative, not all zero", option="Q")
     array = array.copy()
     array.setflags(write=False)

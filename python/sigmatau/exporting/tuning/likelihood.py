@@ -1,25 +1,34 @@
 """Factors on the variances of a filter by the likelihood of its innovations.
 
-The periodogram of the normalised innovations is exponential about their density (Whittle). As they are almost white, its
-leakage is small. Bins of many frequencies are gamma distributed about the density in their middle.
+The periodogram of whitened innovations is exponential about their density, and the matrix of several measurements Wishart
+distributed about theirs (Whittle). As they are almost white, its leakage is small. Bins of many frequencies are gamma
+distributed about the density in their middle.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_above, chi2_quantile_above, digamma
-from sigmatau.arrays import Floats
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.frozen import frozen
+
+Matrices = NDArray[Any]  # complex of several series, real of one
 
 _SINGLE = 16  # lowest frequencies, each a bin
 _BIN_RATIO = 1.1  # of the ends of the bins above
 _LARGEST = 2 * math.log(1e3)  # logarithm of the largest factor of a variance: 1000 on a standard deviation
 _ITERATIONS = 60
-_STEPS = 12  # bisections of an end of an interval, to 1/4000 of its length
+_FIRST_REACH = 0.05  # of the logarithm of a variance, at which the end of an interval is sought first, at least
+_STEPS = 30  # interpolations of an end of an interval; three are usual
+_NARROWEST = 0.02  # share of a bracket that an interpolation removes at least
+_TOLERANCE = 2e-4  # of the distance of an end
 _CONVERGED = 1e-9  # of the deviance
 _DIFFERENCE = 1e-4  # relative step of the trigamma function
 _COARSE = 1.5  # ratio of the ends of the bins of the test of a misfit
@@ -27,56 +36,100 @@ _COARSE = 1.5  # ratio of the ends of the bins of the test of a misfit
 
 @frozen(eq=False)
 class Periodogram:
-    """Periodogram of a white series with variance 1, in bins.
+    """Periodogram of whitened series, in bins.
 
     Attributes
     ----------
     frequency : ndarray, shape (n_bins,)
         Middle of each bin. [cycles a sample]
-    power : ndarray, shape (n_bins,)
-        Mean in each bin; 1 for white noise with variance 1.
+    power : ndarray, shape (n_bins, n_series, n_series)
+        Mean in each bin; the identity for white series with variance 1.
     number : ndarray, shape (n_bins,)
         Frequencies in each bin.
+    is_used : ndarray, shape (n_bins, n_series)
+        A series with few samples has as many independent frequencies only, the lowest ones.
     """
 
     frequency: Floats
-    power: Floats
+    power: Matrices
     number: Floats
+    is_used: Bools
 
     @classmethod
-    def of(cls, series: Floats, *, ratio: float = _BIN_RATIO, single: int = _SINGLE) -> Periodogram:
-        """Compute and bin it; the mean of the series is not in it."""
+    def compute(
+        cls, series: Floats, *, counts: Ints | None = None, ratio: float = _BIN_RATIO, single: int = _SINGLE
+    ) -> Periodogram:
+        """Compute and bin it for series of shape (n, n_series) with some samples each; their means are not in it."""
         n = len(series)
-        last = (n - 1) // 2
-        power = np.abs(np.fft.rfft(series)[1 : last + 1]) ** 2 / n
-        edges = [*range(min(single, last))]
-        while edges[-1] < last:
-            edges.append(min(max(edges[-1] + 1, round(edges[-1] * ratio)), last))
-        starts = np.array(edges[:-1])
-        number = np.diff(edges).astype(np.float64)
+        lines = np.fft.rfft(series, axis=0)[1 : (n - 1) // 2 + 1]
+        power: Matrices = lines[:, :, None] * lines[:, None].conj() / n
+        starts, number = _bins(n, ratio, single)
+        power = np.add.reduceat(power, starts) / number[:, None, None]
+        samples = np.full(series.shape[1], n) if counts is None else counts
+        used = (starts + number)[:, None] <= np.maximum((samples - 1) // 2, 1)
         return cls(
-            frequency=(starts + (number + 1) / 2) / n, power=np.add.reduceat(power, starts) / number, number=number
-        )
+            frequency=(starts + (number + 1) / 2) / n,
+            power=np.asarray(power.real if series.shape[1] == 1 else power),
+            number=number,
+            is_used=used,
+        ).restricted()
 
-    def deviance(self, density: Floats) -> float:
+    def restricted(self) -> Periodogram:
+        """The periodogram with unit power in what is not used."""
+        return replace(self, power=self.restrict(self.power))
+
+    def restrict(self, density: Matrices) -> Matrices:
+        """Put a unit density where a series is not used."""
+        if self.is_used.all():
+            return density
+        used = self.is_used[:, :, None] & self.is_used[:, None]
+        return np.where(used, density, np.eye(self.is_used.shape[1]))
+
+    def deviance(self, density: Matrices) -> float:
         """Minus twice the logarithm of the likelihood, without constants."""
-        return float(2 * np.sum(self.number * (np.log(density) + self.power / density)))
+        inverse, logarithm = invert(density)
+        return float(2 * np.sum(self.number * (logarithm + trace_of_product(inverse, self.power))))
 
-    def misfit(self, density: Floats, fitted: int) -> float:
+    def misfit(self, density: Matrices, fitted: int) -> float:
         """p-value of the deviance from the density, after a fit of some parameters."""
-        w, ratio = self.number, self.power / density
+        root = np.linalg.inv(np.linalg.cholesky(density))
+        ratio = np.diagonal(root @ self.power @ root.conj().swapaxes(1, 2), axis1=1, axis2=2).real
+        w, series = self.number, self.is_used.sum(axis=1)
         freedom = digamma(w)
         slope = (digamma(w * (1 + _DIFFERENCE)) - digamma(w * (1 - _DIFFERENCE))) / (2 * w * _DIFFERENCE)
-        mean = float(np.sum(2 * w * (np.log(w) - freedom))) - fitted
-        variance = float(np.sum(4 * w**2 * (slope - 1 / w)))
+        mean = float(np.sum(2 * series * w * (np.log(w) - freedom))) - fitted
+        variance = float(np.sum(4 * series * w**2 * (slope - 1 / w)))
         scale = variance / (2 * mean)  # of the χ² with this mean and variance
-        deviance = float(np.sum(2 * w * (ratio - 1 - np.log(ratio))))
+        deviance = float(np.sum(2 * w[:, None] * (ratio - 1 - np.log(ratio))))
         return float(chi2_above(mean / scale, deviance / scale))
 
 
-def coarse(series: Floats) -> Periodogram:
+def _bins(n: int, ratio: float, single: int) -> tuple[NDArray[np.int64], Floats]:
+    """First frequency of each bin, and how many it has, of a series of n samples."""
+    last = (n - 1) // 2
+    edges = [*range(min(single, last))]
+    while edges[-1] < last:
+        edges.append(min(max(edges[-1] + 1, round(edges[-1] * ratio)), last))
+    return np.array(edges[:-1]), np.diff(edges).astype(np.float64)
+
+
+def coarse(series: Floats, counts: Ints | None = None) -> Periodogram:
     """The periodogram in wide bins, for a test of a misfit."""
-    return Periodogram.of(series, ratio=_COARSE, single=2)
+    return Periodogram.compute(series, counts=counts, ratio=_COARSE, single=2)
+
+
+def invert(density: Matrices) -> tuple[Matrices, Floats]:
+    """Inverses of matrices, and the logarithms of their determinants."""
+    if density.shape[-1] == 1:
+        return 1 / density, np.log(density[..., 0, 0].real)
+    return np.linalg.inv(density), np.linalg.slogdet(density)[1]
+
+
+def trace_of_product(a: Matrices, b: Matrices) -> Floats:
+    """Traces of a·b, which are real for Hermitian matrices."""
+    if a.shape[-1] == 1:
+        return np.asarray((a * b)[..., 0, 0].real)
+    return np.asarray(np.sum(a * b.swapaxes(-1, -2), axis=(-2, -1)).real)
 
 
 @frozen(eq=False)
@@ -114,13 +167,14 @@ class FactorInterval:
 class Shares:
     """Shares of each noise in the density of the innovations, and the fit of factors on them."""
 
-    def __init__(self, data: Periodogram, shares: Sequence[Floats]) -> None:
+    def __init__(self, data: Periodogram, shares: Matrices) -> None:
         self.data = data
-        self.shares: Floats = np.array(shares)
+        used = data.is_used[:, :, None] & data.is_used[:, None]
+        self.shares: Matrices = np.where(used, shares.real if shares.shape[-1] == 1 else shares, 0.0)
 
-    def density(self, logs: Floats) -> Floats:
-        """Density of the normalised innovations for factors on the variances."""
-        return np.asarray(np.exp(logs) @ self.shares)
+    def density(self, logs: Floats) -> Matrices:
+        """Density of the whitened innovations for factors on the variances."""
+        return self.data.restrict(np.asarray(np.tensordot(np.exp(logs), self.shares, 1)))
 
     def fit(self, free: Sequence[int], start: Floats | None = None) -> Fit:
         """Maximise the likelihood over some factors, by Fisher's scoring; the others are those of the start, or 1."""
@@ -129,10 +183,7 @@ class Shares:
         best = self.data.deviance(self.density(logs))
         damping = 1e-3
         for _ in range(_ITERATIONS if len(index) else 0):
-            density = self.density(logs)
-            jacobian = np.exp(logs[index])[:, None] * self.shares[index] / density
-            slope = jacobian @ (self.data.number * (self.data.power / density - 1))
-            curvature = (jacobian * self.data.number) @ jacobian.T
+            slope, curvature = self._derivatives(logs, index)
             size = np.diag(np.diag(curvature) + 1e-9)
             while True:
                 step = np.linalg.solve(curvature + damping * size, slope)
@@ -149,28 +200,56 @@ class Shares:
                 break
         return Fit(logs=logs, deviance=best)
 
+    def _derivatives(self, logs: Floats, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Derivative of half the logarithm of the likelihood by the logarithms of the factors, and Fisher's information."""
+        inverse, _ = invert(self.density(logs))
+        parts = np.exp(logs[index])[:, None, None, None] * self.shares[index]
+        number = self.data.number
+        if inverse.shape[-1] == 1:
+            relative = (parts * inverse)[..., 0, 0]
+            excess = (self.data.power * inverse)[..., 0, 0] - 1
+            return relative @ (number * excess), (relative * number) @ relative.T
+        turned = inverse @ parts
+        excess = inverse @ self.data.power - np.eye(inverse.shape[-1])
+        slope = np.array([number @ trace_of_product(part, excess) for part in turned])
+        curvature = [[number @ trace_of_product(a, b) for b in turned] for a in turned]
+        return slope, np.array(curvature)
+
     def interval(self, best: Fit, part: int, level: float) -> FactorInterval:
         """Profile likelihood of one factor: the others are fitted anew at each value."""
-        others = [k for k in range(len(self.shares)) if k != part]
+        free = [k for k in range(len(self.shares)) if k != part]
         rise = float(chi2_quantile_above(1, 1 - level))
 
-        def excess(value: float) -> float:
+        def distance(value: float) -> float:
+            """Root of the rise of the deviance over that of the end of the interval; almost linear in the value."""
             start = best.logs.copy()
             start[part] = value
-            return self.fit(others, start).deviance - best.deviance - rise
+            return math.sqrt(max(self.fit(free, start).deviance - best.deviance, 0.0) / rise)
+
+        _, curvature = self._derivatives(best.logs, np.arange(len(self.shares)))
+        variance = float(np.linalg.pinv(curvature)[part, part])
+        first = min(max(1.1 * math.sqrt(rise * max(variance, 0.0)), _FIRST_REACH), _LARGEST)
 
         def end(side: int) -> float | None:
-            inner, reach = float(best.logs[part]), 0.05
+            inner, at_inner, reach = float(best.logs[part]), 0.0, first
             while True:
                 outer = float(np.clip(best.logs[part] + side * reach, -_LARGEST, _LARGEST))
-                if excess(outer) > 0:
+                at_outer = distance(outer)
+                if at_outer > 1:
                     break
                 if abs(outer) >= _LARGEST:
                     return None
-                inner, reach = outer, 2 * reach
+                inner, at_inner, reach = outer, at_outer, 2 * reach
             for _ in range(_STEPS):
-                middle = (inner + outer) / 2
-                inner, outer = (inner, middle) if excess(middle) > 0 else (middle, outer)
-            return math.exp((inner + outer) / 4)
+                share = min(max((1 - at_inner) / (at_outer - at_inner), _NARROWEST), 1 - _NARROWEST)
+                middle = inner + share * (outer - inner)
+                at_middle = distance(middle)
+                if at_middle > 1:
+                    outer, at_outer = middle, at_middle
+                else:
+                    inner, at_inner = middle, at_middle
+                if abs(at_middle - 1) < _TOLERANCE:
+                    break
+            return math.exp(middle / 2)
 
         return FactorInterval(value=math.exp(best.logs[part] / 2), low=end(-1) or 0.0, high=end(1))

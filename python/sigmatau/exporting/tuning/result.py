@@ -10,7 +10,9 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, freeze
 from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import OptionError
-from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE
+from sigmatau.exporting.tuning.filters import SLOW, WHITE
+from sigmatau.exporting.tuning.motion import MotionEffect
+from sigmatau.exporting.tuning.run import MEASUREMENT
 from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, aligned, duration_text, lines_text, plain, seconds, wrapped
 
@@ -18,7 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Verdict = Literal["consistent", "wrong", "ambiguous", "not explained", "offset", "outliers", "inconsistent"]
+NoiseVerdict = Literal["consistent", "wrong", "ambiguous", "not explained", "inconsistent"]
+Verdict = Literal[NoiseVerdict, "motion", "offset", "outliers"]
+
+ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
+"""What a user does whose variance is a standard deviation."""
 
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
@@ -32,7 +38,8 @@ class NoiseFactor(Printed):
     Attributes
     ----------
     noise : str
-        ``"measurement"``, ``"white"``, ``"slow"``, or the name of a matrix Q.
+        ``"measurement"``, ``"white"``, ``"slow"``, or the name of a matrix Q; of several measurements
+        ``"measurement gnss"``.
     value : float
         Factor to multiply the standard deviation with; that of its variance is the square. [1]
     low : float
@@ -76,6 +83,9 @@ class NoiseFactor(Printed):
     @property
     def name(self) -> str:
         """Its name in a sentence, with its letter."""
+        if self.noise.startswith(f"{MEASUREMENT} "):
+            measurement = self.noise if self.noise.split()[-1].isdigit() else self.noise.removeprefix(f"{MEASUREMENT} ")
+            return f"{_NAMES[MEASUREMENT]} √R of {measurement}"
         return f"{_NAMES[self.noise]} {_LETTERS[self.noise]}" if self.noise in _NAMES else f"noise {self.noise!r}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -125,10 +135,16 @@ class Tuning(Printed):
     channel : str
     n : int
         Innovations.
+    duration : float
+        Time from the first to the last. [s]
     interval : float
         Median time between two. [s]
-    mean : float
-        Mean of the normalised innovations. [1]
+    measurements : tuple of str
+        Names of several measurements; empty for one.
+    means : tuple of float
+        Mean of the normalised innovations of each measurement. [1]
+    has_offset : bool
+        Whether one of them is not 0.
     nis, nis_low, nis_high : float
         Mean of the squared normalised innovations, the NIS, with its interval, which counts their correlation. 1 in a
         consistent filter. [1]
@@ -136,10 +152,18 @@ class Tuning(Printed):
     factors : tuple of NoiseFactor
         Factors on each noise of the filter; empty without a filter.
     causes : tuple of NoiseFactor
-        Those that are wrong; with the verdict ``"ambiguous"`` those of which one is wrong.
-    verdict : {"consistent", "wrong", "ambiguous", "not explained", "offset", "outliers", "inconsistent"}
-        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; their mean is not zero;
-        some are far beyond all others; not as stated, and no filter is known.
+        Those that are wrong; with the noise verdict ``"ambiguous"`` those of which one is wrong.
+    motion : tuple of MotionEffect
+        Scale error and delay of each measurement; empty without the rate of motion, or without a filter.
+    has_rate : bool
+        Whether the innovations have the rate of motion.
+    has_root_of_variance : bool
+        Whether the stated variance seems to be its root.
+    verdict : {"consistent", "wrong", "ambiguous", "not explained", "motion", "offset", "outliers", "inconsistent"}
+        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; they follow the motion;
+        their mean is not zero; some are far beyond all others; not as stated, and no filter is known.
+    noise_verdict : {"consistent", "wrong", "ambiguous", "not explained", "inconsistent"}
+        The same of the noises alone, without what the motion explains and without the mean.
     outliers : int
         Innovations beyond 7 standard deviations of the others.
     first_outlier : float or None
@@ -168,15 +192,22 @@ class Tuning(Printed):
 
     channel: str
     n: int
+    duration: float
     interval: float
-    mean: float
+    measurements: tuple[str, ...]
+    means: tuple[float, ...]
+    has_offset: bool
     nis: float
     nis_low: float
     nis_high: float
     whiteness: Whiteness
     factors: tuple[NoiseFactor, ...]
     causes: tuple[NoiseFactor, ...]
+    motion: tuple[MotionEffect, ...]
+    has_rate: bool
+    has_root_of_variance: bool
     verdict: Verdict
+    noise_verdict: NoiseVerdict
     p_value: float
     p_misfit: float | None
     level: float
@@ -184,17 +215,28 @@ class Tuning(Printed):
     first_outlier: float | None = None
 
     @property
+    def mean(self) -> float:
+        """Mean of the normalised innovations; of several measurements that which is farthest from 0. [1]"""
+        return max(self.means, key=abs)
+
+    @property
     def common_factor(self) -> float | None:
         """One factor on all noises that explains all of them; None if they have different ones, or none is wrong. [1]"""
         low = max((factor.low for factor in self.causes), default=0.0)
         high = min((factor.high or 0.0 for factor in self.causes), default=0.0)
-        is_common = self.verdict == "wrong" and len(self.causes) == len(self.factors) > 1 and low <= high
+        is_common = self.noise_verdict == "wrong" and len(self.causes) == len(self.factors) > 1 and low <= high
         return math.sqrt(self.nis) if is_common else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, for JSON."""
-        names = "channel n interval_s=interval mean nis nis_low nis_high verdict p_value p_misfit level"
-        return plain(self, names, "outliers common_factor causes factors whiteness")
+        names = (
+            "channel n duration_s=duration interval_s=interval measurements mean means has_offset nis nis_low nis_high"
+        )
+        return plain(
+            self,
+            names,
+            "verdict noise_verdict p_value p_misfit level outliers common_factor causes factors motion whiteness",
+        )
 
     def plot(self, ax: Axes | None = None) -> Figure:
         """Draw the Allan deviation of the normalised innovations, with that of white noise.
@@ -214,38 +256,69 @@ class Tuning(Printed):
 
     def statements(self) -> tuple[str, ...]:
         """What is wrong, in which direction, and what to do, in sentences."""
-        hidden = [factor.name for factor in self.factors if not factor.is_shown and factor not in self.causes]
-        remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
-        if self.verdict == "consistent":
-            return ("Nothing is wrong: the innovations are as the filter states", *remarks)
-        if (common := self.common_factor) is not None:
-            unit = " 57.3 is degrees beside radians." if 55 < max(common, 1 / common) < 60 else ""
-            return (
-                f"All noises are {self.causes[0].direction} by one factor, {two_digits(common)}: innovation and S are in"
-                f" different units, or all of S is scaled.{unit} Check both before you change a noise",
-            )
         if self.verdict == "outliers":
             number = f"{self.outliers} innovations are" if self.outliers > 1 else "One innovation is"
             return (
                 f"{number} beyond 7 deviations of the others, the first at {seconds(self.first_outlier or 0.0)} s."
                 " No factor describes them: reject such measurements in the filter, or remove these rows",
             )
-        if self.verdict == "wrong":
-            return (*(_cause(factor) for factor in self.causes), *remarks)
-        if self.verdict == "ambiguous":
+        effects = [_effect_statement(effect) for effect in self.motion if effect.has_error]
+        texts = [*effects, *self._offset_statements(), *self._noise_statements(follows_motion=bool(effects))]
+        limit = self._limit_of_motion()
+        return (*texts, *([limit] if limit else []))
+
+    def _offset_statements(self) -> list[str]:
+        if not self.has_offset:
+            return []
+        places = [f" of {name}" for name in self.measurements] or [""]
+        place = places[self.means.index(self.mean)]
+        return [
+            f"The mean of the innovations{place} is {two_digits(self.mean)} stated deviations, not 0."
+            " The measurement has an offset that the filter does not estimate"
+        ]
+
+    def _noise_statements(self, *, follows_motion: bool) -> list[str]:
+        """What the spectrum says of the noises."""
+        if self.has_root_of_variance:
+            return [f"S {ROOT_OF_VARIANCE}"]
+        hidden = [factor.name for factor in self.factors if not factor.is_shown and factor not in self.causes]
+        remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
+        if self.noise_verdict == "consistent" and not self.factors:
+            return ["Give N and K of the filter: NIS and whiteness alone show only large errors"]
+        if self.noise_verdict == "consistent":
+            rest = "else " if self.has_offset or follows_motion else ""
+            return [f"Nothing {rest}is wrong: the innovations are as the filter states", *remarks]
+        if (common := self.common_factor) is not None:
+            unit = " 57.3 is degrees beside radians." if 55 < max(common, 1 / common) < 60 else ""
+            return [
+                f"All noises are {self.causes[0].direction} by one factor, {two_digits(common)}: innovation and S are in"
+                f" different units, or all of S is scaled.{unit} Check both before you change a noise"
+            ]
+        if self.noise_verdict == "wrong":
+            return [*(_cause(factor) for factor in self.causes), *remarks]
+        if self.noise_verdict == "ambiguous":
             names = " or ".join(f"the {factor.name} {factor.direction}" for factor in self.causes)
-            return (f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run",)
-        if self.verdict == "offset":
-            return (
-                f"The mean of the innovations is {two_digits(self.mean)} stated deviations, not 0."
-                " The measurement has an offset that the filter does not estimate",
-            )
-        if self.verdict == "not explained":
-            return (
-                f"No factors on the noises explain the innovations (p = {self.p_misfit:.2g})."
-                " Check the delay and the scale of the sensors, and the model of the filter",
-            )
-        return (self._place(), "Give N and K of the filter: with them, the noise that is wrong is found")
+            return [f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run"]
+        if self.noise_verdict == "not explained":
+            action = "Check the model of the filter, and vibration"
+            if not self.has_rate:
+                action = "Add the rate of motion to the table: it shows whether a delay or a scale error is the cause"
+            return [f"No factors on the noises explain the innovations (p = {self.p_misfit:.2g}). {action}"]
+        return [self._place(), "Give N and K of the filter: with them, the noise that is wrong is found"]
+
+    def _limit_of_motion(self) -> str:
+        """Which scale error and delay the motion could not show, and which motion would."""
+        hidden = [effect for effect in self.motion if not effect.has_error and not effect.is_shown]
+        if not hidden:
+            return ""
+        if not all(math.isfinite(effect.value) for effect in hidden):
+            return "The rate hardly changes, so neither a scale error nor a delay is shown. Turn to and fro"
+        limits = " and ".join(f"a {effect.name} below {effect.limit}" for effect in hidden)
+        needed = max(effect.needed for effect in hidden)
+        goals = " and ".join(dict.fromkeys({"scale": "0.1 %", "delay": "1 ms"}[effect.effect] for effect in hidden))
+        return (
+            f"The motion does not show {limits}. For {goals}, move {two_digits(needed)} times as fast, or record longer"
+        )
 
     def _place(self) -> str:
         """Where the innovations are not as stated, without a filter."""
@@ -266,26 +339,41 @@ class Tuning(Printed):
 
     def __repr__(self) -> str:
         nis = round_to_error(self.nis, self.nis_low, self.nis_high).text
-        span = duration_text(self.n * self.interval)
+        span = duration_text(self.duration)
+        several = f" of {len(self.measurements)} measurements" * bool(self.measurements)
         lines = [
-            f"{self.channel}   {self.n} innovations, one every {seconds(self.interval)} s, {span}",
+            f"{self.channel}   {self.n} innovations{several}, one every {seconds(self.interval)} s, {span}",
             f"  NIS {nis} ({100 * self.level:g} % interval), in a consistent filter 1",
         ]
         table = [("noise of the filter", "assumed, SI", f"factor on it, {100 * self.level:g} % interval")]
-        factors = self.factors if self.verdict != "not explained" else ()
+        factors = self.factors if self.noise_verdict != "not explained" else ()
         for factor in factors:
             assumed = "" if factor.assumed is None else f"{factor.assumed:.3g}"
-            mark = "  wrong" if factor in self.causes and self.verdict == "wrong" else ""
-            name = factor.name if factor.noise in _NAMES else factor.noise
+            mark = "  wrong" if factor in self.causes and self.noise_verdict == "wrong" else ""
+            name = factor.name if factor.noise.split()[0] in _NAMES else factor.noise
             table.append((name, assumed, f"{factor.text}{mark}"))
+        table += [(effect.name, "0", f"{effect.text}{'  not 0' if effect.has_error else ''}") for effect in self.motion]
         curve = self.whiteness
         ratios = [("averaging time", "deviation of the innovations over the stated one")]
         for k in range(len(curve.tau)):
             ratio = round_to_error(float(curve.ratio[k]), float(curve.low[k]), float(curve.high[k])).text
             ratios.append((f"{seconds(float(curve.tau[k]))} s", f"{ratio}{'  not 1' if curve.is_outside[k] else ''}"))
-        tables = [*(aligned(table, right=(1,)) if factors else []), *aligned(ratios, right=(0,))]
+        tables = [*(aligned(table, right=(1,)) if len(table) > 1 else []), *aligned(ratios, right=(0,))]
         lines += [f"  {line}" for line in tables]
         return lines_text([*lines, *wrapped(f"  {text}." for text in self.statements())])
+
+
+def _effect_statement(effect: MotionEffect) -> str:
+    if effect.effect == "delay":
+        place = f"measurement {effect.measurement}".strip()
+        direction = "late" if effect.value > 0 else "early"
+        return f"The {place} is {direction}: its delay is {effect.text}. Correct its time; no factor on a noise describes it"
+    direction = "too large" if effect.value > 0 else "too small"
+    place = f" against {effect.measurement}" if effect.measurement else ""
+    return (
+        f"The scale of the sensor is {direction}{place}: its error is {effect.text}. Calibrate it; no factor on a noise"
+        " describes it"
+    )
 
 
 def _cause(factor: NoiseFactor) -> str:

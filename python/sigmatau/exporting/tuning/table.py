@@ -20,6 +20,8 @@ _TIMES = {"t", "time", "timestamp", "stamp", "seconds", "sec"}
 _INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
 _VARIANCE = {"s", "variance", "var", "variances"}
 _DEVIATION = {"std", "sigma", "stddev", "deviation"}
+_RATE = {"rate", "omega"}
+_NORMALISED = {"normalised", "normalized", "nis", "nees", "whitened"}
 _UNIT = re.compile(r"\s*(?:\[([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")  # in brackets: [(m/s)^2], ((m/s)^2)
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
 _MOST_SENSORS = 16  # values of a column of numbers that are sensors, not counts
@@ -36,6 +38,7 @@ class _Columns:
     innovation: int
     variance: int
     is_deviation: bool
+    rate: int | None = None
 
 
 @frozen(eq=False)
@@ -73,7 +76,8 @@ def read_innovations(
     place : Path
         Text with a header, separated by commas, semicolons, tabs or blanks.
     columns : mapping of str to str, optional
-        By channel the columns of innovation and variance, ``"nu:S"``. Default: by their names.
+        By channel the columns of innovation, variance and optionally the rate of motion, ``"nu:S:rate"``. Default: by
+        their names.
     time : str, optional
         Column of the time. Default: by its name.
 
@@ -90,7 +94,7 @@ def read_innovations(
     """
     result = {}
     for sensor, table in _by_sensor(_read(place)).items():
-        for channel, data in _innovations_of(table, columns, time).items():
+        for channel, data in _read_channels(table, columns, time).items():
             result[sensor if channel == _UNNAMED and sensor else "_".join(filter(None, [sensor, channel]))] = data
     return result
 
@@ -109,42 +113,46 @@ def _by_sensor(table: _Table) -> dict[str, _Table]:
     }
 
 
-def _innovations_of(table: _Table, columns: Mapping[str, str] | None, time: str | None) -> dict[str, Innovations]:
+def _read_channels(table: _Table, columns: Mapping[str, str] | None, time: str | None) -> dict[str, Innovations]:
     """The innovations of all channels of a table of one sensor, or with a pair of columns for each."""
     place = table.place
     times = _times(table, time)
     chosen = _stated(table, columns) if columns else _recognised(table)
     result = {}
-    for channel, select_channel in chosen.items():
-        innovation, variance = (table.values[:, k] for k in (select_channel.innovation, select_channel.variance))
+    for channel, places in chosen.items():
+        innovation, variance = (table.values[:, k] for k in (places.innovation, places.variance))
         used = ~(np.isnan(innovation) & np.isnan(variance))
         lines = np.array(table.lines)[used]
-        for k, values in ((select_channel.innovation, innovation), (select_channel.variance, variance)):
-            wrong = np.flatnonzero(~np.isfinite(values[used]))
+        for k in (places.innovation, places.variance, places.rate):
+            if k is None:
+                continue
+            wrong = np.flatnonzero(~np.isfinite(table.values[used, k]))
             if wrong.size:
                 raise DataError(
                     f"{table.names[k]} is not a finite number. Remove this row", place=f"line {lines[wrong[0]]}"
                 ).about(str(place))
-        scale, square = _scales(table, select_channel)
+        scale, square = _scales(table, places)
         stated = variance[used] * square
-        if select_channel.is_deviation:
+        if places.is_deviation:
             stated = np.where(stated > 0, stated**2, stated)
         moments = times[used]
-        places = (
-            (
-                np.flatnonzero(stated <= 0),
-                f"{table.names[select_channel.variance]} is not positive. Write S = H·P·Hᵀ + R",
-            ),
+        faults = (
+            (np.flatnonzero(stated <= 0), f"{table.names[places.variance]} is not positive. Write S = H·P·Hᵀ + R"),
             (
                 1 + np.flatnonzero(np.diff(moments) <= 0),
                 "the time does not increase. Sort the rows, remove repeated ones",
             ),
         )
-        for wrong, text in places:
+        for wrong, text in faults:
             if wrong.size:
                 raise DataError(text, place=f"line {lines[wrong[0]]}").about(str(place))
         try:
-            result[channel] = Innovations(time=moments, innovation=innovation[used] * scale, variance=stated)
+            result[channel] = Innovations(
+                time=moments,
+                innovation=innovation[used] * scale,
+                variance=stated,
+                rate=_read_rate(table, places)[used] if places.rate is not None else None,
+            )
         except DataError as error:
             raise error.about(channel).about(str(place)) from None
     return result
@@ -265,26 +273,43 @@ def _recognised(table: _Table) -> dict[str, _Columns]:
     """Pairs of columns by their names: a word for the innovation or its variance, and the channel."""
     innovations: dict[str, int] = {}
     variances: dict[str, tuple[int, bool]] = {}
+    rates: dict[str, int] = {}
     for k, words in enumerate(map(_words, table.names)):
         if words and words[0] in _TIMES:
             continue
         kinds = set(words)
-        channel = "_".join(word for word in words if word not in _INNOVATION | _VARIANCE | _DEVIATION) or _UNNAMED
+        channel = (
+            "_".join(word for word in words if word not in _INNOVATION | _VARIANCE | _DEVIATION | _RATE) or _UNNAMED
+        )
         if kinds & (_VARIANCE | _DEVIATION):
             if channel in variances:
                 raise _not_recognised(table, f"two columns of the variance of {channel}")
             variances[channel] = (k, not kinds & _VARIANCE)
+        elif kinds & _RATE:
+            rates[channel] = k
         elif kinds & _INNOVATION:
             if channel in innovations:
                 raise _not_recognised(table, f"two columns of the innovation of {channel}")
             innovations[channel] = k
     for channel in innovations:
         if channel not in variances:
-            raise _not_recognised(table, f"{table.names[innovations[channel]]} has no column of its variance")
+            name = table.names[innovations[channel]]
+            if {*_words(name)} & _NORMALISED:
+                raise OptionError(
+                    f"{table.place}: {name} has no column of its variance."
+                    " Normalised innovations have the variance 1: add a column S with 1 in each row",
+                    option="columns",
+                )
+            raise _not_recognised(table, f"{name} has no column of its variance S")
     if not innovations:
         raise _not_recognised(table, "no column is recognised as an innovation")
     return {
-        channel: _Columns(innovation=k, variance=variances[channel][0], is_deviation=variances[channel][1])
+        channel: _Columns(
+            innovation=k,
+            variance=variances[channel][0],
+            is_deviation=variances[channel][1],
+            rate=rates.get(channel),
+        )
         for channel, k in innovations.items()
     }
 
@@ -299,17 +324,20 @@ def _not_recognised(table: _Table, what: str) -> OptionError:
 def _stated(table: _Table, columns: Mapping[str, str]) -> dict[str, _Columns]:
     chosen = {}
     for channel, text in columns.items():
-        innovation, colon, variance = text.partition(":")
-        if not colon:
+        names = text.split(":")
+        if len(names) not in (2, 3):
             raise OptionError(
                 f"{Hint('columns')} of {channel} must name the innovation and its variance,"
                 f" {Hint('columns', channel, 'INNOVATION:S')}, not {text!r}",
                 option="columns",
             )
+        innovation, variance, *rate = (table.index(name, "columns") for name in names)
+        words = {*_words(table.names[variance])} | {*_words(names[1])}
         chosen[channel] = _Columns(
-            innovation=table.index(innovation, "columns"),
-            variance=table.index(variance, "columns"),
-            is_deviation=bool(set(_words(variance)) & _DEVIATION) and not set(_words(variance)) & _VARIANCE,
+            innovation=innovation,
+            variance=variance,
+            is_deviation=bool(words & _DEVIATION) and not words & _VARIANCE,
+            rate=rate[0] if rate else None,
         )
     return chosen
 
@@ -341,3 +369,20 @@ def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
         raise OptionError(f"{table.place}: {names[0]} has the unknown unit {unit!r}. Write it in SI", option="columns")
     factor = known_unit.factor
     return factor, factor if chosen.is_deviation else factor**2
+
+
+def _read_rate(table: _Table, chosen: _Columns) -> Floats:
+    """The rate in SI; raises `OptionError` if its unit is not that of the innovation a second."""
+    assert chosen.rate is not None
+    values = table.values[:, chosen.rate]
+    unit, stated = table.units[chosen.innovation], table.units[chosen.rate]
+    if not unit and not stated:
+        return values
+    expected, rate_unit = if_known("m/s^2" if unit == "m/s" else f"{unit or 'rad'}/s"), if_known(stated)
+    if expected is None or rate_unit is None or rate_unit.si != expected.si:
+        raise OptionError(
+            f"{table.place}: {table.names[chosen.innovation]} has the unit {unit or 'none'!r},"
+            f" {table.names[chosen.rate]} {stated or 'none'!r}. Write rad and rad/s, or m/s and m/s^2",
+            option="columns",
+        )
+    return values * rate_unit.factor

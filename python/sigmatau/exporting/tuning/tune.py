@@ -8,30 +8,26 @@ from collections.abc import Mapping
 import numpy as np
 
 from sigmatau._native.distributions import chi2_above, chi2_quantile_above, student_below
-from sigmatau.arrays import SIGMA_OF_MAD, Floats
+from sigmatau.arrays import SIGMA_OF_MAD, Bools, Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
-from sigmatau.exporting.tuning.filters import MEASUREMENT, SLOW, WHITE, BiasFilter, Filter, FilterMatrices
+from sigmatau.exporting.tuning.filters import SLOW, WHITE, BiasFilter, Filter, FilterMatrices
 from sigmatau.exporting.tuning.innovations import Innovations
-from sigmatau.exporting.tuning.likelihood import FactorInterval, Periodogram, Shares, coarse
-from sigmatau.exporting.tuning.result import NoiseFactor, Tuning, Tunings, Verdict, Whiteness
+from sigmatau.exporting.tuning.judgement import CHANCE, Judgement, Runs, RunSpectra, judge
+from sigmatau.exporting.tuning.likelihood import coarse
+from sigmatau.exporting.tuning.motion import MotionEffect
+from sigmatau.exporting.tuning.result import ROOT_OF_VARIANCE, NoiseVerdict, Tuning, Tunings, Verdict, Whiteness
+from sigmatau.exporting.tuning.run import FilterRun
 from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
-
-_CHANCE = 0.04
-"""Probability that a right filter is called wrong, at most."""
-
-_REJECTION = 0.01  # probability that the true single cause is rejected
 
 _CLUSTERS = 8  # fewest independent averages; the interval of fewer is wider than a factor of 3
 _LOWEST = 5  # frequencies whose mean power is the density of a mean that no filter explains
 _OFFSET = 0.001  # probability that the mean of innovations without an offset is called one
-_MISFIT = 0.003  # probability that a filter whose factors alone are wrong is called not explained
-_TAILS = (0.05, 0.95)  # quantiles of S and of the intervals of time, without rare gaps
-_VARIATION = 1.5  # ratio of these quantiles, above which the gain of the filter is not constant
+_TAILS = (0.05, 0.95)  # quantiles of S
+_VARIATION = 1.5  # ratio of these quantiles, above which S takes turns or falls
+_BEGINNING = 10  # the first tenth, in which a filter converges
 _OUTLYING = 7.0  # deviations of the others; 1e6 Gaussian innovations have such a one with the probability 3e-6
-_IMMATERIAL = 1.05  # factor of a standard deviation that changes no filter, however sure it is
-_EVIDENCE = 6.0  # rise of the deviance, a likelihood ratio of 20, by which the second best single cause is worse
 
 
 def tune(
@@ -115,107 +111,111 @@ def tune(
                 f"{{option}} must be a BiasFilter or FilterMatrices, not {type(filter_).__name__}", option="filters"
             )
     tunings = {}
-    for name, data in channels.items():
+    runs = Runs()
+    for name, whole in channels.items():
+        filter_ = by_channel.get(name)
         try:
-            tunings[name] = _tune(name, data.after(skip) if skip else data, by_channel.get(name), level)
-        except (DataError, OptionError) as error:
+            data = whole.after(skip) if skip else whole
+            if filter_ is None:
+                tunings[name] = _tune(name, data, None, {}, level)
+                continue
+            _require_converged(data)
+            spectra = runs.reconstruct(filter_, data, len(whole.time) - len(data.time))
+            tunings[name] = _tune(name, data, spectra, _assumed(filter_, spectra.run, data), level)
+        except OptionError as error:
+            if whole.has_root_of_variance:
+                raise DataError(f"`variance` {ROOT_OF_VARIANCE}").about(name) from None
+            raise error.about(name) from None
+        except DataError as error:
             raise error.about(name) from None
     return Tunings(tunings)
 
 
-def _tune(channel: str, data: Innovations, filter_: Filter | None, level: float) -> Tuning:
-    series = data.normalised
-    whole, wide = Periodogram.of(series), coarse(series)
-    nis, nis_low, nis_high = _nis(series, level)
-    factors: tuple[NoiseFactor, ...] = ()
-    causes: tuple[NoiseFactor, ...] = ()
-    p_misfit: float | None = None
-    slowest: float | None  # density at the lowest frequency, if it is explained
-    verdict: Verdict
-    if filter_ is None:
-        p_value = wide.misfit(np.ones(len(wide.power)), 0)
-        slowest = None
-        verdict = "inconsistent" if p_value < _CHANCE else "consistent"
+def _tune(
+    channel: str, data: Innovations, spectra: RunSpectra | None, assumed: Mapping[str, float], level: float
+) -> Tuning:
+    series = np.nan_to_num(data.normalised.reshape(len(data.time), -1))
+    motion: tuple[MotionEffect, ...] = ()
+    if spectra is None:
+        wide = coarse(series, data.is_present.sum(axis=0))
+        white = np.broadcast_to(np.diag(data.is_present.mean(axis=0)), wide.power.shape)
+        p_value = wide.misfit(wide.restrict(white), 0)
+        as_stated: NoiseVerdict = "inconsistent" if p_value < CHANCE else "consistent"
+        judged = Judgement(explained=np.zeros_like(series), p_value=p_value, verdict=as_stated)
     else:
-        _require_stationary(data)
-        matrices = filter_.matrices(interval=data.interval, stated=data.stated)
-        names = (MEASUREMENT, *matrices.Q)
-        shares = Shares(whole, list(matrices.shares(whole.frequency).values()))
-        best = shares.fit(range(len(names)))
-        density = np.exp(best.logs) @ np.array(list(matrices.shares(wide.frequency).values()))
-        p_misfit = wide.misfit(density, len(names))
-        slowest = float(shares.density(best.logs)[0]) if p_misfit >= _MISFIT else None
-        alone = np.array([shares.fit((k,)).deviance for k in range(len(names))])
-        p_value = _significance(shares.fit(()).deviance, alone, best.deviance)
-        assumed = _assumed(filter_, matrices, data.stated)
-        intervals = [shares.interval(best, k, level) for k in range(len(names))]
-        factors = tuple(
-            NoiseFactor(noise=name, value=part.value, low=part.low, high=part.high, assumed=assumed.get(name))
-            for name, part in zip(names, intervals, strict=True)
-        )
-        verdict = "consistent" if p_value >= _CHANCE else "wrong"
-        if p_misfit < _MISFIT:
-            verdict = "not explained"
-        elif verdict == "wrong" and all(_is_immaterial(part) for part in intervals):
-            verdict = "consistent"
-        elif verdict == "wrong":
-            chosen = _single_causes(alone, best.deviance)
-            causes = tuple(factors[k] for k in chosen) or tuple(factor for factor in factors if factor.has_error)
-            if len(chosen) > 1 or not causes:
-                verdict, causes = "ambiguous", causes or factors
-    if _chance_of_mean(series, whole, slowest) < _OFFSET:
-        verdict, causes = "offset", ()
-    outlying = np.flatnonzero(np.abs(series) > _OUTLYING * SIGMA_OF_MAD * float(np.median(np.abs(series))))
+        motion, judged = judge(data, series, spectra, assumed, level)
+    residual = series - judged.explained
+    means, p_mean = _means(residual, data.is_present, judged)
+    has_offset = p_mean < _OFFSET
+    verdict: Verdict = judged.verdict
+    causes = judged.causes
+    sizes = np.abs(np.where(data.is_present, residual, np.nan))
+    outlying = np.flatnonzero((sizes > _OUTLYING * SIGMA_OF_MAD * np.nanmedian(sizes, axis=0)).any(axis=1))
     if outlying.size and verdict != "consistent":
         verdict, causes = "outliers", ()
+    elif any(effect.has_error for effect in motion):
+        verdict = "motion"
+    elif has_offset:
+        verdict = "offset"
+    nis, nis_low, nis_high = _nis(series, data.is_present, level)
     return Tuning(
         channel=channel,
-        n=len(series),
+        n=int(data.is_present.sum()),
+        duration=float(data.time[-1] - data.time[0]) + data.interval,
         interval=data.interval,
-        mean=float(series.mean()),
+        measurements=data.measurements,
+        means=tuple(means),
+        has_offset=has_offset,
         nis=nis,
         nis_low=nis_low,
         nis_high=nis_high,
-        whiteness=_whiteness(series, data.interval, level),
-        factors=factors,
+        whiteness=_whiteness(series, data, level),
+        factors=judged.factors,
         causes=causes,
+        motion=motion,
+        has_rate=data.rate is not None,
+        has_root_of_variance=data.has_root_of_variance,
         verdict=verdict,
-        p_value=p_value,
-        p_misfit=p_misfit,
+        noise_verdict=judged.verdict,
+        p_value=judged.p_value,
+        p_misfit=judged.p_misfit,
         level=level,
         outliers=len(outlying),
         first_outlier=float(data.time[outlying[0]]) if outlying.size else None,
     )
 
 
-def _chance_of_mean(series: Floats, periodogram: Periodogram, density: float | None) -> float:
-    """p-value of the mean: n·mean² is χ² about the density at frequency 0, or Student's t² about that of the lowest ones."""
-    if density is not None:
-        return float(chi2_above(1, series.mean() ** 2 * len(series) / density))
-    measured = float(np.mean(periodogram.power[:_LOWEST]))
-    return 2 * float(student_below(2 * _LOWEST, -abs(series.mean()) * math.sqrt(len(series) / measured)))
+def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, float]:
+    """Means of the measurements, and the smallest p-value of them times their number.
+
+    n·mean² is χ² about the density at frequency 0, or Student's t² about that of the lowest ones.
+    """
+    n, count = series.shape
+    means = series.mean(axis=0)
+    if judged.slowest is not None:
+        chances = chi2_above(1, means**2 * n / np.diag(judged.slowest).real)
+    else:
+        lowest = np.abs(np.fft.rfft(series, axis=0)[1 : _LOWEST + 1]) ** 2 / n
+        chances = 2 * student_below(2 * _LOWEST, -np.abs(means) * np.sqrt(n / lowest.mean(axis=0)))
+    return means / present.mean(axis=0), count * float(np.min(chances))
 
 
-def _require_stationary(data: Innovations) -> None:
-    """Refuse innovations of a filter that is not stationary, whose density is not a sum of constant shares."""
-    for values, what in ((data.variance, "S"), (np.diff(data.time), "the time between two innovations")):
+def _require_converged(data: Innovations) -> None:
+    """Refuse innovations of a filter that still converges, or rows of two sensors as if of one."""
+    for stated, present in zip(np.diagonal(data.covariance, axis1=1, axis2=2).T, data.is_present.T, strict=True):
+        values = stated[present]
         low, high = (float(value) for value in np.quantile(values, _TAILS))
-        if high <= _VARIATION * low:
-            continue
-        if _takes_turns(values):
+        if high > _VARIATION * low and _takes_turns(values):
             raise DataError(
-                f"{what} takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
+                f"S takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
                 " Write each sensor in columns of its own, or its name in a column sensor"
             )
-        if what == "S":
+        n = len(values)
+        if float(np.median(values[: n // _BEGINNING])) > _VARIATION * float(np.quantile(values[n // 2 :], _TAILS[1])):
             raise DataError(
-                f"S varies from {low:.3g} to {high:.3g}, so that the filter is not stationary."
-                f" Leave out its convergence, {Hint('skip', value=60)}, or use a stretch in which it is constant"
+                f"S falls from {high:.3g} to {low:.3g}, so that the filter converges."
+                f" Leave out its convergence, {Hint('skip', value=60)}"
             )
-        raise DataError(
-            f"{what} varies from {low:.3g} to {high:.3g} s, so that the filter is not stationary."
-            " Use a stretch in which measurements come at a constant interval"
-        )
 
 
 def _takes_turns(values: Floats) -> bool:
@@ -225,58 +225,49 @@ def _takes_turns(values: Floats) -> bool:
     return bool(constant and not 1 / _VARIATION < float(np.median(values[::2]) / np.median(values[1::2])) < _VARIATION)
 
 
-def _is_immaterial(part: FactorInterval) -> bool:
-    """Whether a factor is so near to 1 that no filter is changed by it; or is not shown."""
-    shown = part.high is not None and part.low > 0 and (part.low > 1 or part.high < 1)
-    return not shown or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
-
-
-def _significance(unchanged: float, alone: Floats, best: float) -> float:
-    """p-value of a filter by the largest rise of the likelihood, by one factor or by all of them (Bonferroni)."""
-    count = len(alone)
-    single = count * float(chi2_above(1, max(unchanged - float(alone.min()), 0.0)))
-    joint = float(chi2_above(count, max(unchanged - best, 0.0)))
-    return min(2 * min(single, joint), 1.0)
-
-
-def _single_causes(alone: Floats, best: float) -> list[int]:
-    """The noises of which each alone explains the innovations; the best of them if the others are much worse."""
-    rise = float(chi2_quantile_above(len(alone) - 1, _REJECTION)) if len(alone) > 1 else math.inf
-    accepted = [k for k, deviance in enumerate(alone) if deviance - best < rise]
-    if len(accepted) > 1:
-        first, second = sorted(alone[accepted])[:2]
-        if second - first > _EVIDENCE:
-            accepted = [int(np.argmin(alone))]
-    return accepted
-
-
-def _assumed(filter_: Filter, matrices: FilterMatrices, stated: float) -> dict[str, float]:
+def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, float]:
     """What the filter assumes, by noise, where it is one number."""
-    if isinstance(filter_, FilterMatrices):
-        return {MEASUREMENT: math.sqrt(matrices.R)}
-    return {MEASUREMENT: math.sqrt(matrices.R * stated), WHITE: filter_.noise, SLOW: filter_.walk}
+    if isinstance(filter_, FilterMatrices) and len(run.closed) == 1:
+        variances = run.measured[0]
+    elif len(run.closed) == 1:
+        variances = run.measured[0] * data.stated
+    else:
+        variances = np.nanmedian(np.where(data.is_present, run.measured, np.nan), axis=0)
+    count = data.columns.shape[1]
+    assumed = dict(zip(run.noises[:count], np.sqrt(variances).tolist(), strict=True))
+    return assumed if isinstance(filter_, FilterMatrices) else assumed | {WHITE: filter_.noise, SLOW: filter_.walk}
 
 
-def _nis(series: Floats, level: float) -> tuple[float, float, float]:
+def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, float]:
     """Mean square with its interval by a χ² of as many degrees as there are independent squares.
 
     The variance of the mean square of a Gaussian series is 2∫P²/n of its density P, and the product of neighbours in the
     periodogram has the mean P².
     """
-    n = len(series)
-    nis = float(np.mean(series**2))
-    power = np.abs(np.fft.rfft(series)[1 : (n - 1) // 2 + 1]) ** 2
-    freedom = n * min(float(np.mean(power)) ** 2 / float(np.mean(power[1:] * power[:-1])), 1.0)
+    n, total = len(series), int(present.sum())
+    nis = float(np.sum(series**2)) / total
+    power = np.abs(np.fft.rfft(series, axis=0)[1 : (n - 1) // 2 + 1]) ** 2
+    independent = float(np.mean(power)) ** 2 / float(np.mean(power[1:] * power[:-1]))
+    freedom = total * min(independent, 1.0)
     low, high = (
         nis * freedom / float(chi2_quantile_above(freedom, chance)) for chance in ((1 - level) / 2, (1 + level) / 2)
     )
     return nis, low, high
 
 
-def _whiteness(series: Floats, interval: float, level: float) -> Whiteness:
-    curve = allan(series, rate=1 / interval, taus=interval * 2.0 ** np.arange(math.log2(len(series) / _CLUSTERS)))
-    freedom = degrees_of_freedom({"random_walk": 1.0}, n=len(series), m=curve.m, tau0=interval)
-    low, high = chi2_factors(freedom, level=level)
-    ratio = curve.adev * np.sqrt(curve.m)
-    m = curve.m.astype(np.float64)
-    return Whiteness(m=m, tau=np.asarray(m * interval), ratio=ratio, low=ratio * low, high=ratio * high)
+def _whiteness(series: Floats, data: Innovations, level: float) -> Whiteness:
+    """Mean over the measurements of the Allan variances, each of the series of its own innovations."""
+    each = [values[present] for values, present in zip(series.T, data.is_present.T, strict=True)]
+    shortest = min(map(len, each))
+    interval = data.interval * len(series) / (sum(map(len, each)) / len(each))
+    variances, freedom = [], np.zeros(0)
+    for values in each:
+        curve = allan(
+            values[:shortest], rate=1 / interval, taus=interval * 2.0 ** np.arange(math.log2(shortest / _CLUSTERS))
+        )
+        variances.append(curve.adev**2 * curve.m)
+        m, freedom = curve.m, degrees_of_freedom({"random_walk": 1.0}, n=shortest, m=curve.m, tau0=interval)
+    low, high = chi2_factors(len(each) * freedom, level=level)
+    ratio = np.sqrt(np.mean(variances, axis=0))
+    averaged = m.astype(np.float64)
+    return Whiteness(m=averaged, tau=np.asarray(averaged * interval), ratio=ratio, low=ratio * low, high=ratio * high)

@@ -274,7 +274,7 @@ def _turn_on(comparison: RunComparison) -> list[str]:
         return []
     parts = []
     for rows in by_sensor.values():
-        values = ", ".join(f"{name} {two_digits((effects.std or 0.0) / size)}" for name, effects, _, size in rows)
+        values = ", ".join(f"{name} {significant((effects.std or 0.0) / size)}" for name, effects, _, size in rows)
         parts.append(f"{values} {rows[0][2]}")
     first = next(iter(by_sensor.values()))[0][1]
     factors = ""

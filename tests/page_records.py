@@ -66,5 +66,5 @@ def bench() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 def write_table(path: Path, times: np.ndarray, columns: dict[str, np.ndarray]) -> None:
     """A text table in SI."""
     names = (f"{name} [{'rad/s' if name.startswith('gyro') else 'm/s^2'}]" for name in columns)
-    rows = formats.format_text(None, ",", [times, *columns.values()])
+    rows = formats.format_text(",", [times, *columns.values()])
     path.write_bytes(",".join(["time [s]", *names]).encode() + b"\n" + rows)

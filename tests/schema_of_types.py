@@ -8,8 +8,8 @@ from dataclasses import MISSING, fields, is_dataclass
 
 import numpy as np
 
+from sigmatau._version import SCHEMA
 from sigmatau.analysis.forms import CoefficientForm, ResultForm, TermForm
-from sigmatau.analysis.json import SCHEMA
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.decoding import Key
 from sigmatau.findings import details_by_code

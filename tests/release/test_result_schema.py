@@ -17,7 +17,7 @@ from schema_changes import breaking, opened
 import sigmatau as st
 from conftest import ROOT
 from known import seed_of
-from sigmatau.analysis.json import SCHEMA
+from sigmatau._version import SCHEMA
 from sigmatau.cli import main
 
 FROZEN = ROOT / "tests" / "release" / "frozen"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any, Self
 
-from sigmatau._version import __version__
+from sigmatau._version import SCHEMA, __version__
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import as_options
@@ -77,8 +77,6 @@ class FailedAnalysis:
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON form: the error, and no channels."""
-        from sigmatau.analysis.json import SCHEMA
-
         return {
             "schema": SCHEMA,
             "sigmatau": self.version,

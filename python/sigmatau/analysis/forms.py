@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.analysis.json import SCHEMA
+from sigmatau._version import SCHEMA
 from sigmatau.decoding import key
 from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span

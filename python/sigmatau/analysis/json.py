@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from sigmatau._version import SCHEMA
 from sigmatau.options import stated
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
     from sigmatau.fitting.joint_fit import JointChannel
-
-SCHEMA = 2
-"""Version of the JSON form; a JSON Schema of it is in sigmatau/schema."""
 
 
 def to_dict(self: Analysis) -> dict[str, Any]:

@@ -13,9 +13,9 @@ from typing import Any, NoReturn, TypeVar, cast
 
 import numpy as np
 
+from sigmatau._version import SCHEMA
 from sigmatau.analysis import forms
 from sigmatau.analysis.failed import FailedAnalysis
-from sigmatau.analysis.json import SCHEMA
 from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import Analysis
 from sigmatau.decoding import WrongValueError, decode

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from sigmatau.analysis.options import AnalysisOptions, parse_options
 from sigmatau.analysis.result import WITHOUT_CURVE, Analysis
+from sigmatau.analysis.state import State
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves, DeviationCurve, kept_freedom
 from sigmatau.findings.curves import NoMap
@@ -43,7 +44,6 @@ from sigmatau.record.streams import Stream, describe_sampling
 from sigmatau.results import ByChannel
 
 if TYPE_CHECKING:
-    from sigmatau.analysis.pipeline import State
     from sigmatau.estimators.stability import DynamicAllan
 
 

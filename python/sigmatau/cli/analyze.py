@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from threading import Thread
@@ -19,15 +18,13 @@ from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts, Verbose
-from sigmatau.cli.earlier import curves_path, expect, is_result
+from sigmatau.cli.earlier import expect, is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     ENDINGS,
     check_folder,
     check_output,
-    check_outputs,
     check_style,
-    command_line,
     drawing,
     finding_lines,
     matched,
@@ -35,11 +32,11 @@ from sigmatau.cli.options import (
     say,
     screen,
     working,
-    write_csv,
     write_figure,
     write_json,
     write_result,
 )
+from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
 from sigmatau.cli.ranges import lines_by_hand, refused_by_hand, slope_range, slopes
 from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.cli.settings import Settings
@@ -51,13 +48,9 @@ from sigmatau.io.read.formats.split import bag_files
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import compare_clocks
-from sigmatau.record.record import Record, channel_quantities, stream_name
-from sigmatau.reporting.report import report as write_report
+from sigmatau.record.record import channel_quantities, stream_name
 
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
-
-NOT_AT_REST = 5
-"""Exit code if the sensor is not at rest, or the record is too short to tell."""
 
 
 def analyze_command(
@@ -199,31 +192,6 @@ def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict
     return notes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Outputs:
-    """Output files, or output folders for several logs."""
-
-    report: Path | None
-    notes: Mapping[str, str]
-    plot: Path | None
-    stability: Path | None
-    json: Path | None
-    csv: Path | None
-    style: Literal["screen", "paper"]
-
-    @property
-    def files(self) -> dict[str, Path | None]:
-        """Output paths by option; None for standard output."""
-        json = None if str(self.json) == "-" else self.json
-        return {"report": self.report, "plot": self.plot, "stability": self.stability, "json": json, "csv": self.csv}
-
-    def check(self, logs: Sequence[Path], exports: Exports) -> None:
-        """Check all files of a command, before a log is read."""
-        named = {f"export {name}": path for name, path in exports.files.items()}
-        curves = {} if self.csv is None else {"csv curves": curves_path(self.csv)}
-        check_outputs(logs, **self.files, **named, **curves)
-
-
 def _analyze_log(
     log: Path,
     reading: Reading | None,
@@ -253,12 +221,12 @@ def _analyze_log(
         _print_result(analysis, outputs, verbose=verbose, quiet=quiet)
         if span is not None:
             _table("\n".join(slopes(analysis, span)))
-    _write_outputs(attempts, analysis, record, outputs, quiet=quiet)
+    outputs.write(attempts, analysis, analysis.to_dict, record=record, quiet=quiet)
     code = exit_code(analysis.findings)
     if code == NOT_AT_REST and exports.files and analysis.rest is not None:
         say(f"nothing to export: {analysis.rest.reason}", quiet=quiet)
     else:
-        exports.write(attempts, analysis, result=outputs.files["json"], quiet=quiet)
+        exports.write(attempts, analysis, result=outputs.files.get("json"), quiet=quiet)
     if not (verbose or attempts.errors):
         for line in wrapped([_next(outputs, exports, analysis)]):
             say(line, quiet=quiet)
@@ -289,26 +257,6 @@ def _say_refused(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
     """Name the lines of given ranges that were refused."""
     for line in refused_by_hand(analysis, in_table=with_table and not analysis.fits):
         say(line, quiet=quiet)
-
-
-def _write_outputs(attempts: Attempts, analysis: Analysis, record: Record, outputs: Outputs, *, quiet: bool) -> None:
-    """Write the files of one log, the numbers first."""
-    json = outputs.files["json"]
-    if outputs.csv is not None:
-        with attempts.attempt():
-            write_csv(analysis, outputs.csv)
-    if json is not None:
-        with attempts.attempt():
-            write_result("", analysis.to_dict(), json)
-    if outputs.report is not None:
-        with attempts.attempt(), working(f"writing {outputs.report}", quiet=quiet):
-            write_report(analysis, outputs.report, record=record, notes=outputs.notes, command=command_line())
-    if outputs.plot is not None:
-        with attempts.attempt(), drawing(outputs.plot, outputs.style, quiet=quiet):
-            write_figure(analysis.plot(style=outputs.style), outputs.plot)
-    if outputs.stability is not None and analysis.stability:
-        with attempts.attempt(), drawing(outputs.stability, outputs.style, quiet=quiet):
-            write_figure(analysis.plot_stability(), outputs.stability)
 
 
 def _table(text: str) -> None:
@@ -348,13 +296,7 @@ def _analyze_logs(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     readings = assign_readings(reading, logs, places)
-    for option, folder in (
-        ("report", outputs.report),
-        ("plot", outputs.plot),
-        ("stability", outputs.stability),
-        ("json", outputs.json),
-        ("csv", outputs.csv),
-    ):
+    for option, folder in outputs.paths.items():
         check_folder(folder, option)
     results = sum(map(is_result, left_out))
     if notes := [str(file) for file in left_out if not is_result(file)]:
@@ -369,9 +311,8 @@ def _analyze_logs(
             refuse_same(log, overlay=overlay)
         expect(overlay)
     for name in names.values():
-        pictures = (folder / f"{name}.png" for folder in (outputs.plot, outputs.stability) if folder is not None)
-        reports = [] if outputs.report is None else [outputs.report / f"{name}.html"]
-        expect(*pictures, *reports, csv=None if outputs.csv is None else outputs.csv / f"{name}.csv")
+        files = outputs.inside(name).files
+        expect(*(path for option, path in files.items() if option not in ("json", "csv")), csv=files.get("csv"))
     work = partial(
         _in_a_process, names=names, readings=readings, settings=settings,
         outputs=outputs, show=show,
@@ -400,7 +341,7 @@ def _analyze_logs(
         say(f"{name}: {finding}", quiet=quiet)
     sys.stdout.write(f"{batch.summary([outcomes[log] for log in logs])}\n")
     codes = {outcome.code for outcome in outcomes.values()}
-    return attempts.finish(next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0))
+    return attempts.finish(worst_code(codes))
 
 
 def _curves(log: Path, analysis: Analysis) -> Curves:
@@ -421,19 +362,8 @@ def _in_a_process(
     check_shown(channel_quantities(record))
     analysis = analyze(record, **settings)
 
-    def within(folder: Path | None, ending: str) -> Path | None:
-        return None if folder is None else folder / f"{names[log]}{ending}"
-
-    files = replace(
-        outputs,
-        report=within(outputs.report, ".html"),
-        plot=within(outputs.plot, ".png"),
-        stability=within(outputs.stability, ".png"),
-        json=within(outputs.json, ".json"),
-        csv=within(outputs.csv, ".csv"),
-    )
     attempts = Attempts()
-    _write_outputs(attempts, analysis, record, files, quiet=True)
+    outputs.inside(names[log]).write(attempts, analysis, analysis.to_dict, record=record, quiet=True)
     attempts.raise_first()
     return analysis
 

@@ -6,16 +6,17 @@ import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sigmatau.analysis import analyze
-from sigmatau.analysis.joint import AnalysedRun, JointAnalysis, analysed_run, fit_analysed
+from sigmatau.analysis.joint import AnalysedRun, analysed_run, fit_analysed
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
 from sigmatau.cli.earlier import is_result
 from sigmatau.cli.messages import print_error, wrapped
-from sigmatau.cli.options import drawing, finding_lines, say, working, write_csv, write_figure, write_result
+from sigmatau.cli.options import finding_lines, say, working
+from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
 from sigmatau.cli.reading import Reading, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
@@ -24,11 +25,7 @@ from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, channel_quantities
 from sigmatau.record.streams import Stream
 
-if TYPE_CHECKING:
-    from sigmatau.cli.analyze import Outputs
-
 _SEVERAL = 2
-NOT_AT_REST = 5
 
 
 def parse_common(text: str | None) -> tuple[str, ...]:
@@ -97,9 +94,9 @@ def joint_command(
         sys.stdout.flush()
     for line in wrapped(finding_lines(fitted.analysis.findings)):
         say(line, quiet=quiet)
-    _write(attempts, fitted, outputs, quiet=quiet)
-    exports.write(attempts, fitted.analysis, result=outputs.files["json"], quiet=quiet)
-    return attempts.finish(next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0))
+    outputs.write(attempts, fitted.analysis, fitted.to_dict, quiet=quiet)
+    exports.write(attempts, fitted.analysis, result=outputs.files.get("json"), quiet=quiet)
+    return attempts.finish(worst_code(codes))
 
 
 def _analysed(
@@ -158,15 +155,3 @@ def _check_same_sensor(record: Record, name: str, firsts: dict[str, tuple[Stream
                 check_same_sensor(stream, first, channel=channel, names=(name, first_name))
             except DataError as error:
                 raise _OtherSensorError(str(error)) from None
-
-
-def _write(attempts: Attempts, fitted: JointAnalysis, outputs: Outputs, *, quiet: bool) -> None:
-    if outputs.csv is not None:
-        with attempts.attempt():
-            write_csv(fitted.analysis, outputs.csv)
-    if outputs.json is not None:
-        with attempts.attempt():
-            write_result("", fitted.to_dict(), outputs.json)
-    if outputs.plot is not None:
-        with attempts.attempt(), drawing(outputs.plot, outputs.style, quiet=quiet):
-            write_figure(fitted.analysis.plot(style=outputs.style), outputs.plot)

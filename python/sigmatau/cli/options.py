@@ -228,8 +228,7 @@ def command_line() -> str:
 def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:
     """Check the outputs of a command by option, before a long computation; ``-`` is standard output.
 
-    What an earlier run left in their place is removed if the command fails, see `expect`. Beside ``csv_curves`` stands the
-    file of the coefficients.
+    What an earlier run left in their place is removed if the command fails, see `expect`.
     """
     files = {option: path for option, path in outputs.items() if path is not None and str(path) != "-"}
     for option, path in files.items():

@@ -260,7 +260,7 @@ def _export_line(rest: Path, factors: Inflation) -> str:
     options = [
         f"--{option} {','.join(f'{sensor}={value:.3g}' for sensor, value in by_sensor.items())}"
         for option, cause in causes
-        if (by_sensor := factors.of_sensors(cause))
+        if (by_sensor := factors.largest_by_sensor(cause))
     ]
     return f"a file with these factors: sigmatau export {rest} --to TARGET {' '.join(options)}" if options else ""
 

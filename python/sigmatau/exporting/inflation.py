@@ -148,7 +148,7 @@ class Inflation(Printed):
         ]
         return max(lines, key=lambda line: line.amplitude).frequency if lines else None
 
-    def of_sensors(self, cause: Cause) -> dict[str, float]:
+    def largest_by_sensor(self, cause: Cause) -> dict[str, float]:
         """The largest factor of a cause by sensor."""
         largest: dict[str, float] = {}
         for each in self.causes:
@@ -177,11 +177,11 @@ class Inflation(Printed):
     def head(self) -> tuple[str, ...]:
         """Lines for the head of a file with the numbers of the running sensor."""
         by_channel: dict[str, list[str]] = {}
-        for one in self.factors:
-            if one.value is not None and one.term != "bias_instability":
-                label = "sample" if one.term == "sample" else TERMS[one.term].label("signal")
-                by_channel.setdefault(one.channel, []).append(f"{label} {one.text}")
-        return tuple(f"{channel} over the record at rest: {', '.join(found)}" for channel, found in by_channel.items())
+        for factor in self.factors:
+            if factor.value is not None and factor.term != "bias_instability":
+                label = "sample" if factor.term == "sample" else TERMS[factor.term].label("signal")
+                by_channel.setdefault(factor.channel, []).append(f"{label} {factor.text}")
+        return tuple(f"{channel} over the record at rest: {', '.join(texts)}" for channel, texts in by_channel.items())
 
     def doubt(self) -> str:
         """A warning if the noise at short times is clearly smaller in the second record; else empty."""
@@ -192,16 +192,16 @@ class Inflation(Printed):
         level = next(iter(self.rest.values())).level
         rows: list[tuple[str, ...]] = [("", "", "at rest", "running", "", f"factor, {100 * level:g} %")]
         shown = ""
-        for one in self.factors:
-            at_rest, running = self.rest[one.channel], self.running[one.channel]
-            name = one.channel if one.channel != shown else ""
-            shown = one.channel
-            if one.term == "sample":
-                rows.append((name, "one sample", "", "", "", one.text))
+        for factor in self.factors:
+            at_rest, running = self.rest[factor.channel], self.running[factor.channel]
+            name = factor.channel if factor.channel != shown else ""
+            shown = factor.channel
+            if factor.term == "sample":
+                rows.append((name, "one sample", "", "", "", factor.text))
                 continue
-            unit, factor = display_units(one.term, at_rest.quantity, at_rest.unit)[-1]
-            texts = (_text(model, one.term, factor) for model in (at_rest, running))
-            rows.append((name, TERMS[one.term].label(at_rest.quantity), *texts, unit, one.text))
+            unit, size = display_units(factor.term, at_rest.quantity, at_rest.unit)[-1]
+            texts = (_text(model, factor.term, size) for model in (at_rest, running))
+            rows.append((name, TERMS[factor.term].label(at_rest.quantity), *texts, unit, factor.text))
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         table = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
         return "\n".join(

@@ -14,7 +14,7 @@ FEWEST = 100
 """Innovations below which nothing is tested: their mean square has an error of 14 %."""
 
 _LARGEST = 1e9  # stated standard deviations; a larger innovation is in another unit
-_FAR = 9.0  # NIS of a filter all of whose deviations are wrong by a factor of 3
+_LARGE_NIS = 9.0  # NIS of a filter all of whose deviations are wrong by a factor of 3
 _ASYMMETRY = 1e-6  # relative, of a stated covariance; a larger one is not rounding
 
 
@@ -116,7 +116,7 @@ class Innovations:
         if self.variance.ndim > 1:
             return False
         nis, squared = (float(np.mean((self.innovation / self.variance**power) ** 2)) for power in (0.5, 1.0))
-        return not 1 / _FAR < nis < _FAR and 0.5 < squared < 2
+        return not 1 / _LARGE_NIS < nis < _LARGE_NIS and 0.5 < squared < 2
 
     def whitened(self, values: Floats) -> Floats:
         """Multiply by the inverse of the Cholesky root of S.

@@ -13,6 +13,7 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.tuning.filters import SLOW, WHITE
 from sigmatau.exporting.tuning.motion import MotionEffect
 from sigmatau.exporting.tuning.run import MEASUREMENT
+from sigmatau.exporting.tuning.statements import statements_of_tuning
 from sigmatau.frozen import frozen
 from sigmatau.results import ByChannel, Printed, aligned, duration_text, lines_text, plain, seconds, wrapped
 
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 NoiseVerdict = Literal["consistent", "wrong", "ambiguous", "not explained", "inconsistent"]
 Verdict = Literal[NoiseVerdict, "motion", "offset", "outliers"]
-
-ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
-"""What a user does whose variance is a standard deviation."""
 
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
@@ -256,86 +254,7 @@ class Tuning(Printed):
 
     def statements(self) -> tuple[str, ...]:
         """What is wrong, in which direction, and what to do, in sentences."""
-        if self.verdict == "outliers":
-            number = f"{self.outliers} innovations are" if self.outliers > 1 else "One innovation is"
-            return (
-                f"{number} beyond 7 deviations of the others, the first at {seconds(self.first_outlier or 0.0)} s."
-                " No factor describes them: reject such measurements in the filter, or remove these rows",
-            )
-        effects = [_effect_statement(effect) for effect in self.motion if effect.has_error]
-        texts = [*effects, *self._offset_statements(), *self._noise_statements(follows_motion=bool(effects))]
-        limit = self._limit_of_motion()
-        return (*texts, *([limit] if limit else []))
-
-    def _offset_statements(self) -> list[str]:
-        if not self.has_offset:
-            return []
-        places = [f" of {name}" for name in self.measurements] or [""]
-        place = places[self.means.index(self.mean)]
-        return [
-            f"The mean of the innovations{place} is {two_digits(self.mean)} stated deviations, not 0."
-            " The measurement has an offset that the filter does not estimate"
-        ]
-
-    def _noise_statements(self, *, follows_motion: bool) -> list[str]:
-        """What the spectrum says of the noises."""
-        if self.has_root_of_variance:
-            return [f"S {ROOT_OF_VARIANCE}"]
-        hidden = [factor.name for factor in self.factors if not factor.is_shown and factor not in self.causes]
-        remarks = [f"The run does not show the {' and the '.join(hidden)}: its factor is uncertain"] * bool(hidden)
-        if self.noise_verdict == "consistent" and not self.factors:
-            return ["Give N and K of the filter: NIS and whiteness alone show only large errors"]
-        if self.noise_verdict == "consistent":
-            rest = "else " if self.has_offset or follows_motion else ""
-            return [f"Nothing {rest}is wrong: the innovations are as the filter states", *remarks]
-        if (common := self.common_factor) is not None:
-            unit = " 57.3 is degrees beside radians." if 55 < max(common, 1 / common) < 60 else ""
-            return [
-                f"All noises are {self.causes[0].direction} by one factor, {two_digits(common)}: innovation and S are in"
-                f" different units, or all of S is scaled.{unit} Check both before you change a noise"
-            ]
-        if self.noise_verdict == "wrong":
-            return [*(_cause(factor) for factor in self.causes), *remarks]
-        if self.noise_verdict == "ambiguous":
-            names = " or ".join(f"the {factor.name} {factor.direction}" for factor in self.causes)
-            return [f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run"]
-        if self.noise_verdict == "not explained":
-            action = "Check the model of the filter, and vibration"
-            if not self.has_rate:
-                action = "Add the rate of motion to the table: it shows whether a delay or a scale error is the cause"
-            return [f"No factors on the noises explain the innovations (p = {self.p_misfit:.2g}). {action}"]
-        return [self._place(), "Give N and K of the filter: with them, the noise that is wrong is found"]
-
-    def _limit_of_motion(self) -> str:
-        """Which scale error and delay the motion could not show, and which motion would."""
-        hidden = [effect for effect in self.motion if not effect.has_error and not effect.is_shown]
-        if not hidden:
-            return ""
-        if not all(math.isfinite(effect.value) for effect in hidden):
-            return "The rate hardly changes, so neither a scale error nor a delay is shown. Turn to and fro"
-        limits = " and ".join(f"a {effect.name} below {effect.limit}" for effect in hidden)
-        needed = max(effect.needed for effect in hidden)
-        goals = " and ".join(dict.fromkeys({"scale": "0.1 %", "delay": "1 ms"}[effect.effect] for effect in hidden))
-        return (
-            f"The motion does not show {limits}. For {goals}, move {two_digits(needed)} times as fast, or record longer"
-        )
-
-    def _place(self) -> str:
-        """Where the innovations are not as stated, without a filter."""
-        curve = self.whiteness
-        places = [(k, "larger") for k in np.flatnonzero(curve.low > 1)] + [
-            (k, "smaller") for k in np.flatnonzero(curve.high < 1)
-        ]
-        if not places:
-            return "The innovations are not as the filter states"
-        texts = []
-        for word in ("larger", "smaller"):
-            times = [float(curve.tau[k]) for k, side in places if side == word]
-            if times:
-                texts.append(
-                    f"{word} than stated at averaging times from {seconds(min(times))} to {seconds(max(times))} s"
-                )
-        return f"The innovations are {' and '.join(texts)}"
+        return statements_of_tuning(self)
 
     def __repr__(self) -> str:
         nis = round_to_error(self.nis, self.nis_low, self.nis_high).text
@@ -361,27 +280,6 @@ class Tuning(Printed):
         tables = [*(aligned(table, right=(1,)) if len(table) > 1 else []), *aligned(ratios, right=(0,))]
         lines += [f"  {line}" for line in tables]
         return lines_text([*lines, *wrapped(f"  {text}." for text in self.statements())])
-
-
-def _effect_statement(effect: MotionEffect) -> str:
-    if effect.effect == "delay":
-        place = f"measurement {effect.measurement}".strip()
-        direction = "late" if effect.value > 0 else "early"
-        return f"The {place} is {direction}: its delay is {effect.text}. Correct its time; no factor on a noise describes it"
-    direction = "too large" if effect.value > 0 else "too small"
-    place = f" against {effect.measurement}" if effect.measurement else ""
-    return (
-        f"The scale of the sensor is {direction}{place}: its error is {effect.text}. Calibrate it; no factor on a noise"
-        " describes it"
-    )
-
-
-def _cause(factor: NoiseFactor) -> str:
-    less = f"less than {two_digits(factor.high)}" if factor.high is not None and not factor.low else factor.text
-    text = f"The {factor.name} is {factor.direction}: multiply it by {less}"
-    if factor.assumed is None or not factor.low:
-        return text
-    return f"{text}, to {factor.assumed * factor.value:.3g} in SI"
 
 
 class Tunings(ByChannel[Tuning]):

@@ -143,7 +143,7 @@ class FilterRun:
         """Mean power at each frequency, by the sensitivity of the sum Σ e^{−iωt}·ε to the state at each step, backwards."""
         n, m, states = len(self.closed), *self.rows.shape[1:]
         process = np.array([_repeated(noise, n) for noise in self.process])
-        seen = self.whitening @ _repeated(self.rows, n)
+        observed = self.whitening @ _repeated(self.rows, n)
         start = self._start(process)
         shares = np.zeros((len(self.noises), len(frequency), m, m), dtype=complex)
         after = np.zeros((len(frequency), m, states), dtype=complex)
@@ -151,7 +151,7 @@ class FilterRun:
         for end in range(n, 0, -chunk):
             used = np.arange(max(end - chunk, 0), end)
             phase = np.exp(-2j * np.pi * np.outer(used, frequency))[:, :, None, None]
-            outputs = phase * seen[used][:, None]
+            outputs = phase * observed[used][:, None]
             sensitivity = np.empty((len(used), *after.shape), dtype=complex)
             for k in range(len(used) - 1, -1, -1):
                 sensitivity[k] = after
@@ -245,8 +245,8 @@ def varying_run(matrices: Steps, data: Innovations) -> FilterRun:
         covariance = first
         for k in range(n):
             predicted[k] = covariance
-            known = covariance @ rows[k].T
-            covariance = transition[k] @ (covariance - known @ inverse[k] @ known.T) @ transition[k].T + total[k]
+            cross = covariance @ rows[k].T
+            covariance = transition[k] @ (covariance - cross @ inverse[k] @ cross.T) @ transition[k].T + total[k]
             if not covariance[0, 0] >= 0:
                 raise _too_large(stated)
         first = predicted[n // 2 :].mean(axis=0)

@@ -16,8 +16,9 @@ from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.judgement import CHANCE, Judgement, Runs, RunSpectra, judge
 from sigmatau.exporting.tuning.likelihood import coarse
 from sigmatau.exporting.tuning.motion import MotionEffect
-from sigmatau.exporting.tuning.result import ROOT_OF_VARIANCE, NoiseVerdict, Tuning, Tunings, Verdict, Whiteness
+from sigmatau.exporting.tuning.result import NoiseVerdict, Tuning, Tunings, Verdict, Whiteness
 from sigmatau.exporting.tuning.run import FilterRun
+from sigmatau.exporting.tuning.statements import ROOT_OF_VARIANCE
 from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import sigmatau as st
 from sigmatau.io.read import turns
 from sigmatau.io.read.interleaving import find_interleaving
-from sigmatau.io.read.turn_noise import compare_slow_noise
+from sigmatau.io.read.turns import compare_slow_noise
 from studies.integer_logs import KINDS, integer_log
 from studies.real_records import RECORDS
 from studies.rest_windows import real_logs

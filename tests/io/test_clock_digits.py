@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import read
 from sigmatau.errors import OptionError
-from sigmatau.io.read.time.clock_digits import read_clock_digits
+from sigmatau.io.read.time.overflows import read_clock_digits
 
 RATE, N = 100, 3000
 UNIT = {"gyro": "rad/s"}

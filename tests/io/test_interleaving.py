@@ -11,7 +11,7 @@ from sigmatau.io.read.frame import from_frame
 from sigmatau.io.read.inspection import inspect
 from sigmatau.io.read.interleaving import find_interleaving
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.io.read.turn_noise import compare_slow_noise
+from sigmatau.io.read.turns import compare_slow_noise
 
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 ROWS = 4800

@@ -9,7 +9,7 @@ from stamping import codes
 from known import seed_of
 from sigmatau import from_frame, inspect, read
 from sigmatau.errors import OptionError
-from sigmatau.io.read.time.stated_rate import NOMINAL_RATIO
+from sigmatau.io.read.time.plausible import NOMINAL_RATIO
 
 ROWS = 3000
 RATE = 200.0  # of the sensor that made the logs [Hz]

@@ -256,10 +256,11 @@ def main() -> None:
     parser.add_argument("program", nargs="?", default=".venv/bin/sigmatau")
     parser.add_argument("--folder", type=Path, help="where the files are written (default: a temporary folder)")
     parser.add_argument("--only", nargs="+", default=[], help="names of layouts")
-    parser.add_argument("--module", help="layouts of another module, such as blind, instead of the corpus")
+    parser.add_argument("--module", help="layouts of a module of studies/layouts, such as blind, instead of the corpus")
     arguments = parser.parse_args()
     layouts = LAYOUTS
     if arguments.module:
+        sys.path.append(str(Path(__file__).resolve().parents[2] / "studies" / "layouts"))
         named = vars(importlib.import_module(arguments.module)).values()
         layouts = tuple(value for value in named if isinstance(value, Layout))
     program = [str(Path(arguments.program).resolve())]

@@ -21,8 +21,8 @@ from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.table_streams import Part, part
 from sigmatau.io.read.thermometers import thermometer_part
+from sigmatau.io.read.time.plausible import is_one_nominal_rate
 from sigmatau.io.read.time.stamps import later
-from sigmatau.io.read.time.stated_rate import is_one_nominal_rate
 from sigmatau.record.record import Checksum, Provenance, Record, stream_name
 from sigmatau.record.streams import Stream
 
@@ -163,11 +163,7 @@ def options_for_table(table: Table, tables: Sequence[Table], options: Options) -
     """
     if len(tables) == 1:
         return options
-    from sigmatau.io.read.devices import pair_topics
-
-    named: dict[int, tuple[str, ...]] = {}
-    for device in pair_topics([(each, sensors(each)) for each in tables]):
-        named |= {id(device.gyro): ("gyro",), id(device.accel): ("accel",)}
+    named = _sensor_by_table(pair_topics(tables))
     by_columns = _named_sensors if options.channels else _sensors
 
     def sensors_in(each: Table) -> set[str]:
@@ -239,16 +235,12 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
     by_word = [table for table in tables if wanted & _named_sensors(table)]
     if wanted and len(by_word) == len(wanted) and _name_each_sensor(by_word):
         return by_word
-    from sigmatau.io.read.devices import pair_topics
-
-    devices = pair_topics([(table, sensors(table)) for table in tables if table.rows != 0])
-    sensor_by_device = {id(device.gyro): ("gyro",) for device in devices} | {
-        id(device.accel): ("accel",) for device in devices
-    }
+    devices = pair_topics([table for table in tables if table.rows != 0])
+    sensor_by_table = _sensor_by_table(devices)
     by_sensors: dict[tuple[str, ...], list[Table]] = {}
     for table in tables:
         if table.rows != 0:
-            by_sensors.setdefault(sensor_by_device.get(id(table), sensors(table)), []).append(table)
+            by_sensors.setdefault(sensor_by_table.get(id(table), sensors(table)), []).append(table)
     both, gyro, accel = (by_sensors.get(key, []) for key in (("gyro", "accel"), ("gyro",), ("accel",)))
     if len(both) == 1:
         return both
@@ -264,7 +256,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
         what = f"{kind.place()}, so the rows are of several sensors"
         if both and kind.label.replace(".", "").isdigit():
             counter = f". If the column is a counter of one sensor, state {Hint('interleaved', value=1)}"
-    examples = [device.tables for device in devices[:_PROPOSED]]
+    examples = list(map(list, devices[:_PROPOSED]))
     examples = examples or ([[gyro[0], accel[0]]] if gyro and accel and not both else [likely[:1]])
     example = ", or ".join(f"{Hint('topic', value=[table.topic for table in chosen])}" for chosen in examples)
     raise OptionError(f"{what}: {_listed(likely)}; choose, e.g. {example}{counter}", option="topic")
@@ -320,3 +312,37 @@ def _without_instance(topic: str) -> str:
 def _listed(tables: Sequence[Table]) -> str:
     shown = ", ".join(describe(table) for table in tables[:_LISTED])
     return shown if len(tables) <= _LISTED else f"{shown}, … {len(tables)} in all"
+
+
+_WORDS = {
+    "gyro": r"(?i)gyro(?:scope|meter)?s?|(?<![a-z])gyr(?![a-z])|ang(?:ular)?_?(?:vel(?:ocity)?|rate)",
+    "accel": r"(?i)(?:lin(?:ear)?_?)?accel(?:eration|erometer)?s?|(?<![a-z])acc(?![a-z])",
+}
+
+
+def pair_topics(tables: Sequence[Table]) -> list[tuple[Table, Table]]:
+    """The topics of the gyro and of the accelerometer of each device. If a table has the fields of both sensors, its name
+    decides.
+    """
+    gyros: dict[str, list[Table]] = {}
+    accels: dict[str, list[Table]] = {}
+    for table in tables:
+        for sensor, topics in (("gyro", gyros), ("accel", accels)):
+            if sensor in sensors(table) and (rest := _without_sensor(table.topic, sensor)) is not None:
+                topics.setdefault(rest, []).append(table)
+    return [
+        (gyros[rest][0], accels[rest][0])
+        for rest in gyros
+        if len(gyros[rest]) == 1 and len(accels.get(rest, ())) == 1 and gyros[rest][0] is not accels[rest][0]
+    ]
+
+
+def _without_sensor(topic: str, sensor: str) -> str | None:
+    """The name of a topic with a mark for the word of its sensor; None if the name has no such word, or more than one."""
+    words = re.findall(_WORDS[sensor], topic)
+    return re.sub(_WORDS[sensor], "\0", topic).lower() if len(words) == 1 else None
+
+
+def _sensor_by_table(devices: Sequence[tuple[Table, Table]]) -> dict[int, tuple[str, ...]]:
+    """The sensor for which each topic of a device is read, by the identity of its table."""
+    return {id(table): (sensor,) for pair in devices for table, sensor in zip(pair, ("gyro", "accel"), strict=True)}

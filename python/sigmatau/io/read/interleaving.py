@@ -2,7 +2,7 @@
 
 Each sensor has its bias, so the means of the rows differ from turn to turn and stay so. A line at half, a third or a quarter
 of the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors of one bias are found by
-their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turn_noise`): rows of one sensor have it
+their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turns`): rows of one sensor have it
 in common. What the rows do not tell is asked.
 """
 
@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import OptionError
 from sigmatau.hints import Hint, command
 from sigmatau.io.read import turns
-from sigmatau.io.read.turn_groups import find_groups
-from sigmatau.io.read.turn_noise import SlowNoise, compare_slow_noise
-from sigmatau.io.read.turns import MIN_PARTS, ROWS
+from sigmatau.io.read.turns import MIN_PARTS, ROWS, SlowNoise, compare_slow_noise, find_groups
 
 _PARTS = 16  # parts of the log that are tested, over its whole length: a line that is not locked to the samples drifts
 _ALL_PARTS = 256  # the same, if the first ones show several sensors

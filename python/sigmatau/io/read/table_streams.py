@@ -24,10 +24,9 @@ from sigmatau.io.read.resolve import SI, Resolved, resolve
 from sigmatau.io.read.table import Loaded, Table, all_without_absurd, load_stamped
 from sigmatau.io.read.time import rows
 from sigmatau.io.read.time.dates import is_date
-from sigmatau.io.read.time.plausible import refuse_implausible, slow_rate
+from sigmatau.io.read.time.plausible import RateContradiction, refuse_implausible, slow_rate
 from sigmatau.io.read.time.split_stamps import join
 from sigmatau.io.read.time.stamps import Timing, later
-from sigmatau.io.read.time.stated_rate import RateContradiction
 from sigmatau.io.read.time.timing import (
     jitter_findings,
     missing_in,

@@ -1,10 +1,11 @@
-"""Rows by turn: every second, third or fourth row of a log, in parts that are spread over its length."""
+"""Rows by turn, the groups that rows in no fixed order form, and the slow noise that rows of one sensor have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,3 +133,154 @@ def shortest_period(means: NDArray[np.float64]) -> int:
     count = means.shape[1]
     divisors = (period for period in range(1, count) if count % period == 0)
     return next((p for p in divisors if np.abs(np.roll(means, p, axis=1) - means).max() <= _SAME_SENSOR), count)
+
+
+_FEWEST_ROWS = 512
+_FEWEST_VALUES = 32  # of an axis: fewer are of a coarse resolution
+_AXES = 2  # that must differ
+_EMPTY = 0.01  # share of the rows in the gap between two groups
+_TAIL = 0.08  # share of the rows on each side of the gap
+_GAP = 0.08  # width of the gap, over the range of the rows without tails: 0.02 for white noise, 0.017 for a line
+_SHIFT = 2.0  # difference of the means of both groups, over the scatter within them
+_CHANGES = 0.02  # share of the rows that are of another group than the row before: blocks of 50 rows
+_LONGEST_PERIOD = 64  # of a line that is locked to the samples [rows]
+_LONGEST_OF_TWO_VALUES = 4  # period of a line that may have two values [rows]
+_EQUAL = 0.25  # difference of two means of a group, over the distance of the groups: 0.02 of it is noise
+_PERIODIC = 0.95  # share of the rows that have the group of their place in the period
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Groups:
+    """Two groups of rows."""
+
+    axis: int  # with the largest difference, over its scatter
+    size: float  # difference of the means of this axis [unit of the samples]
+
+
+def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups | None:
+    """The groups of rows that are in no fixed order; None if there are none.
+
+    `parts`: shape (parts, rows, channels); `starts`: the first row of each part, shape (parts,).
+    """
+    rows = (starts[:, None] + np.arange(parts.shape[1])).ravel()
+    fine = [len(np.unique(parts[..., k])) >= _FEWEST_VALUES for k in range(parts.shape[2])]
+    parts = np.where(fine, parts, 0.0)
+    x = (parts - parts.mean(axis=1, keepdims=True)).reshape(len(rows), -1)
+    finite = np.isfinite(x).all(axis=1)
+    x, rows = x[finite], rows[finite]
+    scales = x.std(axis=0) if len(x) else np.zeros(0)
+    if len(x) < _FEWEST_ROWS or np.count_nonzero(scales > 0) < _AXES:
+        return None
+    relative = x[:, scales > 0] / scales[scales > 0]
+    projected = relative @ np.linalg.eigh(relative.T @ relative)[1][:, -1]
+    border = _find_gap(projected)
+    if border is None:
+        return None
+    above = projected > border
+    if np.mean(above[1:] != above[:-1]) < _CHANGES or _is_line(projected, above, rows):
+        return None
+    sizes = x[above].mean(axis=0) - x[~above].mean(axis=0)
+    scatter = np.sqrt((x[above].var(axis=0) + x[~above].var(axis=0)) / 2)
+    shift = np.divide(np.abs(sizes), scatter, out=np.zeros_like(sizes), where=scatter > 0)
+    if np.count_nonzero(shift >= _SHIFT) < _AXES:
+        return None
+    axis = int(np.argmax(shift))
+    return Groups(axis=axis, size=float(abs(sizes[axis])))
+
+
+def _find_gap(values: NDArray[np.float64]) -> float | None:
+    """The middle of the widest interval with few values, if it is wide."""
+    ordered = np.sort(values)
+    tail, within = int(_TAIL * len(ordered)), max(int(_EMPTY * len(ordered)), 1)
+    widths = ordered[tail + within : len(ordered) - tail] - ordered[tail : len(ordered) - tail - within]
+    place = int(np.argmax(widths))
+    if not widths[place] > _GAP * (ordered[-tail - 1] - ordered[tail]):
+        return None
+    return float(ordered[tail + place] + ordered[tail + place + within]) / 2
+
+
+def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArray[np.intp]) -> bool:
+    """Whether the place of a row in a period tells its group, in the whole log, as a line does that is locked to the
+    samples. Blocks of rows of several sensors are periodic as well, but their rows have one mean in each group.
+    """
+    for period in range(1, _LONGEST_PERIOD + 1):
+        places = rows % period
+        counts = np.bincount(places, minlength=period)
+        above_counts = np.bincount(places, weights=above, minlength=period)
+        if np.maximum(above_counts, counts - above_counts).sum() >= _PERIODIC * len(above):
+            means = np.bincount(places, weights=values, minlength=period) / np.maximum(counts, 1)
+            high, low = means[above_counts > counts / 2], means[above_counts <= counts / 2]
+            within = max(np.ptp(high), np.ptp(low))
+            return period <= _LONGEST_OF_TWO_VALUES or bool(within > _EQUAL * (high.mean() - low.mean()))
+    return False
+
+
+_MOST_BLOCKS = 4096  # means of rows whose spectra are compared
+_FEWEST_BLOCKS = 64
+_FIRST_EDGE = 3  # upper edge of the first band: bands are octaves above it
+_TAPER = 0.25  # share of a series at either end that the window tapers
+_CORRELATED = 1.4  # variance of a mean share over that of independent ones: the window makes neighbours alike
+_SHARE_ERRORS = (
+    4.5  # deviation of the mean share from 1/2 that is significant, in standard errors: 11 bands are looked at
+)
+_COMMON_SHARE = 0.65  # mean share of noise in common: 0.5 for independent noise
+_SLOW_RISE = 3.0  # power of a band over that of the highest ones, of sum and difference: above the white noise
+_FEWEST_SHARES = 48  # in bands of slow noise, to tell that it is independent: standard error 0.05
+_INDEPENDENT = 0.12  # largest deviation of their mean from 1/2; 0.28 for slow noise in common of this rise
+
+SlowNoise = Literal["in common", "independent", "not measured"]
+
+
+def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) -> SlowNoise:
+    """Whether the slow noise of two series of rows is in common. `first`, `second`: shape (n, channels), without NaN."""
+    n = len(first)
+    size = max(1, n // _MOST_BLOCKS)
+    blocks = n // size
+    if blocks < _FEWEST_BLOCKS:
+        return "not measured"
+    first, second = (_over_white_noise(_block_means(x, blocks, size)) for x in (first, second))
+    noisy = np.isfinite(first).all(axis=0) & np.isfinite(second).all(axis=0)
+    if not noisy.any():
+        return "not measured"
+    power_of_sum, power_of_difference = (_power(x[:, noisy]) for x in (first + second, first - second))
+    total = power_of_sum + power_of_difference
+    shares = power_of_sum / np.maximum(total, np.finfo(np.float64).tiny)
+    high = np.median(total[len(total) // 2 :], axis=0)
+    slow = []
+    for low, top in _bands(len(shares)):
+        up_to_band = shares[1:top]
+        error = (_CORRELATED / (12 * up_to_band.size)) ** 0.5
+        if up_to_band.mean() - 0.5 > max(_SHARE_ERRORS * error, _COMMON_SHARE - 0.5):
+            return "in common"
+        powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
+        # A line at half the rate is in one of them only.
+        slow.append(shares[low:top, powers > _SLOW_RISE / 2 * high].ravel())
+    slow_shares = np.concatenate(slow)
+    if len(slow_shares) >= _FEWEST_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:
+        return "independent"
+    return "not measured"
+
+
+def _block_means(x: NDArray[np.float64], blocks: int, size: int) -> NDArray[np.float64]:
+    return np.asarray(x[: blocks * size].reshape(blocks, size, -1).mean(axis=1))
+
+
+def _over_white_noise(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Series without their means, over the scatter of differences of neighbours; NaN if it is 0."""
+    scatter = np.diff(means, axis=0).std(axis=0)
+    return np.asarray((means - means.mean(axis=0)) / np.where(scatter > 0, scatter, np.nan))
+
+
+def _power(series: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Power at the Fourier frequencies, with a tapered window: shape (frequencies, channels)."""
+    ends = (np.arange(len(series)) + 0.5) / (_TAPER * len(series))
+    window = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.minimum(ends, ends[::-1]), 1))
+    return np.asarray(np.abs(np.fft.rfft(window[:, None] * series, axis=0)) ** 2)
+
+
+def _bands(frequencies: int) -> list[tuple[int, int]]:
+    """Octaves of Fourier frequencies: first and end of each."""
+    edges = [1, _FIRST_EDGE]
+    while edges[-1] < frequencies:
+        edges.append(min(2 * edges[-1], frequencies))
+    return list(pairwise(edges))

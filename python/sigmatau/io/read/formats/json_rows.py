@@ -17,8 +17,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place
 from sigmatau.io.read.formats import truncation
-from sigmatau.io.read.formats.damage import fault
-from sigmatau.io.read.formats.unpacked import read_contents
+from sigmatau.io.read.formats.damage import fault, read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP, is_date, parse_stamps
 

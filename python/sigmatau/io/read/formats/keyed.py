@@ -17,11 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.keyed_pairs import GLUED, NUMBER, PAIR, find_start, pair_records
+from sigmatau.io.read.formats.damage import read_contents
+from sigmatau.io.read.formats.keyed_pairs import (
+    DOCUMENT,
+    GLUED,
+    LOST,
+    NUMBER,
+    PAIR,
+    find_start,
+    pair_records,
+    yaml_records,
+)
 from sigmatau.io.read.formats.keyed_records import LEAST_RECORDS, SPACES, Records, Value
-from sigmatau.io.read.formats.keyed_yaml import DOCUMENT, LOST, yaml_records
 from sigmatau.io.read.formats.text_rows import Text
-from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + NUMBER + rb"(?![\w.])")

@@ -7,17 +7,13 @@ import re
 from dataclasses import dataclass
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats.preamble import (
-    SAMPLE_TIME,
-    StatedRate,
-    counts_per_second,
-    find_rate,
-    units_of_mt_manager,
-)
 from sigmatau.io.read.formats.text_delimiter import (
     HEADERS,
     exchange_decimal_commas,
     find_delimiter,
+    find_names,
+    names_in,
+    names_something,
     refuse_other_delimiters,
     refuse_split_numbers,
 )
@@ -35,7 +31,13 @@ from sigmatau.io.read.formats.text_lines import (
     split_lines,
     without_arrows,
 )
-from sigmatau.io.read.formats.text_names import find_names, names_in, names_something
+from sigmatau.io.read.formats.text_programs import (
+    SAMPLE_TIME,
+    StatedRate,
+    counts_per_second,
+    find_rate,
+    units_of_mt_manager,
+)
 from sigmatau.io.read.table import FORMATS, Column
 
 _MOST_LYING = 16  # rows of a table that has a row for each channel

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.hints import WITHOUT_STAMPS
+from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.formats.layout import Layout
 from sigmatau.io.read.formats.text_rows import Text
-from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.table import Column, Head, Loaded, Table, select_columns
 from sigmatau.record.sampling import RateSource
 

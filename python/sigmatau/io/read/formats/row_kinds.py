@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.io.read.formats.text_delimiter import names_something
 from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
-from sigmatau.io.read.formats.text_names import names_something
 from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, tells_kinds
 from sigmatau.io.read.table import RowKind
 

@@ -13,17 +13,25 @@ from pathlib import Path
 import numpy as np
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.formats import gcsv, ros_csv
+from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.formats.layout import Layout, find_layout
 from sigmatau.io.read.formats.long_rows import join_channels
 from sigmatau.io.read.formats.plain_cells import find_decoration
 from sigmatau.io.read.formats.row_kinds import Kinds, find_device_column, find_kinds, first_values, rows_of_kind
 from sigmatau.io.read.formats.text_beginning import Beginning, find_first_layout, skip_lines
 from sigmatau.io.read.formats.text_lines import bare_fields, decode
-from sigmatau.io.read.formats.text_programs import name_sensor_logger, time_mt_manager
+from sigmatau.io.read.formats.text_programs import (
+    GCSV_NOTE,
+    ROS_CSV_NOTE,
+    find_scales,
+    is_imu,
+    name_imu,
+    name_sensor_logger,
+    scale_columns,
+    time_mt_manager,
+)
 from sigmatau.io.read.formats.text_rows import Text, refuse_too_large
 from sigmatau.io.read.formats.truncation import last_line
-from sigmatau.io.read.formats.unpacked import read_contents
 from sigmatau.io.read.instances import is_single_sensor_stated
 from sigmatau.io.read.table import HEAD, Head, Load, Loaded, RowKind, Table
 from sigmatau.io.read.time.dates import date_columns
@@ -105,7 +113,7 @@ def _read_kinds(
     source: Path | bytes, head: Head, beginning: Beginning, lines: str, kinds: Kinds, topic: str
 ) -> Iterator[Table]:
     """The tables of the kinds of rows that have a layout."""
-    from sigmatau.io.read.formats.kind_columns import with_sensor_names
+    from sigmatau.io.read.instance_tables import with_sensor_names
 
     first: Layout | None = None
     for label in kinds.labels:
@@ -173,12 +181,12 @@ def _make_table(
     if layout.counts_per_second is not None:
         columns, loaded, counted = time_mt_manager(columns, load, layout.counts_per_second)
         named = (*named, counted)
-    if scales := gcsv.find_scales(beginning.data):
-        columns, loaded = gcsv.scaled(columns, loaded, scales)
-        named = (*named, gcsv.NOTE)
-    if layout.delimiter == "," and ros_csv.is_imu(columns):
-        columns, loaded = ros_csv.named(columns, loaded)
-        named = (*named, ros_csv.NOTE)
+    if scales := find_scales(beginning.data):
+        columns, loaded = scale_columns(columns, loaded, scales)
+        named = (*named, GCSV_NOTE)
+    if layout.delimiter == "," and is_imu(columns):
+        columns, loaded = name_imu(columns, loaded)
+        named = (*named, ROS_CSV_NOTE)
     return Table(
         format="text",
         columns=columns,

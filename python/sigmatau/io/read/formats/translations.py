@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sigmatau.io.read.formats.unpacked import read_contents
+from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.registry import find_text_reader
 from sigmatau.io.read.table import HEAD, Head, Table
 

@@ -19,8 +19,8 @@ from sigmatau.findings.stamps import CoarseStamps, Gap, Gaps, HostStamps, Irregu
 from sigmatau.hints import RATE
 from sigmatau.io.read.time.clock_line import GridFit, rate_change
 from sigmatau.io.read.time.grid import fit_grid, resolution
+from sigmatau.io.read.time.plausible import RateContradiction
 from sigmatau.io.read.time.rows import OrderedRows
-from sigmatau.io.read.time.stated_rate import RateContradiction
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 from sigmatau.record.streams import InputKind

@@ -22,17 +22,20 @@ from sigmatau.io.read.options import Options
 from sigmatau.io.read.resolve import SI
 from sigmatau.io.read.table import Table
 from sigmatau.io.read.time import stamps
-from sigmatau.io.read.time.clock_digits import read_clock_digits
-from sigmatau.io.read.time.plausible import ask_for_sample_numbers, ask_for_unit, find_stride, unit_by_size
-from sigmatau.io.read.time.rows import in_order
-from sigmatau.io.read.time.stamps import Timing
-from sigmatau.io.read.time.stated_rate import (
+from sigmatau.io.read.time.overflows import read_clock_digits
+from sigmatau.io.read.time.plausible import (
     RateContradiction,
+    ask_for_sample_numbers,
+    ask_for_unit,
+    find_stride,
     is_confirmed,
     is_one_nominal_rate,
     unit_by_rate,
+    unit_by_size,
     unit_for,
 )
+from sigmatau.io.read.time.rows import in_order
+from sigmatau.io.read.time.stamps import Timing
 from sigmatau.record.missing import missing_values
 from sigmatau.record.record import MIN_SAMPLES, stream_name
 from sigmatau.record.sampling import GIVEN_RATE

@@ -67,7 +67,7 @@ fn text(bytes: &[u8]) -> Option<String> {
 }
 
 /// A kind from the message that defines it; or what is wrong.
-fn kind_of(body: &[u8]) -> Result<DataFlashKind, String> {
+fn parse_kind(body: &[u8]) -> Result<DataFlashKind, String> {
     let (id, length) = (body[0], usize::from(body[1]));
     let (Some(name), Some(letters), Some(labels)) =
         (text(&body[2..6]), text(&body[6..22]), text(&body[22..]))
@@ -157,7 +157,7 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
         let body = &whole[HEADER..HEADER + size];
         let mut undo = Undo::Nothing;
         if id == FMT {
-            match kind_of(body) {
+            match parse_kind(body) {
                 Err(what) => break Some(Break::Damaged { at, what }),
                 Ok(kind) => match places[usize::from(kind.id)] {
                     Some(place) if scan.kinds[place].same(&kind) => {}

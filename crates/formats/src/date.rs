@@ -49,20 +49,20 @@ pub fn stamp(text: &[u8], order: Order) -> Option<Stamp> {
         return Some(Stamp { nanos, form: Form::Date, ordered: false });
     }
     let mut rest = text;
-    let day = day_of(&mut rest, order);
+    let day = parse_day(&mut rest, order);
     let ordered = day.is_some_and(|(_, ordered)| ordered);
     let seconds = day.map_or(0, |(day, _)| day * DAY);
     if day.is_some() {
         if rest.is_empty() {
             return Some(Stamp { nanos: seconds.checked_mul(NANOS)?, form: Form::Day, ordered });
         }
-        let comma = one_of(&mut rest, b",").is_some();
-        if one_of(&mut rest, if comma { b" " } else { b"Tt _-:" }).is_none() && !comma {
+        let comma = take_any(&mut rest, b",").is_some();
+        if take_any(&mut rest, if comma { b" " } else { b"Tt _-:" }).is_none() && !comma {
             return None;
         }
         rest = rest.trim_ascii_start();
     }
-    let (within, whole) = clock_of(&mut rest, day.is_none())?;
+    let (within, whole) = parse_clock(&mut rest, day.is_none())?;
     let nanos = seconds.checked_sub(offset(rest)?)?.checked_mul(NANOS)?.checked_add(within)?;
     let form = match (day, whole) {
         (Some(_), _) => Form::Date,
@@ -73,11 +73,11 @@ pub fn stamp(text: &[u8], order: Order) -> Option<Stamp> {
 }
 
 /// The day that a text begins with, counted from 1970, and whether the order of day and month matters.
-fn day_of(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
+fn parse_day(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
     let mut after = *rest;
     let (first, digits) = whole_number(&mut after, 4)?;
     // Where decimals have commas, points and commas have been exchanged.
-    let separator = one_of(&mut after, b"-/., :")?;
+    let separator = take_any(&mut after, b"-/., :")?;
     let (day, ordered) = if digits == 4 {
         let mut rest = after;
         let (second, digits) = whole_number(&mut rest, 3)?;
@@ -86,7 +86,7 @@ fn day_of(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
             let last = if is_leap(first) { 366 } else { 365 };
             ((1..=last).contains(&second).then(|| days(first, 1, 1) + second - 1)?, false)
         } else {
-            one_of(&mut rest, &[separator]).filter(|&byte| byte != b' ' && byte != b':')?;
+            take_any(&mut rest, &[separator]).filter(|&byte| byte != b' ' && byte != b':')?;
             let (third, _) = whole_number(&mut rest, 2)?;
             after = rest;
             (day_number(first, second, third)?, false)
@@ -98,7 +98,7 @@ fn day_of(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
             None if separator == b' ' || separator == b':' => return None,
             None => whole_number(&mut after, 2)?,
         };
-        one_of(&mut after, &[separator])?;
+        take_any(&mut after, &[separator])?;
         let (year, digits) = whole_number(&mut after, 4)?;
         let year = match digits {
             4 => year,
@@ -117,15 +117,15 @@ fn day_of(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
 
 /// Nanoseconds since midnight of the time of day that a text begins with, and whether it has an hour. Without one it is
 /// `minutes_alone` and has decimals.
-fn clock_of(rest: &mut &[u8], minutes_alone: bool) -> Option<(i64, bool)> {
+fn parse_clock(rest: &mut &[u8], minutes_alone: bool) -> Option<(i64, bool)> {
     let (first, _) = whole_number(rest, 2)?;
-    one_of(rest, b":")?;
+    take_any(rest, b":")?;
     let (second, _) = whole_number(rest, 2)?;
-    let third = match one_of(rest, b":") {
+    let third = match take_any(rest, b":") {
         Some(_) => Some(whole_number(rest, 2)?.0),
         None => None,
     };
-    let nanos = match (third, one_of(rest, b".,:")) {
+    let nanos = match (third, take_any(rest, b".,:")) {
         (_, None) => None,
         (Some(_), Some(b':')) => Some(thousandths(rest)?),
         (_, Some(b':')) => return None,
@@ -146,10 +146,10 @@ fn clock_of(rest: &mut &[u8], minutes_alone: bool) -> Option<(i64, bool)> {
 /// The hour of a day of 24 hours, with `AM` or `PM` taken off; the hour itself without either.
 fn half_day(rest: &mut &[u8], hour: i64) -> Option<i64> {
     let mut after = rest.trim_ascii_start();
-    let Some(half) = one_of(&mut after, b"AaPp") else { return Some(hour) };
-    let _ = one_of(&mut after, b".");
-    one_of(&mut after, b"Mm")?;
-    let _ = one_of(&mut after, b".");
+    let Some(half) = take_any(&mut after, b"AaPp") else { return Some(hour) };
+    let _ = take_any(&mut after, b".");
+    take_any(&mut after, b"Mm")?;
+    let _ = take_any(&mut after, b".");
     *rest = after;
     let afternoon = half.eq_ignore_ascii_case(&b'p');
     (1..=12).contains(&hour).then_some(hour % 12 + if afternoon { 12 } else { 0 })
@@ -187,19 +187,19 @@ fn whole_number(rest: &mut &[u8], most: usize) -> Option<(i64, usize)> {
 pub fn nanoseconds(text: &[u8]) -> Option<i64> {
     let mut rest = text;
     let year = number(&mut rest, 4)?;
-    let dash = one_of(&mut rest, b"-/")?;
+    let dash = take_any(&mut rest, b"-/")?;
     let month = number(&mut rest, 2)?;
-    one_of(&mut rest, &[dash])?;
+    take_any(&mut rest, &[dash])?;
     let day = number(&mut rest, 2)?;
-    one_of(&mut rest, b"Tt ")?;
+    take_any(&mut rest, b"Tt ")?;
     let hour = number(&mut rest, 2)?;
-    one_of(&mut rest, b":")?;
+    take_any(&mut rest, b":")?;
     let minute = number(&mut rest, 2)?;
     let (mut second, mut nanos) = (0, 0);
-    if one_of(&mut rest, b":").is_some() {
+    if take_any(&mut rest, b":").is_some() {
         second = number(&mut rest, 2)?;
         // Where decimals have commas, points and commas have been exchanged, or have not.
-        if one_of(&mut rest, b".,").is_some() {
+        if take_any(&mut rest, b".,").is_some() {
             nanos = fraction(&mut rest)?;
         }
     }
@@ -243,7 +243,7 @@ fn number(rest: &mut &[u8], digits: usize) -> Option<i64> {
 }
 
 /// One of these bytes, which is taken off.
-fn one_of(rest: &mut &[u8], bytes: &[u8]) -> Option<u8> {
+fn take_any(rest: &mut &[u8], bytes: &[u8]) -> Option<u8> {
     let (&first, after) = rest.split_first()?;
     bytes.contains(&first).then(|| {
         *rest = after;
@@ -262,13 +262,13 @@ fn fraction(rest: &mut &[u8]) -> Option<i64> {
 
 /// Seconds that a zone is ahead of UTC: nothing, `Z`, `+01:00`, `+0100` or `+01`.
 fn offset(mut rest: &[u8]) -> Option<i64> {
-    if one_of(&mut rest, b" ").is_some() && rest.is_empty() {
+    if take_any(&mut rest, b" ").is_some() && rest.is_empty() {
         return None;
     }
     if rest.is_empty() || rest.eq_ignore_ascii_case(b"z") || rest.eq_ignore_ascii_case(b"utc") {
         return Some(0);
     }
-    let sign = one_of(&mut rest, b"+-")?;
+    let sign = take_any(&mut rest, b"+-")?;
     let hours = number(&mut rest, 2)?;
     let minutes = match rest {
         [] => 0,
@@ -333,8 +333,8 @@ mod tests {
             ("2019:203:09:51:26.259", Form::Date, MORNING),
             ("2019-203T09:51:26.259Z", Form::Date, MORNING),
         ] {
-            let found = stamp(text.as_bytes(), Order::DayFirst);
-            assert_eq!(found.map(|stamp| (stamp.form, stamp.nanos)), Some((form, expected)), "{text}");
+            let parsed = stamp(text.as_bytes(), Order::DayFirst);
+            assert_eq!(parsed.map(|stamp| (stamp.form, stamp.nanos)), Some((form, expected)), "{text}");
         }
     }
 
@@ -346,14 +346,14 @@ mod tests {
             ("22/07/2019 09:51:26.259", [Some(MORNING), None]),
             ("03/01/2026 12:00:00", [Some(NOON - 57 * 86_400_000_000_000), Some(NOON)]),
         ] {
-            let found = both(text.as_bytes());
-            assert_eq!(found.map(|stamp| stamp.map(|s| s.nanos)), nanos, "{text}");
-            assert!(found.iter().flatten().all(|stamp| stamp.ordered), "{text}");
+            let parsed = both(text.as_bytes());
+            assert_eq!(parsed.map(|stamp| stamp.map(|s| s.nanos)), nanos, "{text}");
+            assert!(parsed.iter().flatten().all(|stamp| stamp.ordered), "{text}");
         }
         for text in ["2026-03-01 12:00:00", "1-Mar-2026 12:00", "12:00:00"] {
-            let found = both(text.as_bytes());
-            assert_eq!(found[0], found[1], "{text}");
-            assert!(!found[0].unwrap().ordered, "{text}");
+            let parsed = both(text.as_bytes());
+            assert_eq!(parsed[0], parsed[1], "{text}");
+            assert!(!parsed[0].unwrap().ordered, "{text}");
         }
     }
 

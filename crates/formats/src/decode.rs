@@ -106,7 +106,7 @@ impl<R: Read> Utf16<R> {
     }
 
     /// Decodes the next bytes; false at the end.
-    fn more(&mut self) -> io::Result<bool> {
+    fn refill(&mut self) -> io::Result<bool> {
         self.text.clear();
         self.taken = 0;
         let got = self.reader.read(&mut self.raw[self.filled..])?;
@@ -133,7 +133,7 @@ impl<R: Read> Utf16<R> {
 impl<R: Read> Read for Utf16<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         while self.taken == self.text.len() {
-            match self.more() {
+            match self.refill() {
                 Ok(true) => {}
                 Ok(false) => return Ok(0),
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}

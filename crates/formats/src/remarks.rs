@@ -2,7 +2,7 @@
 //! and the header of the next of several logs in one file may stand behind a mark as well.
 
 /// Headers that are kept.
-const KEPT: usize = 16;
+const MAX_HEADERS: usize = 16;
 
 /// Characters of a header that are kept.
 const QUOTED: usize = 2000;
@@ -24,7 +24,7 @@ impl Remarks {
         if fields == columns && 2 * (numbers + 1) >= columns && (numbers > 0 || columns == 1) {
             self.first_row = if self.rows == 0 { line } else { self.first_row };
             self.rows += 1;
-        } else if fields == columns && numbers == 0 && self.headers.len() < KEPT {
+        } else if fields == columns && numbers == 0 && self.headers.len() < MAX_HEADERS {
             let text = String::from_utf8_lossy(text).chars().take(QUOTED).collect();
             self.headers.push((line, text));
         }
@@ -36,7 +36,7 @@ impl Remarks {
             self.first_row = lines + next.first_row;
         }
         self.rows += next.rows;
-        let room = KEPT - self.headers.len();
+        let room = MAX_HEADERS - self.headers.len();
         self.headers.extend(next.headers.iter().take(room).map(|(line, text)| (lines + line, text.clone())));
     }
 }

@@ -75,16 +75,16 @@ pub fn contents(path: &Path, kind: LogKind, most: u64) -> io::Result<Contents> {
         kind,
         most,
         |container, data, _| {
-            let mut found = pieces::Survey::default();
-            let fault = container.survey(data, &mut found);
-            (found, fault)
+            let mut survey = pieces::Survey::default();
+            let fault = container.survey(data, &mut survey);
+            (survey, fault)
         },
-        |found: pieces::Survey| {
-            schemas.extend(found.schemas);
-            for channel in found.channels {
+        |survey: pieces::Survey| {
+            schemas.extend(survey.schemas);
+            for channel in survey.channels {
                 all.entry(channel.id).or_insert(channel);
             }
-            for (id, n) in found.counts {
+            for (id, n) in survey.counts {
                 *counts.entry(id).or_default() += n;
             }
         },

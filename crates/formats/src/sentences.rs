@@ -56,7 +56,7 @@ pub fn read_sentences(
     most: u64,
 ) -> Result<Sentences, TextError> {
     assert!(wanted.iter().all(|&field| field < fields), "fields {wanted:?} of {fields}");
-    let mut found = Sentences { columns: vec![Vec::new(); wanted.len()], ..Sentences::default() };
+    let mut collected = Sentences { columns: vec![Vec::new(); wanted.len()], ..Sentences::default() };
     let mut reader = BufReader::with_capacity(1 << 16, reader);
     let mut line = Vec::new();
     let mut number = 0;
@@ -76,37 +76,37 @@ pub fn read_sentences(
             },
         };
         if line.is_empty() {
-            found.cut |= ended_early;
-            return Ok(found);
+            collected.cut |= ended_early;
+            return Ok(collected);
         }
         let whole = line.ends_with(b"\n");
         // What is left of a line that was too long has been counted.
         if !continued {
             number += 1;
             let text = line.trim_ascii();
-            let before = (found.rows, found.others);
-            let outcome = if text.is_empty() { Ok(()) } else { found.take(text, name, fields, wanted) };
-            if found.rows > before.0 {
+            let before = (collected.rows, collected.others);
+            let outcome = if text.is_empty() { Ok(()) } else { collected.take(text, name, fields, wanted) };
+            if collected.rows > before.0 {
                 run = (0, 0);
-            } else if found.others > before.1 && found.rows > 0 {
+            } else if collected.others > before.1 && collected.rows > 0 {
                 run = (run.0 + 1, if run.0 == 0 { number } else { run.1 });
-                found.gap = if run.0 > found.gap.0 { run } else { found.gap };
+                collected.gap = if run.0 > collected.gap.0 { run } else { collected.gap };
             }
             if let Err(reason) = outcome {
-                found.broken += 1;
-                found.inner += usize::from(found.rows > 0);
-                found.cut = !whole && (line.len() as u64) < LONGEST;
-                if found.examples.len() < DESCRIBED {
-                    found.examples.push((number, reason));
+                collected.broken += 1;
+                collected.inner += usize::from(collected.rows > 0);
+                collected.cut = !whole && (line.len() as u64) < LONGEST;
+                if collected.examples.len() < DESCRIBED {
+                    collected.examples.push((number, reason));
                 }
             } else {
-                found.cut = false;
+                collected.cut = false;
             }
         }
         continued = !whole;
         if ended_early {
-            found.cut = true;
-            return Ok(found);
+            collected.cut = true;
+            return Ok(collected);
         }
     }
 }
@@ -201,10 +201,13 @@ mod tests {
             .replace("*5C", &format!("*{:02X}", xor ^ 1))
             .replace("*76", &format!("*{other:02x}"));
         let text = text.replace("\n\n", &format!("\n{}\n", good("VNGYR,7,8,9,S000123")));
-        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[2, 0], u64::MAX).unwrap();
-        assert_eq!(found.columns, [[3.5, 9.0], [1.0, 7.0]]);
-        assert_eq!((found.rows, found.broken, found.inner, found.others, found.cut), (2, 4, 3, 1, true));
-        assert_eq!(found.examples.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 5, 6, 8]);
+        let collected = read_sentences(text.as_bytes(), b"VNGYR", 3, &[2, 0], u64::MAX).unwrap();
+        assert_eq!(collected.columns, [[3.5, 9.0], [1.0, 7.0]]);
+        assert_eq!(
+            (collected.rows, collected.broken, collected.inner, collected.others, collected.cut),
+            (2, 4, 3, 1, true)
+        );
+        assert_eq!(collected.examples.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 5, 6, 8]);
     }
 
     #[test]
@@ -212,13 +215,16 @@ mod tests {
         let line = |body: &str| format!("${body}*{:04X}\n", crc16(body.as_bytes()));
         let (own, other) = (line("VNGYR,1,2,3"), line("VNACC,1,2,3"));
         let text = [other.repeat(9), own.clone(), other.clone(), own, other.repeat(3)].concat();
-        let found = read_sentences(text.as_bytes(), b"VNGYR", 3, &[0], u64::MAX).unwrap();
-        assert_eq!((found.rows, found.others, found.gap, found.other.as_str()), (2, 13, (3, 13), "VNACC"));
+        let collected = read_sentences(text.as_bytes(), b"VNGYR", 3, &[0], u64::MAX).unwrap();
+        assert_eq!(
+            (collected.rows, collected.others, collected.gap, collected.other.as_str()),
+            (2, 13, (3, 13), "VNACC")
+        );
     }
 
     #[test]
     fn a_line_without_end_takes_no_memory() {
-        let found = read_sentences(io::repeat(b'7').take(1 << 24), b"VNGYR", 3, &[0], u64::MAX).unwrap();
-        assert_eq!((found.rows, found.broken), (0, 1));
+        let collected = read_sentences(io::repeat(b'7').take(1 << 24), b"VNGYR", 3, &[0], u64::MAX).unwrap();
+        assert_eq!((collected.rows, collected.broken), (0, 1));
     }
 }

@@ -169,7 +169,7 @@ fn least(kind: u8) -> Option<usize> {
     })
 }
 
-fn id_of(payload: &[u8]) -> Option<u16> {
+fn parse_id(payload: &[u8]) -> Option<u16> {
     Some(u16::from_le_bytes([*payload.first()?, *payload.get(1)?]))
 }
 
@@ -237,7 +237,7 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
                     }
                     b'F' => (Some("a format without a name".into()), Undo::Nothing),
                     b'O' if payload.len() == 2 => {
-                        scan.dropouts.extend(id_of(payload));
+                        scan.dropouts.extend(parse_id(payload));
                         (None, Undo::Dropout)
                     }
                     b'O' => (Some(short(kind, payload.len())), Undo::Nothing),
@@ -306,7 +306,7 @@ fn short(kind: u8, size: usize) -> String {
 }
 
 fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> (Option<String>, Undo) {
-    let id = id_of(payload).unwrap_or(u16::MAX);
+    let id = parse_id(payload).unwrap_or(u16::MAX);
     let Some(place) = places.of(id) else {
         return (Some(format!("data of topic {id}, which is not declared")), Undo::Nothing);
     };
@@ -343,7 +343,7 @@ fn wrong_cut(kind: u8, payload: &[u8], size: usize, scan: &UlogScan, places: &Pl
     if least(kind).is_some_and(|least| size < least) {
         return Some(short(kind, size));
     }
-    let id = (kind == b'D').then(|| id_of(payload)).flatten()?;
+    let id = (kind == b'D').then(|| parse_id(payload)).flatten()?;
     let Some(place) = places.of(id) else {
         return Some(format!("data of topic {id}, which is not declared"));
     };
@@ -379,7 +379,7 @@ pub fn ulog_columns(
     while rows < topic.rows {
         let size = match walk.next()? {
             Next::Message { at, kind, payload } if at < end => {
-                if kind == b'D' && id_of(payload) == Some(topic.id) && payload.len() == 2 + topic.size {
+                if kind == b'D' && parse_id(payload) == Some(topic.id) && payload.len() == 2 + topic.size {
                     taken.take(&payload[2..]);
                     rows += 1;
                 }

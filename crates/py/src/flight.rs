@@ -15,18 +15,18 @@ type Bytes<'py> = Vec<Bound<'py, PyArray1<u8>>>;
 pub fn scan_ulog(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scan = py.detach(|| formats::scan_ulog(File::open(path)?)).map_err(refused)?;
     let bytes = |b: &Vec<u8>| PyBytes::new(py, b);
-    let found = PyDict::new(py);
-    found.set_item("formats", scan.formats.iter().map(bytes).collect::<Vec<_>>())?;
+    let dict = PyDict::new(py);
+    dict.set_item("formats", scan.formats.iter().map(bytes).collect::<Vec<_>>())?;
     let topics: Vec<_> =
         scan.topics.iter().map(|t| (t.id, t.instance, bytes(&t.name), t.rows, t.size)).collect();
-    found.set_item("topics", topics)?;
-    found.set_item("dropouts", scan.dropouts)?;
-    found.set_item("unknown", scan.unknown)?;
-    found.set_item("unfinished", scan.unfinished)?;
-    found.set_item("messages", scan.messages)?;
-    found.set_item("end", scan.end)?;
-    found.set_item("broken", broken(scan.broken))?;
-    Ok(found)
+    dict.set_item("topics", topics)?;
+    dict.set_item("dropouts", scan.dropouts)?;
+    dict.set_item("unknown", scan.unknown)?;
+    dict.set_item("unfinished", scan.unfinished)?;
+    dict.set_item("messages", scan.messages)?;
+    dict.set_item("end", scan.end)?;
+    dict.set_item("broken", broken(scan.broken))?;
+    Ok(dict)
 }
 
 #[pyfunction]
@@ -49,18 +49,18 @@ pub fn ulog_columns(
 #[pyfunction]
 pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scan = py.detach(|| formats::scan_dataflash(File::open(path)?))?;
-    let found = PyDict::new(py);
+    let dict = PyDict::new(py);
     let kinds: Vec<_> =
         scan.kinds.into_iter().map(|k| (k.id, k.name, k.fields, k.size, k.instance, k.rows)).collect();
-    found.set_item("kinds", kinds)?;
+    dict.set_item("kinds", kinds)?;
     let definitions: Vec<_> =
         scan.definitions.iter().map(|(place, body)| (place, PyBytes::new(py, body))).collect();
-    found.set_item("definitions", definitions)?;
-    found.set_item("messages", scan.messages)?;
-    found.set_item("end", scan.end)?;
-    found.set_item("filler", scan.filler)?;
-    found.set_item("broken", broken(scan.broken))?;
-    Ok(found)
+    dict.set_item("definitions", definitions)?;
+    dict.set_item("messages", scan.messages)?;
+    dict.set_item("end", scan.end)?;
+    dict.set_item("filler", scan.filler)?;
+    dict.set_item("broken", broken(scan.broken))?;
+    Ok(dict)
 }
 
 #[pyfunction]
@@ -80,8 +80,8 @@ pub fn dataflash_columns(
     Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
 }
 
-fn broken(found: Option<Break>) -> Option<(u64, Option<String>)> {
-    found.map(|b| match b {
+fn broken(dict: Option<Break>) -> Option<(u64, Option<String>)> {
+    dict.map(|b| match b {
         Break::Cut { at } => (at, None),
         Break::Damaged { at, what } => (at, Some(what)),
     })

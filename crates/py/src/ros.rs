@@ -21,14 +21,14 @@ pub fn log_contents(
     bag: bool,
     most: u64,
 ) -> PyResult<(Vec<ChannelFields>, bool, EndFields)> {
-    let found = py.detach(|| ros::contents(&path, kind(bag), most))?;
-    let channels = found.channels.into_iter();
+    let contents = py.detach(|| ros::contents(&path, kind(bag), most))?;
+    let channels = contents.channels.into_iter();
     let fields = channels
         .map(|c| {
             (c.topic, c.id, c.type_name, c.definition_encoding, c.definition, c.message_encoding, c.messages)
         })
         .collect();
-    Ok((fields, found.declared, end_fields(found.end)))
+    Ok((fields, contents.declared, end_fields(contents.end)))
 }
 
 #[pyfunction]
@@ -45,8 +45,8 @@ pub fn log_messages(
     most: u64,
 ) -> PyResult<(Decoded<'_>, EndFields)> {
     let program = compiled(&steps, cdr, &wanted, exact)?;
-    let found = py.detach(|| ros::messages(&path, kind(bag), &channels, &program, most))?;
-    Ok((arrays(py, found.columns), end_fields(found.end)))
+    let decoded = py.detach(|| ros::messages(&path, kind(bag), &channels, &program, most))?;
+    Ok((arrays(py, decoded.columns), end_fields(decoded.end)))
 }
 
 /// The same from messages in memory, one after the other; the rows end before the first that is not whole.

@@ -23,8 +23,8 @@ pub fn read_sentences<'py>(
 ) -> PyResult<Found<'py>> {
     let read =
         || formats::read_sentences(formats::open(&path, most)?, name.as_bytes(), fields, &wanted, most);
-    let found = py.detach(read).map_err(refused)?;
-    let columns = found.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
-    let others = (found.others, found.gap, found.other);
-    Ok((columns, found.broken, found.inner, found.examples, others, found.cut))
+    let sentences = py.detach(read).map_err(refused)?;
+    let columns = sentences.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
+    let skipped = (sentences.others, sentences.gap, sentences.other);
+    Ok((columns, sentences.broken, sentences.inner, sentences.examples, skipped, sentences.cut))
 }

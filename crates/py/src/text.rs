@@ -38,7 +38,7 @@ pub fn read_text<'py>(
     let table = py
         .detach(|| formats::read_written_file(&path, writing, &dialect, &wanted, exact))
         .map_err(refused)?;
-    Ok(columns_of(py, table))
+    Ok(to_columns(py, table))
 }
 
 /// The same from lines in memory.
@@ -59,7 +59,7 @@ pub fn parse_text<'py>(
     let writing = written(writing)?;
     let table =
         py.detach(|| formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
-    Ok(columns_of(py, table))
+    Ok(to_columns(py, table))
 }
 
 /// Columns as lines of text.
@@ -77,7 +77,7 @@ pub fn format_text<'py>(
     Ok(PyBytes::new(py, &text))
 }
 
-fn columns_of(py: Python<'_>, table: formats::Table) -> Columns<'_> {
+fn to_columns(py: Python<'_>, table: formats::Table) -> Columns<'_> {
     let floats = table.columns.into_iter().map(|c| c.into_pyarray(py)).collect();
     let formats::Remarks { rows, first_row, headers } = table.remarks;
     let integers = table.integers.map(|c| c.into_pyarray(py));
@@ -94,14 +94,14 @@ fn dialect(
     let delimiter = delimiter.map_or(Ok(Delimiter::Whitespace), |d| one_byte(d).map(Delimiter::Byte))?;
     let comment = comment.into_iter().map(String::into_bytes).collect();
     let tag = tag.map(|(column, text)| Tag { column, text: text.as_bytes().to_vec() });
-    let dates = dates.map(order_of).transpose()?;
+    let dates = dates.map(parse_order).transpose()?;
     Ok(Dialect { delimiter, comment, skip_lines, columns, dates, arrow, most, tag })
 }
 
 /// The form of a stamp and its nanoseconds, and whether the order of day and month matters; nothing for other text.
 #[pyfunction]
 pub fn parse_stamp(text: &str, order: &str) -> PyResult<Option<(&'static str, i64, bool)>> {
-    let stamp = formats::date::stamp(text.as_bytes(), order_of(order)?);
+    let stamp = formats::date::stamp(text.as_bytes(), parse_order(order)?);
     Ok(stamp.map(|stamp| {
         let form = match stamp.form {
             Form::Date => "date",
@@ -113,7 +113,7 @@ pub fn parse_stamp(text: &str, order: &str) -> PyResult<Option<(&'static str, i6
     }))
 }
 
-fn order_of(order: &str) -> PyResult<Order> {
+fn parse_order(order: &str) -> PyResult<Order> {
     match order {
         "day_first" => Ok(Order::DayFirst),
         "month_first" => Ok(Order::MonthFirst),

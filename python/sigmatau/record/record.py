@@ -271,7 +271,7 @@ class Record(Printed):
         rate_by_stream = _rates_of_streams(common_rate, rates, list(by_stream))
         warm, notes = thermometers(by_stream, unit or {})
         streams = [
-            _thermometer(name, columns[name], warm[name], rate_by_stream[name])
+            replace(make_temperature(columns[name], warm[name], rate=rate_by_stream[name]), name=name, channels=(name,))
             if name in warm
             else make_stream(
                 name,
@@ -319,17 +319,11 @@ def _rates_of_streams(rate: float | None, rates: Mapping[str, float], streams: S
     return dict(rates)
 
 
-def _thermometer(name: str, values: NDArray[np.float64], unit: str, rate: float) -> Stream:
+def make_temperature(values: NDArray[np.float64], unit: str, **grid: Any) -> Stream:  # noqa: ANN401  of `make_stream`
+    """The stream of a thermometer, from raw values in one of the units of temperature."""
     scale, offset = TO_CELSIUS[unit]
-    made = make_stream(
-        "temperature",
-        {"temperature": values},
-        rate=rate,
-        unit={"temperature": CELSIUS},
-        scale={"temperature": scale},
-        offset={"temperature": offset},
-    )
-    return replace(made, name=name, channels=(name,))
+    key = "temperature"
+    return make_stream(key, {key: values}, unit={key: CELSIUS}, scale={key: scale}, offset={key: offset}, **grid)
 
 
 def need_record(value: object, *, name: str = "record", stream: bool = False) -> None:

@@ -77,7 +77,7 @@ pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     };
     source.index = index;
     let Some(length) = length(source)? else { return Ok(Some(cut)) };
-    Ok((length > source.left() || !source.pass(length)?).then_some(cut))
+    Ok((length > source.remaining() || !source.pass(length)?).then_some(cut))
 }
 
 /// Four bytes; None at the end of the file.
@@ -88,7 +88,7 @@ fn length(source: &mut Source) -> io::Result<Option<u64>> {
 /// The fields of the next record; None if the file ends before.
 fn head(source: &mut Source) -> io::Result<Option<Vec<u8>>> {
     let Some(n) = length(source)? else { return Ok(None) };
-    Ok(if n <= source.left() { Some(source.take(n)?) } else { None })
+    Ok(if n <= source.remaining() { Some(source.take(n)?) } else { None })
 }
 
 /// What comes next.
@@ -106,14 +106,14 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
     if source.index != 0 && offset > source.index {
         return end(Fault::Damaged, "the data reach into the index");
     }
-    if source.left() == 0 {
+    if source.remaining() == 0 {
         return end(Fault::BrokenOff, "the file has no index at its end");
     }
     let Some(bytes) = head(source)? else { return end(Fault::BrokenOff, "the file ends within a record") };
     let head = Head(&bytes);
     let Some(op) = head.op() else { return end(Fault::Damaged, "the head of a record makes no sense") };
     let Some(n) = length(source)? else { return end(Fault::BrokenOff, "the file ends within a record") };
-    let cut = n > source.left();
+    let cut = n > source.remaining();
     match op {
         CHUNK => {
             let (Some(size), Some(compression)) =
@@ -174,13 +174,13 @@ fn message<'a>(head: &Head<'_>, body: &'a [u8]) -> Option<Record<'a>> {
 }
 
 fn connection(head: &Head<'_>, body: &[u8]) -> Option<Channel> {
-    let said = Head(body);
+    let header = Head(body);
     Some(Channel {
         id: head.u32(b"conn")?,
         topic: head.text(b"topic")?,
-        type_name: said.text(b"type")?,
+        type_name: header.text(b"type")?,
         definition_encoding: "ros1msg".to_owned(),
-        definition: said.get(b"message_definition")?.to_vec(),
+        definition: header.get(b"message_definition")?.to_vec(),
         message_encoding: "ros1".to_owned(),
         messages: 0,
     })

@@ -82,7 +82,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
     match opcode {
         CHUNK => chunk(source, offset, length),
         SCHEMA | CHANNEL | MESSAGE => {
-            if length > source.left() {
+            if length > source.remaining() {
                 return broken("the file ends within a record");
             }
             if length > LARGEST {
@@ -112,7 +112,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
             offset,
             format!("a record of kind {opcode} among the data"),
         ))),
-        _ if length > source.left() => broken("the file ends within a record"),
+        _ if length > source.remaining() => broken("the file ends within a record"),
         _ => Ok(if source.pass(length)? {
             Next::Other
         } else {
@@ -124,45 +124,49 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
 /// Whether the file goes on to its end behind the data, and ends there.
 fn tail(source: &mut Source) -> io::Result<End> {
     let offset = source.at;
-    let left = source.left();
-    let mut seen: Vec<u8> = Vec::new();
-    if left >= TAIL as u64 {
+    let remaining = source.remaining();
+    let mut window: Vec<u8> = Vec::new();
+    if remaining >= TAIL as u64 {
         loop {
             let more = source.take(1 << 16)?;
             if more.is_empty() {
                 break;
             }
-            seen.extend(more);
-            if let Some(at) = memchr::memmem::find(&seen, MAGIC) {
-                let end = source.at - (seen.len() - at - MAGIC.len()) as u64;
-                seen.drain(..at + MAGIC.len());
-                return behind(source, end, &seen);
+            window.extend(more);
+            if let Some(at) = memchr::memmem::find(&window, MAGIC) {
+                let end = source.at - (window.len() - at - MAGIC.len()) as u64;
+                window.drain(..at + MAGIC.len());
+                return behind(source, end, &window);
             }
-            seen.drain(..seen.len().saturating_sub(MAGIC.len()));
+            window.drain(..window.len().saturating_sub(MAGIC.len()));
         }
     }
     Ok(End::new(Fault::NoEnd, offset, "the end of the file is missing or damaged"))
 }
 
 /// What lies behind the end: nothing, what a disk is filled with, or another log that was appended.
-fn behind(source: &mut Source, end: u64, seen: &[u8]) -> io::Result<End> {
-    let left = source.length.saturating_sub(end);
-    let Some(&first) = seen.first() else { return Ok(End::complete()) };
+fn behind(source: &mut Source, end: u64, window: &[u8]) -> io::Result<End> {
+    let remaining = source.length.saturating_sub(end);
+    let Some(&first) = window.first() else { return Ok(End::complete()) };
     let same = |bytes: &[u8]| bytes.iter().all(|&byte| byte == first);
-    let mut filler = (first == 0 || first == 0xff) && same(seen);
+    let mut filler = (first == 0 || first == 0xff) && same(window);
     while filler {
         let more = source.take(1 << 20)?;
         if more.is_empty() {
-            let what = format!("{left} bytes of {first:#x} lie behind the end of the log");
+            let what = format!("{remaining} bytes of {first:#x} lie behind the end of the log");
             return Ok(End::new(Fault::Filler, end, what));
         }
         filler = same(&more);
     }
-    Ok(End::new(Fault::Behind, end, format!("{left} bytes lie behind the end of the log, and are not read")))
+    Ok(End::new(
+        Fault::Behind,
+        end,
+        format!("{remaining} bytes lie behind the end of the log, and are not read"),
+    ))
 }
 
 fn chunk(source: &mut Source, offset: u64, length: u64) -> io::Result<Next> {
-    let cut = length > source.left();
+    let cut = length > source.remaining();
     if length > LARGEST {
         let (fault, what) = if cut {
             (Fault::BrokenOff, "the file ends within a chunk")

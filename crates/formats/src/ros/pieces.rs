@@ -77,12 +77,12 @@ pub struct Walk {
     source: Source,
     container: Container,
     /// What its chunks may still unpack to together. [bytes]
-    left: u64,
+    remaining: u64,
 }
 
 impl Walk {
     pub fn open(path: &Path, container: Container, most: u64) -> io::Result<Self> {
-        Ok(Self { source: Source::open(path)?, container, left: most })
+        Ok(Self { source: Source::open(path)?, container, remaining: most })
     }
 
     /// Goes through the file: `each` works on unpacked records, side by side, and is told whether a checksum vouches for
@@ -102,14 +102,14 @@ impl Walk {
         }
         loop {
             let (batch, last) = self.batch()?;
-            let left = self.left;
+            let remaining = self.remaining;
             let done: Vec<_> =
-                batch.into_par_iter().map(|piece| work(piece, left, container, &each)).collect();
+                batch.into_par_iter().map(|piece| work(piece, remaining, container, &each)).collect();
             for (made, size, end) in done {
-                let Some(left) = self.left.checked_sub(size as u64) else {
+                let Some(remaining) = self.remaining.checked_sub(size as u64) else {
                     return Ok(End::new(Fault::Expanded, 0, "its chunks unpack to more than is allowed"));
                 };
-                self.left = left;
+                self.remaining = remaining;
                 // What stands before a fault is used, and nothing behind it.
                 merge(made);
                 if let Some(end) = end {
@@ -166,12 +166,12 @@ impl Walk {
 
 fn work<T>(
     piece: Piece,
-    left: u64,
+    remaining: u64,
     container: Container,
     each: &(impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync),
 ) -> (T, usize, Option<End>) {
     let Piece { offset, packed, compression, size, crc, cut } = piece;
-    let (data, mut fault) = unpack(packed, compression, size, left);
+    let (data, mut fault) = unpack(packed, compression, size, remaining);
     let (unpacked, complete) = (data.len(), data.len() == size);
     if complete && crc.is_some_and(|crc| crc != crc32fast::hash(&data)) {
         fault = Some("the checksum of a chunk is wrong".to_owned());

@@ -24,13 +24,13 @@ impl Source {
         Ok(Self { file, at: 0, length, hasher: crc32fast::Hasher::new(), index: 0 })
     }
 
-    pub fn left(&self) -> u64 {
+    pub fn remaining(&self) -> u64 {
         self.length.saturating_sub(self.at)
     }
 
     /// The next bytes, or fewer at the end of the file; memory is taken only for bytes that are there.
     pub fn take(&mut self, n: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::with_capacity(n.min(self.left()).min(LARGEST) as usize);
+        let mut bytes = Vec::with_capacity(n.min(self.remaining()).min(LARGEST) as usize);
         (&mut self.file).take(n).read_to_end(&mut bytes)?;
         self.at += bytes.len() as u64;
         progress::count(bytes.len());

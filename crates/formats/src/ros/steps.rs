@@ -171,8 +171,8 @@ impl Compiler<'_> {
         if self.exact == Some(column) {
             return Some(Slot::Exact);
         }
-        let others = self.wanted.iter().filter(|&&w| Some(w) != self.exact);
-        others.copied().position(|w| w == column).map(Slot::Float)
+        let floats = self.wanted.iter().filter(|&&w| Some(w) != self.exact);
+        floats.copied().position(|w| w == column).map(Slot::Float)
     }
 
     fn number(&self, number: Number, count: i64, column: i64, into: &mut Vec<Step>) {

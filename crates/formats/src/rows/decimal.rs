@@ -26,7 +26,7 @@ const LOWEST: usize = 27;
 
 /// 2ᵇ/5ᵏ, rounded up, b such that it has 128 bits.
 const INVERSE: [u128; LOWEST + 1] = {
-    let mut found = [0; LOWEST + 1];
+    let mut table = [0; LOWEST + 1];
     let (mut k, mut five) = (1, 5_u128);
     while k <= LOWEST {
         // 2 to the bits of 5ᵏ, and to 127 more, by hand.
@@ -41,10 +41,10 @@ const INVERSE: [u128; LOWEST + 1] = {
             }
             bit += 1;
         }
-        found[k] = quotient + 1;
+        table[k] = quotient + 1;
         (k, five) = (k + 1, 5 * five);
     }
-    found
+    table
 };
 
 /// The number that a text begins with and its length; nothing if it is another kind of number, or none, or longer.
@@ -116,8 +116,8 @@ fn eight(text: &[u8; ROOM], at: usize) -> (u64, usize) {
     bytes.copy_from_slice(&text[at..at + 8]);
     let word = u64::from_le_bytes(bytes) ^ 0x3030_3030_3030_3030;
     // The highest bit of a byte above 9; a carry only reaches bytes behind it.
-    let other = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
-    let digits = other.trailing_zeros() as usize / 8;
+    let marked = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
+    let digits = marked.trailing_zeros() as usize / 8;
     // Digits before the last place, zeros before them.
     let word = if digits == 8 { word } else { word << (56 - 8 * digits) << 8 };
     let pairs = word.wrapping_mul(10).wrapping_add(word >> 8);

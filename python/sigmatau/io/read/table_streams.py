@@ -35,10 +35,10 @@ from sigmatau.io.read.time.timing import (
     with_missing,
 )
 from sigmatau.io.read.turn_tables import refuse_interleaved, refuse_shared_times
-from sigmatau.record.record import MIN_SAMPLES, make_stream, stream_name
+from sigmatau.record.record import MIN_SAMPLES, make_stream, make_temperature, stream_name
 from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import RATES, Stream
-from sigmatau.record.thermometers import CELSIUS, PLAUSIBLE, TO_CELSIUS, typical
+from sigmatau.record.thermometers import CELSIUS, PLAUSIBLE, typical
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -308,22 +308,18 @@ def temperature_stream(
     thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
     """
     column = raw[thermometer.index]
-    scale, offset = TO_CELSIUS[thermometer.unit or "degC"]
     values = column[~np.isnan(column)] if missing else column
     if len(values) < MIN_SAMPLES:
         return (), f"temperature: column {label} has {len(values)} numbers, too few"
-    median = typical(values, thermometer.unit or "degC")
+    median = typical(values, thermometer.unit or CELSIUS)
     if not PLAUSIBLE[0] <= median <= PLAUSIBLE[1]:
         unit = thermometer.unit or "degC, which was assumed"
         return (), f"temperature: column {label} is not a temperature in {unit} (median {median:.4g} °C)"
     try:
-        stream = make_stream(
-            "temperature",
-            {"temperature": timing.laid(column)},
+        stream = make_temperature(
+            timing.laid(column),
+            thermometer.unit or CELSIUS,
             rate=timing.rate,
-            unit={"temperature": CELSIUS},
-            scale={"temperature": scale},
-            offset={"temperature": offset},
             grid_source=timing.source,
             start=timing.start,
             jitter=timing.jitter,

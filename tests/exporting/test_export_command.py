@@ -129,6 +129,18 @@ def test_a_target_by_the_name_of_its_program(typed, name):
     assert target(typed) is target(name)
 
 
+def test_a_file_states_the_cost_of_noise_as_large_as_its_factors(tmp_path, capsys):
+    """With N three times as large and the factor 3, the filter states its error about as at rest without the factor."""
+    place = tmp_path / "m.toml"
+    place.write_text(
+        '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\nbias_instability = "10 deg/h"\n'
+        '[channels.accel_x]\nrandom_walk = "0.03 m/s/sqrt(h)"\nbias_instability = "40 ug"\n'
+    )
+    assert main(["export", str(place), "--to", "kalibr", "--filter-rate", "200", "--noise-factor", "gyro=3", "-q"]) == 0
+    out, _ = capsys.readouterr()
+    assert "With noise as large as the factors say, it states 1.12 of its error after 60 s." in out
+
+
 def test_noise_that_is_covered(tmp_path, capsys):
     (tmp_path / "m.toml").write_text(
         '[channels.gyro_x]\nquantization = "1 arcsec"\nrate_random_walk = "10 deg/h/sqrt(h)"\n'

@@ -12,6 +12,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import PairConsistency, QuantizationInSamples
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.model.channel import ChannelModel
+from sigmatau.results import duration_text
 
 _DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
 SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
@@ -65,15 +66,14 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
             _judged(numbers, sensor, [_with_factors(numbers, sensor, truth) for truth in truths_of_pair], *pair)
             for truths_of_pair, *pair in pairs
         ]
-        remark += f" With noise as large as the factors say, it states {min(_shares(larger)):.2f} of its error then."
+        at_horizon = min((pair.stated[1] for pair in larger), key=lambda stated: stated.share)
+        time = duration_text(at_horizon.time)
+        remark += (
+            f" With noise as large as the factors say, it states {at_horizon.share:.2f} of its error after {time}."
+        )
     return [
         f"{text[0].upper()}{text[1:]}{every}." + f" Terms that were not observed count {share}." * assumed + remark,
     ]
-
-
-def _shares(judged: Sequence[PairConsistency]) -> list[float]:
-    """The share of the error that is stated after the horizon, by axis."""
-    return [pair.stated[1].share for pair in judged]
 
 
 def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> AssumedNoise:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sigmatau import NoiseModel, Record, analyze, predict, read, simulate
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
-from sigmatau.navigation.error_covariance import GRAVITY
+from sigmatau.units import STANDARD_GRAVITY
 from studies.runner import run
 
 Floats = NDArray[np.float64]
@@ -70,8 +70,8 @@ def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
     left = ahead - np.arange(ahead) - 0.5
     by_sum: dict[str, list[NDArray[np.floating]]] = {
         "heading": [np.full(ahead, dt)],
-        "velocity_x": [GRAVITY * dt**2 * left, np.full(ahead, dt)],
-        "position_x": [GRAVITY * dt**3 * (left**2 / 2 + 1 / 24), dt**2 * left],
+        "velocity_x": [STANDARD_GRAVITY * dt**2 * left, np.full(ahead, dt)],
+        "position_x": [STANDARD_GRAVITY * dt**3 * (left**2 / 2 + 1 / 24), dt**2 * left],
     }
     by_sensor = by_sum[error]
     return np.array([np.concatenate((np.full(calibration, -w.sum() / calibration), w)) for w in by_sensor])

@@ -125,7 +125,7 @@ class TestCommand:
     def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
         damaged = st.Finding(details=Damaged(what="file"), severity="error")
         monkeypatch.setattr(
-            batch, "run", lambda logs, *_, **__: [batch.Outcome(log=log, findings=(damaged,)) for log in logs]
+            batch, "run", lambda logs, *_, **__: [batch.LogOutcome(log=log, findings=(damaged,)) for log in logs]
         )
         code, _, err = run("analyze", folder / "a.csv", folder / "b.csv", capsys=capsys)
         assert code == 4

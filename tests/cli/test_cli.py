@@ -14,7 +14,7 @@ from small_log import run, table
 
 from sigmatau.cli.choosing import Choosing
 from sigmatau.cli.options import finding_lines
-from sigmatau.cli.settings import Settings
+from sigmatau.cli.settings import AnalysisSettings
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged
 
@@ -93,7 +93,7 @@ class TestSimulate:
 
 @pytest.mark.parametrize(("text", "seconds"), [("0.5", 0.5), ("500ms", 0.5), ("10min", 600.0), ("2 h", 7200.0)])
 def test_times_are_seconds_or_have_a_unit(text, seconds):
-    arguments = Settings(tau_min=text, taus=f"0.1,{text}").arguments()
+    arguments = AnalysisSettings(tau_min=text, taus=f"0.1,{text}").arguments()
     assert (arguments["tau_min"], arguments["taus"]) == (seconds, [0.1, seconds])
     assert Choosing(step=text).choices().step == seconds
 

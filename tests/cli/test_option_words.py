@@ -8,7 +8,7 @@ from sigmatau.cli import main
 from sigmatau.cli.app import app
 from sigmatau.cli.options import key_numbers
 from sigmatau.cli.rates import assign_rates, parse_rate
-from sigmatau.cli.reading import Reading, assign_readings
+from sigmatau.cli.reading import ReadingOptions, assign_readings
 from sigmatau.cli.words import repeat_options
 from sigmatau.errors import OptionError
 
@@ -83,7 +83,7 @@ def test_an_export_too():
 )
 def test_rate_of_a_log(words, rate):
     assert parse_rate(words) == rate
-    assert Reading(rate=words).arguments()["rate"] == rate
+    assert ReadingOptions(rate=words).arguments()["rate"] == rate
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ A, B, C = Path("day/a.csv"), Path("day/b.csv"), Path("night/b.csv")
 )
 def test_rates_of_logs(words, logs, rates):
     assert list(assign_rates(words, logs, logs).values()) == rates
-    assert list(assign_readings(Reading(rate=words), logs, logs)) == logs
+    assert list(assign_readings(ReadingOptions(rate=words), logs, logs)) == logs
 
 
 @pytest.mark.parametrize(

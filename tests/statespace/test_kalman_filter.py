@@ -13,7 +13,7 @@ from sigmatau.statespace.state_space import state_space
 DT = 0.1
 STEPS, RECORDS = 600, 300
 SETTLED = 100
-"""Steps after which the level at the start, which records begin with at 0 and the model as stationary, is known."""
+"""RepeatedStep after which the level at the start, which records begin with at 0 and the model as stationary, is known."""
 
 FIVE = {"quantization": 3e-4, "random_walk": 2e-4, "bias_instability": 2e-3, "rate_random_walk": 5e-4}
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau import _core
 from sigmatau._core import CurveFit as CurveFit
 from sigmatau._core import fit_curve as fit_curve
-
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
 
 
 class Components:

@@ -23,8 +23,7 @@ from sigmatau._core import ResonanceEstimate as ResonanceEstimate
 from sigmatau._core import TermEstimate as TermEstimate
 from sigmatau._core import WarmUpEstimate as WarmUpEstimate
 from sigmatau._core import fit_jointly as fit_jointly
-
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
 
 LEAST_SAMPLES = 256
 

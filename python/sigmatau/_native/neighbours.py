@@ -6,12 +6,9 @@ import math
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau import _core
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from sigmatau.arrays import Floats, Ints
 
 
 def outliers(x: Floats, *, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:

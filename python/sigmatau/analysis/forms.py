@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sigmatau._version import SCHEMA
+from sigmatau.arrays import Floats, Ints
 from sigmatau.decoding import key
 from sigmatau.findings.decoding import FindingForm
 from sigmatau.findings.finding import Span
@@ -24,9 +22,6 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.quality.means import ChannelMean
 from sigmatau.quality.selection.rest import Verdict as RestVerdict
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @frozen

@@ -38,8 +38,8 @@ from sigmatau.cli.options import (
 )
 from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
 from sigmatau.cli.ranges import lines_by_hand, refused_by_hand, slope_range, slopes
-from sigmatau.cli.reading import Reading, assign_readings, read_log
-from sigmatau.cli.settings import Settings
+from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
+from sigmatau.cli.settings import AnalysisSettings
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
@@ -55,8 +55,8 @@ _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and
 
 def analyze_command(
     *logs: Path,
-    reading: Reading | None = None,
-    settings: Settings | None = None,
+    reading: ReadingOptions | None = None,
+    settings: AnalysisSettings | None = None,
     report: Annotated[Path | None, InMain] = None,
     note: Annotated[list[str] | None, Texts, InOutput] = None,
     plot: Annotated[Path | None, InMain] = None,
@@ -126,7 +126,7 @@ def analyze_command(
     logs = matched(logs)
     set_shown(show)
     chosen: dict[str, Any] = {
-        **(settings or Settings()).arguments(),
+        **(settings or AnalysisSettings()).arguments(),
         "stability": stability is not None,
         "notes": _notes(note or [], report, json),
     }
@@ -194,7 +194,7 @@ def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict
 
 def _analyze_log(
     log: Path,
-    reading: Reading | None,
+    reading: ReadingOptions | None,
     settings: dict[str, Any],
     outputs: Outputs,
     exports: Exports,
@@ -282,7 +282,7 @@ def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
 
 def _analyze_logs(
     places: Sequence[Path],
-    reading: Reading | None,
+    reading: ReadingOptions | None,
     settings: dict[str, Any],
     outputs: Outputs,
     *,
@@ -317,7 +317,7 @@ def _analyze_logs(
         _in_a_process, names=names, readings=readings, settings=settings,
         outputs=outputs, show=show,
     )  # fmt: skip
-    outcomes: dict[Path, batch.Outcome] = {}
+    outcomes: dict[Path, batch.LogOutcome] = {}
     with working(f"analysing {len(logs)} logs", quiet=quiet) as done:
         for outcome in batch.run(logs, work, jobs=jobs or 1, keep=None if overlay is None else _curves):
             outcomes[outcome.log] = outcome
@@ -352,7 +352,7 @@ def _in_a_process(
     log: Path,
     *,
     names: dict[Path, str],
-    readings: Mapping[Path, Reading],
+    readings: Mapping[Path, ReadingOptions],
     settings: dict[str, Any],
     outputs: Outputs,
     show: str | None,

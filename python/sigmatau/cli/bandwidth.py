@@ -12,7 +12,7 @@ from sigmatau._version import __version__
 from sigmatau.cli import batch
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
 from sigmatau.cli.options import check_outputs, check_style, drawing, matched, say, working, write_figure, write_result
-from sigmatau.cli.reading import Reading, assign_readings, read_log
+from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import damaged
 from sigmatau.fitting.bandwidth import bandwidth
@@ -27,7 +27,7 @@ _UNKNOWN = 1  # exit code if no log shows the bandwidth of any channel
 
 def bandwidth_command(
     *logs: Annotated[Path, Parameter(required=True, negative=())],
-    reading: Reading | None = None,
+    reading: ReadingOptions | None = None,
     axes: Annotated[list[str] | None, Texts, InMethod] = None,
     tolerance: Annotated[float, InMethod] = 0.02,
     plot: Annotated[Path | None, InMain] = None,
@@ -82,7 +82,7 @@ def _name(log: Path, logs: list[Path]) -> str:
     return log.name if sum(each.name == log.name for each in logs) == 1 else str(log)
 
 
-def _read(log: Path, reading: Reading, *, quiet: bool) -> Record:
+def _read(log: Path, reading: ReadingOptions, *, quiet: bool) -> Record:
     """The record; a log without a sampling rate has that of its name."""
     try:
         return read_log(log, reading, quiet=quiet)

@@ -31,7 +31,7 @@ _HEAD = 1 << 16  # bytes that decide whether a file is a log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class LogOutcome:
     """The outcome of one log."""
 
     log: Path
@@ -125,7 +125,7 @@ def run(
     *,
     jobs: int,
     keep: Callable[[Path, Analysis], object] | None = None,
-) -> Iterator[Outcome]:
+) -> Iterator[LogOutcome]:
     """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
     outputs; `keep`: what of an analysis comes back. They are sent to other processes, so they are functions of a module or
     a `functools.partial` of one.
@@ -155,7 +155,7 @@ def run(
                 try:
                     outcome = ready.recv()
                 except (EOFError, OSError):
-                    outcome = Outcome(log=log, error=DataError(_ended(_end(ready, workers))).about(str(log)))
+                    outcome = LogOutcome(log=log, error=DataError(_ended(_end(ready, workers))).about(str(log)))
                 yield outcome
     finally:
         for process in workers.values():
@@ -202,18 +202,18 @@ def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], obj
 
 def _outcome(
     log: Path, work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None = None
-) -> Outcome:
+) -> LogOutcome:
     try:
         analysis = work(log)
         marks = collect_marks(analysis.fits)
         extract = None if keep is None else keep(log, analysis)
-        return Outcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=extract)
+        return LogOutcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=extract)
     except (OptionError, DataError) as error:
-        return Outcome(log=log, error=error)
+        return LogOutcome(log=log, error=error)
     except ImportError as error:
-        return Outcome(log=log, error=DataError(str(error)))
+        return LogOutcome(log=log, error=DataError(str(error)))
     except MemoryError:
-        return Outcome(log=log, error=DataError("not enough memory for this record").about(str(log)))
+        return LogOutcome(log=log, error=DataError("not enough memory for this record").about(str(log)))
 
 
 def _ended(code: int | None) -> str:
@@ -249,7 +249,7 @@ def _rows(analysis: Analysis) -> Iterator[tuple[str, ...]]:
 _LIMITS = "below: 95 % upper limit; the intervals are in the results, --json FOLDER"
 
 
-def summary(outcomes: Sequence[Outcome]) -> str:
+def summary(outcomes: Sequence[LogOutcome]) -> str:
     """The table of all logs, in the order in which they were given."""
     head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "trust")
     short = _short([outcome.log for outcome in outcomes])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from sigmatau.cli.declared import DeclaredOptions, spelled, typed_options
 from sigmatau.cli.options import finding_lines, say
-from sigmatau.cli.reading import Reading
+from sigmatau.cli.reading import ReadingOptions
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.findings.finding import Finding
@@ -112,11 +112,11 @@ class Exports:
         check_all(files, choices)
         return cls(files=files, choices=choices)
 
-    def check_reading(self, reading: Reading | None) -> None:
+    def check_reading(self, reading: ReadingOptions | None) -> None:
         """Raise an error for what the targets need and the options of reading exclude, before a log is read: a sensor, or
         one rate for the filter.
         """
-        how = (reading or Reading()).arguments() if self.files else {}
+        how = (reading or ReadingOptions()).arguments() if self.files else {}
         channels = [name for name in how.get("channels") or {} if name != "time"]
         rates = how.get("rate")
         stated: dict[str, float] = rates if isinstance(rates, dict) else {}

@@ -17,7 +17,7 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
-from sigmatau.cli.reading import Reading, read_log
+from sigmatau.cli.reading import ReadingOptions, read_log
 from sigmatau.cli.settings import DeviationSettings
 from sigmatau.estimators.deviation import Deviations, deviation
 from sigmatau.estimators.deviation_kinds import Kind, estimator
@@ -33,7 +33,7 @@ def deviation_command(
     /,
     *,
     kind: Annotated[Kind, InMain],
-    reading: Reading | None = None,
+    reading: ReadingOptions | None = None,
     settings: DeviationSettings | None = None,
     overlap: Annotated[Literal["full", "none"] | None, InMethod] = None,
     noise: Annotated[str | None, InMethod] = None,

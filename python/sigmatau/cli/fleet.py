@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from sigmatau.cli.declared import Flag, InMain, InOutput, MayBeMinus, Quiet
 from sigmatau.cli.messages import print_error
 from sigmatau.cli.options import say
-from sigmatau.cli.reading import Reading
+from sigmatau.cli.reading import ReadingOptions
 from sigmatau.cli.settings import FleetSettings
 from sigmatau.cli.store import store_place
 from sigmatau.errors import DataError, OptionError
@@ -48,7 +48,7 @@ def fleet_command(
     date: Annotated[str | None, InMain] = None,
     temperature: Annotated[str | None, MayBeMinus, InMain] = None,
     retry_failed: Annotated[bool, Flag, InMain] = False,
-    reading: Reading | None = None,
+    reading: ReadingOptions | None = None,
     settings: FleetSettings | None = None,
     quiet: Quiet = False,
 ) -> int:
@@ -105,7 +105,7 @@ def fleet_command(
     from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming, stated_temperature
 
-    how, chosen = (reading or Reading()).arguments(), (settings or FleetSettings()).arguments()
+    how, chosen = (reading or ReadingOptions()).arguments(), (settings or FleetSettings()).arguments()
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
     job = Job(reading=how, settings=chosen, naming=naming)

@@ -17,7 +17,7 @@ from sigmatau.cli.earlier import is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import finding_lines, say, working
 from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
-from sigmatau.cli.reading import Reading, assign_readings, read_log
+from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
@@ -58,7 +58,7 @@ def refuse(
 
 def joint_command(
     places: Sequence[Path],
-    reading: Reading | None,
+    reading: ReadingOptions | None,
     settings: dict[str, Any],
     outputs: Outputs,
     exports: Exports,
@@ -101,7 +101,7 @@ def joint_command(
 
 def _analysed(
     logs: Sequence[Path],
-    readings: Mapping[Path, Reading],
+    readings: Mapping[Path, ReadingOptions],
     settings: dict[str, Any],
     exports: Exports,
     *,

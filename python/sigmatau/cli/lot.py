@@ -29,7 +29,7 @@ from sigmatau.cli.options import (
     working,
     write_json,
 )
-from sigmatau.cli.reading import Reading, assign_readings, read_log
+from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.lab.datasheets.compare import check_options
@@ -51,7 +51,7 @@ _USAGE_ERRORS = 2  # at the first logs, none of which could be read: an option i
 
 def lot_command(
     *units: Path,
-    reading: Reading | None = None,
+    reading: ReadingOptions | None = None,
     spec: str | None = None,
     expect: str | None = None,
     output: Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative=())] = None,
@@ -315,7 +315,7 @@ def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
 def _analysed(
     logs: Sequence[Path],
     names: Mapping[Path, str],
-    readings: Mapping[Path, Reading],
+    readings: Mapping[Path, ReadingOptions],
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
@@ -332,7 +332,7 @@ def _analysed(
     threads = max((os.cpu_count() or 1) // parallel, 1)
     work = partial(_work, readings=readings, threads=threads)
     keep = partial(_keep, names=dict(names), sheet=sheet, options=dict(options), results=results)
-    outcomes: dict[Path, batch.Outcome] = {}
+    outcomes: dict[Path, batch.LogOutcome] = {}
     with working(f"analysing {len(logs)} units", quiet=quiet) as done:
         for outcome in batch.run(logs, work, jobs=parallel, keep=keep):
             outcomes[outcome.log] = outcome
@@ -344,7 +344,7 @@ def _analysed(
     return {names[log]: _examined(outcomes[log]) for log in logs}
 
 
-def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.Outcome]) -> None:
+def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.LogOutcome]) -> None:
     """Raise the error about an option of the first log that has one, if no log could be read without it."""
     if any(not outcome.error for outcome in outcomes.values()):
         return
@@ -355,7 +355,7 @@ def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.O
         raise wrong[0]
 
 
-def _examined(outcome: batch.Outcome) -> Examined:
+def _examined(outcome: batch.LogOutcome) -> Examined:
     if outcome.error:
         path = str(outcome.log)
         return Examined(result=without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists()))
@@ -363,7 +363,7 @@ def _examined(outcome: batch.Outcome) -> Examined:
     return outcome.kept
 
 
-def _work(log: Path, *, readings: Mapping[Path, Reading], threads: int) -> Analysis:
+def _work(log: Path, *, readings: Mapping[Path, ReadingOptions], threads: int) -> Analysis:
     return analyze(read_log(log, readings[log], quiet=True), threads=threads)
 
 

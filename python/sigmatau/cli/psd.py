@@ -24,7 +24,7 @@ from sigmatau.cli.options import (
     write_figure,
     write_result,
 )
-from sigmatau.cli.reading import Reading, read_log
+from sigmatau.cli.reading import ReadingOptions, read_log
 from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import damaged
@@ -45,7 +45,7 @@ def psd_command(
     log: Path,
     /,
     *,
-    reading: Reading | None = None,
+    reading: ReadingOptions | None = None,
     method: Annotated[Method, InMethod] = "welch",
     segment: Annotated[str | None, InMethod] = None,
     tapers: Annotated[int | None, InMethod] = None,

@@ -22,19 +22,21 @@ _LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: sma
 
 
 @typed_options(ReadOptions)
-class Reading(DeclaredOptions):
+class ReadingOptions(DeclaredOptions):
     """Options of reading."""
 
     rate: list[str] | None
 
-    def at_rate(self, rate: list[str] | None) -> Reading:
+    def at_rate(self, rate: list[str] | None) -> ReadingOptions:
         """The same options with the rate of a log."""
-        return cast("Reading", replace(cast("Any", self), rate=rate))
+        return cast("ReadingOptions", replace(cast("Any", self), rate=rate))
 
 
-def assign_readings(reading: Reading | None, logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, Reading]:
+def assign_readings(
+    reading: ReadingOptions | None, logs: Sequence[Path], places: Sequence[Path]
+) -> dict[Path, ReadingOptions]:
     """The options of reading of each log; raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
-    reading = reading or Reading()
+    reading = reading or ReadingOptions()
     rates = assign_rates(reading.rate or [], logs, places)
     readings = {log: reading.at_rate(rates[log] or None) for log in logs}
     for options in readings.values():
@@ -42,9 +44,9 @@ def assign_readings(reading: Reading | None, logs: Sequence[Path], places: Seque
     return readings
 
 
-def read_log(log: Path, how: Reading | None, *, quiet: bool) -> Record:
+def read_log(log: Path, how: ReadingOptions | None, *, quiet: bool) -> Record:
     """Read the record, with progress on the terminal."""
-    options = (how or Reading()).arguments()
+    options = (how or ReadingOptions()).arguments()
     with reading_shown(log, quiet=quiet):
         return read(log, **options)
 

@@ -8,7 +8,7 @@ from sigmatau.quality.options import InspectOptions
 
 
 @typed_options(AnalysisOptions)
-class Settings(DeclaredOptions):
+class AnalysisSettings(DeclaredOptions):
     """Options of an analysis."""
 
 

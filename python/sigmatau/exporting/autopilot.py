@@ -16,7 +16,7 @@ _LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter:
+class AutopilotParameter:
     """A parameter of an autopilot."""
 
     name: str
@@ -28,7 +28,9 @@ class Parameter:
     cut: float = 1.0  # Largest value that the filter uses
 
 
-def parameter_rows(numbers: Numbers, parameters: Sequence[Parameter], step: float) -> list[tuple[str, float, str]]:
+def parameter_rows(
+    numbers: Numbers, parameters: Sequence[AutopilotParameter], step: float
+) -> list[tuple[str, float, str]]:
     """Name, value and comment of each parameter; N/√dt and K/√dt."""
     result = []
     for parameter in parameters:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native.likelihood import ChannelFit, FilterEstimate
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reasons import BandsOff, Reason, UnmodelledBand
 from sigmatau.fitting.adjust import adjusted
@@ -26,8 +27,6 @@ from sigmatau.fitting.response import FittedFilter
 from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
 from sigmatau.record.streams import Stream
-
-Floats = NDArray[np.float64]
 
 _MOST_PROCESSES, _MOST_REGRESSORS = 8, 20
 _LEAST_CURVE, _LARGEST_CURVE = 1e-150, 1e150  # sizes of regressors whose squares stay in range

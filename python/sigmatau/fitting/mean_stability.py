@@ -22,14 +22,12 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import NOISE, SLOW
 from sigmatau.record.streams import Stream
-
-Floats = NDArray[np.float64]
 
 AVERAGES = (10.0, 100.0)
 """Averaging times that are computed. [s]"""

@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native.distributions import chi2_quantile_above, digamma, normal_below
 from sigmatau._native.gls import non_negative
+from sigmatau.arrays import Floats
 from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.arguments import check_level, wanted_terms
@@ -21,8 +22,6 @@ from sigmatau.model.psd_avar import Sided, check_interval, check_nyquist
 from sigmatau.noise.terms import NOISE, TERMS, display_units, psd
 from sigmatau.results import Printed, lines_text, plain
 from sigmatau.units import find
-
-Floats = NDArray[np.float64]
 
 _MIN_FREQUENCIES = 10  # frequencies
 _STEPS = 100  # of the reweighted least squares

@@ -6,16 +6,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_below
+from sigmatau.arrays import Floats
 from sigmatau.findings.reasons import CoarseValues
 from sigmatau.fitting.adjustment import Adjustment, Change, Ends
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
-
-Floats = NDArray[np.float64]
 
 _SIGMAS = np.linspace(0.02, 1.2, 237)  # of the noise before rounding [steps]
 _COARSE = (

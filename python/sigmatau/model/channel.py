@@ -8,9 +8,10 @@ from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model import covariance as covariances
@@ -32,7 +33,6 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import SLOW, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
 
-Floats = NDArray[np.float64]
 _SAMPLES_WITHOUT_RATE = 1000  # per shortest averaging time, if no rate is known
 
 # Terms that have an autocovariance. Only differences of the other terms are stationary.

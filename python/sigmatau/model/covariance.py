@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.distributions import digamma
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
-Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 
 _MEMORY = 40.0  # time constants; what is left is e⁻⁴⁰, below rounding

@@ -19,7 +19,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
+
 Between = Literal["power law", "linear"]
 
 _POINTS = 20

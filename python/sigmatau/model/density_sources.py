@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.model.density_pieces import Between, Pieces
 from sigmatau.model.transform import Density, integrate_density
-
-Floats = NDArray[np.float64]
 
 _HERMITIAN = 1e-9  # relative difference of two elements that is rounding
 

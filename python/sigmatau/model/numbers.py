@@ -8,14 +8,14 @@ from statistics import NormalDist
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import Sinusoid
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 _LEAST_SHARE = 1e-6  # of the variance that an uncertain phase leaves

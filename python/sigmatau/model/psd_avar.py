@@ -6,9 +6,9 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.digits import significant
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
@@ -18,7 +18,6 @@ from sigmatau.model.processes import real
 from sigmatau.model.transform import Density
 from sigmatau.results import Printed, plain
 
-Floats = NDArray[np.float64]
 Sided = Literal["one", "two"]
 
 _PEAK = 1.1655611852072113 / math.pi

@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 
-Floats = NDArray[np.float64]
 Density = Callable[[Floats], ArrayLike]
 
 _DIRECT = 8 * math.pi  # x = πfT up to which the kernel is integrated as it is: eight of its humps

@@ -21,17 +21,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.model.channel import ChannelModel
-from sigmatau.statespace.doubling import Steps
+from sigmatau.statespace.doubling import RepeatedStep
 from sigmatau.statespace.state_space import state_space
+from sigmatau.units import STANDARD_GRAVITY
 
-Floats = NDArray[np.float64]
 Earth = Literal["round", "flat"]
-
-GRAVITY = 9.80665
-"""Standard gravity. [m/s²]"""
 
 EARTH_RADIUS = 6371008.8
 """Mean radius of the Earth, WGS 84. [m]"""
@@ -76,7 +73,7 @@ class Mechanisation:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Source:
+class NoiseSource:
     """One independent source of noise as a linear system of step dt: y = H·x + v.
 
     Attributes
@@ -100,7 +97,7 @@ class Source:
     flicker_error: float = 0.0
 
     @classmethod
-    def constant(cls, sigma: float) -> Source:
+    def constant(cls, sigma: float) -> NoiseSource:
         """A constant with standard deviation `sigma`."""
         return cls(
             F=np.eye(1), noise=np.zeros((1, 1)), before=np.array([[sigma**2]]), H=np.ones(1), R=0.0, mean=np.zeros(1)
@@ -135,7 +132,7 @@ class Source:
         free[:s, :s], free[s, s], free[s + 1 :, s + 1 :] = self.F, 1.0, transition
         free[s + 1 :, :s], free[s + 1 :, s] = np.outer(into, self.H), -into
         white = np.concatenate((np.zeros(s + 1), into))
-        navigating = Steps(free, _widen(self.noise, size) + self.R * np.outer(white, white))
+        navigating = RepeatedStep(free, _widen(self.noise, size) + self.R * np.outer(white, white))
         covariance = _widen(self.before, size)
         mean = np.concatenate((self.mean, np.zeros(size - s)))
         if calibration:
@@ -143,7 +140,7 @@ class Source:
             still[:s, :s], still[s, :s] = self.F, self.H / calibration
             noise = _widen(self.noise, size)
             noise[s, s] = self.R / calibration**2
-            averaging = Steps(still, noise).times(calibration)
+            averaging = RepeatedStep(still, noise).times(calibration)
             covariance, mean = averaging.covariance(covariance), averaging.transition @ mean
         means, variances = [], []
         done = 0
@@ -156,7 +153,7 @@ class Source:
         return np.array(means), np.maximum(np.array(variances), 0.0)
 
 
-def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: float, calibrated: bool) -> Source:
+def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: float, calibrated: bool) -> NoiseSource:
     """Source of one part of a channel's noise, see `ChannelModel.parts`.
 
     Without a calibration, the random walk of the rate and the flicker noise begin at 0; a Gauss-Markov process and a
@@ -170,7 +167,7 @@ def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: floa
     if "rate_ramp" in part.terms:
         # The mean of a ramp over the first step.
         before, mean = np.zeros_like(before), np.array([dt / 2, 1.0]) * part.terms["rate_ramp"]
-    return Source(
+    return NoiseSource(
         F=system.F,
         noise=system.G @ system.Qd @ system.G.T,
         before=before,
@@ -194,14 +191,14 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
         velocity, position = f"velocity_{axis}", f"position_{axis}"
         if gyro in channels:
             used.add(gyro)
-            a = np.array([[0.0, -sign * curvature, 0.0], [sign * GRAVITY, 0.0, 0.0], [0.0, 1.0, 0.0]])
+            a = np.array([[0.0, -sign * curvature, 0.0], [sign * STANDARD_GRAVITY, 0.0, 0.0], [0.0, 1.0, 0.0]])
             chosen.append(
                 Mechanisation(
                     rows={_ANGLES[gyro]: 0, velocity: 1, position: 2}, inputs=(gyro, accel), A=a, B=np.eye(3, 2)
                 )
             )
         else:
-            a = np.array([[0.0, 2 * GRAVITY * curvature if axis == "z" else 0.0], [1.0, 0.0]])
+            a = np.array([[0.0, 2 * STANDARD_GRAVITY * curvature if axis == "z" else 0.0], [1.0, 0.0]])
             chosen.append(
                 Mechanisation(rows={velocity: 0, position: 1}, inputs=(accel,), A=a, B=np.eye(2, 1), without=gyro)
             )

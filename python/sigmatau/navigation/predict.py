@@ -8,19 +8,18 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.numbers import changed_processes, difference_step, explanations
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import real, sampling_rate
-from sigmatau.navigation.error_covariance import Earth, Mechanisation, Source, mechanisations, source
+from sigmatau.navigation.error_covariance import Earth, Mechanisation, NoiseSource, mechanisations, source
 from sigmatau.navigation.prediction import PredictedError, Prediction
 from sigmatau.record.record import stream_name
-
-Floats = NDArray[np.float64]
 
 _MOST_STEPS = 1e12
 
@@ -176,7 +175,7 @@ def _predicted(
     reached = 0.0
     for equations in mechanisations(tuple(model.channels), earth=earth):
         sources: dict[tuple[str, str], tuple[Floats, Floats]] = {}
-        made: dict[tuple[str, str], Source] = {}
+        made: dict[tuple[str, str], NoiseSource] = {}
         limited: dict[tuple[str, str], tuple[Floats, Floats]] = {}
         moved: dict[tuple[str, Parameter], Floats] = {}
         for k, channel in enumerate(equations.inputs):
@@ -200,7 +199,7 @@ def _predicted(
                 limited[channel, name] = noise_source.errors(equations, gains, dt=dt, calibration=average, steps=steps)
                 reached = max(reached, noise_source.flicker_error)
             if turn_on.get(channel):
-                parts["turn_on"] = Source.constant(turn_on[channel])
+                parts["turn_on"] = NoiseSource.constant(turn_on[channel])
             for name, part in parts.items():
                 made[channel, name] = part
                 sources[channel, name] = part.errors(equations, gains, dt=dt, calibration=average, steps=steps)
@@ -253,7 +252,7 @@ def _predicted(
     )
 
 
-def _as_simulated(flicker: Source, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
+def _as_simulated(flicker: NoiseSource, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
     """Variance by flicker noise whose first sample is 0, as in simulated records: the previous sample is subtracted."""
     _, variance = flicker.errors(equations, gains, dt=dt, calibration=1, steps=np.maximum(steps - 1, 1))
     return np.asarray(np.where(steps[:, None] > 1, variance, 0.0))
@@ -312,7 +311,7 @@ def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float
 def _correlated(
     model: NoiseModel,
     equations: Mechanisation,
-    made: Mapping[tuple[str, str], Source],
+    made: Mapping[tuple[str, str], NoiseSource],
     sources: Mapping[tuple[str, str], tuple[Floats, Floats]],
     dt: float,
     average: int,

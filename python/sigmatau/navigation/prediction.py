@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.digits import round_to_error
 from sigmatau.hints import Hint, worded
 from sigmatau.model.channel import alike_text
-from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY, Earth
+from sigmatau.navigation.error_covariance import EARTH_RADIUS, Earth
 from sigmatau.noise.shown import error_unit
 from sigmatau.noise.terms import TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.results import WIDTH, Printed, duration_text, lines_text, wrapped
-from sigmatau.units import find
+from sigmatau.units import STANDARD_GRAVITY, find
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 
 _OTHER_LABELS = {
     "gauss_markov": "Gauss-Markov process",
@@ -338,7 +338,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 " make the errors larger, and no interval accounts for it."
             )
         upwards = self.errors.get("position_z")
-        growth = math.sqrt(EARTH_RADIUS / (2 * GRAVITY))
+        growth = math.sqrt(EARTH_RADIUS / (2 * STANDARD_GRAVITY))
         if upwards is not None and self.earth == "round" and self.after[-1] > growth:
             lines.append(f"Height is unstable: without an aid, its error grows e-fold every {duration_text(growth)}.")
         if any(error.large.any() for error in self.errors.values()):

@@ -21,14 +21,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, Resonance
 from sigmatau.noise.terms import SLOW
 from sigmatau.statespace.riccati import stationary_covariance
 
-Floats = NDArray[np.float64]
 Criterion = Literal["horizon", "bias"]
 
 _POLES_PER_DECADE = 3  # Of the flicker noise; its density is then within 1 %

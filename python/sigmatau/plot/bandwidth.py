@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.digits import two_digits
 from sigmatau.noise.terms import display_units
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sigmatau.plot.style import Panels
-
-Floats = NDArray[np.float64]
 
 
 class IntervalLike(Protocol):

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.noise.shown import error_unit
 from sigmatau.plot.curves import CurveLike, curve_unit, draw_curve
 from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _TITLES = {"rad": "angle", "m/s": "velocity", "m": "position"}

@@ -13,13 +13,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau.arrays import runs
+from sigmatau.arrays import Floats, runs
 from sigmatau.frozen import frozen
 from sigmatau.plot.curves import COLOURS
 from sigmatau.plot.stability import beyond_chance, clock, relative
 from sigmatau.plot.svg import Axes, Drawing
 
-Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
 Span = tuple[float, float]
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.noise.terms import asked_density
 from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
 from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from sigmatau.plot.style import Panels
-
-Floats = NDArray[np.float64]
 
 
 class Estimate(Protocol):

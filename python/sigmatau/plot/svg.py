@@ -7,11 +7,8 @@ from collections.abc import Iterable
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.arrays import runs
-
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats, runs
 
 _POINTS = 72 / 25.4  # in a millimetre
 _SIZE, _LABEL = 6.5, 7.0  # of numbers at ticks and of labels [points]

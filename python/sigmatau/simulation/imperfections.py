@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
 from sigmatau.results import Printed, plain
-
-Floats = NDArray[np.float64]
 
 _DAY = 86400.0
 _MOST_LOST = 0.5

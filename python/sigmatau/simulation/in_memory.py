@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.unobserved import Unobserved, unobserved_texts
 from sigmatau.record.record import Provenance, Record, make_stream, stream_name
@@ -12,9 +13,7 @@ from sigmatau.record.sampling import RateSource
 from sigmatau.record.streams import CHUNK, InputKind, Stream
 from sigmatau.record.thermometers import CELSIUS
 from sigmatau.simulation.imperfections import Imperfections
-from sigmatau.simulation.rows import Channel, Flicker, Job, Stamps, job
-
-Floats = NDArray[np.float64]
+from sigmatau.simulation.rows import Channel, Flicker, SimulationJob, Stamps, job
 
 
 def simulate(
@@ -125,14 +124,14 @@ def simulate(
     )
 
 
-def _rows_present(task: Job) -> NDArray[np.bool_] | None:
+def _rows_present(task: SimulationJob) -> NDArray[np.bool_] | None:
     """Rows that are not lost; None for all rows."""
     stamps = Stamps(task)
     pieces = [stamps.next(min(CHUNK, task.rows - start))[1] for start in range(0, task.rows, CHUNK)]
     return np.concatenate([p for p in pieces if p is not None]) if pieces[0] is not None else None
 
 
-def _column(task: Job, name: str, present: NDArray[np.bool_] | None) -> Floats:
+def _column(task: SimulationJob, name: str, present: NDArray[np.bool_] | None) -> Floats:
     channel = Channel(task, name)
     column = np.empty(task.rows)
     filled = 0

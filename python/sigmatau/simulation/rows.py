@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native import generators
 from sigmatau._native.distributions import normal_quantile
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
@@ -23,8 +24,6 @@ from sigmatau.simulation.imperfections import Imperfections, rounded
 from sigmatau.statespace.state_space import state_space
 from sigmatau.units import integral
 
-Floats = NDArray[np.float64]
-
 T = TypeVar("T")
 
 _MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # samples
@@ -34,7 +33,7 @@ _MOST_JITTER_SIGMAS = 4.5  # standard deviations of the jitter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Job:
+class SimulationJob:
     """Checked arguments of a simulation."""
 
     model: NoiseModel
@@ -78,7 +77,7 @@ def job(
     imperfections: Imperfections | None,
     flicker: Flicker,
     unobserved: Unobserved,
-) -> Job:
+) -> SimulationJob:
     """Check the arguments of `sigmatau.simulate`; raises `OptionError`."""
     if not isinstance(model, NoiseModel):
         raise OptionError(
@@ -120,13 +119,13 @@ def job(
                     " model, NoiseModel.of, or take rates",
                     option="input",
                 )
-    return Job(model=model, n=n, rate=rate, seed=seed, imperfections=imperfect, flicker=flicker)
+    return SimulationJob(model=model, n=n, rate=rate, seed=seed, imperfections=imperfect, flicker=flicker)
 
 
 class Channel:
     """Values of one channel of the log."""
 
-    def __init__(self, job: Job, name: str) -> None:
+    def __init__(self, job: SimulationJob, name: str) -> None:
         imperfections = job.imperfections
         self._job = job
         self._noise = make_noise(job.model, name, n=job.n, tau0=job.tau0, seed=job.seed, flicker=job.flicker)
@@ -184,7 +183,7 @@ class Channel:
 class Stamps:
     """Time stamps of the rows, and which rows are lost."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: SimulationJob) -> None:
         imperfections = job.imperfections
         self._job = job
         self._losses = normal(job.rows, seed=job.seed, channel=_LOSSES) if imperfections.lost else None

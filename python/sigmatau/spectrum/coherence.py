@@ -16,11 +16,10 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native.distributions import gamma_quantile
-
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
 
 _GAMMA_NODES = 30
 _HALVINGS = 28

@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_above, chi2_below, chi2_quantile_above
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.frozen import frozen
 from sigmatau.results import Printed, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Floats = NDArray[np.float64]
 
 
 @frozen(eq=False)

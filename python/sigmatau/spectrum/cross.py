@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import student_quantile
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.record.record import Record, need_record
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 

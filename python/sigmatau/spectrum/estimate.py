@@ -9,14 +9,13 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError, RecordTooShortError
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
-
-Floats = NDArray[np.float64]
 
 # Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's
 MOST_SAMPLES = 1 << 22

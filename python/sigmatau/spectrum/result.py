@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_quantile_above
-from sigmatau.arrays import freeze, runs
+from sigmatau.arrays import Floats, freeze, runs
 from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 Method = Literal["welch", "multitaper"]
 
 _LINE_SHARE = 1e-3  # Of the model's density: above, a line's frequencies are left out of a comparison

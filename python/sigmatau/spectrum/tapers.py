@@ -9,9 +9,8 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
-
-Floats = NDArray[np.float64]
 
 
 @functools.lru_cache(maxsize=8)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import digamma
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.results import Printed, plain
 from sigmatau.spectrum.result import Spectrum
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 
 _DENSITY_FLOOR = 1e-12
 """Smallest density relative to the largest; lower ones are raised to it, because 0 has no logarithm."""

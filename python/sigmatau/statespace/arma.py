@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
@@ -21,7 +21,6 @@ from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import RationalSpectrum
 from sigmatau.statespace.state_space import check_channel_model, find_flicker_poles
 
-Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 # Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model import covariance as covariances
@@ -30,8 +31,6 @@ from sigmatau.model.covariance import Damped
 from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import Sinusoid
 from sigmatau.noise.terms import NOISE
-
-Floats = NDArray[np.float64]
 
 # Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros
 _SMALLEST_SINE = 1e-9

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Steps:
+class RepeatedStep:
     """Transition and noise of some steps of a linear system.
 
     Attributes
@@ -30,23 +29,23 @@ class Steps:
     transition: Floats
     noise: Floats
 
-    def then(self, later: Steps) -> Self:
+    def then(self, later: RepeatedStep) -> Self:
         """These steps, followed by the `later` ones.
 
         Parameters
         ----------
-        later : Steps
+        later : RepeatedStep
             Steps of the same states.
 
         Returns
         -------
-        Steps
+        RepeatedStep
             Both together.
         """
         noise = later.transition @ self.noise @ later.transition.T + later.noise
         return type(self)(later.transition @ self.transition, (noise + noise.T) / 2)
 
-    def times(self, n: int) -> Steps:
+    def times(self, n: int) -> RepeatedStep:
         """These steps `n` times in a row.
 
         Parameters
@@ -56,11 +55,11 @@ class Steps:
 
         Returns
         -------
-        Steps
+        RepeatedStep
             All of them together, made by doubling.
         """
         size = len(self.transition)
-        result, power = Steps(np.eye(size), np.zeros((size, size))), self
+        result, power = RepeatedStep(np.eye(size), np.zeros((size, size))), self
         while n:
             if n & 1:
                 result = result.then(power)

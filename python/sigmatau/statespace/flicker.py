@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native import kernels
+from sigmatau.arrays import Floats
 from sigmatau.errors import OptionError
 from sigmatau.model.processes import interval, real
 from sigmatau.results import Printed
-
-Floats = NDArray[np.float64]
 
 LONGEST_BAND = 1e12  # The longest averaging time over the shortest
 _POLES_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)

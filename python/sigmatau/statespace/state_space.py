@@ -22,20 +22,19 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sigmatau._native.arguments import whole_sizes
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import OptionError
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, Resonance, interval, real
 from sigmatau.model.unobserved import Unobserved, find_unobserved, include_unobserved, unobserved_text
 from sigmatau.results import Printed, plain
-from sigmatau.statespace.doubling import Steps
+from sigmatau.statespace.doubling import RepeatedStep
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
 
-Floats = NDArray[np.float64]
 Output = Literal["rate", "increments", "integrated"]
 
 _DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
@@ -111,12 +110,12 @@ class StateSpace(Printed):
     def __post_init__(self) -> None:
         freeze(self, "F", "G", "H", "Qd", "R", "P0", dtype=np.float64, copy=True)
 
-    def integrated(self) -> tuple[Steps, Floats, Floats, float]:
+    def integrated(self) -> tuple[RepeatedStep, Floats, Floats, float]:
         """One step of the system with the integral of y as its last state.
 
         Returns
         -------
-        step : Steps
+        step : RepeatedStep
             Transition and noise of one step.
         before : ndarray, shape (n_states + 1, n_states + 1)
             Covariance at the start, the integral being 0. [SI]
@@ -127,13 +126,18 @@ class StateSpace(Printed):
         """
         n = len(self.states)
         if self.output == "integrated":
-            return Steps(self.F, self.G @ self.Qd @ self.G.T), np.array(self.P0), self.H[0].copy(), float(self.R[0, 0])
+            return (
+                RepeatedStep(self.F, self.G @ self.Qd @ self.G.T),
+                np.array(self.P0),
+                self.H[0].copy(),
+                float(self.R[0, 0]),
+            )
         size = self.dt if self.output == "rate" else 1.0
         transition, noise, before = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
         transition[:n, :n], transition[n, :n], transition[n, n] = self.F, size * self.H[0], 1.0
         noise[:n, :n], noise[n, n] = self.G @ self.Qd @ self.G.T, size**2 * float(self.R[0, 0])
         before[:n, :n] = self.P0
-        return Steps(transition, noise), before, np.append(np.zeros(n), 1.0), 0.0
+        return RepeatedStep(transition, noise), before, np.append(np.zeros(n), 1.0), 0.0
 
     def avar(self, m: ArrayLike) -> Floats:
         """Allan variance of the system's output, exact, for any linear model.
@@ -478,7 +482,7 @@ def _driven(a: Floats, density: Floats, time: float) -> Floats:
     for k in range(2, _SERIES):
         term = (a @ term + term @ a.T) * (step / k)
         total += term
-    return Steps(expm(a * step), total).times(2**doublings).noise
+    return RepeatedStep(expm(a * step), total).times(2**doublings).noise
 
 
 def _block_diagonal(a: Floats, b: Floats) -> Floats:

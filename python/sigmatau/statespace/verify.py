@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_above, gamma_above, gamma_below, normal_quantile
-from sigmatau.arrays import freeze
+from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.model.channel import ChannelModel
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels
 
-Floats = NDArray[np.float64]
 
 _MOST_TIMES = 64  # Most averaging times compared; longer grids are thinned evenly on a logarithmic axis
 _LEAST_CLUSTERS = 3

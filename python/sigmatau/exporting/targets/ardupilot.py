@@ -6,7 +6,7 @@ of the bias times dt, which are N²·dt and K²·dt·dt² for p = N/√dt and p 
 
 from __future__ import annotations
 
-from sigmatau.exporting.autopilot import STEP, Parameter, choose_step, parameter_rows
+from sigmatau.exporting.autopilot import STEP, AutopilotParameter, choose_step, parameter_rows
 from sigmatau.exporting.statements import pair_remarks
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import remark, single
@@ -16,10 +16,10 @@ from sigmatau.results import seconds
 # Samples are summed until 12 ms less half a loop are full (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
 _STEP = 0.0125  # s
 _PARAMETERS = (
-    Parameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
-    Parameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0, cut=5.0),
-    Parameter(name="EK3_GBIAS_P_NSE", sensor="gyro", kind="walk", unit="rad/s^2", low=1e-5, high=1e-3),
-    Parameter(name="EK3_ABIAS_P_NSE", sensor="accel", kind="walk", unit="m/s^3", low=1e-5, high=0.02),
+    AutopilotParameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
+    AutopilotParameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0, cut=5.0),
+    AutopilotParameter(name="EK3_GBIAS_P_NSE", sensor="gyro", kind="walk", unit="rad/s^2", low=1e-5, high=1e-3),
+    AutopilotParameter(name="EK3_ABIAS_P_NSE", sensor="accel", kind="walk", unit="m/s^3", low=1e-5, high=0.02),
 )
 
 

@@ -64,11 +64,11 @@ def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None
     """What a fleet does, in a loop over all logs, or over every `of`-th one."""
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
-    from sigmatau.lab.fleet.tasks import Job, analyse
+    from sigmatau.lab.fleet.tasks import FleetJob, analyse
     from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming
 
-    job = Job(reading=READING, settings={}, naming=Naming(folders=True))
+    job = FleetJob(reading=READING, settings={}, naming=Naming(folders=True))
     stored = Stored(open_engine(store), job.options)
     found = find([str(logs)])[share::of]
     for at in range(0, len(found), 200):
@@ -294,12 +294,12 @@ def cost(folder: Path) -> dict[str, Any]:
     from sigmatau.analysis import stretches
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
-    from sigmatau.lab.fleet.tasks import Job, analyse
+    from sigmatau.lab.fleet.tasks import FleetJob, analyse
     from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming
 
     logs = make_logs(folder / "logs30", 30)
-    job = Job(reading=READING, settings={}, naming=Naming(folders=True))
+    job = FleetJob(reading=READING, settings={}, naming=Naming(folders=True))
     store = folder / "cost.db"
     store.unlink(missing_ok=True)
     stored, found = Stored(open_engine(store), job.options), find([str(logs)])

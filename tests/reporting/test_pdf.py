@@ -32,7 +32,7 @@ def content(record, *, with_record=True, command=None, **options):
 
 
 def pages(given):
-    return pages_of(pdf._typeset(pdf._values(given), format="pdf", pretty=True))
+    return pages_of(pdf.typeset(pdf._template(), pdf._values(given), format="pdf", pretty=True))
 
 
 def squeezed(text):
@@ -205,7 +205,7 @@ def test_sixty_channels():
 def test_figures_are_drawn(six):
     from PIL import Image
 
-    drawn = pdf._typeset(pdf._values(six), format="png", ppi=72)
+    drawn = pdf.typeset(pdf._template(), pdf._values(six), format="png", ppi=72)
     for number, colours in ((0, 3), (1, 3)):
         image = np.asarray(Image.open(io.BytesIO(drawn[number])).convert("RGB")).astype(int)
         for colour in pdf.COLOURS[:colours]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from sigmatau.lab.fleet.logs import Log
     from sigmatau.lab.fleet.stored import Stored
-    from sigmatau.lab.fleet.tasks import Job, Outcome
+    from sigmatau.lab.fleet.tasks import FleetJob, FleetOutcome
     from sigmatau.lab.store.naming import Naming
 
 NOT_AT_REST = 5
@@ -101,14 +101,14 @@ def fleet_command(
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.run import cluster
     from sigmatau.lab.fleet.stored import Stored
-    from sigmatau.lab.fleet.tasks import Job
+    from sigmatau.lab.fleet.tasks import FleetJob
     from sigmatau.lab.store.connect import open_engine
     from sigmatau.lab.store.naming import Naming, stated_temperature
 
     how, chosen = (reading or ReadingOptions()).arguments(), (settings or FleetSettings()).arguments()
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
-    job = Job(reading=how, settings=chosen, naming=naming)
+    job = FleetJob(reading=how, settings=chosen, naming=naming)
     options = job.options  # what is wrong whatever the log is refused here, before it is sent to the workers
     naming.check()
     # Workers are in other folders, and logs/a.csv of two folders are two logs.
@@ -134,14 +134,14 @@ def fleet_command(
     return _report(tally, before, unnamed)
 
 
-def _run(client: Client, wanted: Sequence[Log], job: Job, tally: _Tally, *, quiet: bool) -> None:
+def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *, quiet: bool) -> None:
     """Analyse logs, with progress; what is finished is in the store whatever ends the run."""
     from sigmatau.lab.fleet.run import run_fleet
 
     try:
         with _progress(len(wanted), quiet=quiet) as show:
 
-            def done(outcomes: Sequence[Outcome]) -> None:
+            def done(outcomes: Sequence[FleetOutcome]) -> None:
                 tally.take(outcomes)
                 show(tally.finished)
 
@@ -225,14 +225,14 @@ class _Tally:
 
     def __init__(self, stored: Stored, total: int, *, tried: bool) -> None:
         self._stored, self.total, self._tried = stored, total, tried
-        self._waiting: list[Outcome] = []
+        self._waiting: list[FleetOutcome] = []
         self._since = time.monotonic()
         self.finished = 0
         self.written = 0
         self.codes: Counter[int] = Counter()
         self.errors: list[str] = []
 
-    def take(self, outcomes: Sequence[Outcome]) -> None:
+    def take(self, outcomes: Sequence[FleetOutcome]) -> None:
         """Keep outcomes, and write them if they are many, or old."""
         if not self._waiting:
             self._since = time.monotonic()

@@ -35,10 +35,11 @@ from sigmatau.io.read.registry import NOT_LOGS
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.lab.lots.lot import Examined, check_choices, examine, judge_lot
+from sigmatau.lab.lots.lot import check_choices, examine, judge_lot
 from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_screen import screen
-from sigmatau.lab.lots.lot_unit import without_result
+from sigmatau.lab.lots.lot_unit import UnitResult, without_result
+from sigmatau.lab.lots.reading import natural_order
 from sigmatau.lab.pages.lot_report import LOT_ENDINGS, lot_report
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
@@ -188,7 +189,7 @@ def lot_command(
 
 def _stored(
     place: str, units: Sequence[str], temperature: str | None, sheet: Datasheet | None, options: Mapping[str, Any]
-) -> dict[str, Examined]:
+) -> dict[str, UnitResult]:
     """The units of a store, in the order of production."""
     from sigmatau.cli.store import opened, temperatures
     from sigmatau.lab.store.choosing import Chosen
@@ -254,7 +255,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
         try:
             folder_logs, rest = batch.gather([place])
         except DataError:
-            inside = sorted(place.glob("*.json"), key=_natural) if place.is_dir() else []
+            inside = sorted(place.glob("*.json"), key=_by_number) if place.is_dir() else []
             inside = [file for file in inside if file.is_file() and not file.name.startswith(".") and _is_unit(file)]
             empty = _empty(sorted(place.iterdir())) if place.is_dir() and os.access(place, os.R_OK | os.X_OK) else []
             if not inside and not empty and not (expecting and os.access(place, os.R_OK)):
@@ -263,7 +264,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
             files += inside
             continue
         empty = _empty(rest)
-        logs += sorted([*folder_logs, *empty], key=_natural)
+        logs += sorted([*folder_logs, *empty], key=_by_number)
         skipped = [str(file) for file in rest if file not in empty and not is_result(file)]
         if skipped:
             say(f"skipped, not a log: {', '.join(skipped)}", quiet=quiet)
@@ -295,10 +296,9 @@ def _is_unit(file: Path) -> bool:
         return True
 
 
-def _natural(path: Path) -> tuple[tuple[int, int | str], ...]:
+def _by_number(path: Path) -> list[tuple[int, str]]:
     """Order in which unit 2 comes before unit 10."""
-    parts = re.split(r"(\d+)", str(path))
-    return tuple((0, int(part)) if part.isdigit() and part.isascii() else (1, part) for part in parts)
+    return natural_order(str(path))
 
 
 def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
@@ -322,7 +322,7 @@ def _analysed(
     *,
     jobs: int | None,
     quiet: bool,
-) -> dict[str, Examined]:
+) -> dict[str, UnitResult]:
     """The units of logs, each analysed and compared with the specification; raises `OptionError` for an option that the
     first logs lack.
     """
@@ -355,11 +355,11 @@ def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.L
         raise wrong[0]
 
 
-def _examined(outcome: batch.LogOutcome) -> Examined:
+def _examined(outcome: batch.LogOutcome) -> UnitResult:
     if outcome.error:
         path = str(outcome.log)
-        return Examined(result=without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists()))
-    assert isinstance(outcome.kept, Examined)
+        return without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists())
+    assert isinstance(outcome.kept, UnitResult)
     return outcome.kept
 
 
@@ -375,7 +375,7 @@ def _keep(
     sheet: Datasheet | None,
     options: Mapping[str, Any],
     results: Path | None,
-) -> Examined:
+) -> UnitResult:
     if results is not None:
         write_json(analysis.to_dict(), results / f"{names[log]}.json")
     return examine(analysis, sheet, name=printable(names[log]), **options)

@@ -22,7 +22,7 @@ from sigmatau.noise.terms import TERMS, check_shown
 from sigmatau.results import csv_text
 
 if TYPE_CHECKING:
-    from sigmatau.lab.store.choosing import Chosen, Table
+    from sigmatau.lab.store.choosing import Chosen, StoreTable
     from sigmatau.lab.store.store import Store
 
 VARIABLE = "SIGMATAU_STORE"
@@ -196,20 +196,20 @@ def add_command(
         raise OptionError("no results; give JSON files of sigmatau analyze, or a folder of them", option="results")
     if jobs is not None and jobs < 1:
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
-    from sigmatau.lab.store.from_files import gather, processes
+    from sigmatau.lab.lots.reading import gather
     from sigmatau.lab.store.naming import Naming, stated_temperature
 
     degrees = stated_temperature(temperature)
     naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
     naming.check()
-    files = gather(matched(results))
+    files = list(dict.fromkeys(gather(matched(results), tables=False)))
     if not any(file.exists() for file in files):  # and no store is made
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
         naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
     with opened(store, create=True) as opened_store, working("adding results", quiet=quiet) as done:
         outcome = opened_store.add_files(
-            files, naming, jobs=jobs or processes(), done=lambda count: done(count / len(files))
+            files, naming, jobs=jobs or os.cpu_count() or 1, done=lambda count: done(count / len(files))
         )
     unnamed = [problem for problem in outcome.problems if problem.unit_unknown]
     for problem in outcome.problems[:_MOST_PROBLEMS]:
@@ -381,7 +381,7 @@ def export_command(
     return 0
 
 
-def _write(table: Table, output: Path) -> None:
+def _write(table: StoreTable, output: Path) -> None:
     if output.suffix == ".csv":
         with atomic(output) as temporary:
             temporary.write_text(csv_text(table.to_dict()), encoding="utf-8")

@@ -11,7 +11,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.source import Source
 from sigmatau.io.atomic import atomic
 from sigmatau.lab.lots.comparison import RunComparison
-from sigmatau.lab.lots.runs import Run
+from sigmatau.lab.lots.runs import ComparedRun
 from sigmatau.lab.lots.turn_on import measure_turn_on
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.turn_on import is_wide
@@ -47,9 +47,9 @@ def write_model(comparison: RunComparison, path: Path) -> list[str]:
     return lines
 
 
-def _longest(runs: list[Run]) -> tuple[Run, NoiseModel]:
+def _longest(runs: list[ComparedRun]) -> tuple[ComparedRun, NoiseModel]:
     """The run with the longest record, and its model; raises `DataError` if no run has a file with a model."""
-    best: tuple[float, Run, NoiseModel] | None = None
+    best: tuple[float, ComparedRun, NoiseModel] | None = None
     reasons = []
     for run in runs:
         place = Path(run.place)

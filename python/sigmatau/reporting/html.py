@@ -2,52 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib import resources
+from typing import Any
 
 from sigmatau.digits import two_digits
 from sigmatau.reporting.content import Coefficients, Content, FindingText
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
 from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust
 
+Section = tuple[str, str, Markup]
+"""Anchor, heading and content of a section."""
+
 _SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
 def page(content: Content) -> str:
     """The report as HTML."""
     sections = [
-        _section("summary", "Summary", _summary(content)),
+        section("summary", "Summary", _summary(content)),
         *_charts(content),
-        _section("coefficients", "Coefficients", _coefficients(content)),
-        _section("files", "Filter values", _files(content)),
-        _section("done", "What was done", _done(content)),
+        section("coefficients", "Coefficients", _coefficients(content)),
+        section("files", "Filter values", _files(content)),
+        section("done", "What was done", _done(content)),
     ]
-    links = [element("a", title, href=f"#{id_}") for id_, title, _ in sections]
+    return frame(
+        title=f"{content.title} – noise report",
+        made_by=content.made_by,
+        date=content.date,
+        header=_head(content),
+        sections=sections,
+        charts=content.charts,
+        styles=asset("report.css"),
+        scripts=[asset(f"{module}.js") for module in _SCRIPTS],
+    )
+
+
+def frame(
+    *,
+    title: str,
+    made_by: str,
+    date: str,
+    header: Markup,
+    sections: Sequence[Section],
+    charts: Mapping[str, Any],
+    styles: str,
+    scripts: Iterable[str],
+) -> str:
+    """A page that opens offline: a header, links to its sections, the sections, and the numbers of its charts."""
+    links = [element("a", heading, href=f"#{id_}") for id_, heading, _ in sections]
     head = element(
         "head",
         element("meta", charset="utf-8"),
-        element("meta", name="generator", content=content.made_by),
-        element("meta", http_equiv="Content-Security-Policy", content=POLICY),
+        element("meta", name="generator", content=made_by),
+        element("meta", http_equiv="Content-Security-Policy", content=_POLICY),
         element("meta", name="viewport", content="width=device-width, initial-scale=1"),
         element("meta", name="color-scheme", content="light dark"),
-        element("title", f"{content.title} – noise report"),
-        style(asset("uplot/uPlot.min.css") + asset("report.css")),
+        element("title", title),
+        style(asset("uplot/uPlot.min.css") + styles),
     )
     body = element(
         "body",
         element("a", "Skip to the results", href="#summary", class_="skip"),
-        _head(content),
+        header,
         element("nav", links, aria_label="Sections"),
         element(
             "main",
             element("noscript", element("p", "The charts need JavaScript; all numbers are in the tables.")),
             (body for _, _, body in sections),
         ),
-        element("footer", f"Made by {content.made_by} on {content.date}. This file needs no network."),
-        data(content.charts, id_="charts"),
-        script(bundled(*(asset(f"{module}.js") for module in _SCRIPTS))),
+        element("footer", f"Made by {made_by} on {date}. This file needs no network."),
+        data(charts, id_="charts"),
+        script(_bundled(scripts)),
     )
     return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
 
@@ -58,17 +86,15 @@ def asset(path: str, package: str = __package__) -> str:
     return resources.files(package).joinpath("assets", *path.split("/")).read_text(encoding="utf-8")
 
 
-def bundled(*scripts: str) -> str:
+def _bundled(scripts: Iterable[str]) -> str:
     """UPlot with its licence, then the scripts of a page, which share one scope."""
     modules = "\n".join(scripts)
     notice = asset("uplot/LICENSE").strip()
     return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{modules}\n}})();'
 
 
-Section = tuple[str, str, Markup]
-
-
-def _section(id_: str, title: str, *children: str | Iterable[str]) -> Section:
+def section(id_: str, title: str, *children: str | Iterable[str]) -> Section:
+    """A section of a page."""
     return id_, title, element("section", element("h2", title), *children, id=id_)
 
 
@@ -205,10 +231,10 @@ def _charts(content: Content) -> list[Section]:
             model = _MODEL_WORDS.get(id_, "") if any("model" in channel.get(key, {}) for channel in channels) else ""
             model = _missing_words(content) if id_ == "residuals" else model
             place = element("div", class_="charts", data_chart=id_)
-            shown.append(_section(id_, title, element("p", about.format(model=model), class_="about"), place))
+            shown.append(section(id_, title, element("p", about.format(model=model), class_="about"), place))
         elif id_ != "residuals":
             why = _ABSENT[id_] if with_record else _NO_RECORD
-            shown.append(_section(id_, title, element("p", why, class_="none")))
+            shown.append(section(id_, title, element("p", why, class_="none")))
     return shown
 
 

@@ -51,17 +51,18 @@ def need_typst() -> None:
 
 def document(content: Content) -> bytes:
     """The report as a PDF. The same content gives the same bytes."""
+    return bytes(typeset(_template(), _values(content), format="pdf", timestamp=_moment(content.date)))
+
+
+def typeset(template: bytes, values: Mapping[str, Any], **options: Any) -> Any:  # noqa: ANN401  bytes, or those of each page
+    """What a template makes of values; the same values and time stamp give the same bytes."""
     need_typst()
-    return bytes(_typeset(_values(content), format="pdf", timestamp=_moment(content.date)))
-
-
-def _typeset(values: Mapping[str, Any], **options: Any) -> Any:  # noqa: ANN401  bytes, or those of each page
     import typst
 
     data = json.dumps(values, allow_nan=False, ensure_ascii=False)
     # The fonts in typst have no other scripts; those of the system are then searched, which takes time if they are many.
     beyond = _BEYOND_FONTS.search(data) is not None
-    return typst.Compiler(_template(), ignore_system_fonts=not beyond, sys_inputs={"data": data}).compile(**options)
+    return typst.Compiler(template, ignore_system_fonts=not beyond, sys_inputs={"data": data}).compile(**options)
 
 
 @cache

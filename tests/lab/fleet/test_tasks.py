@@ -9,11 +9,11 @@ import fsspec
 from fleets import make_logs
 
 from sigmatau.lab.fleet.logs import Log, find
-from sigmatau.lab.fleet.tasks import Job, analyse
+from sigmatau.lab.fleet.tasks import FleetJob, analyse
 from sigmatau.lab.store.naming import Naming
 
 READING = {"rate": 100, "channels": {"gyro": "1:3"}, "unit": {"gyro": "rad/s"}}
-JOB = Job(reading=READING, settings={"method": "gls"}, naming=Naming(folders=True))
+JOB = FleetJob(reading=READING, settings={"method": "gls"}, naming=Naming(folders=True))
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_a_defect_of_the_program_is_a_failure_of_the_log(objects, monkeypatch):
 
 def test_a_wrong_option_has_its_code(objects):
     (log, *_), _ = analyse(
-        find([str(objects / "unit1")]), Job(reading=READING | {"unit": {}}, settings={}, naming=JOB.naming)
+        find([str(objects / "unit1")]), FleetJob(reading=READING | {"unit": {}}, settings={}, naming=JOB.naming)
     )
     assert log.code == 2
     assert "--unit" in log.error.for_command_line()

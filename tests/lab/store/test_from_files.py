@@ -14,7 +14,8 @@ from store_results import result
 
 from sigmatau.analysis.reading import result_of_dict
 from sigmatau.errors import DataError, OptionError
-from sigmatau.lab.store.from_files import add_files, gather
+from sigmatau.lab.lots.reading import gather
+from sigmatau.lab.store.from_files import add_files
 from sigmatau.lab.store.ingest import Added
 from sigmatau.lab.store.naming import Naming, UnknownUnitError, stated_temperature
 from sigmatau.lab.store.store import Store
@@ -73,7 +74,7 @@ def test_missing_file_is_a_problem(tmp_path):
 
 def test_folder_without_results(tmp_path):
     with pytest.raises(DataError, match="no result in this folder"):
-        gather([tmp_path])
+        gather([tmp_path], tables=False)
 
 
 def noted(**notes):
@@ -192,7 +193,7 @@ if __name__ == "__main__":
     module._FILES_OF_ONE_PROCESS, module.BATCH = 0, 2
     with Store("x.db") as store:
         try:
-            store.add_files(module.gather([Path(sys.argv[1])]), Deadly(unit="A"), jobs=2)
+            store.add_files(sorted(Path(sys.argv[1]).glob("**/*.json")), Deadly(unit="A"), jobs=2)
         except module.DataError as error:
             sys.exit(str(error))
 """

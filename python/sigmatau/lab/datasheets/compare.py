@@ -25,7 +25,7 @@ from sigmatau.lab.datasheets.doubts import Doubt
 from sigmatau.lab.datasheets.measured import Measured, measured, measured_means, stability
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.lab.datasheets.verdict import Comparison, Judged, Reading, Status, Verdict
+from sigmatau.lab.datasheets.verdict import ClaimReading, Judged, LimitComparison, Status, Verdict
 from sigmatau.model import LARGEST
 from sigmatau.record import stream_name
 
@@ -186,12 +186,12 @@ def _reading(
     means: Mapping[float, Measured],
     level: float,
     factor: float | None,
-) -> Reading:
+) -> ClaimReading:
     value = stability(means, claim.average or 0.0) if meaning.of == MEANS else measured(model, meaning.of)
     maximum = claim.maximum
     if maximum is None and factor is not None and claim.typical is not None:
         maximum = factor * claim.typical
-    return Reading(
+    return ClaimReading(
         meaning=meaning,
         measured=value,
         typical=_compared(value, claim.typical, meaning.factor, level, adequate=model.adequate),
@@ -201,25 +201,25 @@ def _reading(
 
 def _compared(
     value: Measured, stated: float | None, factor: float, level: float, *, adequate: bool
-) -> Comparison | None:
+) -> LimitComparison | None:
     if stated is None:
         return None
     limit = factor * stated
     if not adequate:  # the error of the values is unknown
-        return Comparison(limit=limit, side="undecided")
+        return LimitComparison(limit=limit, side="undecided")
     if value.value is None:
         # A limit of 95 % proves nothing at 99 %.
         shows = level <= value.level
         below = shows and value.upper_limit is not None and value.upper_limit < limit
         above = shows and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
-        return Comparison(limit=limit, side="above" if above else "below" if below else "undecided")
+        return LimitComparison(limit=limit, side="above" if above else "below" if below else "undecided")
     if value.low is None or value.high is None:
         if math.isclose(value.value, limit, rel_tol=_EQUAL):
-            return Comparison(limit=limit, side="undecided")
-        return Comparison(limit=limit, side="above" if value.value > limit else "below")
+            return LimitComparison(limit=limit, side="undecided")
+        return LimitComparison(limit=limit, side="above" if value.value > limit else "below")
     sigmas = _sigmas(value.value, value.low, value.high, limit, value.level)
     enough = NormalDist().inv_cdf(level)
-    return Comparison(
+    return LimitComparison(
         limit=limit, side="above" if sigmas > enough else "below" if sigmas < -enough else "undecided", sigmas=sigmas
     )
 
@@ -244,7 +244,7 @@ def _model_doubt(model: ChannelModel) -> Doubt:
     return Doubt(kind="only_limits" if model.has_only_limits else "not_adequate")
 
 
-def _status(readings: tuple[Reading, ...]) -> tuple[Status, Doubt | None]:
+def _status(readings: tuple[ClaimReading, ...]) -> tuple[Status, Doubt | None]:
     """Status on which all meanings agree, else undecided, and the reason."""
     statuses = {_reading_status(reading) for reading in readings}
     if len(statuses) == 1:
@@ -257,7 +257,7 @@ def _status(readings: tuple[Reading, ...]) -> tuple[Status, Doubt | None]:
     )
 
 
-def _reading_status(reading: Reading) -> Status:
+def _reading_status(reading: ClaimReading) -> Status:
     typical, maximum = reading.typical, reading.maximum
     if not reading.measured.anything:
         return "undecided"

@@ -22,7 +22,7 @@ _MOST_PRINTED_SIGMAS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class LimitComparison:
     """A measured value against one limit.
 
     Attributes
@@ -55,7 +55,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class ClaimReading:
     """A claim in one of its meanings, and the measurement.
 
     Attributes
@@ -63,14 +63,14 @@ class Reading:
     meaning : Meaning
     measured : Measured
         What the result has for this meaning.
-    typical, maximum : Comparison or None
+    typical, maximum : LimitComparison or None
         Against the typical value and the maximum; None if the datasheet does not state it.
     """
 
     meaning: Meaning
     measured: Measured
-    typical: Comparison | None
-    maximum: Comparison | None
+    typical: LimitComparison | None
+    maximum: LimitComparison | None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
@@ -92,7 +92,7 @@ class Judged:
     channel : str
     claim : Claim
         What the datasheet specifies.
-    readings : tuple of Reading
+    readings : tuple of ClaimReading
         One for each possible meaning of the claim.
     status : {"within", "above typical", "undecided", "out"}
         ``"above typical"``: not above the maximum, if there is one.
@@ -102,7 +102,7 @@ class Judged:
 
     channel: str
     claim: Claim
-    readings: tuple[Reading, ...]
+    readings: tuple[ClaimReading, ...]
     status: Status
     doubt: Doubt | None = None
 

@@ -18,7 +18,7 @@ from sigmatau import __version__
 from sigmatau.analysis.stretches import Division, merge_sums, sum_stretch
 from sigmatau.errors import DataError
 from sigmatau.lab.fleet.logs import Log
-from sigmatau.lab.fleet.tasks import Job, Outcome, analyse, combined, divided, failed
+from sigmatau.lab.fleet.tasks import FleetJob, FleetOutcome, analyse, combined, divided, failed
 from sigmatau.process import uninterrupted
 
 if TYPE_CHECKING:
@@ -118,9 +118,9 @@ def _answers(scheduler: str) -> None:
 def run_fleet(
     client: Client,
     logs: Sequence[Log],
-    job: Job,
+    job: FleetJob,
     *,
-    done: Callable[[Sequence[Outcome]], None],
+    done: Callable[[Sequence[FleetOutcome]], None],
     tell: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Analyse logs. `done` gets the outcomes of each task as soon as they are there, in any order; with none, it is called
@@ -160,7 +160,7 @@ class _Run:
     """The tasks of a fleet: which wait, which run."""
 
     def __init__(
-        self, client: Client, job: Job, done: Callable[[Sequence[Outcome]], None], tell: Callable[[str], None]
+        self, client: Client, job: FleetJob, done: Callable[[Sequence[FleetOutcome]], None], tell: Callable[[str], None]
     ) -> None:
         self._client, self._job, self._done, self._tell = client, job, done, tell
         self._checked: set[str] = set()  # workers

@@ -27,7 +27,7 @@ _THREADS = "threads"  # the setting of `analyze` that a worker sets itself: it h
 
 
 @frozen
-class Job:
+class FleetJob:
     """What all logs of a fleet have in common.
 
     Attributes
@@ -56,7 +56,7 @@ class Job:
 
 
 @frozen
-class Outcome:
+class FleetOutcome:
     """A log that is finished."""
 
     log: Log
@@ -65,7 +65,7 @@ class Outcome:
     error: OptionError | DataError | None = None  # why there is no result
 
 
-def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
+def analyse(logs: Sequence[Log], job: FleetJob) -> tuple[list[FleetOutcome], float]:
     """The outcomes of logs, in their order, and the time that they took. [s]"""
     prepare_process()
     begun = time.perf_counter()
@@ -74,7 +74,7 @@ def analyse(logs: Sequence[Log], job: Job) -> tuple[list[Outcome], float]:
     return outcomes, time.perf_counter() - begun
 
 
-def divided(log: Log, job: Job, memory: int) -> Division | None:
+def divided(log: Log, job: FleetJob, memory: int) -> Division | None:
     """How a record is divided that is too large for so many bytes of memory; None if it is analysed as a whole.
 
     Raises
@@ -90,7 +90,7 @@ def divided(log: Log, job: Job, memory: int) -> Division | None:
     return stretches.divide(log.place, job.reading, job.settings)
 
 
-def combined(log: Log, division: Division, sums: Mapping[str, Any], job: Job) -> Outcome:
+def combined(log: Log, division: Division, sums: Mapping[str, Any], job: FleetJob) -> FleetOutcome:
     """The outcome of a record whose stretches were summed."""
     from sigmatau.analysis import stretches
     from sigmatau.findings.finding import damaged
@@ -102,7 +102,7 @@ def combined(log: Log, division: Division, sums: Mapping[str, Any], job: Job) ->
     return _outcome(log, job, result)
 
 
-def failed(log: Log, job: Job, error: BaseException) -> Outcome:
+def failed(log: Log, job: FleetJob, error: BaseException) -> FleetOutcome:
     """The outcome of a log that has no result because of an error."""
     from sigmatau.analysis import FailedAnalysis
     from sigmatau.errors import DataError, OptionError
@@ -116,7 +116,7 @@ def failed(log: Log, job: Job, error: BaseException) -> Outcome:
     return replace(_entered(log, job, failure, failure.exit_code), error=reason)
 
 
-def _analysed(log: Log, job: Job) -> Outcome:
+def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
     def result() -> tuple[Analysis, int]:
         from sigmatau import analyze, read
         from sigmatau.errors import DataError, OptionError
@@ -135,7 +135,7 @@ def _analysed(log: Log, job: Job) -> Outcome:
     return _outcome(log, job, result)
 
 
-def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> Outcome:
+def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]) -> FleetOutcome:
     """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
     from sigmatau.analysis import parse_options
 
@@ -148,11 +148,11 @@ def _outcome(log: Log, job: Job, result: Callable[[], tuple[Analysis, int]]) -> 
         return failed(log, job, error)
 
 
-def _entered(log: Log, job: Job, result: Analysis | FailedAnalysis, code: int) -> Outcome:
+def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: int) -> FleetOutcome:
     from sigmatau.lab.store.rows import make_rows
 
     entry = replace(job.naming.entry(result, Path(log.place)), file_version=log.version)
-    return Outcome(log=log, code=code, rows=make_rows(entry))
+    return FleetOutcome(log=log, code=code, rows=make_rows(entry))
 
 
 @functools.cache

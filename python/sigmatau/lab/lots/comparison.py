@@ -18,7 +18,7 @@ from sigmatau.lab.lots.grouping import Cells, estimate_effects, holm, sort_into_
 from sigmatau.lab.lots.options import By, CompareOptions
 from sigmatau.lab.lots.preparing import collect_runs, drop_other_units, with_places, without_copies
 from sigmatau.lab.lots.repeatability import Judgement, RandomEffects, Scale, judge_groups, one_group
-from sigmatau.lab.lots.runs import SIGNED, Label, Run, RunTable
+from sigmatau.lab.lots.runs import SIGNED, ComparedRun, Label, RunTable
 from sigmatau.options import keywords_of
 from sigmatau.quality import compare_clocks
 from sigmatau.results import Tabular
@@ -50,7 +50,7 @@ class RunComparison(Tabular):
         axis.
     level : float
         Confidence level of tests and intervals.
-    runs : tuple of Run
+    runs : tuple of ComparedRun
         All results, in order: those with a `problem` are not compared.
     groups : tuple of str
         Names of the groups; one empty name if there is one group without a name.
@@ -78,7 +78,7 @@ class RunComparison(Tabular):
 
     by: By
     level: float
-    runs: tuple[Run, ...]
+    runs: tuple[ComparedRun, ...]
     groups: tuple[str, ...]
     clocks_off: Mapping[str, Finding]
     clocks_skipped: tuple[str, ...]
@@ -94,7 +94,7 @@ class RunComparison(Tabular):
     def __len__(self) -> int:
         return len(self.cells.label)
 
-    def key(self, row: int) -> tuple[str, Label]:
+    def key(self, at: int) -> tuple[str, Label]:
         """Group and label of a row.
 
         Parameters
@@ -108,7 +108,7 @@ class RunComparison(Tabular):
         label : Label
             Channel and term.
         """
-        return self.groups[self.cells.group[row]], self.table.labels[self.cells.label[row]]
+        return self.groups[self.cells.group[at]], self.table.labels[self.cells.label[at]]
 
     def __iter__(self) -> Iterator[tuple[str, str, str]]:
         """Group, channel and term of each row."""
@@ -126,7 +126,7 @@ class RunComparison(Tabular):
                 return self.row(row)
         raise KeyError(f"no values of {' '.join(wanted).strip()}")
 
-    def row(self, row: int) -> RandomEffects:
+    def row(self, at: int) -> RandomEffects:
         """The random effects of a row.
 
         Parameters
@@ -138,12 +138,12 @@ class RunComparison(Tabular):
         -------
         RandomEffects
         """
-        _, label = self.key(row)
+        _, label = self.key(at)
         scale: Scale = "absolute" if label.term in SIGNED else "relative"
-        return one_group(self.effects, row, scale=scale, level=self.level, std=float(self.cells.std[row]))
+        return one_group(self.effects, at, scale=scale, level=self.level, std=float(self.cells.std[at]))
 
-    def values(self, row: int) -> list[tuple[Run, float, float]]:
-        """Run, value and standard error of each value of a row.
+    def values(self, at: int) -> list[tuple[ComparedRun, float, float]]:
+        """ComparedRun, value and standard error of each value of a row.
 
         Parameters
         ----------
@@ -152,11 +152,11 @@ class RunComparison(Tabular):
 
         Returns
         -------
-        list of (Run, float, float)
+        list of (ComparedRun, float, float)
             The error is relative; of a signed term in SI. [SI]
         """
         table = self.table
-        return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(row)]
+        return [(self.runs[table.run[k]], float(table.value[k]), float(table.error[k])) for k in self.cells.rows(at)]
 
     def judgements(self) -> list[Judgement]:
         """Result of the tests for each row. P-values are corrected for the number of rows of the group (Holm): in a group
@@ -166,7 +166,7 @@ class RunComparison(Tabular):
         p, low, outlier = (holm(x, self.cells.group) for x in (e.p_value, e.p_low, e.outlier_p))
         return judge_groups(e.k, p, low, outlier, level=self.level)
 
-    def outliers(self) -> dict[int, Run]:
+    def outliers(self) -> dict[int, ComparedRun]:
         """The outlying run of each row."""
         outliers = {}
         for row, judgement in enumerate(self.judgements()):
@@ -174,11 +174,11 @@ class RunComparison(Tabular):
                 outliers[row] = self.runs[self.table.run[self.cells.rows(row)[self.effects.outlier[row]]]]
         return outliers
 
-    def below(self) -> dict[int, list[Run]]:
+    def below(self) -> dict[int, list[ComparedRun]]:
         """By row, the runs that do not show the term although they should: their upper limit is below the prediction
         interval of one more run. A ramp's limit is that of its magnitude.
         """
-        runs_below: dict[int, list[Run]] = {}
+        runs_below: dict[int, list[ComparedRun]] = {}
         for row in np.flatnonzero((self.cells.valued > 1) & (self.cells.looked > self.cells.valued)).tolist():
             effects = self.row(row)
             if effects.next_low is None or effects.next_high is None or effects.next_low < 0 < effects.next_high:
@@ -371,8 +371,8 @@ def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
     )
 
 
-def _clocks(runs: Sequence[Run]) -> tuple[dict[str, Finding], tuple[str, ...]]:
-    by_unit: dict[str, dict[str, Run]] = {}
+def _clocks(runs: Sequence[ComparedRun]) -> tuple[dict[str, Finding], tuple[str, ...]]:
+    by_unit: dict[str, dict[str, ComparedRun]] = {}
     for run in runs:
         if not run.problem and run.marks:
             by_unit.setdefault(run.serial, {})[run.name] = run

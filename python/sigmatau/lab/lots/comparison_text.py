@@ -84,10 +84,14 @@ def term_name(label: Label) -> str:
 
 def display_unit(label: Label, values: Iterable[float | None]) -> tuple[str, float]:
     """Unit in which values are printed, and its size in SI."""
-    if label.term == MEAN:
-        return display_units("bias_instability", label.quantity, label.rate_unit, values)[-1]
-    units = display_units(label.term, label.quantity, label.rate_unit, values)
-    return units[-1 if label.term == "bias_instability" else 0]
+    return usual_unit(label.term, label.quantity, label.rate_unit, values)
+
+
+def usual_unit(term: str, quantity: str, rate_unit: str, values: Iterable[float | None]) -> tuple[str, float]:
+    """Unit in which values of a coefficient or of a mean are printed, and its size in SI."""
+    if term in (MEAN, "bias_instability"):
+        return display_units("bias_instability", quantity, rate_unit, values)[-1]
+    return display_units(term, quantity, rate_unit, values)[0]
 
 
 def _single_group(comparison: RunComparison) -> list[str]:

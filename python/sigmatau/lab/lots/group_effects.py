@@ -28,10 +28,8 @@ from sigmatau._native.distributions import (
     student_below,
     student_quantile,
 )
+from sigmatau.arrays import Floats, Ints
 from sigmatau.frozen import frozen
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LEAST_RUNS_OF_OUTLIER = 3
 """Fewest runs of which one can be told not to belong; of two that differ, nothing says which."""

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.frozen import frozen
-from sigmatau.lab.lots.group_effects import Floats, GroupEffects, Ints, group_effects
+from sigmatau.lab.lots.group_effects import GroupEffects, group_effects
 from sigmatau.lab.lots.runs import LIMITED, OBSERVED, SIGNED, WITHOUT_ERROR, RunTable
 
 

@@ -10,17 +10,15 @@ from typing import Any, Literal, TypeAlias, get_args
 from sigmatau import Analysis
 from sigmatau.analysis import FailedAnalysis, as_result
 from sigmatau.errors import DataError, OptionError
-from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import Bias, Sided
 from sigmatau.lab.datasheets.compare import check_options, compare_with
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
-from sigmatau.lab.datasheets.verdict import Verdict
 from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
 from sigmatau.lab.lots.lot_judging import remarks_on_findings, remarks_on_verdict
 from sigmatau.lab.lots.lot_others import collect_distributions, compare_units
 from sigmatau.lab.lots.lot_remark import Remark, State, remark
-from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
+from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
 from sigmatau.lab.lots.lot_unit import UnitResult, summarize_unit, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
@@ -29,22 +27,6 @@ Result: TypeAlias = "Analysis | FailedAnalysis | Mapping[str, Any] | str | Path 
 
 _CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on
-
-
-@frozen(eq=False)
-class Examined:
-    """One unit, compared with the specification alone.
-
-    Attributes
-    ----------
-    result : UnitResult
-        The result of the unit, or why there is none.
-    verdict : Verdict or None
-        Comparison with the specification; None without a result or a specification.
-    """
-
-    result: UnitResult
-    verdict: Verdict | None = None
 
 
 def examine(
@@ -56,10 +38,10 @@ def examine(
     factor: float | None = None,
     sided: Sided | None = None,
     bias: Bias | None = None,
-) -> Examined:
+) -> UnitResult:
     """One unit alone, for `judge_lot`; an error that is given or raised is kept as the reason why there is no result."""
     if isinstance(result, Exception):
-        return Examined(result=without_result(str(result)))
+        return without_result(str(result))
     path = str(result) if isinstance(result, str | Path) else ""
     try:
         analysis = as_result(result)
@@ -67,16 +49,16 @@ def examine(
         if path and not unit.path:
             unit = replace(unit, path=path)
         if isinstance(analysis, FailedAnalysis) or unit.reason or sheet is None:
-            return Examined(result=unit)
+            return unit
         verdict = compare_with(analysis, sheet, unit=name, level=level, factor=factor, sided=sided, bias=bias)
     except DataError as error:
         absent = bool(path) and not Path(path).exists()
-        return Examined(result=without_result(error.without(path), path=path, absent=absent))
-    return Examined(result=unit, verdict=verdict)
+        return without_result(error.without(path), path=path, absent=absent)
+    return replace(unit, verdict=verdict)
 
 
 def judge_lot(
-    results: Mapping[str, Result | Examined] | Sequence[Result],
+    results: Mapping[str, Result | UnitResult] | Sequence[Result],
     spec: Datasheet | str | Path | None = None,
     *,
     expect: int | Sequence[str] | None = None,
@@ -156,16 +138,15 @@ def judge_lot(
     options: dict[str, Any] = {"level": level, "factor": factor, "sided": sided, "bias": bias}
     named = _named(results)
     examined = {
-        name: result if isinstance(result, Examined) else examine(result, sheet, name=name, **options)
+        name: result if isinstance(result, UnitResult) else examine(result, sheet, name=name, **options)
         for name, result in named.items()
     }
     absent, surplus = _absent(examined, expect)
     if not examined and not absent:
         raise OptionError("{option}: no units; give results or the number of units to expect", option="results")
-    unit_results = {name: unit.result for name, unit in examined.items()}
-    distributions = collect_distributions(unit_results)
-    remarks = compare_units(unit_results, distributions, judged=sheet is not None)
-    settings = Settings(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
+    distributions = collect_distributions(examined)
+    remarks = compare_units(examined, distributions, judged=sheet is not None)
+    settings = JudgingOptions(undecided=undecided, fail_on=fail_on, accept=tuple(accept), **options)
     units = [
         _judged(
             name,
@@ -223,7 +204,7 @@ def _finding_codes() -> set[str]:
     return set(details_by_code())
 
 
-def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[str, Result | Examined]:
+def _named(results: Mapping[str, Result | UnitResult] | Sequence[Result]) -> dict[str, Result | UnitResult]:
     """Results by the name of their unit."""
     if isinstance(results, Mapping):
         return {str(name): result for name, result in results.items()}
@@ -243,7 +224,7 @@ def _named(results: Mapping[str, Result | Examined] | Sequence[Result]) -> dict[
     return dict(zip(unique, results, strict=True))
 
 
-def _absent(examined: Mapping[str, Examined], expect: int | Sequence[str] | None) -> tuple[list[str], int]:
+def _absent(examined: Mapping[str, UnitResult], expect: int | Sequence[str] | None) -> tuple[list[str], int]:
     """Names of the units that are expected and not there, and how many more there are than expected."""
     if expect is None:
         return [], 0
@@ -276,14 +257,19 @@ def _is_expected(name: str, expect: int | Sequence[str] | None) -> bool:
 
 
 def _judged(
-    name: str, unit: Examined, comparison: Sequence[Remark], settings: Settings, *, with_spec: bool, expected: bool
+    name: str,
+    result: UnitResult,
+    comparison: Sequence[Remark],
+    settings: JudgingOptions,
+    *,
+    with_spec: bool,
+    expected: bool,
 ) -> JudgedUnit:
-    result = unit.result
     if result.error:
         state: State = "missing" if result.absent else "unreadable"
         details = Missing() if result.absent else Unreadable(reason=result.error)
         return JudgedUnit(name=name, state=state, remarks=(remark(details, "data"),), result=result)
-    remarks = [] if unit.verdict is None else remarks_on_verdict(unit.verdict)
+    remarks = [] if result.verdict is None else remarks_on_verdict(result.verdict)
     remarks += [*comparison, *remarks_on_findings(result)]
     if not expected:
         remarks.append(remark(NotExpected(), "data"))
@@ -293,7 +279,7 @@ def _judged(
     state = _state(remarks, settings, with_spec=with_spec)
     order = {"limit": 1, "lot": 2, "data": 3, "judging": 4, "note": 5}
     remarks.sort(key=lambda remark_: 0 if _is_cause(remark_) else order[remark_.kind])
-    return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result, verdict=unit.verdict)
+    return JudgedUnit(name=name, state=state, remarks=tuple(remarks), result=result)
 
 
 def _is_cause(remark_: Remark) -> bool:
@@ -303,7 +289,7 @@ def _is_cause(remark_: Remark) -> bool:
     return remark_.code in _CAUSES and remark_.kind != "note" and mistaken
 
 
-def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) -> State:
+def _state(remarks: Sequence[Remark], settings: JudgingOptions, *, with_spec: bool) -> State:
     """The state of a unit that has a result."""
     doubts = [remark_ for remark_ in remarks if remark_.kind in ("judging", "data", "lot")]
     warned = settings.fail_on == "warning" and any(remark_.kind != "judging" for remark_ in doubts)
@@ -313,7 +299,7 @@ def _state(remarks: Sequence[Remark], settings: Settings, *, with_spec: bool) ->
     return "not_judged" if doubts or not with_spec else "passed"
 
 
-def _accepted(remark_: Remark, settings: Settings) -> Remark:
+def _accepted(remark_: Remark, settings: JudgingOptions) -> Remark:
     """A remark that the options take as no obstacle, as a note."""
     passes = settings.undecided == "pass" and remark_.code in _OPEN
     return (

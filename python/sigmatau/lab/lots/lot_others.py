@@ -13,7 +13,7 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.lots.lot_findings import OtherAxes, OtherRate, OtherScale, Outlier, SameData, ShortRecord
 from sigmatau.lab.lots.lot_remark import Remark, remark
 from sigmatau.lab.lots.lot_statistics import Band, Distribution, band, distribution, mistaken_units, scale
-from sigmatau.lab.lots.lot_unit import Coefficient, UnitResult
+from sigmatau.lab.lots.lot_unit import UnitCoefficient, UnitResult
 from sigmatau.lab.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import TERMS
 from sigmatau.record import stream_name
@@ -28,7 +28,7 @@ tens of per cent."""
 _SAME_ON_AXES = math.log(1.5)  # by which the axes of a sensor differ in their scale at most
 _SHORT = 0.8  # of the usual length
 _OTHER_RATE = 0.02  # relative difference of sampling rates; clocks differ by less
-_LEVEL = 3.92  # width of a 95 % interval in standard errors
+_INTERVAL_WIDTH = 3.92  # width of a 95 % interval in standard errors
 
 
 @frozen(eq=False)
@@ -64,11 +64,11 @@ def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
     return Distributions(values=distributions, bands=tuple(bands))
 
 
-def _error(coefficient: Coefficient) -> float:
+def _error(coefficient: UnitCoefficient) -> float:
     """Standard error of the logarithm of a coefficient, from its interval; 0 without one."""
     if coefficient.low is None or coefficient.high is None:
         return 0.0
-    return math.log(coefficient.high / coefficient.low) / _LEVEL if coefficient.low > 0 else math.inf
+    return math.log(coefficient.high / coefficient.low) / _INTERVAL_WIDTH if coefficient.low > 0 else math.inf
 
 
 def compare_units(

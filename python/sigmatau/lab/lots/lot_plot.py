@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.plot.curves import COLOURS
 from sigmatau.plot.svg import Drawing
@@ -15,7 +15,6 @@ from sigmatau.plot.svg import Drawing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 _LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 11.0, 0.5, 0.5, 7.0  # margins of axes [mm]
 _FAINT, _RED = "#9aa3ad", "#a3211b"
@@ -38,8 +37,8 @@ class LotCurves:
         50 %, 10 % and 90 % of the units. [unit]
     units : mapping of str to ndarray, shape (n_tau,)
         Deviations by unit. [unit]
-    limits : tuple of ndarray, shape (n_tau,)
-        Lines of the maxima of the specification. [unit]
+    limits : sequence of (str, ndarray of shape (n_tau,))
+        Names and lines of the maxima of the specification. [unit]
     """
 
     title: str
@@ -49,7 +48,7 @@ class LotCurves:
     low: Floats
     high: Floats
     units: Mapping[str, Floats]
-    limits: tuple[Floats, ...] = ()
+    limits: Sequence[tuple[str, Floats]] = ()
 
 
 def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = None) -> Figure:  # noqa: ANN401
@@ -78,7 +77,7 @@ def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = 
                 place.loglog(panel.tau, curve, color=_FAINT, linewidth=0.4, alpha=0.5)
         place.fill_between(panel.tau, panel.low, panel.high, color=COLOURS[0], alpha=0.2, linewidth=0)
         place.loglog(panel.tau, panel.median, color=COLOURS[0], linewidth=1.6, label="median, 10–90 %")
-        for limit in panel.limits:
+        for _, limit in panel.limits:
             place.loglog(panel.tau, limit, color=_RED, linewidth=1, linestyle="--")
         for name, colour in zip(named, COLOURS[1:], strict=False):
             place.loglog(panel.tau, panel.units[name], color=colour, linewidth=1, label=name)
@@ -104,7 +103,7 @@ def curves_svg(panel: LotCurves, marked: Sequence[str], *, width: float, height:
             ax.line(x, np.log10(curve), _FAINT, 0.2)
     ax.area(x, np.log10(panel.low), np.log10(panel.high), COLOURS[0])
     ax.line(x, np.log10(panel.median), COLOURS[0], 0.8)
-    for limit in panel.limits:
+    for _, limit in panel.limits:
         ax.line(x, np.log10(limit), _RED, 0.6, (3.0, 1.5))
     for name, colour in zip(marked, COLOURS[1:], strict=False):
         if name in panel.units:

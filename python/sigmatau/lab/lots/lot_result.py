@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sigmatau import __version__
+from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.verdict import Verdict
 from sigmatau.lab.lots.lot_remark import STATES, Remark, State
-from sigmatau.lab.lots.lot_statistics import Band, Distribution, Floats
+from sigmatau.lab.lots.lot_statistics import Band, Distribution
 from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.lab.lots.lot_words import STATE_WORDS, what_text, what_unit
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import TERMS, coefficient_unit
+from sigmatau.record import stream_name
 from sigmatau.results import Tabular, plain, printable
 
 if TYPE_CHECKING:
@@ -34,7 +36,7 @@ FAILED, OPEN = 3, 4
 
 
 @frozen
-class Settings:
+class JudgingOptions:
     """The options of a judgement, as for `sigmatau.judge_lot`.
 
     Attributes
@@ -79,15 +81,17 @@ class JudgedUnit:
     remarks : tuple of Remark
         Those that decide first.
     result : UnitResult
-    verdict : Verdict or None
-        The comparison with the specification, number by number.
     """
 
     name: str
     state: State
     remarks: tuple[Remark, ...]
     result: UnitResult
-    verdict: Verdict | None = None
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The comparison with the specification, number by number; None without a result or a specification."""
+        return self.result.verdict
 
     @property
     def reasons(self) -> tuple[Remark, ...]:
@@ -167,7 +171,7 @@ class Lot(Tabular):
         How many units were expected.
     too_many : int
         Units beyond the number that was expected.
-    settings : Settings
+    settings : JudgingOptions
 
     See Also
     --------
@@ -190,7 +194,7 @@ class Lot(Tabular):
     bands: tuple[Band, ...]
     expected: int | None = None
     too_many: int = 0
-    settings: Settings = Settings()
+    settings: JudgingOptions = JudgingOptions()
 
     def of(self, state: State) -> tuple[JudgedUnit, ...]:
         """The units of a state.
@@ -374,7 +378,7 @@ class Lot(Tabular):
             low=one.low / factor,
             high=one.high / factor,
             units={name: curve / factor for name, curve in one.curves.items()},
-            limits=tuple(line / factor for _, line in self.limit_lines(one.channel, one.tau)),
+            limits=[(label, line / factor) for label, line in self.limit_lines(one.channel, one.tau)],
         )
 
     def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
@@ -409,60 +413,66 @@ class Lot(Tabular):
 
 
 def _si_unit(what: str, quantity: str, unit: str) -> str:
-    from sigmatau.noise.terms import coefficient_unit
-
     return coefficient_unit("bias_instability" if what.startswith("means_") else what, quantity, unit)
 
 
 @frozen(eq=False)
 class Pooled:
-    """A coefficient over all channels of a sensor and all units."""
+    """A coefficient over all channels of a sensor and all units; numbers are in `unit`."""
 
     sensor: str
     what: str
     label: str
-    unit: str  # in which the numbers are
-    units: int
-    median: float
-    low: float
-    high: float
-    spread: float
+    unit: str
+    factor: float  # of the unit to SI
     limits: tuple[float, ...]
-    outliers: Mapping[tuple[str, str], float]  # by unit and channel: ratio to the median
-    drifts: Sequence[Distribution]
+    distributions: Sequence[Distribution]  # of the channels
+
+    @property
+    def title(self) -> str:
+        """Sensor and coefficient."""
+        return f"{self.sensor}: {self.label}"
+
+    @property
+    def units(self) -> int:
+        """Number of units that show it."""
+        return len({name for distribution in self.distributions for name in distribution.units})
+
+    @property
+    def values(self) -> Floats:
+        """All values."""
+        return np.concatenate([distribution.values for distribution in self.distributions]) / self.factor
+
+    @property
+    def spread(self) -> float:
+        """Relative standard deviation over the units, median of the channels."""
+        return float(np.median([distribution.spread for distribution in self.distributions]))
+
+    @property
+    def outliers(self) -> dict[tuple[str, str], float]:
+        """By unit and channel, the ratio to the median."""
+        return {(name, d.channel): ratio for d in self.distributions for name, ratio in d.outliers.items()}
 
 
 def pooled(lot: Lot) -> list[Pooled]:
     """The distributions of a lot, those of the channels of a sensor together."""
-    from sigmatau.record import stream_name
-
     groups: dict[tuple[str, str], list[Distribution]] = {}
     for distribution in lot.distributions:
         groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)
     rows = []
-    for (sensor, what), those in groups.items():
-        quantity, unit = lot.quantity_of(those[0].channel)
-        text, factor = what_unit(what, quantity, unit, [group.median for group in those])
-        values = np.concatenate([distribution.values for distribution in those]) / factor
-        limits = {limit / factor for distribution in those for limit in lot.limits(distribution.channel, what)}
+    for (sensor, what), members in groups.items():
+        quantity, si = lot.quantity_of(members[0].channel)
+        unit, factor = what_unit(what, quantity, si, [distribution.median for distribution in members])
+        limits = {limit / factor for distribution in members for limit in lot.limits(distribution.channel, what)}
         rows.append(
             Pooled(
                 sensor=sensor,
                 what=what,
                 label=what_text(what, quantity),
-                unit=text,
-                units=len({name for distribution in those for name in distribution.units}),
-                median=float(np.median(values)),
-                low=float(values.min()),
-                high=float(values.max()),
-                spread=float(np.median([distribution.spread for distribution in those])),
+                unit=unit,
+                factor=factor,
                 limits=tuple(sorted(limits)),
-                outliers={
-                    (name, distribution.channel): ratio
-                    for distribution in those
-                    for name, ratio in distribution.outliers.items()
-                },
-                drifts=[distribution for distribution in those if distribution.drift is not None],
+                distributions=members,
             )
         )
     order = {sensor: k for k, sensor in enumerate(dict.fromkeys(row.sensor for row in rows))}

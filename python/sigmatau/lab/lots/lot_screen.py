@@ -6,6 +6,8 @@ import math
 import textwrap
 from collections.abc import Sequence
 
+import numpy as np
+
 from sigmatau.digits import significant
 from sigmatau.hints import Hint, worded
 from sigmatau.lab.lots.lot_findings import difference
@@ -138,10 +140,10 @@ def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
             (
                 f"{row.sensor} {_abbreviated(row)}",
                 str(row.units),
-                significant(row.median, zeros=True),
+                significant(float(np.median(row.values)), zeros=True),
                 percent(row.spread) if row.units > 1 else "–",
-                significant(row.low, zeros=True),
-                significant(row.high, zeros=True),
+                significant(float(row.values.min()), zeros=True),
+                significant(float(row.values.max()), zeros=True),
                 " or ".join(f"{limit:.3g}" for limit in row.limits) or "–",
                 row.unit,
                 str(len({name for name, _ in row.outliers})) if row.outliers else "",

@@ -18,13 +18,12 @@ from dataclasses import field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native.distributions import student_below, student_quantile
+from sigmatau.arrays import SIGMA_OF_MAD, Floats
 from sigmatau.frozen import frozen
 from sigmatau.results import plain
-
-Floats = NDArray[np.float64]
+from sigmatau.units import STANDARD_GRAVITY
 
 FALSE_ALARMS = 0.05
 """Probability that a lot without outliers has one named in any of its distributions; and of a drift likewise."""
@@ -40,7 +39,6 @@ LEAST_IN_ORDER = 10
 
 _MOST_OUTLIERS = 0.25  # share of the units that may be named
 _ERRORS = 3.0  # standard errors of its own measurement by which an outlier differs at least
-_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 _MOST_SLOPES = 600  # units whose slopes are taken in pairs; of more, evenly spread ones
 
 
@@ -125,7 +123,7 @@ def distribution(
         median=math.exp(middle),
         low=float(x.min()),
         high=float(x.max()),
-        spread=_MAD * float(np.median(np.abs(logs - middle))),
+        spread=SIGMA_OF_MAD * float(np.median(np.abs(logs - middle))),
         below=below,
         outliers=ratios,
         drift=None if change is None else math.expm1(change),
@@ -272,9 +270,9 @@ FACTORS: Mapping[str, Sequence[tuple[float, str, str]]] = {
         (1000.0, "mdeg/s", "deg/s"),
     ),
     "acceleration": (
-        (9.80665, "m/s^2", "g"),
+        (STANDARD_GRAVITY, "m/s^2", "g"),
         (1000.0, "mg", "g"),
-        (9806.65 / 9.80665**2, "mg", "m/s^2"),
+        (1000.0 / STANDARD_GRAVITY, "mg", "m/s^2"),
     ),
 }
 """Factors of mistaken units by quantity: the numbers are in the first unit and were read in the second one."""

@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sigmatau import Analysis, Finding
 from sigmatau.analysis import FailedAnalysis
+from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.fitting import FittedTerm
 from sigmatau.frozen import frozen
+from sigmatau.lab.datasheets.verdict import Verdict
 from sigmatau.quality import reason_without_fits
-
-Floats = NDArray[np.float64]
 
 
 @frozen
-class Coefficient:
+class UnitCoefficient:
     """A coefficient, or the standard deviation of means, in SI; a ramp without its sign.
 
     Attributes
@@ -56,7 +53,7 @@ class UnitChannel:
         Averaging times. [s]
     adev : ndarray, shape (n_tau,)
         Allan deviation. [unit]
-    coefficients : mapping of str to Coefficient
+    coefficients : mapping of str to UnitCoefficient
         By term, and by ``"means_10"`` and ``"means_100"``.
     trust : str
         ``"good"``, ``"partial"`` or ``"poor"``; empty if not known.
@@ -68,7 +65,7 @@ class UnitChannel:
     samples: int
     tau: Floats
     adev: Floats
-    coefficients: Mapping[str, Coefficient]
+    coefficients: Mapping[str, UnitCoefficient]
     trust: str = ""
 
     @property
@@ -99,6 +96,8 @@ class UnitResult:
         Why the unit has no result, without the file; empty if it has one.
     absent : bool
         Whether there is no file at all.
+    verdict : Verdict or None
+        Comparison with the specification; None without a result or a specification.
     """
 
     path: str = ""
@@ -109,6 +108,7 @@ class UnitResult:
     reason: str = ""
     error: str = ""
     absent: bool = False
+    verdict: Verdict | None = None
 
 
 def without_result(error: str, *, path: str = "", absent: bool = False) -> UnitResult:
@@ -137,7 +137,7 @@ def _channel(result: Analysis, name: str) -> UnitChannel:
     terms = {} if fit is None else fit.terms
     coefficients = {term: _coefficient(fitted) for term, fitted in terms.items()}
     for row in result.mean_stability.get(name, ()):
-        coefficients[f"means_{row.average:.3g}"] = Coefficient(value=row.value, low=row.low, high=row.high)
+        coefficients[f"means_{row.average:.3g}"] = UnitCoefficient(value=row.value, low=row.low, high=row.high)
     return UnitChannel(
         quantity=curve.quantity,
         unit=curve.unit,
@@ -150,9 +150,9 @@ def _channel(result: Analysis, name: str) -> UnitChannel:
     )
 
 
-def _coefficient(term: FittedTerm) -> Coefficient:
+def _coefficient(term: FittedTerm) -> UnitCoefficient:
     value, low, high = (None if number is None else abs(number) for number in (term.value, term.low, term.high))
     if low is not None and high is not None:
         across = (term.low or 0.0) < 0 < (term.high or 0.0)
         low, high = 0.0 if across else min(low, high), max(low, high)
-    return Coefficient(value=value, low=low, high=high, limit=term.upper_limit)
+    return UnitCoefficient(value=value, low=low, high=high, limit=term.upper_limit)

@@ -12,7 +12,7 @@ import numpy as np
 from sigmatau.analysis import as_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.lots.reading import gather, read_runs
-from sigmatau.lab.lots.runs import Run, RunsBuilder, RunTable, joined
+from sigmatau.lab.lots.runs import ComparedRun, RunsBuilder, RunTable, joined
 
 
 def collect_runs(
@@ -54,7 +54,7 @@ def collect_runs(
         try:
             builder.add_result(as_result(result), name=name, serial=serial)
         except DataError as error:
-            builder.add_run(Run(name=name, serial=serial or "", problem=str(error)))
+            builder.add_run(ComparedRun(name=name, serial=serial or "", problem=str(error)))
         part = builder.table()
         if names is not None:
             part = replace(part, runs=tuple(replace(run, name=name) for run in part.runs))
@@ -62,13 +62,13 @@ def collect_runs(
     return joined(tables)
 
 
-def without_copies(table: RunTable) -> tuple[Run, ...]:
+def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
     """Results that are there twice are named, because copies are not independent: of the same log, or with the same values
     to the last bit, which two records do not have. Values that were typed may be equal.
     """
     order = np.argsort(table.run, kind="stable")
     ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
-    first_runs: dict[object, Run] = {}
+    first_runs: dict[object, ComparedRun] = {}
     runs = []
     for k, run in enumerate(table.runs):
         run_rows = order[ends[k] : ends[k + 1]]
@@ -89,7 +89,7 @@ def without_copies(table: RunTable) -> tuple[Run, ...]:
     return tuple(runs)
 
 
-def with_places(runs: tuple[Run, ...]) -> tuple[Run, ...]:
+def with_places(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
     """Units by folder if no note names them and there are several folders; names that tell the runs of a unit apart."""
     named = any(run.serial for run in runs)
     folders = set() if named else {Path(run.place).parent for run in runs if run.place and not run.problem}

@@ -14,11 +14,12 @@ from sigmatau.analysis import CoefficientsForm, read_result
 from sigmatau.errors import DataError
 from sigmatau.hints import Hint, command
 from sigmatau.lab.lots.runs import (
+    LEVEL,
     LIMITED,
     OBSERVED,
     SIGNED,
     WITHOUT_ERROR,
-    Run,
+    ComparedRun,
     RunsBuilder,
     RunTable,
     joined,
@@ -29,13 +30,14 @@ from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.units import find, usual
 
 _FILES_OF_ONE_PROCESS = 200  # files that one process reads in less time than others take to start
-_LEVEL = 0.95  # of the CSV of analyze, which does not state it
 _CURVES = "-curves.csv"
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 
-def gather(places: Sequence[Path]) -> list[Path]:
-    """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without results."""
+def gather(places: Sequence[Path], *, tables: bool = True) -> list[Path]:
+    """The files; those of a folder and its subfolders sorted by name, with `tables` of coefficients that have no
+    JSON beside them. Raises `DataError` for a folder without results.
+    """
     files: list[Path] = []
     for place in places:
         if not place.is_dir():
@@ -43,11 +45,11 @@ def gather(places: Sequence[Path]) -> list[Path]:
             continue
         # Hidden files are no results: a killed run leaves its half-written ones under such names.
         visible = (os.path.join(path, name) for path, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
-        inside = sorted(visible, key=_natural)
+        inside = sorted(visible, key=natural_order)
         results = [file for file in inside if file[-5:].lower() == ".json" and Path(file).is_file()]
         named = {file[:-5] for file in results}
-        tables = (file for file in inside if file[-4:].lower() == ".csv" and not file.endswith(_CURVES))
-        results += [f for f in tables if f[:-4] not in named and Path(f).is_file() and _header(Path(f)) is not None]
+        csv_files = (f for f in inside if tables and f[-4:].lower() == ".csv" and not f.endswith(_CURVES))
+        results += [f for f in csv_files if f[:-4] not in named and Path(f).is_file() and _header(Path(f)) is not None]
         if not results:
             raise DataError(
                 f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
@@ -59,7 +61,7 @@ def gather(places: Sequence[Path]) -> list[Path]:
 _DIGITS = re.compile(r"(\d+)")
 
 
-def _natural(file: str) -> list[tuple[int, str]]:
+def natural_order(file: str) -> list[tuple[int, str]]:
     """So that day 10 follows day 9."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in _DIGITS.split(file)]
 
@@ -85,7 +87,7 @@ def _read(files: Sequence[Path]) -> RunTable:
             else:
                 builder.add_result(read_result(file, as_form=CoefficientsForm), name=file.stem, place=str(file))
         except DataError as error:
-            builder.add_run(Run(name=file.stem, serial="", place=str(file), problem=error.reason))
+            builder.add_run(ComparedRun(name=file.stem, serial="", place=str(file), problem=error.reason))
     return builder.table()
 
 
@@ -126,7 +128,7 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
                 name = file.stem if run_column is None else cells[run_column].strip()
                 serial = "" if serial_column is None else cells[serial_column].strip()
                 if (serial, name) not in runs:
-                    run = Run(name=name, serial=serial, place=str(file), typed=run_column is not None)
+                    run = ComparedRun(name=name, serial=serial, place=str(file), typed=run_column is not None)
                     runs[serial, name] = builder.add_run(run)
                 try:
                     reader.add(builder, runs[serial, name], name, cells)
@@ -189,7 +191,7 @@ class _Rows:
                 raise DataError(f"error {error:g} must be positive; leave it empty if it is not known")
             spread = error if signed else error / value
         elif not math.isnan(low) and not math.isnan(high):
-            spread = standard_error(label[2], value, low, high, level=_LEVEL)
+            spread = standard_error(label[2], value, low, high, level=LEVEL)
         else:
             spread = math.nan
         status = WITHOUT_ERROR if math.isnan(spread) else OBSERVED

@@ -13,10 +13,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sigmatau.arrays import Floats, Ints
 from sigmatau.digits import round_to_error, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
-from sigmatau.lab.lots.group_effects import Floats, GroupEffects, Ints, group_effects
+from sigmatau.lab.lots.group_effects import GroupEffects, group_effects
 from sigmatau.results import Printed, plain
 
 Scale = Literal["relative", "absolute"]

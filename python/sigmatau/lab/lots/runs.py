@@ -16,13 +16,16 @@ from numpy.typing import NDArray
 from sigmatau import Analysis, NoiseFit, ReadOff
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import FailedAnalysis, as_analysis
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
-from sigmatau.lab.lots.group_effects import Floats, Ints
 from sigmatau.quality import Mark, collect_marks, reason_without_fits
 
 MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
+
+LEVEL = 0.95
+"""Level of the intervals of a table of coefficients and of a mean, which do not state one: the default of `analyze`."""
 
 SIGNED = ("rate_ramp", MEAN)
 """Terms whose values have a sign: they are compared as they are, all others by their logarithms."""
@@ -61,7 +64,7 @@ class Label:
 
 
 @frozen
-class Run:
+class ComparedRun:
     """A result that is compared, or why it is not.
 
     Attributes
@@ -97,7 +100,7 @@ class Run:
 class RunTable:
     """Rows of all runs. Arrays have one entry per row."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[ComparedRun, ...]
     labels: tuple[Label, ...]
     run: Ints  # position in `runs`
     label: Ints  # position in `labels`
@@ -112,7 +115,7 @@ class RunsBuilder:
     """Collects runs and rows, and makes the table."""
 
     def __init__(self) -> None:
-        self._runs: list[Run] = []
+        self._runs: list[ComparedRun] = []
         self._labels: dict[tuple[str, str, str, str, str], int] = {}
         self._places = array("q")  # run, label and status of each row
         self._numbers = array("d")  # its value, error, limit and delta
@@ -127,7 +130,7 @@ class RunsBuilder:
             del self._runs[runs:], self._places[places:], self._numbers[numbers:]
             raise
 
-    def add_run(self, run: Run) -> int:
+    def add_run(self, run: ComparedRun) -> int:
         """A run, to which rows belong; its position."""
         self._runs.append(run)
         return len(self._runs) - 1
@@ -153,7 +156,7 @@ class RunsBuilder:
     ) -> None:
         """A result; `serial` names its unit, whatever its notes say."""
         run_name, unit = _named(name, result.notes, serial)
-        run = Run(name=run_name, serial=unit, place=place, notes=result.notes)
+        run = ComparedRun(name=run_name, serial=unit, place=place, notes=result.notes)
         try:
             analysis = as_analysis(result)
             rows = _rows(analysis)
@@ -187,7 +190,7 @@ def joined(tables: Sequence[RunTable]) -> RunTable:
     if len(tables) == 1:
         return tables[0]
     labels: dict[Label, int] = {}
-    runs: list[Run] = []
+    runs: list[ComparedRun] = []
     run, label = [], []
     for table in tables:
         places = np.array([labels.setdefault(label_, len(labels)) for label_ in table.labels], dtype=np.int64)

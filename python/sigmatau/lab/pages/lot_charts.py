@@ -10,15 +10,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sigmatau.lab.lots.lot_result import Lot
-from sigmatau.lab.lots.lot_statistics import Band, Distribution
-from sigmatau.lab.lots.lot_words import what_text, what_unit
-from sigmatau.noise.terms import display_units
-from sigmatau.record import stream_name
-
-Floats = NDArray[np.float64]
+from sigmatau.arrays import Floats
+from sigmatau.lab.lots.lot_result import Lot, Pooled, pooled
+from sigmatau.lab.lots.lot_statistics import Band
 
 _DIGITS = 4
 _STEP = 1000  # of a decade
@@ -31,63 +26,48 @@ def chart_data(lot: Lot) -> dict[str, Any]:
     return {
         "units": names,
         "curves": [_curves(lot, band, number) for band in lot.bands if len(band.tau)],
-        "values": _values(lot, number),
+        "values": [_values(row, number) for row in pooled(lot)],
     }
 
 
 def _curves(lot: Lot, band: Band, number: Mapping[str, int]) -> dict[str, Any]:
-    text, factor = display_units("bias_instability", band.quantity, band.unit, band.median.tolist())[-1]
-    middle = np.log10(band.median)
+    panel = lot.curves_of(band)
     rows = {}
-    for name, curve in band.curves.items():
+    for name, curve in panel.units.items():
         with np.errstate(divide="ignore", invalid="ignore"):
-            steps = _STEP * (np.log10(curve) - middle)
+            steps = _STEP * (np.log10(curve) - np.log10(panel.median))
         rows[number[name]] = [None if not math.isfinite(step) else round(step) for step in steps.tolist()]
     return {
-        "channel": band.channel,
-        "unit": text,
-        "tau": _short(band.tau),
-        "median": _short(band.median / factor),
-        "low": _short(band.low / factor),
-        "high": _short(band.high / factor),
+        "channel": panel.title,
+        "unit": panel.unit,
+        "tau": _short(panel.tau),
+        "median": _short(panel.median),
+        "low": _short(panel.low),
+        "high": _short(panel.high),
         "rows": list(rows.values()),
         "of": list(rows),
         "marked": [number[name] for name in lot.marked(band.channel) if name in number],
-        "limits": [
-            {"text": f"maximum of {label}", "adev": _short(line / factor)}
-            for label, line in lot.limit_lines(band.channel, band.tau)
-        ],
+        "limits": [{"text": f"maximum of {label}", "adev": _short(line)} for label, line in panel.limits],
     }
 
 
-def _values(lot: Lot, number: Mapping[str, int]) -> list[dict[str, Any]]:
-    groups: dict[tuple[str, str], list[Distribution]] = {}
-    for distribution in lot.distributions:
-        groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)
-    panels = []
-    for (sensor, what), those in groups.items():
-        quantity, unit = lot.quantity_of(those[0].channel)
-        text, factor = what_unit(what, quantity, unit, [group.median for group in those])
-        limits = sorted({limit / factor for distribution in those for limit in lot.limits(distribution.channel, what)})
-        panels.append(
+def _values(row: Pooled, number: Mapping[str, int]) -> dict[str, Any]:
+    return {
+        "title": row.title,
+        "unit": row.unit,
+        "limits": _short(row.limits),
+        "channels": [
             {
-                "title": f"{sensor}: {what_text(what, quantity)}",
-                "unit": text,
-                "limits": _short(limits),
-                "channels": [
-                    {
-                        "name": distribution.channel,
-                        "at": [number[name] for name in distribution.units],
-                        "values": _short(distribution.values / factor),
-                        "median": _short([distribution.median / factor])[0],
-                        "outliers": [number[name] for name in distribution.outliers],
-                        "drift": None if distribution.drift is None else _short([distribution.drift])[0],
-                    }
-                    for distribution in those
-                ],
+                "name": distribution.channel,
+                "at": [number[name] for name in distribution.units],
+                "values": _short(distribution.values / row.factor),
+                "median": _short([distribution.median / row.factor])[0],
+                "outliers": [number[name] for name in distribution.outliers],
+                "drift": None if distribution.drift is None else _short([distribution.drift])[0],
             }
-        )
-    return panels
+            for distribution in row.distributions
+        ],
+    }
 
 
 def _short(values: Floats | Sequence[float]) -> list[float]:

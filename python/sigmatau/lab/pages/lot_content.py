@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from sigmatau import __version__
 from sigmatau.digits import significant
 from sigmatau.lab.datasheets.claims import Claim
-from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Settings
+from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
 from sigmatau.lab.lots.lot_words import listed, percent, what_text, what_unit
 from sigmatau.record import stream_name
 from sigmatau.results import printable
@@ -57,7 +57,7 @@ def claim_rows(lot: Lot) -> list[list[str]]:
     return rows
 
 
-def _convention(claim: Claim, settings: Settings) -> str:
+def _convention(claim: Claim, settings: JudgingOptions) -> str:
     """The convention that the specification states, or that an option chose."""
     chosen = settings.sided if claim.key == "noise_density" else settings.bias
     if claim.convention == "unknown" and chosen is not None:

@@ -23,8 +23,8 @@ from sigmatau.lab.pages.lot_content import (
     number_columns,
     unit_values,
 )
-from sigmatau.reporting.html import POLICY, asset, bundled
-from sigmatau.reporting.markup import Markup, data, element, joined, name, raised, script, style
+from sigmatau.reporting.html import asset, frame, section
+from sigmatau.reporting.markup import Markup, element, joined, name, raised
 from sigmatau.results import printable
 
 _SCRIPTS = ("page", "numbers", "plot")
@@ -34,53 +34,36 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
     """The lot as HTML."""
     moment = moment_text(date)
     spec = "" if lot.spec is None else lot.spec.name
-    made_by = f"sigmatau {__version__}"
-    sections = [
-        ("summary", "Summary", _summary(lot)),
-        ("units", "Units", _units(lot)),
-        ("distribution", "Distribution and drift", _distribution(lot)),
-        ("curves", "Allan deviation", _curves()),
-        ("findings", "Findings of each unit", _findings(lot)),
-        ("done", "What was done", _done(lot, command, moment)),
-    ]
-    links = [element("a", heading, href=f"#{id_}") for id_, heading, _ in sections]
-    head = element(
-        "head",
-        element("meta", charset="utf-8"),
-        element("meta", name="generator", content=made_by),
-        element("meta", http_equiv="Content-Security-Policy", content=POLICY),
-        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        element("meta", name="color-scheme", content="light dark"),
-        element("title", f"{printable(title)} – {spec or 'lot report'}"),
-        style(asset("uplot/uPlot.min.css") + asset("report.css") + asset("lot.css", __package__)),
-    )
     chips = [
         element("span", f"{number} {STATE_WORDS[state]}", class_=f"chip {MARKS[state]}")  # type: ignore[index]
         for state, number in lot.counts.items()
         if number
     ]
-    body = element(
-        "body",
-        element("a", "Skip to the results", href="#summary", class_="skip"),
-        element(
-            "header",
-            element("p", "Lot report", class_="kind"),
-            element("h1", name(printable(title) if not spec else f"{printable(title)}: {spec}")),
-            element("p", element("span", moment), class_="headline"),
-            element("p", chips, class_="chips"),
-            element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True),
-        ),
-        element("nav", links, aria_label="Sections"),
-        element(
-            "main",
-            element("noscript", element("p", "The charts need JavaScript; all numbers are in the tables.")),
-            (element("section", element("h2", heading), inside, id=id_) for id_, heading, inside in sections),
-        ),
-        element("footer", f"Made by {made_by} on {moment}. This file needs no network."),
-        data(chart_data(lot), id_="charts"),
-        script(bundled(*(asset(f"{module}.js") for module in _SCRIPTS), asset("lot.js", __package__))),
+    header = element(
+        "header",
+        element("p", "Lot report", class_="kind"),
+        element("h1", name(printable(title) if not spec else f"{printable(title)}: {spec}")),
+        element("p", element("span", moment), class_="headline"),
+        element("p", chips, class_="chips"),
+        element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True),
     )
-    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+    return frame(
+        title=f"{printable(title)} – {spec or 'lot report'}",
+        made_by=f"sigmatau {__version__}",
+        date=moment,
+        header=header,
+        sections=[
+            section("summary", "Summary", _summary(lot)),
+            section("units", "Units", _units(lot)),
+            section("distribution", "Distribution and drift", _distribution(lot)),
+            section("curves", "Allan deviation", _curves()),
+            section("findings", "Findings of each unit", _findings(lot)),
+            section("done", "What was done", _done(lot, command, moment)),
+        ],
+        charts=chart_data(lot),
+        styles=asset("report.css") + asset("lot.css", __package__),
+        scripts=[*(asset(f"{module}.js") for module in _SCRIPTS), asset("lot.js", __package__)],
+    )
 
 
 def _summary(lot: Lot) -> Markup:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import re
+from dataclasses import replace
 from datetime import datetime
 from functools import cache
 from importlib import resources
@@ -17,7 +16,6 @@ from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import Lot, pooled
 from sigmatau.lab.lots.lot_screen import drift_lines, told_units
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
-from sigmatau.lab.pages.lot_charts import chart_data
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,
@@ -29,26 +27,19 @@ from sigmatau.lab.pages.lot_content import (
     unit_values,
 )
 from sigmatau.plot.curves import COLOURS
-from sigmatau.reporting.pdf import need_typst
+from sigmatau.reporting.pdf import typeset
 from sigmatau.results import printable
 
 _WIDTH, _HEIGHT = 86.0, 48.0  # of a figure [mm]
 _MOST_DOUBTS = 200  # units with their reason; more are in the other files
 _MOST_NAME, _MOST_WHY = 60, 300  # characters
-_BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")
 _CUT_CURVES = 150  # units whose curves are drawn one by one; of more, evenly spread ones
 
 
 def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> bytes:
     """The lot as a PDF. The same lot and date give the same bytes."""
-    need_typst()
-    import typst
-
-    data = json.dumps(_values(lot, title, command, date), allow_nan=False, ensure_ascii=False)
-    beyond = _BEYOND_FONTS.search(data) is not None
-    compiler = typst.Compiler(_template(), ignore_system_fonts=not beyond, sys_inputs={"data": data})
-    made: Any = compiler.compile(format="pdf", timestamp=date.replace(microsecond=0))
-    return bytes(made)
+    values = _values(lot, title, command, date)
+    return bytes(typeset(_template(), values, format="pdf", timestamp=date.replace(microsecond=0)))
 
 
 @cache
@@ -101,8 +92,6 @@ def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
         unmarked = [name for name in panel.units if name not in marked]
         drawn = {*marked, *(unmarked[:: -(-len(unmarked) // _CUT_CURVES) or 1])}
         shown = {name: curve for name, curve in panel.units.items() if name in drawn}
-        from dataclasses import replace
-
         svg = curves_svg(replace(panel, units=shown), marked, width=_WIDTH, height=_HEIGHT)
         legend = [[_cut(name, 20), colour] for name, colour in zip(marked, COLOURS[1:], strict=False)]
         figures.append({"title": _cut(band.channel, _MOST_NAME), "unit": panel.unit, "svg": svg, "legend": legend})
@@ -111,11 +100,11 @@ def _curve_figures(lot: Lot) -> list[dict[str, Any]]:
 
 def _value_figures(lot: Lot) -> list[dict[str, Any]]:
     figures = []
-    charts = chart_data(lot)
-    for panel in charts["values"]:
-        channels = panel["channels"][: len(COLOURS)]
-        series = [(np.array(channel["at"]) + 1.0, np.array(channel["values"])) for channel in channels]
-        svg = values_svg(series, panel["limits"], last=len(charts["units"]), width=_WIDTH, height=_HEIGHT)
-        legend = [[_cut(channel["name"], 20), colour] for channel, colour in zip(channels, COLOURS, strict=False)]
-        figures.append({"title": _cut(panel["title"], _MOST_NAME), "unit": panel["unit"], "svg": svg, "legend": legend})
+    number = {unit.name: k for k, unit in enumerate(lot.units, 1)}
+    for row in pooled(lot):
+        shown = row.distributions[: len(COLOURS)]
+        series = [(np.array([number[name] for name in d.units], dtype=float), d.values / row.factor) for d in shown]
+        svg = values_svg(series, row.limits, last=len(lot.units), width=_WIDTH, height=_HEIGHT)
+        legend = [[_cut(d.channel, 20), colour] for d, colour in zip(shown, COLOURS, strict=False)]
+        figures.append({"title": _cut(row.title, _MOST_NAME), "unit": row.unit, "svg": svg, "legend": legend})
     return figures

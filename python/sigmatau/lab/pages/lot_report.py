@@ -7,11 +7,12 @@ import re
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
+from xml.etree import ElementTree as ET
 
 from sigmatau import __version__
 from sigmatau.errors import OptionError
 from sigmatau.io.atomic import atomic
+from sigmatau.lab.lots.lot_remark import Remark
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_words import STATE_WORDS
 from sigmatau.results import csv_text, printable
@@ -90,18 +91,23 @@ def lot_report(
 
 def junit(lot: Lot, date: datetime) -> str:
     """The lot as JUnit XML."""
-    failures = len(lot.of("failed"))
-    errors = sum(_is_error(unit, lot) for unit in lot.units)
+    counts = {
+        "tests": len(lot.units),
+        "failures": len(lot.of("failed")),
+        "errors": sum(_is_error(u, lot) for u in lot.units),
+    }
+    head = {**{key: str(n) for key, n in counts.items()}, "time": "0", "timestamp": f"{date:%Y-%m-%dT%H:%M:%S}"}
     name = "no specification" if lot.spec is None else lot.spec.name
-    head = (
-        f'tests="{len(lot.units)}" failures="{failures}" errors="{errors}" time="0"'
-        f' timestamp="{date.strftime("%Y-%m-%dT%H:%M:%S")}"'
-    )
-    cases = "\n".join(_case(unit, lot) for unit in lot.units)
-    return (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="sigmatau {__version__}" {head}>\n'
-        f" <testsuite name={_quoted(f'lot against {name}')} {head}>\n{cases}\n </testsuite>\n</testsuites>\n"
-    )
+    suites = ET.Element("testsuites", {"name": f"sigmatau {__version__}", **head})
+    suite = ET.SubElement(suites, "testsuite", {"name": _xml(printable(f"lot against {name}")), **head})
+    for unit in lot.units:
+        attributes = {"classname": "lot", "name": _xml(printable(unit.name)), "time": "0"}
+        case = ET.SubElement(suite, "testcase", attributes)
+        for tag, kind, message, remarks in _parts(unit, lot):
+            described = {"type": kind, "message": _xml(printable(message))} if message else {}
+            ET.SubElement(case, tag, described).text = _xml("\n".join(remark.text for remark in remarks))
+    ET.indent(suites, " ")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(suites, encoding="unicode")}\n'
 
 
 def _is_error(unit: JudgedUnit, lot: Lot) -> bool:
@@ -111,26 +117,14 @@ def _is_error(unit: JudgedUnit, lot: Lot) -> bool:
     return not (lot.spec is None and all(remark.code == "no_specification" for remark in unit.reasons))
 
 
-def _case(unit: JudgedUnit, lot: Lot) -> str:
-    inside = "".join(_parts(unit, lot))
-    head = f'  <testcase classname="lot" name={_quoted(unit.name)} time="0"'
-    return f"{head}>\n{inside}  </testcase>" if inside else f"{head}/>"
-
-
-def _parts(unit: JudgedUnit, lot: Lot) -> Iterator[str]:
-    lines = escape(_xml("\n".join(remark.text for remark in unit.reasons)))
+def _parts(unit: JudgedUnit, lot: Lot) -> Iterator[tuple[str, str, str, tuple[Remark, ...]]]:
+    """Element, type, message and remarks of what a test case says."""
     if unit.state == "failed":
-        yield f"   <failure type={_quoted(unit.reasons[0].code)} message={_quoted(unit.reason)}>{lines}</failure>\n"
+        yield "failure", unit.reasons[0].code, unit.reason, unit.reasons
     elif _is_error(unit, lot):
-        message = f"{STATE_WORDS[unit.state]}: {unit.reason}"
-        yield f"   <error type={_quoted(unit.state)} message={_quoted(message)}>{lines}</error>\n"
+        yield "error", unit.state, f"{STATE_WORDS[unit.state]}: {unit.reason}", unit.reasons
     if unit.notes:
-        notes = "\n".join(remark.text for remark in unit.notes)
-        yield f"   <system-out>{escape(_xml(notes))}</system-out>\n"
-
-
-def _quoted(text: str) -> str:
-    return quoteattr(_xml(printable(text)))
+        yield "system-out", "", "", unit.notes
 
 
 def _xml(text: str) -> str:

@@ -52,7 +52,7 @@ class Chosen:
 
 
 @frozen(kw_only=False)
-class Table(Tabular):
+class StoreTable(Tabular):
     """Rows of a store.
 
     Attributes
@@ -77,7 +77,7 @@ class Table(Tabular):
             for key, column in self.content.items()
         }
 
-    def shown(self, names: Sequence[str]) -> Table:
+    def shown(self, names: Sequence[str]) -> StoreTable:
         """Some of the columns.
 
         Parameters
@@ -87,9 +87,9 @@ class Table(Tabular):
 
         Returns
         -------
-        Table
+        StoreTable
         """
-        return Table({name: self.content[name] for name in names})
+        return StoreTable({name: self.content[name] for name in names})
 
     def __repr__(self) -> str:
         rows = zip(*self.content.values(), strict=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
-import os
 import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -65,22 +64,6 @@ class FilesAdded:
 
     added: Added = Added()
     problems: tuple[Problem, ...] = ()
-
-
-def gather(places: Sequence[Path]) -> list[Path]:
-    """The files; those of a folder and its subfolders sorted by name. Raises `DataError` for a folder without JSON."""
-    files: dict[Path, None] = {}
-    for place in places:
-        if not place.is_dir():
-            files[place] = None
-            continue
-        inside = sorted(file for file in place.rglob("*") if file.suffix.lower() == ".json" and file.is_file())
-        if not inside:
-            raise DataError(
-                f"{place}: no result in this folder; {command('analyze', 'LOGS', Hint('json', value=place))} writes them"
-            )
-        files |= dict.fromkeys(inside)
-    return list(files)
 
 
 def add_files(
@@ -192,8 +175,3 @@ def _read_file(file: Path, naming: Naming) -> Rows:
         )
         raise DataError(what if data.strip() else "is empty") from None
     return make_rows(naming.entry(result_of_dict(content, as_form=BriefResultForm), file, content=content))
-
-
-def processes() -> int:
-    """Processes that read files by default: one a core."""
-    return os.cpu_count() or 1

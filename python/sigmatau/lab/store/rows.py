@@ -18,10 +18,9 @@ from sigmatau.analysis import FailedAnalysis, stated_options
 from sigmatau.errors import DataError
 from sigmatau.fitting import QUANTIFIED
 from sigmatau.frozen import frozen
+from sigmatau.lab.lots.runs import LEVEL, MEAN
 from sigmatau.lab.store.packing import NUMBERS, Packed, pack
 
-_MEAN = "mean"
-_LEVEL = 0.95  # of the interval of a mean
 _MOST_LETTERS = {"unit": 400, "model": 200, "run": 400, "channel": 100}
 _NUMBERS = struct.Struct("<ii5d")
 assert _NUMBERS.size == NUMBERS.itemsize
@@ -190,12 +189,12 @@ def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
             yield label, (term.observed, term.value, term.low, term.high, term.upper_limit, term.level)
         if mean is not None:
             half = None if mean.error is None else _QUANTILE * mean.error
-            ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, _LEVEL)
-            label = (name, curve.quantity, _MEAN, _common(mean.unit, 60), curve.unit)
+            ends = (None, None, None) if half is None else (mean.value - half, mean.value + half, LEVEL)
+            label = (name, curve.quantity, MEAN, _common(mean.unit, 60), curve.unit)
             yield label, (None, mean.value, *ends[:2], None, ends[2])
 
 
-_QUANTILE = float(normal_quantile((1 + _LEVEL) / 2))
+_QUANTILE = float(normal_quantile((1 + LEVEL) / 2))
 
 
 def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:

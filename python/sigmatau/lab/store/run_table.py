@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sigmatau._native.distributions import normal_quantile
 from sigmatau.analysis import as_result
+from sigmatau.arrays import Floats
 from sigmatau.lab.lots.preparing import without_copies
 from sigmatau.lab.lots.runs import (
     LIMITED,
@@ -20,8 +21,8 @@ from sigmatau.lab.lots.runs import (
     SIGNED,
     WITHOUT_ERROR,
     WITHOUT_INTERVAL,
+    ComparedRun,
     Label,
-    Run,
     RunsBuilder,
     RunTable,
     joined,
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
 _TERMS = (*TERMS, MEAN)
-
-_Floats = NDArray[np.float64]
 
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
@@ -68,7 +67,7 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
     table = _table(
-        runs=tuple(Run(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in fitted),
+        runs=tuple(ComparedRun(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in fitted),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
             for key, c, q, t, u, r in sorted(labels, key=_order)
@@ -121,7 +120,7 @@ def _order(label: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _table(
-    *, runs: tuple[Run, ...], labels: dict[int, Label], run: NDArray[np.int64], numbers: NDArray[np.void]
+    *, runs: tuple[ComparedRun, ...], labels: dict[int, Label], run: NDArray[np.int64], numbers: NDArray[np.void]
 ) -> RunTable:
     positions = np.zeros(max(labels, default=0) + 1, dtype=np.int64)
     positions[list(labels)] = np.arange(len(labels))
@@ -152,7 +151,7 @@ def _table(
     )
 
 
-def _errors(value: _Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> _Floats:
+def _errors(value: Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> Floats:
     """Standard errors, as `lots.runs.standard_error`: relative, or of signed values in SI; NaN without an interval."""
     low, high = np.ascontiguousarray(numbers["low"]), np.ascontiguousarray(numbers["high"])
     levels, which = np.unique(numbers["level"], return_inverse=True)

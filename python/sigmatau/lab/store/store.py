@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import QUANTIFIED
-from sigmatau.lab.store.choosing import Chosen, Table, conditions
+from sigmatau.lab.store.choosing import Chosen, StoreTable, conditions
 from sigmatau.lab.store.contents import READ, contents
 from sigmatau.lab.store.ingest import BATCH, Added
 from sigmatau.lab.store.rows import Entry
@@ -190,14 +190,14 @@ class Store:
         except (SQLAlchemyError, ValueError) as error:  # a value that is not of its type
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
-    def _table(self, query: Select[Any]) -> Table:
+    def _table(self, query: Select[Any]) -> StoreTable:
         with self._read() as connection:
             result = connection.execute(query)
             names, rows = list(result.keys()), result.all()
         columns = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
-        return Table(dict(zip(names, columns, strict=True)))
+        return StoreTable(dict(zip(names, columns, strict=True)))
 
-    def units(self, chosen: Chosen | None = None) -> Table:
+    def units(self, chosen: Chosen | None = None) -> StoreTable:
         """A row a unit: name, sensor model, runs by state, first and last time.
 
         Parameters
@@ -207,13 +207,13 @@ class Store:
 
         Returns
         -------
-        Table
+        StoreTable
         """
         from sigmatau.lab.store import queries
 
         return self._table(queries.units(chosen))
 
-    def runs(self, chosen: Chosen | None = None) -> Table:
+    def runs(self, chosen: Chosen | None = None) -> StoreTable:
         """A row a run: unit, name, time, state, and why it failed.
 
         Parameters
@@ -223,7 +223,7 @@ class Store:
 
         Returns
         -------
-        Table
+        StoreTable
         """
         from sigmatau.lab.store import queries
 
@@ -231,7 +231,7 @@ class Store:
 
     def coefficients(
         self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
-    ) -> Table:
+    ) -> StoreTable:
         """A row a run, channel and term: value with interval, or limit, in SI.
 
         Parameters
@@ -245,7 +245,7 @@ class Store:
 
         Returns
         -------
-        Table
+        StoreTable
         """
         from sigmatau.lab.store import queries
 
@@ -461,7 +461,7 @@ class Store:
                 yield row, result_of_dict(content_by_id[row["id"]])
 
 
-def _rows(table: Table) -> list[dict[str, Any]]:
+def _rows(table: StoreTable) -> list[dict[str, Any]]:
     columns = table.columns()
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 

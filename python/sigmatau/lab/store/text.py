@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis import FailedAnalysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
-from sigmatau.lab.lots.runs import MEAN, SIGNED
-from sigmatau.noise.terms import display_units
+from sigmatau.lab.lots.comparison_text import usual_unit
+from sigmatau.lab.lots.runs import SIGNED
 from sigmatau.results import aligned, lines_text
 
 if TYPE_CHECKING:
@@ -26,13 +26,6 @@ def cell(value: object) -> str:
     if isinstance(value, datetime):
         return f"{value:%Y-%m-%d %H:%M}"
     return "" if value is None else str(value)
-
-
-def usual_unit(term: str, quantity: str, rate_unit: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """Unit in which values of a coefficient are printed, and its size in SI."""
-    if term == MEAN:
-        return display_units("bias_instability", quantity, rate_unit, values)[-1]
-    return display_units(term, quantity, rate_unit, values)[-1 if term == "bias_instability" else 0]
 
 
 def trend_text(trend: Trend) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_quantile_above, student_below, student_quantile
+from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
@@ -25,9 +26,6 @@ Kind = Literal["production", "ageing"]
 _MONTH = 365.2425 / 12  # [days]
 _LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
 _MIN_UNITS_OF_MEDIAN = 6  # units from which on order statistics give a 95 % interval of the median
-
-_Floats = NDArray[np.float64]
-_Ints = NDArray[np.int64]
 
 
 @frozen
@@ -236,13 +234,13 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
 
 @frozen(eq=False)
 class _Values:
-    y: _Floats  # logarithms, or values with a sign; NaN without a value
-    unit: _Ints
+    y: Floats  # logarithms, or values with a sign; NaN without a value
+    unit: Ints
     time: NDArray[np.datetime64]
     limited: NDArray[np.bool_]
     signed: bool
 
-    def observed(self) -> tuple[_Floats, _Ints, _Floats]:
+    def observed(self) -> tuple[Floats, Ints, Floats]:
         """Values, positions of their units from 0, and times in months."""
         keep = ~np.isnan(self.y)
         if not keep.any():
@@ -251,7 +249,7 @@ class _Values:
         return self.y[keep], np.unique(self.unit[keep], return_inverse=True)[1], months
 
 
-def _log(values: _Floats) -> _Floats:
+def _log(values: Floats) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(values > 0, np.log(values), np.nan)
 
@@ -263,7 +261,7 @@ def _judged(channel: ChannelTrend, tests: int, level: float) -> ChannelTrend:
     return replace(channel, drifts=drifts)
 
 
-def _means(values: _Floats, unit: _Ints) -> _Floats:
+def _means(values: Floats, unit: Ints) -> Floats:
     return np.bincount(unit, weights=values) / np.bincount(unit)
 
 
@@ -290,7 +288,7 @@ def _ageing(values: _Values, level: float) -> Drift | None:
 
 
 def _slope(
-    x: _Floats, y: _Floats, freedom: int, level: float, values: _Values, *, kind: Kind, runs: int, units: int
+    x: Floats, y: Floats, freedom: int, level: float, values: _Values, *, kind: Kind, runs: int, units: int
 ) -> Drift | None:
     x, y = x - x.mean(), y - y.mean()
     square = float(x @ x)
@@ -310,7 +308,7 @@ def _slope(
     )  # fmt: skip
 
 
-def number_periods(time: NDArray[np.datetime64], by: Period) -> tuple[_Ints, list[str]]:
+def number_periods(time: NDArray[np.datetime64], by: Period) -> tuple[Ints, list[str]]:
     """The period of each time, by its position, and the names of the periods in their order."""
     if by == "day":
         keys = time.astype("datetime64[D]")
@@ -365,7 +363,7 @@ def _in_period(name: str, values: _Values, inside: NDArray[np.bool_], level: flo
     )
 
 
-def _middle(y: _Floats, level: float) -> tuple[float | None, float | None, float | None]:
+def _middle(y: Floats, level: float) -> tuple[float | None, float | None, float | None]:
     """Median of sorted values with its interval by order statistics; of few, the mean with Student's."""
     n = len(y)
     if n < 2:

@@ -200,11 +200,13 @@ class Sentences:
     cut: bool
 
 
-def read_sentences(path: str, *, name: str, fields: int, wanted: tuple[int, ...], most: int = _ANY_SIZE) -> Sentences:
+def read_sentences(
+    path: str, *, name: str, fields: int, wanted: tuple[int, ...], longest: int = _ANY_SIZE
+) -> Sentences:
     """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
     try:
         columns, broken, inner, examples, other_lines, cut = _core.read_sentences(
-            path, name, fields, list(wanted), most
+            path, name, fields, list(wanted), longest
         )
     except _core.TextError as error:
         raise TextReadError(*error.args) from None

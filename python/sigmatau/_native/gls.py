@@ -61,9 +61,9 @@ class Components:
         """Degrees of freedom of every Allan variance, 2·AVAR²/Var, for θ and a ramp per sample."""
         return self._native.degrees_of_freedom(_numbers(theta), ramp)
 
-    def detectable(self, term: int, others: ArrayLike, *, level: float, power: float) -> float:
+    def detectable(self, term: int, background: ArrayLike, *, level: float, power: float) -> float:
         """The smallest θ of a term that a test at a level finds with a probability beside others; inf if there is none."""
-        return self._native.detectable(term, _numbers(others), level, power)
+        return self._native.detectable(term, _numbers(background), level, power)
 
     def least_ramp(self, theta: ArrayLike, *, level: float, power: float) -> float:
         """The ramp per sample that a test at a level finds with a probability in a record with noise θ."""

@@ -55,9 +55,9 @@ class Decoded:
     rows: int
 
 
-def log_contents(path: str, kind: LogKind, *, most: int) -> LogContents:
-    """Contents of a log, by its summary or by reading it through; its chunks may unpack to `most` bytes. Raises OSError."""
-    channels, declared, end = _core.log_contents(path, kind == "rosbag1", most)
+def log_contents(path: str, kind: LogKind, *, longest: int) -> LogContents:
+    """Contents of a log, by its summary or by reading it; its chunks may unpack to `longest` bytes. Raises OSError."""
+    channels, declared, end = _core.log_contents(path, kind == "rosbag1", longest)
     return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
 
 
@@ -70,7 +70,7 @@ def log_messages(
     cdr: bool,
     wanted: Sequence[int],
     exact: int | None,
-    most: int,
+    longest: int,
 ) -> tuple[Decoded, LogEnd]:
     """Columns of the messages of some channels, up to the first fault of the file; raises OSError.
 
@@ -88,11 +88,11 @@ def log_messages(
         Columns to return, counted from 0.
     exact : int or None
         One of them to return as 64-bit integers, if it holds such.
-    most : int
+    longest : int
         What the chunks of the file may unpack to together. [bytes]
     """
     decoded, end = _core.log_messages(
-        path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, most
+        path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, longest
     )
     return _decoded(decoded, wanted, exact), LogEnd(*end)
 

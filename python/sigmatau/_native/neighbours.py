@@ -11,31 +11,31 @@ from sigmatau import _core
 from sigmatau.arrays import Floats, Ints
 
 
-def outliers(x: Floats, *, threshold: float, multiple: float, least: float, side: int, part: float) -> Ints:
-    """Indices of the samples whose `residuals` are beyond a threshold, and beyond a multiple of the `scatter` + `least`."""
-    return _core.outliers(np.ascontiguousarray(x), [threshold, multiple, least], side, _quantile(part))
+def outliers(x: Floats, *, threshold: float, multiple: float, smallest: float, side: int, part: float) -> Ints:
+    """Indices of the samples whose `residuals` are beyond a threshold and a multiple of the `scatter` + `smallest`."""
+    return _core.outliers(np.ascontiguousarray(x), [threshold, multiple, smallest], side, _quantile(part))
 
 
-def residuals(x: Floats, at: Ints, side: int) -> Floats:
+def residuals(x: Floats, indices: Ints, side: int) -> Floats:
     """Distance of samples from the medians of either side: the smaller of the two, 0 if they are between them.
 
     A side with fewer than two samples is ignored; NaN if both are.
     """
-    return _core.from_sides(np.ascontiguousarray(x), np.ascontiguousarray(at), side)
+    return _core.from_sides(np.ascontiguousarray(x), np.ascontiguousarray(indices), side)
 
 
-def scatter(x: Floats, at: Ints, part: float) -> Floats:
+def scatter(x: Floats, indices: Ints, part: float) -> Floats:
     """Standard deviation of the 31 samples before or after a spike and its neighbour, from a quantile `part` of their
     changes; 0 if unknown.
 
     The larger of both, because a shock has a first sample; a quarter in place of the median where half may be spikes.
     """
-    return _core.neighbour_scatter(np.ascontiguousarray(x), np.ascontiguousarray(at), _quantile(part))
+    return _core.neighbour_scatter(np.ascontiguousarray(x), np.ascontiguousarray(indices), _quantile(part))
 
 
-def medians_of_others(x: Floats, side: int, least: int) -> Floats:
-    """Median of the samples on both sides of each sample; NaN for fewer than `least` of them."""
-    return _core.neighbour_medians(np.ascontiguousarray(x), side, least)
+def neighbour_medians(x: Floats, side: int, fewest: int) -> Floats:
+    """Median of the samples on both sides of each sample; NaN for fewer than `fewest` of them."""
+    return _core.neighbour_medians(np.ascontiguousarray(x), side, fewest)
 
 
 def _quantile(part: float) -> list[float]:

@@ -154,7 +154,7 @@ def fit(state: State) -> State:
         curve, steps = state.curves[channel], coarse.get(channel)
         if steps is not None and steps.summed != 1 and method == "likelihood":
             first = fit_sums(
-                record, channel, summed=steps.summed, least=resolution.THRESHOLDS.least_sums,
+                record, channel, summed=steps.summed, smallest=resolution.THRESHOLDS.least_sums,
                 quantization=steps.added or 0.0, terms=options.terms,
             )  # fmt: skip
         else:

@@ -183,8 +183,8 @@ class Accumulator(Printed):
                 f"the stretch to merge begins at sample {later.start}, this one ends before sample {self.start + self.n}"
             )
         try:
-            for ours, other in zip(self._sums, later._sums, strict=True):
-                ours.merge(other)
+            for ours, later_sums in zip(self._sums, later._sums, strict=True):
+                ours.merge(later_sums)
         except ValueError:
             raise ValueError("the two accumulators have different averaging times") from None
 

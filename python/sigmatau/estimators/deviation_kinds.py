@@ -223,18 +223,18 @@ def cluster_sizes(taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> NDArray[
         sizes |= {size // step for size in sizes for step in (2, 4, 8) if size % step == 0}
         return np.array(sorted(size for size in sizes if size <= largest), dtype=np.int64)
     times = averaging_times(taus)
-    sizes_of = np.rint(times / tau0)
-    if sizes_of.min() < 1:
+    multiples = np.rint(times / tau0)
+    if multiples.min() < 1:
         raise OptionError(
             f"τ = {times.min():.6g} s is shorter than half a sample interval ({tau0:.6g} s); the shortest is {tau0:.6g} s",
             option="taus",
         )
-    if sizes_of.max() > largest:
+    if multiples.max() > largest:
         raise OptionError(
             f"τ = {times.max():.6g} s is longer than half the record; the longest is {largest * tau0:.6g} s",
             option="taus",
         )
-    return np.unique(sizes_of).astype(np.int64)
+    return np.unique(multiples).astype(np.int64)
 
 
 def averaging_times(taus: ArrayLike) -> NDArray[np.float64]:

@@ -20,8 +20,8 @@ def wanted_terms(terms: object) -> set[str]:
         raise OptionError(f'{{option}} must be a list, e.g. ["random_walk"], not {terms!r}', option="terms")
     listed = list(terms)
     wanted = {name for name in listed if isinstance(name, str)}
-    if others := [name for name in listed if name in wanted - set(TERMS)]:
-        raise OptionError(f"{{option}}: {unknown_term(others[0])}", option="terms")
+    if unknown := [name for name in listed if name in wanted - set(TERMS)]:
+        raise OptionError(f"{{option}}: {unknown_term(unknown[0])}", option="terms")
     if len(wanted) < len(listed) or not wanted & set(NOISE):
         names = ", ".join(TERMS)
         raise OptionError(

@@ -13,10 +13,11 @@ from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Parameter
 
-# Lines, and their part of the band, from which they may be noise that they were taken from. Of the quiet real records only
-# ch104.mat has both; noise whose level changes 5 to 30 times has 7 to 550 lines and 0.07 to 0.8 of the band, and not one
-# true line: see docs/study/disturbed.md.
-_MANY_LINES, _CROWDED = 10, 0.05
+# From both limits on, the lines may be parts of the noise. Of the quiet real records only ch104.mat exceeds both; noise
+# whose level changes 5 to 30 times has 7 to 550 lines in 0.07 to 0.8 of the band, and not one true line:
+# docs/study/disturbed.md.
+_MANY_LINES = 10  # lines that a fit left out
+_CROWDED = 0.05  # share of the band that they cover
 
 
 _WALK = Parameter("random_walk")

@@ -32,7 +32,7 @@ _WALK = Parameter("random_walk")
 # Sizes of a law over the scatter of the eighths, a logarithmic grid. Beyond both ends the likelihood falls to 10⁻³ of its
 # peak or to a constant that chance alone explains.
 _SIZES = np.geomspace(0.03, 60.0, 80)
-_HALVINGS = 40
+_HALVINGS = 40  # of the interval of a quantile
 
 
 @frozen

@@ -28,9 +28,10 @@ FitMethod = Literal["likelihood", "gls"]
 TEMPERATURE = "temperature"
 """Name of the regressor that is the temperature of the log's thermometer."""
 
-# Temperature coefficient over its standard error, for it to stay in the model, and for it to be told. A drift that is left
-# out becomes a rate random walk: of 24 axes that warmed up, K was covered in 18 with 3.3 for both, and in 24 with 1.
-_LEAST_RATIO, _TOLD_RATIO = 1.0, 3.3
+# A drift that is left out becomes a rate random walk: of 24 axes that warmed up, the interval held K in 18 with 3.3 for both
+# limits, and in 24 with 1 for the first.
+_LEAST_RATIO = 1.0  # temperature coefficient over its standard error from which it stays in the model
+_STATED_RATIO = 3.3  # the same from which it is a finding
 _MOST_TEMPERATURES = 1 << 14  # at which the temperature is computed: the model uses it at no more
 _MOST_UNKNOWN = 0.1  # share of the record without a temperature
 
@@ -168,7 +169,7 @@ def by_likelihood(
 
 def follows_temperature(fitted: NoiseFit) -> bool:
     """Whether the channel follows the temperature of the log significantly."""
-    return TEMPERATURE in fitted.regressors and _ratio(fitted) > _TOLD_RATIO
+    return TEMPERATURE in fitted.regressors and _ratio(fitted) > _STATED_RATIO
 
 
 def _ratio(fitted: NoiseFit) -> float:

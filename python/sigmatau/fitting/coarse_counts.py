@@ -25,7 +25,7 @@ def fit_sums(
     channel: str,
     *,
     summed: int | None,
-    least: int,
+    smallest: int,
     quantization: float,
     terms: Sequence[str] | None = None,
 ) -> NoiseFit:
@@ -37,7 +37,7 @@ def fit_sums(
     channel : str
     summed : int or None
         Samples of a sum whose rounding is white; None if there is none.
-    least : int
+    smallest : int
         Sums that are needed. With fewer all terms are upper limits.
     quantization : float
         Quantization noise by the step of the angle: its limit is no smaller. [rate unit·s]
@@ -46,7 +46,7 @@ def fit_sums(
     """
     stream = record.stream_of(channel)
     sums = None if summed is None else _summed(stream, channel, summed)
-    if summed is None or sums is None or not usable(sums, channel, least=least):
+    if summed is None or sums is None or not usable(sums, channel, needed=smallest):
         fitted = fit_channel(record, channel, terms=terms)
         if not fitted.terms:
             return fitted

@@ -23,8 +23,12 @@ from sigmatau.noise.terms import coefficient_unit
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-_RESPONSE_FROM, _RESPONSE_TO, _RESPONSES = 0.03, 10.0, 61  # frequencies of the response, over the bandwidth
-_RATE_FROM, _RATE_TO, _RATES = 0.25, 100.0, 27  # rates of the aliasing, over the bandwidth
+_RESPONSE_FROM = 0.03  # lowest frequency of the response, over the bandwidth
+_RESPONSE_TO = 10.0  # highest one
+_RESPONSES = 61  # frequencies of the response
+_RATE_FROM = 0.25  # lowest rate of the aliasing, over the bandwidth
+_RATE_TO = 100.0  # highest one
+_RATES = 27  # rates of the aliasing
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
 _RATE_STEP = 1.1  # of the search from there
 _BISECTIONS = 12

@@ -175,12 +175,12 @@ class JointChannel(Tabular):
         """A row a run and coefficient, see `Tabular.columns`; the joint coefficients first."""
         rows: list[dict[str, Any]] = []
         for name, term in self.fit.items():
-            one = {"run": "all", "term": name, "value": term.value, "low": term.low, "high": term.high}
-            rows.append({**one, "unit": term.unit, "p_value": term.p_value, "belongs": None})
+            line = {"run": "all", "term": name, "value": term.value, "low": term.low, "high": term.high}
+            rows.append({**line, "unit": term.unit, "p_value": term.p_value, "belongs": None})
         for run in self.runs:
             for name, value in {**run.values, **run.own}.items():
-                one = {"run": run.name, "term": name, "value": value.value, "low": value.low, "high": value.high}
-                rows.append({**one, "unit": value.unit, "p_value": run.p_value, "belongs": run.belongs})
+                line = {"run": run.name, "term": name, "value": value.value, "low": value.low, "high": value.high}
+                rows.append({**line, "unit": value.unit, "p_value": run.p_value, "belongs": run.belongs})
         names = ("run", "term", "value", "low", "high", "unit", "p_value", "belongs")
         return {"channel": [self.channel] * len(rows), **{name: [row[name] for row in rows] for name in names}}
 

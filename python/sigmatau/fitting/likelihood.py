@@ -28,8 +28,10 @@ from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
 from sigmatau.record.streams import Stream
 
-_MOST_PROCESSES, _MOST_REGRESSORS = 8, 20
-_LEAST_CURVE, _LARGEST_CURVE = 1e-150, 1e150  # sizes of regressors whose squares stay in range
+_MOST_PROCESSES = 8  # given Gauss-Markov processes
+_MOST_REGRESSORS = 20  # given curves
+_LEAST_CURVE = 1e-150  # smallest size of a regressor whose square stays in range
+_LARGEST_CURVE = 1e150  # largest one
 
 
 def fit_samples(

@@ -16,7 +16,8 @@ from sigmatau.arrays import Bools, Floats, median, run_edges
 from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.frozen import frozen
 
-MIN_RUN, MIN_SAMPLES = 256, 1000
+MIN_RUN = 256
+MIN_SAMPLES = 1000
 """Fewest samples of a run without gaps, and of all runs; fewer have no white band beside slow noise."""
 
 NODES = 5
@@ -32,12 +33,11 @@ _LINE = 30.0  # power of a mode over the mean of its bin; noise has it in 4 of 1
 _SIDE = 8  # modes on either side of a line that go with it
 _LEAKAGE = 0.02  # share of the noise that a line may leak into a mode farther away
 _STRONG = 1e4  # power of a line over that of the noise beside it from which on it is subtracted before the transform
-_MOST_LINES, _LOWEST_PEAK, _NEIGHBOURS = (
-    12,
-    8,
-    200,
-)  # that are subtracted; first frequency, and frequencies on either side
-_GOLDEN, _GOLDEN_STEPS = 0.6180339887498949, 30  # section of an interval, and sections to 1e-6 of a frequency step
+_MOST_LINES = 12  # that are subtracted
+_LOWEST_PEAK = 8  # first frequency at which a line is looked for
+_NEIGHBOURS = 200  # frequencies on either side that a line is compared with
+_GOLDEN = 0.6180339887498949  # section of an interval
+_GOLDEN_STEPS = 30  # sections, to 1e-6 of a frequency step
 _NOTHING = 1e-300  # a density in place of 0
 _MOST_RUNS = 64  # without gaps that are used, the longest ones
 _MEDIAN_OF_MODE = 0.45493642  # of χ² with one degree of freedom
@@ -108,9 +108,9 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
     edges = 0.5 * rate * 2.0 ** (np.arange(-count, 1) / _PER_OCTAVE)
     power, modes, lines = np.zeros(count), np.zeros(count), 0
     for run in runs:
-        first, of_run, masked = _binned(run, rate, edges)
+        first, run_density, masked = _binned(run, rate, edges)
         power += first
-        modes += of_run
+        modes += run_density
         lines += masked
     used = modes > 0
     density = np.where(used, power / np.maximum(modes, 1), 0.0)

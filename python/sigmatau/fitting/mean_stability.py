@@ -40,8 +40,9 @@ _PIECE = 1 << 20  # samples read at a time
 _AT_ONCE = 1 << 12  # modes whose aliases are in memory
 _ALIASES = 16  # of a mode that are summed one by one on each side; the rest of sinc² is taken as white
 _SLOW = tuple(name for name in NOISE if name in SLOW)
-# In the logarithm of 1 − 2·w·tilt of the largest w, in which the normal quantile is nearly straight.
-_FIRST_STEP, _FARTHEST = 0.5, 40.0
+# The search is in the logarithm of 1 − 2·w·tilt of the largest weight w, in which the normal quantile is nearly straight.
+_FIRST_STEP = 0.5  # from 0, doubled until the quantile lies between two points
+_FARTHEST = 40.0  # where the search ends
 _NEAREST = 0.01  # to 0, where the saddlepoint is a difference of nearly equal numbers
 _STEPS = 40
 _CLOSE = 1e-10  # of a normal quantile
@@ -111,7 +112,7 @@ def mean_stability(
         For each averaging time with at least ten means.
     """
     tau0, k = stream.grid.tau0, stream.channels.index(channel)
-    found = []
+    results = []
     for average in averages:
         m = round(average / tau0)
         if m < 1 or stream.grid.n // m < LEAST_MEANS:
@@ -123,12 +124,12 @@ def mean_stability(
         value = float(np.std(y, ddof=1))
         low, high, edf = (None, None, None) if fitted is None else _interval(value, fitted, m, len(y))
         level = 0.95 if fitted is None else fitted.level
-        found.append(
+        results.append(
             MeanStability(
                 average=m * tau0, means=len(y), value=value, low=low, high=high, edf=edf, level=level, unit=stream.unit
             )
         )
-    return tuple(found)
+    return tuple(results)
 
 
 def _means(stream: Stream, channel: int, m: int) -> Floats:

@@ -17,18 +17,19 @@ LEAST_SAMPLES = 512
 """Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
 
 _PIECE = 1 << 18  # samples that are read at once
-# Up to _SMALL_SHARE·√n missing samples are replaced by values on straight lines: this changes the white level by less than
-# a tenth of its standard error. The error of the values is white, and must be below this share of the density at every
-# frequency.
-_SMALL_SHARE, _LEAK = 0.07, 0.01
+_SMALL_SHARE = 0.07
+"""Up to 0.07·√n missing samples are replaced by values on straight lines: this changes the white level by less than a tenth
+of its standard error."""
+_LEAK = 0.01
+"""Largest share that the error of these values, which is white, may have of the density at any frequency."""
 
 
-def usable(stream: Stream, channel: str, *, least: int = LEAST_SAMPLES) -> bool:
+def usable(stream: Stream, channel: str, *, needed: int = LEAST_SAMPLES) -> bool:
     """Whether a channel has enough samples for its likelihood, and in enough places."""
     mask = _present(stream, channel)
     if mask is None:
-        return stream.grid.n >= least
-    return int(mask.sum()) >= least and native.enough(mask[_span(mask)])
+        return stream.grid.n >= needed
+    return int(mask.sum()) >= needed and native.enough(mask[_span(mask)])
 
 
 def _present(stream: Stream, channel: str) -> NDArray[np.bool_] | None:

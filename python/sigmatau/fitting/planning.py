@@ -22,7 +22,8 @@ from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
 _SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
-_HALF, _NINE_OF_TEN = 0.5, 0.9  # probabilities that a coefficient is found
+_HALF = 0.5  # probability that a coefficient is found
+_NINE_OF_TEN = 0.9  # the same
 _MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
 
 
@@ -111,15 +112,15 @@ class Plan(Printed):
             if self.half is None or self.most is None:
                 lines.append(f"{head} no value, however large")
             else:
-                half, most = (significant(size / factor, 2, zeros=True) for size in (self.half, self.most))
-                lines.append(f"{head} {half} {text} (50 % probability) or {most} {text} (90 %)")
+                half, nine_of_ten = (significant(size / factor, 2, zeros=True) for size in (self.half, self.most))
+                lines.append(f"{head} {half} {text} (50 % probability) or {nine_of_ten} {text} (90 %)")
         if self.value is not None:
             head = f"  {self.value / factor:.4g} {text} needs a record"
             if self.half_in is None or self.most_in is None:
                 lines.append(f"{head} longer than {duration_text(LONGEST_RECORD * self.tau0)}")
             else:
-                half, most = duration_text(self.half_in), duration_text(self.most_in)
-                lines.append(f"{head} of {half} (50 % probability) or {most} (90 %)")
+                half, nine_of_ten = duration_text(self.half_in), duration_text(self.most_in)
+                lines.append(f"{head} of {half} (50 % probability) or {nine_of_ten} (90 %)")
             if self.error is not None and self.duration is not None:
                 what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
                 how = f"determines {what} to ± {significant(100 * self.error, 2, zeros=True)} %, one standard error"
@@ -129,7 +130,7 @@ class Plan(Printed):
 
 
 def smallest_detectable(
-    others: Mapping[str, float],
+    background: Mapping[str, float],
     term: str,
     *,
     n: int,
@@ -144,35 +145,35 @@ def smallest_detectable(
     -----
     The variance of a Gauss-Markov process is a free parameter, as the other coefficients are; its correlation time is known.
 
-    `others`: the noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov
-    process [SI]; `term`: the term that is to be found; its entry in `others` is ignored; `tau0`: sample interval [s];
+    `background`: the noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov
+    process [SI]; `term`: the term that is to be found; its entry in `background` is ignored; `tau0`: sample interval [s];
     `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability
     that the term is found; `level`: confidence level of the test: an absent term is found in 1 − level of all
     records; the result is in SI, inf if no value is found with that probability.
     """
     if term not in TERMS:
         raise OptionError(unknown_term(term), option="term")
-    unknown = sorted(set(others) - set(TERMS))
+    unknown = sorted(set(background) - set(TERMS))
     if unknown:
         raise OptionError(unknown_term(unknown[0]), option="model")
     if not (math.isfinite(tau0) and tau0 > 0):
         raise OptionError(f"`tau0` must be a positive number of seconds, not {tau0!r}", option="rate")
-    theta = _theta(others, tau0)
+    theta = _theta(background, tau0)
     if term in NOISE:
         theta[NOISE.index(term)] = 0.0
     if not theta.any():
         raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
-    parts = _parts(n, tau_min / tau0, _times(others, tau0))
+    parts = _parts(n, tau_min / tau0, _times(background, tau0))
     scale = float(np.median(parts.design @ theta))
     theta /= scale
     if term == "rate_ramp":
         return parts.least_ramp(theta, level=level, power=power) * math.sqrt(scale) / tau0
-    theta_found = parts.detectable(NOISE.index(term), theta, level=level, power=power)
-    return coefficient(theta_found * scale, term, tau0) if math.isfinite(theta_found) else math.inf
+    detectable = parts.detectable(NOISE.index(term), theta, level=level, power=power)
+    return coefficient(detectable * scale, term, tau0) if math.isfinite(detectable) else math.inf
 
 
 def needed_samples(
-    others: Mapping[str, float],
+    background: Mapping[str, float],
     term: str,
     value: float,
     *,
@@ -188,7 +189,7 @@ def needed_samples(
         raise OptionError(f"the value must be a number other than 0, not {value!r}", option="value")
 
     def shows(n: int) -> bool:
-        smallest = smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
+        smallest = smallest_detectable(background, term, n=n, tau0=tau0, tau_min=tau_min, power=power, level=level)
         return smallest <= abs(value)
 
     low = round(_SHORTEST * max(tau_min / tau0, 1))
@@ -207,15 +208,15 @@ def needed_samples(
 
 
 def relative_error(
-    others: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
+    background: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
 ) -> float:
     """Standard error of a coefficient over the coefficient, all terms free; parameters as in `smallest_detectable`.
     From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
     """
-    theta = _theta(others, tau0)
+    theta = _theta(background, tau0)
     k = NOISE.index(term)
     theta[k] = _theta({term: value}, tau0)[k]
-    parts = _parts(n, tau_min / tau0, _times(others, tau0))
+    parts = _parts(n, tau_min / tau0, _times(background, tau0))
     theta /= float(np.median(parts.design @ theta))
     gls = Gls(parts, parts.design @ theta)
     return float(np.sqrt(gls.covariance_of_theta(theta, gls.candidates)[k, k]) / (2 * theta[k]))
@@ -282,12 +283,12 @@ def plan(
     if not (math.isfinite(rate) and rate > 0):
         raise OptionError(f"the rate must be a positive number of hertz, not {rate!r}", option="rate")
     tau0 = 1 / rate
-    half = most = half_in = most_in = None
+    half = nine_of_ten = half_in = most_in = None
     if duration is not None:
         if not (math.isfinite(duration) and duration > 0):
             raise OptionError(f"the length must be a positive number of seconds, not {duration!r}", option="hours")
         n = round(duration * rate)
-        half, most = (
+        half, nine_of_ten = (
             _finite(smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p))
             for p in (_HALF, _NINE_OF_TEN)
         )
@@ -310,7 +311,7 @@ def plan(
         tau0=tau0,
         duration=duration,
         half=half,
-        most=most,
+        most=nine_of_ten,
         value=value,
         half_in=half_in,
         most_in=most_in,

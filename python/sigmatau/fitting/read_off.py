@@ -45,7 +45,7 @@ class ReadOffCoefficient:
     term : str
         Key of `sigmatau.noise.terms.TERMS`.
     value, error : float
-        ReadOffCoefficient, and one standard error by eq. (26). [unit]
+        Coefficient, and one standard error by eq. (26). [unit]
     unit : str
         SI.
     tau_min, tau_max : float

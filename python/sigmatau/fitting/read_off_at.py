@@ -51,19 +51,19 @@ class ReadOffAt:
     def read(self, curve: DeviationCurve, fitted: NoiseFit | None) -> ReadOff:
         """Read off the curve of a channel, beside its fit if there is one; raises `OptionError` for a range outside it."""
         places = ("", stream_name(curve.channel), curve.channel)
-        found = {
+        by_term = {
             term: (place, span)
             for own_place in places
             for (place, term), span in self._spans.items()
             if place == own_place
         }
-        spans: dict[str, Any] = {term: span for term, (_, span) in found.items()}
+        spans: dict[str, Any] = {term: span for term, (_, span) in by_term.items()}
         try:
             if fitted is None:
                 return read_off(curve, **spans, force=self._force)
             return read_off_with_fit(curve, fitted, spans, force=self._force)
         except OptionError as error:
-            place = found[error.option or ""][0]
+            place = by_term[error.option or ""][0]
             raise error.named("read_off_at", f"{place}.{error.option}" if place else str(error.option)) from None
 
 

@@ -127,7 +127,7 @@ def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
 
 
 def slope_of_rest(
-    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, lines: Mapping[str, float]
 ) -> Slope | None:
     """Slope of what other lines leave of a curve in the range of a line, by a step of Gauss and Newton from this line; None
     for one point.
@@ -135,7 +135,7 @@ def slope_of_rest(
     if len(points) < 2:
         return None
     line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
-    total = line + sum_of_lines(curve, others, points)
+    total = line + sum_of_lines(curve, lines, points)
     share = line / total
     change, error = _free_slope(curve, points, np.log(curve.avar[points] / total), share)
     weight = curve.error[points] ** -2.0
@@ -164,14 +164,14 @@ def slope_gain(tau: NDArray[np.float64], error: NDArray[np.float64], share: NDAr
 
 
 def _exceeds_error(
-    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, others: Mapping[str, float]
+    curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, lines: Mapping[str, float]
 ) -> bool:
     """Whether the mean share of a line in its range is larger than the error of the mean log variance there."""
     line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
     error = curve.error[points]
     weight = error**-2.0
     weight /= weight.sum()
-    share = float(weight @ (line / (line + sum_of_lines(curve, others, points))))
+    share = float(weight @ (line / (line + sum_of_lines(curve, lines, points))))
     mean_error = math.sqrt(float(weight @ _covariance(curve.tau[points], error) @ weight))
     return share > min(mean_error, _WHOLE)
 

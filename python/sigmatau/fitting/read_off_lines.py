@@ -28,8 +28,8 @@ LEAST_SHARE = 0.02
 HIDDEN = "the lines of the other terms reach the curve there"
 """Reason against a line for which the others leave nothing."""
 
-_MOST_STEPS = 100
-_CONVERGED = 1e-10
+_MOST_STEPS = 100  # of the joint fit of all lines
+_CONVERGED = 1e-10  # step of the logarithms of the variances that ends it
 _LARGEST_STEP = 1.0  # of the logarithm of a variance
 
 Span = tuple[float, float]

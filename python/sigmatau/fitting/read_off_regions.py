@@ -262,9 +262,9 @@ class Points:
         m, variance = self.m[around_region], np.exp(2 * (ls - ls[0]))  # the unit does not matter
         weight = 1 / (2 * variance * np.hypot(self.delta[around_region], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
-        columns_beside = [column for name, column in columns.items() if name != term.name]
+        rest_columns = [column for name, column in columns.items() if name != term.name]
         per_octave = max(len(m) - 1, 1) * math.log(2) / (self.lt[around_region][-1] - self.lt[around_region][0])
-        less = _misfit(columns_beside, weight * variance) - _misfit(list(columns.values()), weight * variance)
+        less = _misfit(rest_columns, weight * variance) - _misfit(list(columns.values()), weight * variance)
         return float(less / per_octave)
 
 

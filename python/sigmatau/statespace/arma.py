@@ -170,12 +170,12 @@ class Arma(Printed):
 
     def to_dict(self) -> dict[str, Any]:
         """Orders and coefficients as plain numbers."""
-        known = "p d q variance drift dt_s=dt unit flicker_error tau_max_s=tau_max error"
+        fields = "p d q variance drift dt_s=dt unit flicker_error tau_max_s=tau_max error"
         pairs = {name: getattr(self, name).tolist() for name in ("ar_roots", "ma_roots")}
         roots = {name: [[root.real, root.imag] for root in values] for name, values in pairs.items()}
         ar = self.ar if _has_coefficients(self.ar_roots) else None
         ma = self.ma if _has_coefficients(self.ma_roots) else None
-        return plain(self, known, ar=ar, ma=ma, sections=self.sections if self._has_sections() else None, **roots)
+        return plain(self, fields, ar=ar, ma=ma, sections=self.sections if self._has_sections() else None, **roots)
 
     def __repr__(self) -> str:
         head = f"ARIMA({self.p}, {self.d}, {self.q})" if self.d else f"ARMA({self.p}, {self.q})"
@@ -277,7 +277,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     ar_roots, d = spectrum.roots, 1 if walk or ramp else 0
     if d and not walk:
         ma_roots = np.append(1.0, ma_roots)  # the difference is in the noise too
-    found = Arma(
+    arma = Arma(
         d=d,
         variance=variance,
         drift=ramp * dt * float(np.prod(1 - ar_roots).real),
@@ -289,14 +289,14 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
         tau_max=poles.tau_max if poles else None,
     )
     f = np.geomspace(1 / (_LONGEST_PERIOD * dt), 0.5 / dt, math.ceil(_PER_DECADE * math.log10(_LONGEST_PERIOD / 2)))
-    expected = dt * spectrum.at(4 * np.sin(math.pi * f * dt) ** 2)
-    error = float(np.abs(found.psd(f) / expected - 1).max())
+    expected = dt * spectrum.density(4 * np.sin(math.pi * f * dt) ** 2)
+    error = float(np.abs(arma.psd(f) / expected - 1).max())
     if not error <= _MOST_SPECTRUM_ERROR:
         raise DataError(
             f"the roots of this model's ARMA process, rounded to double precision, have a spectrum that is off by"
             f" {error:.2g} of it (at most {_MOST_SPECTRUM_ERROR:g} is returned); take its state space"
         )
-    return replace(found, error=error)
+    return replace(arma, error=error)
 
 
 def _gain(roots: Complexes, w: Floats) -> Floats:
@@ -313,9 +313,9 @@ def _expanded(roots: Complexes) -> Floats:
 
 def _has_coefficients(roots: Complexes) -> bool:
     """Whether the product, multiplied out in double precision, still has the roots."""
-    beside = 1 - roots[roots != 1]
+    rest = 1 - roots[roots != 1]
     size = float(np.abs(_expanded(roots)).sum())
-    return size * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * float(np.abs(np.prod(beside)))
+    return size * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * float(np.abs(np.prod(rest)))
 
 
 def _coefficients(name: str, roots: Complexes) -> Floats:
@@ -330,26 +330,26 @@ def _coefficients(name: str, roots: Complexes) -> Floats:
 
 def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
     """Factors of a polynomial: a root and its coefficients 1, c₁, c₂; a complex root includes its conjugate."""
-    found = []
+    sections = []
     for root in roots.tolist():
         if root.imag == 0:
-            found.append((root, np.array([1.0, -root.real, 0.0])))
+            sections.append((root, np.array([1.0, -root.real, 0.0])))
         elif root.imag > 0:
-            found.append((root, np.array([1.0, -2 * root.real, abs(root) ** 2])))
-    return found
+            sections.append((root, np.array([1.0, -2 * root.real, abs(root) ** 2])))
+    return sections
 
 
 def _sections(poles: Complexes, zeros: Complexes) -> Floats:
     """Sections of second order: each pole, the closest to the unit circle first, over the nearest zero of its order."""
-    one = np.array([1.0, 0.0, 0.0])
-    left = _factors(zeros)
+    unity = np.array([1.0, 0.0, 0.0])
+    remaining = _factors(zeros)
     rows = []
     for pole, below in sorted(_factors(poles), key=lambda factor: -abs(factor[0])):
-        alike = [k for k, (zero, _) in enumerate(left) if (zero.imag == 0) == (pole.imag == 0)]
-        above = left.pop(min(alike, key=lambda k: abs(left[k][0] - pole)))[1] if alike else one
+        alike = [k for k, (zero, _) in enumerate(remaining) if (zero.imag == 0) == (pole.imag == 0)]
+        above = remaining.pop(min(alike, key=lambda k: abs(remaining[k][0] - pole)))[1] if alike else unity
         rows.append(np.concatenate((above, below)))
-    rows += [np.concatenate((above, one)) for _, above in left]
-    return np.array(rows or [np.concatenate((one, one))])
+    rows += [np.concatenate((above, unity)) for _, above in remaining]
+    return np.array(rows or [np.concatenate((unity, unity))])
 
 
 def _root(root: complex) -> str:

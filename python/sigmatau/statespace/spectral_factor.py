@@ -97,7 +97,7 @@ class RationalSpectrum:
             roots=_ordered(np.array(roots, dtype=complex)),
         )
 
-    def at(self, w: Floats) -> Floats:
+    def density(self, w: Floats) -> Floats:
         """The spectrum at w from 0 to 4, w = 0 excluded with a walk; `DataError` where its terms cancel."""
         terms = np.column_stack(
             [np.full(w.shape, self.constant), self.slope * w, (self.weights / (w[:, None] - self.poles)).real]
@@ -137,20 +137,20 @@ class RationalSpectrum:
         # At w = 2 the gain |1 + ϑ²| of a rounded root is accurate to rounding.
         walk = 2.0 if (self.poles == 0).any() else 1.0
         gains = [float(np.prod(1 + each**2).real) for each in (self.roots, roots)]
-        return roots, float(self.at(np.array([2.0]))[0]) * walk * gains[0] / gains[1]
+        return roots, float(self.density(np.array([2.0]))[0]) * walk * gains[0] / gains[1]
 
 
 def _refined(zeros: Complexes, constant: float, slope: float, poles: Complexes, weights: Complexes) -> Complexes:
     """Zeros of constant + slope·w + Σ weights/(w − poles) by Aberth's iteration from near ones."""
     z = np.asarray(zeros, dtype=complex)
-    own = np.eye(len(z), dtype=bool)
+    diagonal = np.eye(len(z), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(_STEPS):
             inverse = 1 / (z[:, None] - poles)
             value = constant + slope * z + inverse @ weights
             change = slope - inverse**2 @ weights
             # The logarithmic derivative of the numerator, and what the other zeros have of it.
-            rise = change / value + inverse.sum(axis=1) - np.where(own, 0, 1 / (z[:, None] - z)).sum(axis=1)
+            rise = change / value + inverse.sum(axis=1) - np.where(diagonal, 0, 1 / (z[:, None] - z)).sum(axis=1)
             step = np.where(np.isfinite(1 / rise), 1 / rise, 0.0)
             z = z - step
             if (np.abs(step) <= _CONVERGED * np.abs(z)).all():

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from sigmatau._native.neighbours import medians_of_others, residuals, scatter
+from sigmatau._native.neighbours import neighbour_medians, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import beyond_chance, present
@@ -159,7 +159,7 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
     """Samples less the median of those on both sides, NaN where more than half of these are missing; steps are blurred."""
-    result: Floats = x - medians_of_others(x, side, side)
+    result: Floats = x - neighbour_medians(x, side, side)
     if step > 0:
         result += step / 2 * (np.arange(len(x)) * _GOLDEN % 1 - 0.5)
     return result

@@ -56,7 +56,7 @@ def find_spikes(x: Floats) -> Bools:
         threshold = multiple * max(scale.noise, THRESHOLDS.unseen * scale.step) + rounding
         if not (math.isfinite(threshold) and threshold > 0):
             break
-        new = outliers(rest, threshold=threshold, multiple=multiple, least=rounding, side=scale.side, part=quantile)
+        new = outliers(rest, threshold=threshold, multiple=multiple, smallest=rounding, side=scale.side, part=quantile)
         new = _beyond_smooth(x, new, scale, multiple)
         if len(new) == 0:
             break

@@ -22,7 +22,7 @@ _NOT_READ = "not read: "
 def read(path: Path, head: Head) -> tuple[Table, ...]:
     """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
     kind: logs.LogKind = "mcap" if head.data.startswith(b"\x89MCAP") else "rosbag1"
-    contents = logs.log_contents(str(path), kind, most=largest_expansion(path.stat().st_size))
+    contents = logs.log_contents(str(path), kind, longest=largest_expansion(path.stat().st_size))
     end = _within(path, contents.end)
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
@@ -141,7 +141,7 @@ def _load(
     """The columns of a topic."""
     largest = largest_expansion(path.stat().st_size)
     decoded, end = logs.log_messages(
-        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, most=largest
+        str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, longest=largest
     )
     _within(path, end)
     if not decoded.rows and end.kind:

@@ -78,7 +78,9 @@ def _table(path: Path, name: str, width: int, *, gzip: bool) -> Table:
         try:
             stored = path.stat().st_size
             largest = largest_expansion(stored)
-            sentences = formats.read_sentences(str(path), name=name, fields=width, wanted=tuple(wanted), most=largest)
+            sentences = formats.read_sentences(
+                str(path), name=name, fields=width, wanted=tuple(wanted), longest=largest
+            )
         except formats.TextReadError as error:
             if error.kind == "too_large":
                 refuse_expansion(stored, None)

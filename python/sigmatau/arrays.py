@@ -29,10 +29,10 @@ def freeze(result: object, *names: str, dtype: DTypeLike | None = None, copy: bo
         Whether the arrays are copied. Default: the fields become read-only views.
     """
     for name in names:
-        given = getattr(result, name)
-        if given is None or (not copy and _is_frozen(given, dtype)):
+        value = getattr(result, name)
+        if value is None or (not copy and _is_frozen(value, dtype)):
             continue
-        array = np.array(given, dtype=dtype) if copy else np.asarray(given, dtype=dtype).view()
+        array = np.array(value, dtype=dtype) if copy else np.asarray(value, dtype=dtype).view()
         array.setflags(write=False)
         object.__setattr__(result, name, array)
 

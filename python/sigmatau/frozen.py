@@ -34,7 +34,7 @@ def frozen(
 
 
 def _made(cls: type[_T], *, kw_only: bool, eq: bool) -> type[_T]:
-    own = set(cls.__dict__)
+    attributes = set(cls.__dict__)
     made = dataclass(init=False, repr=False, eq=False, slots=True, kw_only=kw_only)(cls)
     shared: dict[str, object] = {
         "__init__": _Init(made),
@@ -44,10 +44,10 @@ def _made(cls: type[_T], *, kw_only: bool, eq: bool) -> type[_T]:
         "__getstate__": _get_state,
         "__setstate__": _set_state,
     }
-    if eq and "__eq__" not in own:
+    if eq and "__eq__" not in attributes:
         shared |= {"__eq__": _eq, "__hash__": _hash}
     for name, method in shared.items():
-        if name not in own:
+        if name not in attributes:
             setattr(made, name, method)
     return made
 
@@ -78,39 +78,39 @@ def _initializer(cls: Any) -> Any:  # noqa: ANN401  a class, and a function of i
     """``__init__`` of a class, as `dataclasses` writes it."""
     scope: dict[str, Any] = {"_put": object.__setattr__, "_DEFAULT": _DEFAULT}
     positional, keyword, body = ["self"], ["*"], []
-    for one in fields(cls):
-        name, default = one.name, f"_default_{one.name}"
+    for each in fields(cls):
+        name, default = each.name, f"_default_{each.name}"
         argument, value = name, name
-        if one.default is not MISSING:
-            scope[default] = one.default
+        if each.default is not MISSING:
+            scope[default] = each.default
             argument, made = f"{name}={default}", default
-        elif one.default_factory is not MISSING:
-            scope[default] = one.default_factory
+        elif each.default_factory is not MISSING:
+            scope[default] = each.default_factory
             argument, made = f"{name}=_DEFAULT", f"{default}()"
             value = f"{made} if {name} is _DEFAULT else {name}"
-        elif not one.init:  # for ``__post_init__``
+        elif not each.init:  # for ``__post_init__``
             continue
-        if one.init:
-            (keyword if one.kw_only else positional).append(argument)
-        body.append(f"_put(self, {name!r}, {value if one.init else made})")
+        if each.init:
+            (keyword if each.kw_only else positional).append(argument)
+        body.append(f"_put(self, {name!r}, {value if each.init else made})")
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
     arguments = ", ".join([*positional, *(keyword if len(keyword) > 1 else ())])
     exec(f"def __init__({arguments}):\n " + ("; ".join(body) or "pass"), scope)
     method = scope["__init__"]
     method.__qualname__, method.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
-    method.__annotations__ = {one.name: one.type for one in fields(cls) if one.init} | {"return": None}
+    method.__annotations__ = {each.name: each.type for each in fields(cls) if each.init} | {"return": None}
     return method
 
 
 def _repr(self: Any) -> str:  # noqa: ANN401  any instance
-    shown = (f"{one.name}={getattr(self, one.name)!r}" for one in fields(self) if one.repr)
+    shown = (f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.repr)
     return f"{type(self).__qualname__}({', '.join(shown)})"
 
 
 @functools.cache
 def _compared_names(cls: Any) -> tuple[str, ...]:  # noqa: ANN401  any class
-    return tuple(one.name for one in fields(cls) if one.compare)
+    return tuple(each.name for each in fields(cls) if each.compare)
 
 
 def _compared(instance: object) -> tuple[object, ...]:
@@ -134,9 +134,9 @@ def _refuse_deleting(self: object, name: str) -> None:
 
 
 def _get_state(self: Any) -> list[object]:  # noqa: ANN401  any instance
-    return [getattr(self, one.name) for one in fields(self)]
+    return [getattr(self, each.name) for each in fields(self)]
 
 
 def _set_state(self: Any, state: list[object]) -> None:  # noqa: ANN401  any instance
-    for one, value in zip(fields(self), state, strict=True):
-        object.__setattr__(self, one.name, value)
+    for each, value in zip(fields(self), state, strict=True):
+        object.__setattr__(self, each.name, value)

@@ -75,8 +75,8 @@ class Tabular(Printed):
     def _repr_html_(self) -> str:
         columns = self.columns()
         rows = list(zip(*columns.values(), strict=True))
-        more = "" if len(rows) <= _HTML_ROWS else f"<p>… {len(rows) - _HTML_ROWS} more rows</p>"
-        return html_table([tuple(columns), *(tuple(map(_cell, row)) for row in rows[:_HTML_ROWS])]) + more
+        hidden = "" if len(rows) <= _HTML_ROWS else f"<p>… {len(rows) - _HTML_ROWS} more rows</p>"
+        return html_table([tuple(columns), *(tuple(map(_cell, row)) for row in rows[:_HTML_ROWS])]) + hidden
 
 
 _HTML_ROWS = 40
@@ -188,7 +188,7 @@ class TablesByChannel(ByChannel[T], Tabular):
 
     def columns(self) -> dict[str, list[Any]]:
         """The rows of all channels, see `Tabular.columns`."""
-        tables = [cast(Tabular, one).columns() for one in self.values()]
+        tables = [cast(Tabular, result).columns() for result in self.values()]
         return {name: [value for table in tables for value in table[name]] for name in (tables[0] if tables else ())}
 
 
@@ -200,15 +200,15 @@ def plain(result: object, *names: str, **values: object) -> dict[str, Any]:
     >>> plain(1 + 2j, "real im=imag", sides=("left", "right"))
     {'real': 1.0, 'im': 2.0, 'sides': ['left', 'right']}
     """
-    found = {name.partition("=")[0]: getattr(result, name.rpartition("=")[2]) for name in " ".join(names).split()}
-    return {key: _plain(value) for key, value in (found | values).items()}
+    attributes = {name.partition("=")[0]: getattr(result, name.rpartition("=")[2]) for name in " ".join(names).split()}
+    return {key: _plain(value) for key, value in (attributes | values).items()}
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401
     if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     convert = getattr(value, "to_dict", None) or getattr(value, "tolist", None)
     return value if convert is None else convert()
 
@@ -243,8 +243,13 @@ def duration_text(seconds_: float) -> str:
     >>> duration_text(40), duration_text(7200)
     ('40 s', '2 h')
     """
-    for unit, size, least in (("years", 31557600.0, 3.0), ("d", 86400.0, 10.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
-        if seconds_ >= least * size:
+    for unit, size, smallest in (
+        ("years", 31557600.0, 3.0),
+        ("d", 86400.0, 10.0),
+        ("h", 3600.0, 1.0),
+        ("min", 60.0, 2.0),
+    ):
+        if seconds_ >= smallest * size:
             amount = seconds_ / size
             return f"{amount:.0f} {unit}" if amount >= 10 else f"{amount:.2g} {unit}"
     return f"{seconds(seconds_)} s"

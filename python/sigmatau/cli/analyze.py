@@ -331,7 +331,7 @@ def _analyze_logs(
         if error := outcomes[log].error:
             print_error(error.for_command_line())
     attempts = Attempts()
-    drawn = {names[log]: cast(Curves, outcomes[log].kept) for log in logs if outcomes[log].kept}
+    drawn = {names[log]: cast(Curves, outcomes[log].extract) for log in logs if outcomes[log].extract}
     if overlay is not None and drawn:
         from sigmatau.plot.overlay import plot_overlay
 

@@ -39,7 +39,7 @@ class LogOutcome:
     findings: tuple[Finding, ...] = ()
     marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
-    kept: object = None  # What `keep` of `run` made of the analysis
+    extract: object = None  # What `keep` of `run` made of the analysis
 
     @property
     def code(self) -> int:
@@ -207,7 +207,9 @@ def _outcome(
         analysis = work(log)
         marks = collect_marks(analysis.fits)
         extract = None if keep is None else keep(log, analysis)
-        return LogOutcome(log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), kept=extract)
+        return LogOutcome(
+            log=log, findings=analysis.findings, marks=marks, rows=tuple(_rows(analysis)), extract=extract
+        )
     except (OptionError, DataError) as error:
         return LogOutcome(log=log, error=error)
     except ImportError as error:

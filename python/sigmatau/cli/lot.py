@@ -359,8 +359,8 @@ def _examined(outcome: batch.LogOutcome) -> UnitResult:
     if outcome.error:
         path = str(outcome.log)
         return without_result(outcome.error.without(path), path=path, absent=not outcome.log.exists())
-    assert isinstance(outcome.kept, UnitResult)
-    return outcome.kept
+    assert isinstance(outcome.extract, UnitResult)
+    return outcome.extract
 
 
 def _work(log: Path, *, readings: Mapping[Path, ReadingOptions], threads: int) -> Analysis:

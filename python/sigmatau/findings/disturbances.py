@@ -111,8 +111,8 @@ class NotStatic(Details, code="not_static"):
 
     def words(self, finding: Finding) -> Words:
         effects = [_walk_text(self), _tilt(self)] if self.steps else []
-        said = [_bursts(self.bursts), _steps(self)]
-        message = " and ".join(filter(None, said)) + (", in addition to a drift" if self.beside_drift else "")
+        parts = [_bursts(self.bursts), _steps(self)]
+        message = " and ".join(filter(None, parts)) + (", in addition to a drift" if self.beside_drift else "")
         return Words(while_short(message, effects), _left_or_kept(self))
 
 
@@ -160,28 +160,28 @@ class Spikes(Details, code="spikes"):
 
     def words(self, finding: Finding) -> Words:
         height = f"{significant(self.height, sign='+')} {self.unit}"
-        found = f"1 spike of {height} at {clock(self.time)}"
+        what = f"1 spike of {height} at {clock(self.time)}"
         if self.count > 1:
             share = percent(self.share)
-            found = f"{self.count} spikes ({share}), the largest {height} at {clock(self.time)}"
+            what = f"{self.count} spikes ({share}), the largest {height} at {clock(self.time)}"
         if self.small_factor > 1 and finding.left_out:
             smaller = f"{100 * (1 - 1 / self.small_factor):.2g} %"
             return Words(
-                f"{found}, beside smaller ones in the noise",
+                f"{what}, beside smaller ones in the noise",
                 f"Use the interval of the random walk: it covers the values with these and without them, {smaller} smaller",
             )
         if not self.more_below:
-            return Words(found)
+            return Words(what)
         if self.tail_factor > 1:
             larger = f"{100 * (self.tail_factor - 1):.2g} %"
             return Words(
-                f"{found}, in a continuous tail of the noise",
+                f"{what}, in a continuous tail of the noise",
                 f"Use the interval of the random walk: it covers the values without them and with them, {larger} larger"
                 if finding.left_out
                 else "",
             )
         return Words(
-            f"{found}, beside smaller ones in the noise",
+            f"{what}, beside smaller ones in the noise",
             f"Run again with {Hint('keep', value='spikes')}: the random walk is between the two results"
             if finding.left_out
             else "",
@@ -243,12 +243,12 @@ class LeftOut(Details, code="left_out"):
         if not streams:
             return Words("no samples excluded: the option matches no samples")
         first = streams[0]
-        if len({(one.count, one.samples) for one in streams}) == 1:
+        if len({(stream.count, stream.samples) for stream in streams}) == 1:
             lasting = f"{percent(first.count / first.samples)}, {duration_text(first.duration)}"
-            names = axes_text([one.stream for one in streams])
+            names = axes_text([stream.stream for stream in streams])
             return Words(f"{first.count} of {first.samples} samples of {names} excluded as requested ({lasting})")
-        said = [f"{one.count} samples of {one.stream} ({duration_text(one.duration)})" for one in streams]
-        return Words(while_short(f"excluded as requested: {said[0]}", said[1:], between=", "))
+        parts = [f"{stream.count} samples of {stream.stream} ({duration_text(stream.duration)})" for stream in streams]
+        return Words(while_short(f"excluded as requested: {parts[0]}", parts[1:], between=", "))
 
 
 @frozen
@@ -295,9 +295,11 @@ class WindowChosen(Details, code="window_chosen"):
     windows: tuple[ChosenWindow, ...]
 
     def words(self, finding: Finding) -> Words:
-        said = [_window(one) for one in self.windows]
-        message = while_short(f"most stable window of {duration_text(self.length)}: {said[0]}", said[1:], between=", ")
-        if not any(one.criterion == "own" for one in self.windows):
+        windows = [_window(window) for window in self.windows]
+        message = while_short(
+            f"most stable window of {duration_text(self.length)}: {windows[0]}", windows[1:], between=", "
+        )
+        if not any(window.criterion == "own" for window in self.windows):
             return Words(message)
         return Words(
             message, "Analyse the whole record: a window chosen by its noise underestimates the noise of the sensor"

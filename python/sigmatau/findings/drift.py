@@ -61,7 +61,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, [finding.size])[-1]
-        value, low, high = ((one or 0.0) / factor for one in (finding.size, self.low, self.high))
+        value, low, high = ((number or 0.0) / factor for number in (finding.size, self.low, self.high))
         return Words(
             f"temperature drift of {round_to_error(value, low, high).with_unit(unit)}/K",
             "Compensate for temperature: the coefficients are those without the drift",
@@ -133,11 +133,15 @@ class NonStationary(Details, code="non_stationary"):
 
     def words(self, finding: Finding) -> Words:
         texts = []
-        one, change = self.segments, self.change
-        if one is not None:
+        segments, change = self.segments, self.change
+        if segments is not None:
             texts.append(
-                f"Allan deviations of segments differ by a factor of {one.ratio:.3g}"
-                + ("" if change else f" at τ = {seconds(one.tau)} s, largest in the one from {clock(one.largest_at)}")
+                f"Allan deviations of segments differ by a factor of {segments.ratio:.3g}"
+                + (
+                    ""
+                    if change
+                    else f" at τ = {seconds(segments.tau)} s, largest in the one from {clock(segments.largest_at)}"
+                )
             )
         if change is not None:
             texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")

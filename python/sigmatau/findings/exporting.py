@@ -123,7 +123,7 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
                 f" τ = {seconds(self.tau)} s",
                 action,
             )
-        unique = dict.fromkeys(one.term for one in self.omitted)
+        unique = dict.fromkeys(noise.term for noise in self.omitted)
         quantity = _QUANTITIES[self.sensor]
         terms = [TERMS[term].label(quantity) if term in TERMS else "Gauss-Markov noise" for term in unique]
         return Words(f"{axes_text(terms)} omitted: the chosen random walk is written instead", action)
@@ -391,8 +391,8 @@ class KeysNotRead(Details, code="keys_not_read"):
 
     def words(self, finding: Finding) -> Words:
         named = ", ".join(printable(key[:_LONGEST_KEY]) for key in self.keys[:_MOST_KEYS])
-        more = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
-        return Words(f"keys not read: {named}{more}")
+        unnamed = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
+        return Words(f"keys not read: {named}{unnamed}")
 
 
 @frozen

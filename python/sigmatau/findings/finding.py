@@ -243,11 +243,11 @@ class Findings(tuple[Finding, ...], Tabular):
 def plain(value: object) -> Any:  # noqa: ANN401
     """Details as plain data for JSON: dataclasses and mappings as dictionaries, tuples as lists, no NaN or infinity."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {str(key): plain(field) for key, field in value.items()}
     if isinstance(value, tuple | list):
-        return [plain(one) for one in value]
+        return [plain(field) for field in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -278,10 +278,9 @@ def _effect(factor: float) -> float:
 
 def exit_code(findings: Iterable[Finding]) -> int:
     """Exit code of an analysis: 5 if the sensor is not at rest, else that of `damaged`."""
-    told = tuple(findings)
-    return (
-        5 if any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in told) else damaged(told)
-    )
+    all_findings = tuple(findings)
+    moving = any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in all_findings)
+    return 5 if moving else damaged(all_findings)
 
 
 def damaged(findings: Iterable[Finding]) -> int:

@@ -307,15 +307,15 @@ class SecondExplanation(Details, code="second_explanation"):
 
     def words(self, finding: Finding) -> Words:
         fitted = self._text(self.terms, self.processes) or "the model shown"
-        other = self._text(self.other_terms, self.other_processes)
+        alternative = self._text(self.other_terms, self.other_processes)
         if self.other_warm_up is not None:
-            other = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
+            alternative = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
         elif self.other_exponent is not None:
-            other = f"a bias instability with the density f^-{self.other_exponent:.2f}"
+            alternative = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
-            other += f" behind a filter of {two_digits(self.other_filter)} Hz"
+            alternative += f" behind a filter of {two_digits(self.other_filter)} Hz"
         return Words(
-            f"{fitted}, or {other}",
+            f"{fitted}, or {alternative}",
             "A longer record tells them apart; curve and predictions hold both",
         )
 
@@ -414,7 +414,7 @@ def filter_text(shape: str, order: int | None) -> str:
 
 def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
     """What was found beside the terms: ``" with a filter and 5 lines"``; empty for nothing."""
-    kinds_found = (
+    kinds = (
         ("a filter", int(response)),
         ("a line", lines),
         ("a Gauss-Markov process", processes),
@@ -422,8 +422,8 @@ def beside_text(*, response: bool, lines: int, processes: int, resonances: int, 
         ("a warm-up", int(warm_up)),
     )
     named = [
-        one if many == 1 else f"{count_text(many)} {one[2:]}{'es' if one.endswith('s') else 's'}"
-        for one, many in kinds_found
+        singular if many == 1 else f"{count_text(many)} {singular[2:]}{'es' if singular.endswith('s') else 's'}"
+        for singular, many in kinds
         if many
     ]
     return f" with {axes_text(named)}" if named else ""

@@ -50,9 +50,9 @@ def clock(time: float) -> str:
 
 def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
     """The text and as many of some others, in order, as a sentence may have characters for."""
-    for other in filter(None, more):
-        if sum(len(worded(part, as_options)) for part in (text, between, other)) <= longest:
-            text += between + other
+    for extra in filter(None, more):
+        if sum(len(worded(part, as_options)) for part in (text, between, extra)) <= longest:
+            text += between + extra
     return text
 
 
@@ -95,17 +95,17 @@ def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
 
 def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", tau: float | None = None) -> str:
     """Factors on several coefficients, joined; with the averaging time at which they hold, if there is one."""
-    said = " and ".join(factor_text(term, factor, quantity=quantity) for term, factor in factors)
-    return f"{said} at τ = {seconds(tau)} s" if said and tau is not None else said
+    text = " and ".join(factor_text(term, factor, quantity=quantity) for term, factor in factors)
+    return f"{text} at τ = {seconds(tau)} s" if text and tau is not None else text
 
 
 def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", channel: str = "") -> str:
     """The factor farthest from 1, with the channel that it is of, if one is named; empty without factors."""
     if not factors:
         return ""
-    term, factor = max(factors, key=lambda one: abs(math.log(one[1])) if 0 < one[1] < math.inf else math.inf)
-    said = "no coefficient changed" if abs(factor - 1) < 5e-4 else factor_text(term, factor, quantity=quantity)
-    return f"{said} on {channel}" if channel else said
+    term, factor = max(factors, key=lambda pair: abs(math.log(pair[1])) if 0 < pair[1] < math.inf else math.inf)
+    text = "no coefficient changed" if abs(factor - 1) < 5e-4 else factor_text(term, factor, quantity=quantity)
+    return f"{text} on {channel}" if channel else text
 
 
 def leave_out_hint(spans: Sequence[Span], *, longest: int = LONGEST) -> Hint:
@@ -124,11 +124,11 @@ def leave_out_hint(spans: Sequence[Span], *, longest: int = LONGEST) -> Hint:
             joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
         else:
             joined.append((start, stop))
-    left, named = longest - len(as_options([Hint("leave_out")])), list[tuple[float, str]]()
+    room, named = longest - len(as_options([Hint("leave_out")])), list[tuple[float, str]]()
     for start, stop in sorted(joined, key=lambda span: span[0] - span[1]):
         text = f"{_in_seconds(start, math.floor)}:{_in_seconds(stop, math.ceil)}"
-        left -= len(text) + 1
-        if left < 0 and named:
+        room -= len(text) + 1
+        if room < 0 and named:
             break
         named.append((start, text))
     return Hint("leave_out", value=",".join(text for _, text in sorted(named)))

@@ -98,10 +98,10 @@ class Damaged(InFile, code="damaged"):
         if self.inside and (self.place is None or self.place.unit != self.inside):
             inside = f" inside its last {self.inside}" if self.place is None else f", inside a {self.inside}"
         complete = finding.severity == "warning" and self.declared in (None, self.kept)
-        kept = _kept(self.kept, None if complete else self.declared, self.counted, self.topic, every=complete)
+        rows_read = _kept(self.kept, None if complete else self.declared, self.counted, self.topic, every=complete)
         subject = f"the {self.what} is {'truncated' if self.truncated else 'damaged'}{_at(self.place)}{inside}"
-        left = LONGEST - sum(len(text) + 2 for text in (self.part, subject, kept))
-        reason = shortened(self.reason, max(left, 20))
+        room = LONGEST - sum(len(text) + 2 for text in (self.part, subject, rows_read))
+        reason = shortened(self.reason, max(room, 20))
         message = f"{subject}: {reason}" if reason else subject
         if complete:
             action = ""
@@ -109,7 +109,7 @@ class Damaged(InFile, code="damaged"):
             action = f"Copy the whole file, or correct {Hint('layout')}"
         else:
             action = _AGAIN
-        return Words("; ".join(filter(None, (message, kept))), action)
+        return Words("; ".join(filter(None, (message, rows_read))), action)
 
 
 @frozen
@@ -168,18 +168,18 @@ class SkippedMessages(InFile, code="skipped_messages"):
     def _words_in_file(self, finding: Finding) -> Words:
         lost, example = finding.severity == "error", shortened(self.example, 40)
         where = f",{' the first' if self.count > 1 else ''}{_at(self.place)}" if self.place else ""
-        kept = "" if self.kept is None else f"; {self.kept} read"
+        rows_read = "" if self.kept is None else f"; {self.kept} read"
         if self.other:
             such = f", such as {example}," if example else ""
             action = "No action needed if a newer program wrote them; otherwise the file is damaged"
             if lost:
                 action = "Split the log where the sensor was switched: rows are missing there"
-            message = f"{plural(self.count, self.unit)} of other types{such} skipped{where}{kept}"
+            message = f"{plural(self.count, self.unit)} of other types{such} skipped{where}{rows_read}"
             return Words(message, "" if finding.severity == "info" else action)
         what = f" ({example})" if example else ""
         action = "Check the logger and its connection" if finding.severity == "warning" else ""
         return Words(
-            f"{plural(self.count, f'damaged {self.unit}')} skipped{where}{what}{kept}",
+            f"{plural(self.count, f'damaged {self.unit}')} skipped{where}{what}{rows_read}",
             "Copy the log again: rows are missing, and the times after them may be too early" if lost else action,
         )
 
@@ -366,9 +366,9 @@ class UnreadArrays(InFile, code="unread_arrays"):
 def _at(place: Place | None) -> str:
     if place is None:
         return ""
-    of = "" if place.of is None else f" of {place.of}"
+    total = "" if place.of is None else f" of {place.of}"
     byte = "" if place.byte is None else f" (byte {place.byte})"
-    return f" {'at' if place.unit == 'byte' else 'in'} {place.unit} {place.number}{of}{byte}"
+    return f" {'at' if place.unit == 'byte' else 'in'} {place.unit} {place.number}{total}{byte}"
 
 
 def _kept(kept: int | None, declared: int | None, counted: str, topic: str, *, every: bool = False) -> str:

@@ -146,16 +146,16 @@ class PartlyAtRest(Details, code="partly_at_rest"):
     kept: tuple[KeptOfStream, ...]
 
     def words(self, finding: Finding) -> Words:
-        whole = [one for one in self.kept if one.left_out > 0]
-        cut = [one for one in self.kept if one not in whole]
-        said = []
+        whole = [stream for stream in self.kept if stream.left_out > 0]
+        cut = [stream for stream in self.kept if stream not in whole]
+        parts = []
         if whole:
-            said.append(f"{_moved(self.moved)} left out{'' if not cut else f' of {_names(whole)}'}")
+            parts.append(f"{_moved(self.moved)} left out{'' if not cut else f' of {_names(whole)}'}")
         if cut:
             name = f"{_names(cut)} " if whole else "partly at rest: "
             span, share = f"{clock(cut[0].start)} to {clock(cut[0].stop)}", percent(cut[0].share)
-            said.append(f"{name}analysed from {span}, {share} of the record")
-        return Words("; ".join(said))
+            parts.append(f"{name}analysed from {span}, {share} of the record")
+        return Words("; ".join(parts))
 
 
 @frozen
@@ -198,4 +198,4 @@ def _moved(spans: tuple[Span, ...]) -> str:
 
 
 def _names(kept: list[KeptOfStream]) -> str:
-    return " and ".join(one.stream for one in kept)
+    return " and ".join(stream.stream for stream in kept)

@@ -83,12 +83,12 @@ class SpectralLines(Details, code="spectral_line"):
         unit, factor = display_units("bias_instability", quantity, finding.unit, [strongest.amplitude])[-1]
         what = f"{len(self.lines)} spectral lines, largest" if len(self.lines) > 1 else "spectral line"
         size = f"{significant(strongest.amplitude / factor)} {unit}"
-        at = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
+        place = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
         if strongest.frequency < _SLOW and strongest.weakest is not None and strongest.strongest is not None:
             ends = strongest.weakest / factor, strongest.strongest / factor
             size = round_to_error(strongest.amplitude / factor, *ends).with_unit(unit)
-            at = f"with a period of {duration_text(1 / strongest.frequency)}"
-        message = f"{what} of {size} {at}"
+            place = f"with a period of {duration_text(1 / strongest.frequency)}"
+        message = f"{what} of {size} {place}"
         return Words(message, "No action needed: the coefficients are those without the lines")
 
 
@@ -161,8 +161,8 @@ class GaussMarkovProcess(Details, code="gauss_markov_process"):
     high: float | None
 
     def words(self, finding: Finding) -> Words:
-        known = self.low is not None and self.high is not None
-        within = f" [{duration_text(self.low or 0.0)}, {duration_text(self.high or 0.0)}]" if known else ""
+        has_interval = self.low is not None and self.high is not None
+        within = f" [{duration_text(self.low or 0.0)}, {duration_text(self.high or 0.0)}]" if has_interval else ""
         return Words(
             f"Gauss-Markov process of {_sized(finding, self.quantity)},"
             f" correlation time {duration_text(self.time)}{within}",
@@ -297,7 +297,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
 
     def words(self, finding: Finding) -> Words:
         strongest = self.pairs[0]
-        of = (
+        source = (
             f"means over {duration_text(strongest.mean_length)}"
             if strongest.mean_length
             else "sample-to-sample changes"
@@ -309,7 +309,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
         pair = (strongest.first, strongest.second)
         which = "" if set(finding.channels) == set(pair) else f"{axes_text(pair)} are "
         return Words(
-            f"{which}correlated, r = {strongest.coefficient:.2f} for {of}{several}",
+            f"{which}correlated, r = {strongest.coefficient:.2f} for {source}{several}",
             f"Look for {shared}; a Kalman filter needs the covariance of the axes",
         )
 

@@ -47,47 +47,50 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
     for finding in ranked(findings):
         if finding.severity != "info" or finding.left_out:
             kinds.setdefault((finding.severity, finding.code), []).append(finding)
-    told = _naming_all(list(kinds.values()), most)
-    lines = [_cause(alike) for alike in told]
-    for k, alike in enumerate(told if room else ()):
+    shown = _naming_all(list(kinds.values()), most)
+    lines = [_cause(alike) for alike in shown]
+    for k, alike in enumerate(shown if room else ()):
         action = _worst(alike).action if alike[0].severity == "warning" else ""
         longer = [*lines[:k], f"{lines[k]}. {action}", *lines[k + 1 :]]
         if action and (k == 0 or len(wrapped(longer)) <= room):
             lines = longer
-    while room and len(wrapped(lines)) > room and told[-1][0].severity == "info":
-        told, lines = told[:-1], lines[:-1]
-    named = {finding for alike in told for finding in alike}
-    if others := [finding for finding in findings if finding not in named]:
-        lines.append(_others(others, rest))
+    while room and len(wrapped(lines)) > room and shown[-1][0].severity == "info":
+        shown, lines = shown[:-1], lines[:-1]
+    named = {finding for alike in shown for finding in alike}
+    if hidden := [finding for finding in findings if finding not in named]:
+        lines.append(_others(hidden, rest))
     return lines
 
 
 def _naming_all(kinds: Sequence[list[Finding]], most: int) -> list[list[Finding]]:
     """The first kinds; a later warning about an axis that none of them names replaces the last that it can be spared for."""
-    told = list(kinds[:most])
+    shown = list(kinds[:most])
     for alike in kinds[most:]:
-        if alike[0].severity == "info" or _channels([alike]) <= _channels(told):
+        if alike[0].severity == "info" or _channels([alike]) <= _channels(shown):
             continue
-        for k in reversed(range(len(told))):
-            rest = [*told[:k], *told[k + 1 :]]
-            own = _channels([told[k]])
-            if told[k][0].severity == "info" or (told[k][0].severity == "warning" and own and own <= _channels(rest)):
-                told = [*rest, alike]
+        for k in reversed(range(len(shown))):
+            rest = [*shown[:k], *shown[k + 1 :]]
+            channels = _channels([shown[k]])
+            severity = shown[k][0].severity
+            if severity == "info" or (severity == "warning" and channels and channels <= _channels(rest)):
+                shown = [*rest, alike]
                 break
-    return told
+    return shown
 
 
 def _channels(kinds: Iterable[Iterable[Finding]]) -> set[str]:
     """The axes that errors and warnings name."""
-    return {channel for alike in kinds for one in alike if one.severity != "info" for channel in one.channels}
+    return {
+        channel for alike in kinds for finding in alike if finding.severity != "info" for channel in finding.channels
+    }
 
 
 def _others(findings: Sequence[Finding], rest: str) -> str:
     """How many findings there are beside those that are told, and of which kinds as far as a line has room: first those by
     which something is left out.
     """
-    ordered = sorted(findings, key=lambda one: not (one.left_out or one.code.endswith("left_out")))
-    names = [code.replace("_", " ") for code in dict.fromkeys(one.code for one in ordered)]
+    ordered = sorted(findings, key=lambda finding: not (finding.left_out or finding.code.endswith("left_out")))
+    names = [code.replace("_", " ") for code in dict.fromkeys(finding.code for finding in ordered)]
     line = f"· {len(findings)} more"
     for k in range(len(names), 0, -1):
         text = f"{line}: {', '.join(names[:k])}{', …' if k < len(names) else ''}; see {rest}"
@@ -102,10 +105,10 @@ def _worst(alike: Sequence[Finding]) -> Finding:
 
 def _cause(alike: Sequence[Finding]) -> str:
     worst = _worst(alike)
-    others = tuple(dict.fromkeys(c for one in alike for c in one.channels if c not in worst.channels))
+    further = tuple(dict.fromkeys(c for finding in alike for c in finding.channels if c not in worst.channels))
     axes = short_axes(worst.channels) if worst.channels else ""
     about = "".join(f"{name}: " for name in (worst.topic, axes) if name)
-    also = f" (also {short_axes(others)})" if others else ""
+    also = f" (also {short_axes(further)})" if further else ""
     done = f". {worst.action}" if worst.action and worst.severity == "error" else ""
     return printable(f"{_MARKS[worst.severity]} {about}{worst.message}{also}{done}")
 

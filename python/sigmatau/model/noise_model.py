@@ -78,7 +78,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         self._check_correlation()
 
     def __getitem__(self, channel: str) -> ChannelModel:
-        return self._of(channel)
+        return self._require_channel(channel)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.channels)
@@ -221,7 +221,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         """
         names = list(channels)
         for name in names:
-            self._of(name)
+            self._require_channel(name)
         pairs_inside = {
             term: {pair: value for pair, value in pairs.items() if set(pair) <= set(names)}
             for term, pairs in self.correlation.items()
@@ -282,7 +282,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         ndarray, shape (n_tau,)
             [(rate unit)²]
         """
-        return self._of(channel).avar(m=m, tau0=tau0)
+        return self._require_channel(channel).avar(m=m, tau0=tau0)
 
     @overload
     def adev(  # type: ignore[overload-overlap]  # a text is an ArrayLike
@@ -316,7 +316,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
             [rate unit]
         """
         if isinstance(channel, str):
-            return self._of(channel).adev(tau, m=m, tau0=tau0)
+            return self._require_channel(channel).adev(tau, m=m, tau0=tau0)
         return {name: model.adev(channel) for name, model in self.channels.items()}
 
     def psd(self, channel: str, f: ArrayLike, *, tau0: float | None = None) -> NDArray[np.float64]:
@@ -334,9 +334,9 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         ndarray, shape (n_f,)
             [(rate unit)²/Hz]
         """
-        return self._of(channel).psd(f, tau0=tau0)
+        return self._require_channel(channel).psd(f, tau0=tau0)
 
-    def _of(self, channel: str) -> ChannelModel:
+    def _require_channel(self, channel: str) -> ChannelModel:
         try:
             return self.channels[channel]
         except KeyError:

@@ -57,7 +57,7 @@ def _csv(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
 @contextlib.contextmanager
 def _csv_gz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """The same, compressed; without a time, so that the same numbers give the same bytes."""
+    """A CSV file in gzip. No time is stored in it, so that the same numbers give the same bytes."""
     with (
         path.open("wb") as stream,
         gzip.GzipFile("", "wb", compresslevel=6, fileobj=stream, mtime=0) as packed,

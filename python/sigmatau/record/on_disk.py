@@ -24,7 +24,8 @@ _PIECE = 1 << 16  # rows read at a time, if a row is short; what columns that ar
 _PIECE_BYTES = 1 << 19  # bytes read at a time, at most, if they are more than a row: a part of a processor's cache
 _KEPT_BYTES = 1 << 23  # most bytes of rows that are kept for the next column
 _SPARSE = 1 << 14  # bytes between rows from which on each is read by itself
-_PART, _READERS = 1 << 20, 4  # rows that a thread reads, and most threads
+_PART = 1 << 20  # rows that a thread reads
+_READERS = 4  # most threads
 _LOADED = 0.2  # share of the free memory that columns may take: an analysis needs three times as much as its samples
 
 
@@ -125,7 +126,7 @@ class StoredRows:
         return self._keep(start, stop, 1, self.read(start, stop))
 
     def every(self, start: int, stop: int, step: int) -> NDArray[Any]:
-        """Every so many rows; kept as well."""
+        """Every `step`-th row from `start` to `stop`, kept for the next call."""
         last = self._last
         if last is not None and last[:3] == (start, stop, step):
             return last[3]
@@ -201,7 +202,7 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What tells it from any other column, as long as it is in use."""
+        """A key that no other column has while this one is in use."""
         return id(self._rows), self._field, self._part, self._start, self._stop
 
     @property

@@ -31,9 +31,10 @@ _LINE = 0.02  # largest deviation of time stamps from a line, over their span: b
 _REPEATED = 0.6  # largest share of equal neighbours of time stamps: whole seconds are no sampling time
 _COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may wrap
 
-# Smallest ratio of the variance of differences to that of samples, in blocks of 256: 1 for white noise, 0.012 for a random
-# walk, 0.05 behind a filter of a twentieth of the rate.
-_WHITE, _BLOCK = 0.02, 256
+# Smallest ratio of the variance of differences to that of samples, in blocks: 1 for white noise, 0.012 for a random walk,
+# 0.05 behind a filter of a twentieth of the rate.
+_WHITE = 0.02
+_BLOCK = 256  # samples of a block for `_WHITE`
 
 _M_S2 = GRAVITY[1]
 _COUNTS_PER_G = (2048, 4096, 8192, 16384)  # whole numbers of 16 bits at 16, 8, 4 and 2 g: InvenSense, Bosch
@@ -43,11 +44,10 @@ _SCATTER = 0.05  # largest standard deviation of an accelerometer's axis, over t
 _NOISE_OF_GRAVITY = 0.01  # largest noise of an axis, over the size of gravity; the MPU-6050 has 0.6 % at 260 Hz
 _ALIKE = 6.0  # largest ratio of the noise of two axes of one sensor
 _GYRO_MEAN = 40.0  # largest mean of a gyro over its noise, beside other triples; magnetometers have 50 to 1000
-_ONLY_OTHER_MEAN = 150.0  # the same if a gyro is the only triple beside gravity
-_ALONE_MEAN = (
-    0.5,
-    20.0,
-)  # the same without an accelerometer: a rate without a bias may be an acceleration without gravity
+_ONLY_OTHER_MEAN = 150.0  # largest mean of a gyro over its noise, if it is the only triple beside gravity
+# Smallest and largest mean of a gyro over its noise, without an accelerometer: a rate without a bias may be an acceleration
+# without gravity.
+_ALONE_MEAN = (0.5, 20.0)
 _ALONE_NOISE = 3e-3  # largest noise of a gyro without an accelerometer: of a consumer one at 100 Hz [rad/s]
 _MAGNETIC = (
     (0.2, 0.7),
@@ -62,7 +62,7 @@ _UNIT = 1e-4  # what four digits leave of the length of a unit vector
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identified:
-    """What values tell of the columns of a table. Columns are counted from 0."""
+    """The columns of a table that were found by their values. Columns are counted from 0."""
 
     time: int | None
     gyro: Triple | None
@@ -164,7 +164,7 @@ class _Column:
 
 
 def _kind(values: NDArray[np.float64], steps: NDArray[np.float64]) -> Kind:
-    """What a column is by its values alone."""
+    """The kind of a column by its values alone."""
     if len(values) < MIN_ROWS:
         return "unknown"
     if not steps.any():

@@ -76,7 +76,7 @@ class Interleaving:
         )
 
     def _reading(self) -> str:
-        """What the rows are, and the other reading if it is possible."""
+        """Words for the reading of the rows, and for the other one if it is possible."""
         if self.sign == "groups":
             return "has rows of several sensors in no fixed order, or of one that leaps between two states"
         other_reading = {
@@ -88,7 +88,7 @@ class Interleaving:
         return several if self.certain else f"{several}, or of {other_reading}"
 
     def _sign(self, label: str) -> str:
-        """What depends on the turn."""
+        """Words for the sign of several sensors: the difference between rows of different turns."""
         if self.sign == "groups":
             return f"the rows are in groups, {self.size:.3g} apart in {self.channel} (column {label})"
         rows = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"

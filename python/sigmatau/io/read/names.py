@@ -120,7 +120,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Log:
-    """What the other columns of a log tell about one of them."""
+    """Facts of all columns of a log, by which a single name is understood."""
 
     complete: frozenset[str]  # Short stems of which all three axes exist
     program: Program | None

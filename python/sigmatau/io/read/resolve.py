@@ -225,7 +225,7 @@ def _overruled(channel: str, chosen: str, stated: str, *, recognised: bool = Tru
 def _lacks_for_rate(
     table: Table, choice: ColumnChoice, unit: Mapping[str, str], options: Options
 ) -> Literal["rate", "unit of time"] | None:
-    """What is needed for the rate, beside the units."""
+    """The option without which the rate is not known, if the units are."""
     is_timed = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
     if options.states_rate or is_timed:
         return None

@@ -104,7 +104,7 @@ class RowKind:
         return f"{self._column()} has {shown}"
 
     def describe_rows(self) -> str:
-        """Which rows these are, for notes."""
+        """The rows of a table in words, for notes."""
         return f"rows with {self.label} in {self._column()}"
 
     def _column(self) -> str:
@@ -215,7 +215,7 @@ def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def all_without_absurd(columns: Mapping[int, NDArray[Any]]) -> dict[int, NDArray[Any]]:
-    """The same for columns of one file, whose rows are read only once."""
+    """Columns of one file with NaN as in `without_absurd`; the rows of the file are read only once."""
     changed = dict(columns)
     doubted = {
         index: array.dtype.type(min(ABSURD, float(np.finfo(array.dtype).max)))

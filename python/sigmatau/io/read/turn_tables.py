@@ -94,7 +94,7 @@ def _check_turns(table: Table, options: Options, count: int) -> None:
 
 
 def _take_turn(table: Table, turn: int, count: int) -> Table:
-    """Every so many-th row of a table."""
+    """The rows of one of `count` sensors whose rows are in turn: every `count`-th, from row `turn`."""
     note = f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn"
     part = table.take_rows(slice(turn, None, count), f"imu{turn}", note)
     return replace(part, rate=None if table.rate is None else table.rate / count, words={})

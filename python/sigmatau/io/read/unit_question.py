@@ -72,7 +72,7 @@ def ask_for_units(
 
 
 def _noise_in(unit: str, noise: float) -> str:
-    """What a unit makes of the noise of a gyro, which its datasheet states."""
+    """The noise of a gyro if its column has a unit, in words, to be compared with its datasheet."""
     size = noise * units.find(unit).factor / units.find("deg/s").factor
     return f" (gyro noise {two_digits(size)} deg/s rms)"
 

@@ -14,7 +14,8 @@ from sigmatau.io.read.formats.arrow_table import BatchError, find_numeric_column
 from sigmatau.io.read.formats.damage import behind, fault, find_mark, first_line, library_faults, refuse_expansion
 from sigmatau.io.read.table import Head, Table, need
 
-_FILE, _STREAM = b"ARROW1\0\0", b"\xff\xff\xff\xff"
+_FILE = b"ARROW1\0\0"  # first bytes of a file
+_STREAM = b"\xff\xff\xff\xff"  # first bytes of a stream
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
 _NUMBER = 8  # of a column [bytes]

@@ -106,7 +106,9 @@ def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
 
 
 _CHUNK = 1 << 20
-_END_RECORD, _END_LENGTH, _COMMENT = b"PK\x05\x06", 22, 1 << 16  # of zip archives
+_END_RECORD = b"PK\x05\x06"  # first bytes of the last record of a zip archive
+_END_LENGTH = 22  # length of that record [bytes]
+_COMMENT = 1 << 16  # largest length of the comment behind it [bytes]
 
 
 def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:

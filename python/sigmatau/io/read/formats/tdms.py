@@ -21,7 +21,10 @@ from sigmatau.io.read.formats.arrays import Leaf, gather
 from sigmatau.io.read.formats.damage import fault, library_faults
 from sigmatau.io.read.table import Head, Table, need
 
-_MARK, _LEAD, _UNKNOWN, _BIG_ENDIAN = b"TDSm", 28, (1 << 64) - 1, 1 << 6
+_MARK = b"TDSm"  # first bytes of a segment
+_LEAD = 28  # length of the lead-in of a segment [bytes]
+_UNKNOWN = (1 << 64) - 1  # length of a segment whose writer was interrupted
+_BIG_ENDIAN = 1 << 6  # flag of the lead-in
 _INCREMENT = "wf_increment"  # Property of a channel: its sample interval [s]
 _LOGGERS = ("tdms", "reader", "types", "tdms_segment", "base_segment", "channel_data", "daqmx", "scaling", "utils")
 

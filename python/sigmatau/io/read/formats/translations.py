@@ -16,7 +16,8 @@ from sigmatau.io.read.registry import find_text_reader
 from sigmatau.io.read.table import HEAD, Head, Table
 
 _COPIES = 4  # of the file in memory
-_FIRST, _LAST = 4096, 8192  # of the head, by which a translation is chosen [bytes]
+_FIRST = 4096  # length of the beginning of the head by which a translation is chosen [bytes]
+_LAST = 8192  # length of the end of the head by which a translation is chosen [bytes]
 _NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _COLOUR = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 _RULE = re.compile(rb"^[ \t]*[|+]?[ \t]*:?-{2,}[-+|:= \t]*\r?$", re.MULTILINE)

@@ -318,7 +318,7 @@ def _check_length(array: Any, key: str) -> None:  # noqa: ANN401
 
 
 def _with_fill(array: Any, fill: float) -> Any:  # noqa: ANN401
-    """The same array with another value for chunks that are not stored; its attributes are not changed in the store."""
+    """A view of an array that has `fill` where chunks are not stored; the attributes in the store are not changed."""
     import zarr
 
     wrapped = array.async_array

@@ -36,8 +36,8 @@ _FINER = 0.8  # a finer grid has at most this share of the interval
 _MAX_PAUSES = 64
 _EXACT_STAMPS = 0.05  # root mean square distance from the grid up to which stamps are of the sensor's clock [intervals]
 _MAX_LOSSES = 4  # times the samples present: losses at random that exact stamps may show
-# Relative error of the share of whole intervals, and correlation of neighbouring intervals, of losses at random.
-_SHARE_ERROR, _INTERVAL_CORRELATION = 0.25, 0.15
+_SHARE_ERROR = 0.25  # largest relative error of the share of whole intervals, of losses at random
+_INTERVAL_CORRELATION = 0.15  # largest correlation of neighbouring intervals, of losses at random
 _COARSE = 2.0  # intervals in a step of a clock that makes bunches by itself
 _ONE_STEP = 1.05  # steps of the clock within which stamps of evenly spaced samples lie, with a little jitter
 _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses must have

@@ -20,10 +20,8 @@ from sigmatau.record.streams import PLAUSIBLE_RATES
 UNITS = ("s", "ms", "us", "ns")
 _RARE_UNITS = ("min", "h", "d")
 _EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
-_DAY_NUMBERS = (
-    (36161, 52232),
-    (730120, 746191),
-)  # the same years in Excel, counted from 1899, and in MATLAB, from 0. [d]
+_EXCEL_DAYS = (36161, 52232)  # years 1999 to 2042, counted from 1899 as in Excel. [d]
+_MATLAB_DAYS = (730120, 746191)  # years 1999 to 2042, counted from year 0 as in MATLAB. [d]
 SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
 _LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
 SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
@@ -87,7 +85,7 @@ def unit_by_size(first: float, last: float, interval: float, n: int) -> str | No
     if unit is not None and by_unit[unit].rate < SLOW and any(by_unit[name].is_usual for name in UNITS):
         return None
     if unit is None and possible.isdisjoint(UNITS):
-        unit = "d" if any(low <= first <= last <= high for low, high in _DAY_NUMBERS) else None
+        unit = "d" if any(low <= first <= last <= high for low, high in (_EXCEL_DAYS, _MATLAB_DAYS)) else None
     elif epoch_unit(last) != unit:
         return None
     return unit if unit in possible else None

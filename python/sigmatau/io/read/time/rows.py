@@ -27,13 +27,14 @@ from sigmatau.io.read.time.overflows import continue_overflows
 
 _LARGEST_STAMP = 1e100  # in any unit
 _MAX_OUT_OF_ORDER = 0.01  # share of rows that may be out of order: a delayed packet, not a log with mixed clocks
-# Distance of a moved row from its new neighbours: it must fill a hole of 1 to 3 missing rows. [intervals]
-_MIN_DISTANCE, _MAX_DISTANCE = 0.5, 3.0
+_MIN_DISTANCE = 0.5  # smallest distance of a moved row from its new neighbours [intervals]
+_MAX_DISTANCE = 3.0  # largest distance of a moved row from its new neighbours: of a hole of 1 to 3 rows [intervals]
 _MAX_REPEATED = 0.01  # share of repeated stamps above which the clock is taken as coarse
 _MIN_COPIES = 0.9  # share of repeated stamps with equal samples from which on the rows are copies
 _JITTER_SIGMAS = 6.0  # standard deviations of the intervals within which a step back is jitter: exceeded once in 1e9
 _SWAP_ROUNDS = 8
-_MAX_SWAPPED, _MIN_STAMPS = 0.05, 64  # share of rows that jitter may swap; fewer stamps do not show their scatter
+_MAX_SWAPPED = 0.05  # share of rows that jitter may swap
+_MIN_STAMPS = 64  # fewer stamps do not show their scatter
 _REGULAR_SPREAD = 0.25  # relative standard deviation of the distances between repeats if a slow clock makes them
 
 

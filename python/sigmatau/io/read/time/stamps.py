@@ -35,7 +35,9 @@ _NEAR_NOMINAL = (
 )
 # The range of ten equal rates is 3.1 ± 0.8 standard errors: more than 8 once in 1e7 records.
 _DRIFT_ERRORS = 8.0
-_DRIFT_INFO, _DRIFT_WARNING = 1e-4, 1e-3  # relative range of the rate; coefficients are off by up to half of it
+# Relative range of the rate from which on it is told; coefficients are off by up to half of it.
+_DRIFT_INFO = 1e-4
+_DRIFT_WARNING = 1e-3
 _RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is off by half of it
 _LISTED_GAPS = 3
 _FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning

@@ -284,8 +284,7 @@ class RunComparison(Tabular):
         OptionError
             For an unknown channel.
         """
-        from sigmatau.lab.lots.forest import draw_forests
-        from sigmatau.lab.lots.forest_panels import forest_panels
+        from sigmatau.lab.lots.forest import draw_forests, forest_panels
 
         return draw_forests(forest_panels(self, channels), ax=ax)
 

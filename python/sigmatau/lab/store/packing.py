@@ -7,15 +7,18 @@ import json
 import sys
 import zlib
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
+
+if TYPE_CHECKING:
+    from sqlalchemy.engine import Connection
 
 _LEVEL = 1  # of zlib: 6 is 8 % smaller and three times slower
 _HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program that give the same numbers
@@ -136,3 +139,28 @@ def _values(numbers: NDArray[Any]) -> list[Any]:
     """Plain numbers; what is NaN was None, because JSON of a result has no NaN."""
     values: list[Any] = numbers.tolist()
     return [None if value != value else value for value in values] if np.isnan(numbers).any() else values
+
+
+READ = 100
+"""Results that are read at a time."""
+
+
+def contents(
+    connection: Connection, keys: Sequence[int], *, without_damaged: bool = False
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Keys of runs with their results as they were added; raises `DataError` for damaged content, or leaves it out."""
+    from sqlalchemy import select
+
+    from sigmatau.errors import DataError
+    from sigmatau.lab.store.tables import result
+
+    asked = select(result.c.run_id, result.c.content, result.c.curves)
+    for start in range(0, len(keys), READ):
+        for key, content, curves in connection.execute(asked.where(result.c.run_id.in_(keys[start : start + READ]))):
+            try:
+                result_as_added = unpack(content, curves)
+            except DataError:
+                if without_damaged:
+                    continue
+                raise
+            yield key, result_as_added

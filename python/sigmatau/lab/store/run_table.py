@@ -27,8 +27,7 @@ from sigmatau.lab.lots.runs import (
     RunTable,
     joined,
 )
-from sigmatau.lab.store.contents import contents
-from sigmatau.lab.store.packing import NUMBERS
+from sigmatau.lab.store.packing import NUMBERS, contents
 from sigmatau.noise.terms import TERMS
 
 if TYPE_CHECKING:

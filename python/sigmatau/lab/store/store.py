@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Self
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting import QUANTIFIED
 from sigmatau.lab.store.choosing import Chosen, StoreTable, conditions
-from sigmatau.lab.store.contents import READ, contents
 from sigmatau.lab.store.ingest import BATCH, Added
+from sigmatau.lab.store.packing import READ, contents
 from sigmatau.lab.store.rows import Entry
 
 if TYPE_CHECKING:

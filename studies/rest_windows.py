@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 import sigmatau as st
 from sigmatau.quality.facts import keep_facts
-from sigmatau.quality.motion.stillness import moved
+from sigmatau.quality.motion.stillness import find_movement
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.selection.rest import Rest, rest
 from studies.motions import KINDS, held, moving
@@ -110,7 +110,7 @@ def of_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
                 for sensor, stream in zip(("gyro", "accel"), window.streams, strict=True):
                     count = counts[f"{sensor} {length}"]
                     count[0] += 1
-                    count[1] += moved([stream]).motion is None
+                    count[1] += find_movement([stream]).motion is None
     return counts
 
 

@@ -56,10 +56,10 @@ LEFT_BY_ROOM = {
     "(top)": 5,
     "_native": 12,
     "estimators": 1,
-    "findings": 14,
+    "findings": 5,
     "fitting": 25,
     "lab": 5,
-    "quality": 9,
+    "quality": 4,
     "statespace": 1,
 }
 LEFT_IN_RUST = 500

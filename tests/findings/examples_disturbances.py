@@ -38,13 +38,7 @@ def moved(*bursts, channels=GYROS, left=0):
 
 def stepped(*steps, quantity="angular_rate", unit="rad/s", **more):
     return Finding(
-        details=NotStatic(
-            quantity=quantity,
-            unit=unit,
-            steps=steps,
-            added_walk=8.3e-6,
-            **more,
-        ),
+        details=NotStatic(quantity=quantity, unit=unit, steps=steps, added_walk=8.3e-6, **more),
         severity="warning",
         channels=("gyro_x",),
         spans=tuple((one.time, one.time) for one in steps),

@@ -70,6 +70,11 @@ CHANGING = ChangingLevel(
     p_value=1e-9,
 )
 
+BIAS, WALK = ("bias_instability", 2.4e-5), ("rate_random_walk", 2.5e-6)
+SECOND = SecondExplanation(
+    quantity="angular_rate", rate_unit="rad/s", terms=(), processes=(), other_terms=(), other_processes=()
+)
+
 EXAMPLES = [
     *(
         of_gyro(replace(COUNTED, **seen), "info", size=1.224e-5)
@@ -83,7 +88,8 @@ EXAMPLES = [
         )
     ),
     Finding(
-        details=CountedAngle(
+        details=replace(
+            COUNTED,
             quantity="acceleration",
             rate_unit="m/s^2",
             step=7.62e-4,
@@ -148,51 +154,14 @@ EXAMPLES = [
     of_gyro(TooFewSamples(missing=59998, samples=60000), "error"),
     of_gyro(Strided(tau=122.88, samples=8_000_000_000, out_of_memory=True), "info"),
     Finding(details=Strided(tau=122.88, samples=60000), severity="info"),
-    of_gyro(
-        SecondExplanation(
-            quantity="angular_rate",
-            rate_unit="rad/s",
-            terms=(("bias_instability", 2.4e-5), ("rate_random_walk", 2.5e-6)),
-            processes=(),
-            other_terms=(),
-            other_processes=((3.5e-5, 98.6),),
-        ),
-        "info",
-    ),
-    of_gyro(
-        SecondExplanation(
-            quantity="angular_rate",
-            rate_unit="rad/s",
-            terms=(("rate_random_walk", 2.5e-6),),
-            processes=(),
-            other_terms=(),
-            other_processes=(),
-            other_warm_up=900.0,
-        ),
-        "info",
-    ),
-    of_gyro(
-        SecondExplanation(
-            quantity="angular_rate",
-            rate_unit="rad/s",
-            terms=(("bias_instability", 2.4e-5), ("rate_random_walk", 2.5e-6)),
-            processes=(),
-            other_terms=(),
-            other_processes=(),
-            other_exponent=1.24,
-        ),
-        "info",
-    ),
-    of_gyro(
-        SecondExplanation(
-            quantity="angular_rate",
-            rate_unit="rad/s",
-            terms=(),
-            processes=((2.3e-5, 19.0),),
-            other_terms=(("bias_instability", 1.4e-5),),
-            other_processes=(),
-        ),
-        "info",
+    *(
+        of_gyro(replace(SECOND, **fields), "info")
+        for fields in (
+            {"terms": (BIAS, WALK), "other_processes": ((3.5e-5, 98.6),)},
+            {"terms": (WALK,), "other_warm_up": 900.0},
+            {"terms": (BIAS, WALK), "other_exponent": 1.24},
+            {"processes": ((2.3e-5, 19.0),), "other_terms": (("bias_instability", 1.4e-5),)},
+        )
     ),
     of_gyro(NoMap(samples=30, needed=160), "info"),
     of_gyro(CheckedInPart(checked=16_777_216, samples=100_000_000, duration=131072.0), "info"),

@@ -50,9 +50,7 @@ EXAMPLES = [
     warning(Gaps(samples=56_000, gaps=1, longest=(MINUTE,), rate=100.0, estimated=True), size=6000),
     warning(Gaps(samples=59_999, gaps=11_999, longest=(SECOND,), rate=100.0, period=4, even_rate=80.0), size=11_999),
     warning(
-        LongPauses(pauses=1, longest=36_000.0, place="row 18000", used=18_000, total=30_000),
-        size=36_000.0,
-        unit="s",
+        LongPauses(pauses=1, longest=36_000.0, place="row 18000", used=18_000, total=30_000), size=36_000.0, unit="s"
     ),
     warning(IrregularStamps(interval=0.01, longest=75_000.0, place="line 12345"), size=75_000.0, unit="s"),
     warning(IrregularStamps(interval=0.01, leaps=3)),
@@ -80,13 +78,7 @@ EXAMPLES = [
     warning(BadStamps(what="repeated", rows=10_000, place="line 3"), size=5000),
     info(
         MissingValues(
-            total=4000,
-            counts=(2, 1),
-            strongest="gyro_x",
-            place="line 5",
-            runs=2,
-            longest=1,
-            longest_place="line 5",
+            total=4000, counts=(2, 1), strongest="gyro_x", place="line 5", runs=2, longest=1, longest_place="line 5"
         ),
         channels=("gyro_x", "gyro_y"),
         size=2,

@@ -37,13 +37,9 @@ REPEATED = RepeatedSamples(
     walk_at_log_rate=math.sqrt(2),
     walk_at_sensor_rate=1.0,
 )
+COARSE = CoarseResolution(step=1e-3, noise=1.3e-4, unit="rad/s", rounding="quantization", added=2.89e-6)
 GYRO_UNIT = ImplausibleUnit(
-    evidence="noise",
-    quantity="angular_rate",
-    stated="rad/s",
-    likely="deg/s",
-    noise=0.33,
-    times=19.0,
+    evidence="noise", quantity="angular_rate", stated="rad/s", likely="deg/s", noise=0.33, times=19.0
 )
 
 
@@ -130,12 +126,7 @@ EXAMPLES = [
         (("random_walk", 0.1626),),
     ),
     values(
-        Interpolated(
-            strongest="gyro_y",
-            share=0.03,
-            outages=FilledOutages(count=2, start=800.0, longest=60.0),
-        ),
-        GYRO,
+        Interpolated(strongest="gyro_y", share=0.03, outages=FilledOutages(count=2, start=800.0, longest=60.0)), GYRO
     ),
     values(
         Interpolated(strongest="gyro_y", share=0.1, singles=FilledSamples(random_walk=1.083, sigma_one_sample=0.93)),
@@ -154,45 +145,17 @@ EXAMPLES = [
         (("random_walk", 1.042),),
         "info",
     ),
-    values(
-        CoarseResolution(step=1e-3, noise=1.3e-4, unit="rad/s", rounding="quantization", added=2.89e-6),
-        ("gyro_x",),
-        severity="info",
-    ),
-    values(
-        CoarseResolution(step=1e-3, noise=1.3e-4, unit="rad/s", rounding="quantization", added=2.89e-6, summed=512),
-        ("gyro_x",),
-        severity="info",
-    ),
+    values(COARSE, ("gyro_x",), severity="info"),
+    values(replace(COARSE, summed=512), ("gyro_x",), severity="info"),
     *(
-        values(
-            CoarseResolution(
-                step=1e-3,
-                noise=1.3e-4,
-                unit="rad/s",
-                rounding="quantization",
-                added=2.89e-6,
-                summed=summed,
-                needed=needed,
-                passing=passing,
-            ),
-            ("gyro_x",),
-        )
+        values(replace(COARSE, summed=summed, needed=needed, passing=passing), ("gyro_x",))
         for summed, needed, passing in ((512, 1310.72, 0.0), (None, None, 3.125), (None, None, None))
     ),
     values(
-        CoarseResolution(step=2e-3, noise=7e-4, unit="m/s^2", rounding="quantization", added=5.77e-6, summed=4),
-        ("accel_x",),
-        severity="info",
+        replace(COARSE, step=2e-3, noise=7e-4, unit="m/s^2", added=5.77e-6, summed=4), ("accel_x",), severity="info"
     ),
     unit(
-        ImplausibleUnit(
-            evidence="gravity",
-            quantity="acceleration",
-            stated="m/s^2",
-            likely="g",
-            mean=1.013,
-        ),
+        ImplausibleUnit(evidence="gravity", quantity="acceleration", stated="m/s^2", likely="g", mean=1.013),
         ACCEL,
         1 / 9.80665,
     ),
@@ -203,17 +166,7 @@ EXAMPLES = [
     unit(replace(GYRO_UNIT, evidence="quiet", quantity="acceleration", likely="", noise=1e-8), ACCEL, 1.0),
     unit(replace(GYRO_UNIT, stated="", likely=""), GYRO, 1.0),
     unit(replace(GYRO_UNIT, likely="", by_file=True), GYRO, 1.0),
-    unit(
-        replace(
-            GYRO_UNIT,
-            evidence="bias",
-            stated="deg/s",
-            likely="rad/s",
-            mean=0.0157,
-        ),
-        GYRO,
-        math.pi / 180,
-    ),
+    unit(replace(GYRO_UNIT, evidence="bias", stated="deg/s", likely="rad/s", mean=0.0157), GYRO, math.pi / 180),
     values(Gravity(mean=10.2, deviation=0.04, low=9.75, high=9.85, cause="bias_or_scale"), ACCEL, severity="info"),
     values(Gravity(mean=0.374, deviation=-0.962, low=9.75, high=9.85, cause="removed"), ACCEL, severity="info"),
     values(Gravity(mean=4.0, deviation=-0.592, low=9.75, high=9.85, cause="unknown"), ACCEL),

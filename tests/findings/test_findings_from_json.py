@@ -28,11 +28,7 @@ def test_every_example_is_read_back(subject):
 
 def test_what_this_version_does_not_know_keeps_its_words():
     (spikes, *_) = (one for one in examples("disturbances") if one.code == "spikes")
-    for changed in (
-        {"code": "wet_sensor"},
-        {"details": {"count": "three"}},
-        {"details": {}},
-    ):
+    for changed in ({"code": "wet_sensor"}, {"details": {"count": "three"}}, {"details": {}}):
         content = spikes.to_dict() | changed | {"message": "water in the sensor", "action": "Dry it"}
         back = read(content)
         assert isinstance(back.details, Stated)

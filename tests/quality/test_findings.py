@@ -154,18 +154,6 @@ class TestTraps:
         assert fitted.value / N == pytest.approx(2.0, rel=0.02)
         assert 1.5 < dict(finding.factors)["random_walk"] < 2.6
 
-    def test_interpolated_samples(self):
-        """63 Hz interpolated to 200 Hz: read at one sample the random walk is 0.16 of the sensor's own."""
-        slow = sensor("interpolated", {"random_walk": N}, rate=63.0, n=2**15)
-        t = np.arange(int(len(slow) / 63.0 * 200) - 8) / 200.0
-        x = np.interp(t, np.arange(len(slow)) / 63.0, slow)
-        analysis = analyze(Record.from_arrays(rate=200.0, gyro_x=x))
-        (finding,) = told(analysis.findings, "interpolated")
-        assert finding.severity == "warning"
-        read_at_one = analysis.curves["gyro_x"].adev[0] / math.sqrt(200.0) / N
-        assert read_at_one == pytest.approx(0.16, abs=0.02)
-        assert finding.details.upsampled.sigma_one_sample == pytest.approx(0.16, abs=0.005)
-
     def test_bias_instability_and_walk_that_are_not_there(self):
         """The valley that N and K make is no B; K is not read where nothing rises."""
         analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=sensor("white only", {"random_walk": N})))
@@ -175,33 +163,6 @@ class TestTraps:
 
 
 class TestOptions:
-    def test_windows(self):
-        x = sensor("window", {"random_walk": N, "rate_random_walk": 3e-4}, n=4 * 3600 * 5, rate=5.0)
-        record = Record.from_arrays(rate=5.0, gyro_x=x)
-        part = analyze(record, window="10min:100min")
-        assert part.curves["gyro_x"].n == 90 * 60 * 5
-        calm = analyze(record, window="most-stable=2h")
-        (chosen,) = told(calm.findings, "window_chosen")
-        assert calm.curves["gyro_x"].n == 2 * 3600 * 5
-        assert chosen.severity == "warning"  # by its own noise: there is nothing else in the record
-
-    def test_spikes_of_heavy_tails_stay_a_warning(self):
-        """Student's t of 4 degrees: the random walk without its largest samples is 3 % too small."""
-        x = np.random.default_rng(seed_of("heavy tails")).standard_t(4, size=30_000) * 1e-3
-        analysis = analyze(Record.from_arrays(rate=50, gyro_x=x))
-        (said,) = told(analysis.findings, "spikes")
-        assert (said.severity, said.details.more_below) == ("warning", True)
-        assert said.left_out
-        assert analysis.to_dict()["channels"]["gyro_x"]["trust"] == "partial"
-
-    def test_spikes_are_left_out(self):
-        x = sensor("spikes", {"random_walk": N})
-        x[::3000] += 30 * N * math.sqrt(RATE)
-        analysis = analyze(Record.from_arrays(rate=RATE, gyro_x=x))
-        (said,) = told(analysis.findings, "spikes")
-        assert said.left_out == said.details.count == len(x[::3000])
-        assert analysis.fits["gyro_x"]["random_walk"].value == pytest.approx(N, rel=0.02)
-
     def test_command_line(self, tmp_path, capsys):
         x = sensor("command line", {"random_walk": N}, n=40_000)
         log = tmp_path / "log.csv"

@@ -124,14 +124,6 @@ def test_each_of_several_steps_is_told_and_is_the_reason():
     assert (stop or 1800) - (start or 0) == pytest.approx(600, abs=100)
 
 
-def test_an_outage_that_is_held_is_left_out():
-    gyro, accel = six("held outage")
-    gyro[80_000:86_000] = gyro[80_000] + 3e-4
-    (finding,) = told(gyro, accel)
-    assert (finding.code, finding.left_out) == ("stuck_samples", 6000)
-    assert finding.channels == ("gyro_x", "gyro_y", "gyro_z")
-
-
 @pytest.mark.parametrize("share", [0.05, 0.2])
 def test_lost_samples_with_the_last_in_their_place(share):
     """Random walk larger at all averaging times by what is stated: over 15 channels."""
@@ -150,10 +142,3 @@ def test_lost_samples_with_the_last_in_their_place(share):
     assert np.mean(stated) == pytest.approx(math.sqrt((1 + share) / (1 - share)), rel=0.01)
     # At 64 samples a copy beyond the end of a cluster still counts: 1/64 of the variance at most.
     assert np.mean(ratios) == pytest.approx(np.mean(stated), abs=3 * error + 0.005)
-
-
-def test_a_slower_sensor_is_even():
-    x = six("95 Hz")[0][np.arange(N) * 95 // 100]
-    (finding,) = repeated_samples(Record.from_arrays(rate=RATE, gyro=x).streams[0])
-    assert finding.details.pattern == "held"
-    assert finding.details.sensor_rate == pytest.approx(95, rel=1e-3)

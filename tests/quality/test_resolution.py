@@ -9,13 +9,7 @@ from scipy.signal import lfilter
 from known import seed_of
 from sigmatau import Record, allan, check
 from sigmatau.quality.samples.counts import rounding_by_sums
-from sigmatau.quality.samples.resolution import (
-    coarse_resolution,
-    common_step,
-    find_step,
-    resolution,
-    rounded,
-)
+from sigmatau.quality.samples.resolution import coarse_resolution, common_step, find_step, resolution, rounded
 from sigmatau.quality.samples.spikes import find_spikes
 from sigmatau.record.streams import Columns, Grid, Stream, Transform
 

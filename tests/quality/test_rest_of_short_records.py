@@ -15,7 +15,7 @@ from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError
 from sigmatau.findings.rest import TooShortToTell
-from sigmatau.quality.selection.shortest import shortest_length
+from sigmatau.quality.selection.rest import shortest_length
 
 AT_REST = ("at_rest", "partly_at_rest")
 
@@ -172,12 +172,6 @@ def test_a_slow_tilt_is_motion(unit):
 def test_accelerometers_without_gravity_do_not_tilt():
     rng = np.random.default_rng(seed_of("linear acceleration"))
     assert verdict(st.Record.from_arrays(rate=100, accel=0.02 * rng.standard_normal((6000, 3)))).verdict == "at_rest"
-
-
-def test_the_warm_up_of_accelerometers_is_not_a_tilt():
-    t = np.arange(100 * 600) / 100
-    warm = np.column_stack([0.5 * np.exp(-t / 120), 0 * t, 0 * t])  # 50 mg
-    assert verdict(still(600, accel=warm)).verdict == "at_rest"
 
 
 @pytest.mark.parametrize("rate", [0.5, 0.1, 0.02])

@@ -9,7 +9,7 @@ from scipy.signal import butter, sosfilt
 
 import sigmatau
 from known import seed_of
-from sigmatau import Record, allan, fit
+from sigmatau import NoiseModel, Record, allan, fit, simulate
 from sigmatau.quality.samples.dropouts import dropouts
 from sigmatau.quality.samples.repeated_samples import repeated_samples, repeats, runs_of_equal
 from sigmatau.quality.samples.saturation import _clipped_sd, saturation
@@ -139,6 +139,25 @@ class TestRepeated:
         got = [float(c.adev[0]) * math.sqrt(tau / 0.01) for c in allan(record, taus=[tau]).values()]
         # Three axes of 1562 clusters; held samples that clusters share make less than 1 %.
         assert np.mean(got) == pytest.approx(stated, rel=3 / math.sqrt(2 * 3 * 1562) + 0.01)
+
+
+def test_the_other_coefficients_of_duplicated_samples():
+    """Times are stretched twice: quantization × 2, rate random walk × 0.71, ramp × 0.5; exact in the Allan variance."""
+    for term, slope in (("quantization", -1.0), ("rate_random_walk", 0.5), ("rate_ramp", 1.0)):
+        model = NoiseModel(channels={"gyro_x": {term: 1e-3}})
+        x = (
+            simulate(model, duration=400.0, rate=100.0, rng=seed_of(f"other {term}") % 2**60)
+            .streams[0]
+            .column("gyro_x")
+        )
+        x = x + 1e-5 * np.random.default_rng(seed_of(f"noise {term}")).normal(size=len(x))
+        twice = Record.from_arrays(rate=100.0, gyro_x=np.repeat(x, 2))
+        (finding,) = [f for f in check(twice.streams[0]) if f.code == "repeated_samples"]
+        once = allan(Record.from_arrays(rate=100.0, gyro_x=x), taus=[5.12])["gyro_x"].adev[0]
+        stretched = allan(twice, taus=[10.24])["gyro_x"].adev[0]
+        # The same clusters, and those between: with quantization noise half of them begin within a sample.
+        ratio = float(stretched / once) * 2**-slope
+        assert ratio == pytest.approx(dict(finding.factors)[term], rel=0.3 if term == "quantization" else 0.01)
 
 
 class TestDropout:

@@ -18,11 +18,7 @@ DOCUMENTED = re.compile(
 
 CONSTANTS = {
     "counts.py": {"_ROUNDING": "exact variance of rounding", "_NOISE": "grid of a search"},
-    "units.py": {
-        "DEGREE": "definition",
-        "_EARTH_RATE": "physical constant",
-        "_AXES": "axes of space",
-    },
+    "units.py": {"DEGREE": "definition", "_EARTH_RATE": "physical constant", "_AXES": "axes of space"},
     "sensor_class.py": {"_DEGREE": "definition"},
     "tremor.py": {"_AXES": "axes of space"},
     "octave_means.py": {"NORMAL_MEDIAN": "quantile of the normal distribution"},
@@ -30,12 +26,7 @@ CONSTANTS = {
     "dense_spikes.py": {"_GOLDEN": "a sequence that fills a step evenly"},
     "spikes.py": {"_MIDDLE": "coefficient of a fourth difference", "_BATCH": "memory"},
     "common.py": {"_SHORT_ROW": "speed of NumPy"},
-    "copied_stretches.py": {
-        "_CHUNK": "memory",
-        "_MIX": "hashing",
-        "_TURN": "hashing",
-        "_HIGH": "hashing",
-    },
+    "copied_stretches.py": {"_CHUNK": "memory", "_MIX": "hashing", "_TURN": "hashing", "_HIGH": "hashing"},
     "quality/check.py": {
         "_PARTS": "length of a tuple",
         "LOOKED_AT": "memory, an argument of `check`",

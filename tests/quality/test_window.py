@@ -5,13 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from studies.samples import simulated
 from studies.selection_bias import selection_bias
 
 from known import seed_of
 from sigmatau import NoiseModel, OptionError, Record, allan, simulate
-from sigmatau._native.gls import Components, Gls
-from sigmatau.noise.terms import avar
 from sigmatau.quality.selection.window import choose, criterion, cut, most_stable, scatter
 from sigmatau.record.record import make_stream
 
@@ -187,66 +184,3 @@ class TestSelectionBias:
         for k, tau in enumerate(sizes):
             assert rows[:, k].mean() == pytest.approx(bias.at(float(tau)), abs=3 * error[k])
         assert bias.at(1200.0) < 0.75  # there is something to see
-
-    def test_coefficients(self):
-        """The factors against least squares on the Allan variances of windows that `most_stable` took."""
-        rng = np.random.default_rng(seed_of("coefficients"))
-        model = {"random_walk": 0.005, "rate_random_walk": 4e-5}
-        n, window, tau0, records = 2880, 1440, 5.0, 400
-        m = tuple(int(m) for m in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
-        parts = Components(window, m)
-        theta = np.array([0.0, 0.005**2 / tau0, 0.0, 4e-5**2 * tau0])
-        found = []
-        for _ in range(records):
-            y = simulated(n, tau0, model, seed=int(rng.integers(1 << 62)))
-            chosen, _ = most_stable(Record.from_arrays(rate=1 / tau0, gyro_x=y), window * tau0)
-            curve = allan(chosen, taus=np.array(m) * tau0, threads=1)["gyro_x"]
-            scale = float(np.median(curve.avar))
-            found.append(Gls(parts, curve.avar / scale, (1, 3)).fit() * scale / theta.clip(1e-300))
-        found = np.array(found)[:, [1, 3]]
-        bias = selection_bias({"x": model}, n=n, window=window, tau0=tau0, rng=seed_of("factors"))["x"]
-        expected = np.array([bias.factors["random_walk"], bias.factors["rate_random_walk"]]) ** 2
-        error = found.std(axis=0) / math.sqrt(records)
-        # The fit to the mean curve is not quite the mean of the fits, whose weights follow each curve: 5 %.
-        assert found.mean(axis=0) == pytest.approx(expected, abs=3 * error.max() + 0.05)
-        assert expected[1] < 0.85
-        assert expected[0] == pytest.approx(1.0, abs=0.02)
-
-    def test_three_axes_dilute_it(self):
-        model = MODELS["N, B, K"]
-        one = selection_bias({"x": model}, n=14_400, window=7200, tau0=1.0, rng=1)["x"].at(1800)
-        three = selection_bias(dict.fromkeys("xyz", model), n=14_400, window=7200, tau0=1.0, rng=1)["x"].at(1800)
-        assert one < three - 0.1 < 0.8
-
-    def test_no_choice_no_bias(self):
-        bias = selection_bias({"x": MODELS["K"]}, n=7200, window=7200, tau0=1.0, rng=seed_of("all"))["x"]
-        assert (np.abs(bias.ratio - 1) <= 3 * bias.error + 1e-12).all()
-
-    def test_block_means_are_those_of_samples(self):
-        """Identity of laws: the mean Allan variance of whole simulated records is the expected one at every τ."""
-        model = {"quantization": 3.0, "random_walk": 0.5, "bias_instability": 0.1, "rate_random_walk": 0.01}
-        bias = selection_bias({"x": model}, n=7200, window=7200, tau0=1.0, rng=seed_of("law"), draws=4000)["x"]
-        total = sum(avar(term, value, m=(bias.tau).astype(int), tau0=1.0) for term, value in model.items())
-        assert total.min() > 0
-        assert bias.ratio == pytest.approx(1.0, abs=3.5 * bias.error.max())
-
-    def test_same_seed_same_numbers(self):
-        options = {"n": 3600, "window": 1800, "tau0": 1.0, "draws": 50}
-        first, again = (selection_bias({"x": MODELS["K"]}, **options)["x"] for _ in range(2))
-        assert np.array_equal(first.ratio, again.ratio)
-        other = selection_bias({"x": MODELS["K"]}, **options, rng=2)["x"]
-        assert not np.array_equal(first.ratio, other.ratio)
-
-    @pytest.mark.parametrize(
-        ("models", "options", "words"),
-        [
-            ({"x": {"K": 1.0}}, {}, "unknown term"),
-            ({"x": {"rate_ramp": 1.0}}, {}, "no noise"),
-            ({}, {}, "no channel"),
-            ({"x": {"random_walk": 1.0}}, {"window": 9000}, "want 10 blocks"),
-            ({"x": {"random_walk": 1.0}}, {"block": 300}, "want 10 blocks"),
-        ],
-    )
-    def test_refused(self, models, options, words):
-        with pytest.raises(ValueError, match=words):
-            selection_bias(models, **{"n": 3600, "window": 1800, "tau0": 1.0, **options})

@@ -22,8 +22,7 @@ from sigmatau.cli.earlier import curves_path, expect
 from sigmatau.cli.words import is_number
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.deviation_kinds import TauGrid
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.wording import line
+from sigmatau.findings.finding import Finding, line
 from sigmatau.io.atomic import atomic
 from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.results import csv_text, printable

@@ -7,8 +7,7 @@ from pathlib import PurePath
 
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.exporting.source import Sample, Source
-from sigmatau.findings.finding import Finding
-from sigmatau.findings.phrases import axes_text
+from sigmatau.findings.finding import Finding, axes_text
 from sigmatau.findings.spectrum import LowPassFilter
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.noise_model import NoiseModel

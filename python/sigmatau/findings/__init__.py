@@ -1,4 +1,4 @@
-"""Findings: what is known about a record beside its numbers, as typed data.
+"""Findings about a record, as typed data.
 
 A module per subject has its kinds: frozen dataclasses in SI units, each with its code and its words.
 """

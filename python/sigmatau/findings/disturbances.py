@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 from sigmatau.digits import significant
-from sigmatau.findings.finding import Details, Finding, Span, Words
-from sigmatau.findings.phrases import LONGEST, axes_text, clock, leave_out_hint, percent, while_short, window_hint
+from sigmatau.findings.finding import Details, Finding, Span, Words, axes_text
+from sigmatau.findings.phrases import LONGEST, clock, leave_out_hint, percent, while_short, window_hint
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS, display_units
@@ -113,7 +113,7 @@ class NotStatic(Details, code="not_static"):
         effects = [_walk_text(self), _tilt(self)] if self.steps else []
         parts = [_bursts(self.bursts), _steps(self)]
         message = " and ".join(filter(None, parts)) + (", in addition to a drift" if self.beside_drift else "")
-        return Words(while_short(message, effects), _left_or_kept(self))
+        return Words(while_short(message, effects), _selection_text(self))
 
 
 @frozen
@@ -160,28 +160,28 @@ class Spikes(Details, code="spikes"):
 
     def words(self, finding: Finding) -> Words:
         height = f"{significant(self.height, sign='+')} {self.unit}"
-        what = f"1 spike of {height} at {clock(self.time)}"
+        fact = f"1 spike of {height} at {clock(self.time)}"
         if self.count > 1:
             share = percent(self.share)
-            what = f"{self.count} spikes ({share}), the largest {height} at {clock(self.time)}"
+            fact = f"{self.count} spikes ({share}), the largest {height} at {clock(self.time)}"
         if self.small_factor > 1 and finding.left_out:
             smaller = f"{100 * (1 - 1 / self.small_factor):.2g} %"
             return Words(
-                f"{what}, beside smaller ones in the noise",
+                f"{fact}, beside smaller ones in the noise",
                 f"Use the interval of the random walk: it covers the values with these and without them, {smaller} smaller",
             )
         if not self.more_below:
-            return Words(what)
+            return Words(fact)
         if self.tail_factor > 1:
             larger = f"{100 * (self.tail_factor - 1):.2g} %"
             return Words(
-                f"{what}, in a continuous tail of the noise",
+                f"{fact}, in a continuous tail of the noise",
                 f"Use the interval of the random walk: it covers the values without them and with them, {larger} larger"
                 if finding.left_out
                 else "",
             )
         return Words(
-            f"{what}, beside smaller ones in the noise",
+            f"{fact}, beside smaller ones in the noise",
             f"Run again with {Hint('keep', value='spikes')}: the random walk is between the two results"
             if finding.left_out
             else "",
@@ -295,18 +295,18 @@ class WindowChosen(Details, code="window_chosen"):
     windows: tuple[ChosenWindow, ...]
 
     def words(self, finding: Finding) -> Words:
-        windows = [_window(window) for window in self.windows]
+        parts = [_window(stream) for stream in self.windows]
         message = while_short(
-            f"most stable window of {duration_text(self.length)}: {windows[0]}", windows[1:], between=", "
+            f"most stable window of {duration_text(self.length)}: {parts[0]}", parts[1:], between=", "
         )
-        if not any(window.criterion == "own" for window in self.windows):
+        if not any(stream.criterion == "own" for stream in self.windows):
             return Words(message)
         return Words(
             message, "Analyse the whole record: a window chosen by its noise underestimates the noise of the sensor"
         )
 
 
-def _left_or_kept(details: NotStatic) -> str:
+def _selection_text(details: NotStatic) -> str:
     if details.leave_out:
         return f"Run with {leave_out_hint(details.leave_out, longest=LONGEST - len('Run with '))}"
     if details.keep is not None:

@@ -61,7 +61,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, [finding.size])[-1]
-        value, low, high = ((number or 0.0) / factor for number in (finding.size, self.low, self.high))
+        value, low, high = ((value or 0.0) / factor for value in (finding.size, self.low, self.high))
         return Words(
             f"temperature drift of {round_to_error(value, low, high).with_unit(unit)}/K",
             "Compensate for temperature: the coefficients are those without the drift",
@@ -132,16 +132,11 @@ class NonStationary(Details, code="non_stationary"):
         return {} if size is None else {"random_walk": size}
 
     def words(self, finding: Finding) -> Words:
-        texts = []
-        segments, change = self.segments, self.change
+        texts, segments, change = [], self.segments, self.change
         if segments is not None:
+            place = f" at τ = {seconds(segments.tau)} s, largest in the one from {clock(segments.largest_at)}"
             texts.append(
-                f"Allan deviations of segments differ by a factor of {segments.ratio:.3g}"
-                + (
-                    ""
-                    if change
-                    else f" at τ = {seconds(segments.tau)} s, largest in the one from {clock(segments.largest_at)}"
-                )
+                f"Allan deviations of segments differ by a factor of {segments.ratio:.3g}{'' if change else place}"
             )
         if change is not None:
             texts.append(f"short-time noise changes by a factor of {change.ratio:.3g} at {clock(change.time)}")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from sigmatau.digits import two_digits
-from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import axes_text
+from sigmatau.findings.finding import Details, Finding, Words, axes_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
@@ -123,7 +122,7 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
                 f" τ = {seconds(self.tau)} s",
                 action,
             )
-        unique = dict.fromkeys(noise.term for noise in self.omitted)
+        unique = dict.fromkeys(term.term for term in self.omitted)
         quantity = _QUANTITIES[self.sensor]
         terms = [TERMS[term].label(quantity) if term in TERMS else "Gauss-Markov noise" for term in unique]
         return Words(f"{axes_text(terms)} omitted: the chosen random walk is written instead", action)
@@ -151,7 +150,7 @@ class LimitWritten(Details, code="limit_written"):
 
 @frozen
 class StatedError:
-    """What a filter states of its error after some time without measurements.
+    """Error that a filter states after some time without measurements.
 
     Attributes
     ----------
@@ -167,7 +166,7 @@ class StatedError:
 
 @frozen
 class PairConsistency(Details, code="pair_consistency"):
-    """What a bias-estimating filter with the written N and K states of its errors.
+    """Errors that a bias-estimating filter with the written N and K states.
 
     Attributes
     ----------
@@ -265,11 +264,11 @@ class WideTurnOn(Details, code="wide_turn_on"):
         )
         return Words(
             f"turn-on bias from {self.power_ups} power-ups, may be larger: {ends}",
-            f"Compare more power-ups, or set {Hint('names', f'{_sensor_of(finding)}_turn_on_bias', 'VALUE')}",
+            f"Compare more power-ups, or set {Hint('names', f'{_first_sensor(finding)}_turn_on_bias', 'VALUE')}",
         )
 
 
-def _sensor_of(finding: Finding) -> str:
+def _first_sensor(finding: Finding) -> str:
     """The sensor of the first channel of a finding."""
     return finding.channels[0].partition("_")[0] if finding.channels else "gyro"
 
@@ -391,8 +390,8 @@ class KeysNotRead(Details, code="keys_not_read"):
 
     def words(self, finding: Finding) -> Words:
         named = ", ".join(printable(key[:_LONGEST_KEY]) for key in self.keys[:_MOST_KEYS])
-        unnamed = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
-        return Words(f"keys not read: {named}{unnamed}")
+        uncounted = f" and {len(self.keys) - _MOST_KEYS} more" if len(self.keys) > _MOST_KEYS else ""
+        return Words(f"keys not read: {named}{uncounted}")
 
 
 @frozen

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, fields, is_dataclass
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options, hints_in, worded
 from sigmatau.noise.terms import RANKED
-from sigmatau.results import Tabular
+from sigmatau.results import Tabular, printable
 
 Severity = Literal["info", "warning", "error"]
 
@@ -26,7 +26,7 @@ _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "info")
 
 
 class Words(NamedTuple):
-    """What a finding says.
+    """Message and action of a finding.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Words(NamedTuple):
 
 @frozen
 class Details:
-    """What is known of one kind of finding, beside what all findings have: base of the classes in the modules of `findings`.
+    """Parameters of one kind of finding: base of the classes in the modules of `findings`.
 
     Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True``: no
     coefficient means anything, or none has an interval.
@@ -59,7 +59,7 @@ class Details:
         cls.alters_all = alters_all or cls.alters_all
 
     def words(self, finding: Finding) -> Words:
-        """What a finding of this kind says. The channels are named only where one of several is meant."""
+        """Message and action of a finding of this kind. The channels are named only where one of several is meant."""
         raise NotImplementedError
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
@@ -74,7 +74,7 @@ class Details:
 
 @frozen
 class Stated(Details):
-    """What a result of another version of sigmatau states, whose parameters this version does not know.
+    """A finding of another version of sigmatau, whose parameters this version does not know.
 
     Attributes
     ----------
@@ -212,9 +212,18 @@ class Finding:
         }
 
     def __str__(self) -> str:
-        from sigmatau.findings.wording import line
-
         return line(self) + (f". {self.action}" if self.action else "")
+
+
+def axes_text(channels: Sequence[str]) -> str:
+    """``"gyro_x, gyro_y and gyro_z"``."""
+    return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
+
+
+def line(finding: Finding) -> str:
+    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``, with its topic if it has one."""
+    about = (finding.topic, axes_text(finding.channels) if finding.channels else "")
+    return printable(": ".join(filter(None, (finding.severity, *about, finding.message))))
 
 
 class Findings(tuple[Finding, ...], Tabular):
@@ -278,9 +287,12 @@ def _effect(factor: float) -> float:
 
 def exit_code(findings: Iterable[Finding]) -> int:
     """Exit code of an analysis: 5 if the sensor is not at rest, else that of `damaged`."""
-    all_findings = tuple(findings)
-    moving = any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in all_findings)
-    return 5 if moving else damaged(all_findings)
+    listed = tuple(findings)
+    return (
+        5
+        if any(finding.code in _WITHOUT_REST and finding.severity == "error" for finding in listed)
+        else damaged(listed)
+    )
 
 
 def damaged(findings: Iterable[Finding]) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from sigmatau.digits import round_to_error, significant, two_digits
-from sigmatau.findings.finding import Details, Finding, Words
-from sigmatau.findings.phrases import axes_text, percent
+from sigmatau.findings.finding import Details, Finding, Words, axes_text
+from sigmatau.findings.phrases import percent
 from sigmatau.findings.reasons import IncompleteRecord, Reason, TooFewTimes, count_text, off_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
@@ -307,17 +307,14 @@ class SecondExplanation(Details, code="second_explanation"):
 
     def words(self, finding: Finding) -> Words:
         fitted = self._text(self.terms, self.processes) or "the model shown"
-        alternative = self._text(self.other_terms, self.other_processes)
+        second = self._text(self.other_terms, self.other_processes)
         if self.other_warm_up is not None:
-            alternative = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
+            second = f"a warm-up with a time constant of about {duration_text(self.other_warm_up)}"
         elif self.other_exponent is not None:
-            alternative = f"a bias instability with the density f^-{self.other_exponent:.2f}"
+            second = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
-            alternative += f" behind a filter of {two_digits(self.other_filter)} Hz"
-        return Words(
-            f"{fitted}, or {alternative}",
-            "A longer record tells them apart; curve and predictions hold both",
-        )
+            second += f" behind a filter of {two_digits(self.other_filter)} Hz"
+        return Words(f"{fitted}, or {second}", "A longer record tells them apart; curve and predictions hold both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []
@@ -413,8 +410,8 @@ def filter_text(shape: str, order: int | None) -> str:
 
 
 def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
-    """What was found beside the terms: ``" with a filter and 5 lines"``; empty for nothing."""
-    kinds = (
+    """Parts of a model that are not terms: ``" with a filter and 5 lines"``; empty for nothing."""
+    counts = (
         ("a filter", int(response)),
         ("a line", lines),
         ("a Gauss-Markov process", processes),
@@ -422,8 +419,8 @@ def beside_text(*, response: bool, lines: int, processes: int, resonances: int, 
         ("a warm-up", int(warm_up)),
     )
     named = [
-        singular if many == 1 else f"{count_text(many)} {singular[2:]}{'es' if singular.endswith('s') else 's'}"
-        for singular, many in kinds
+        name if many == 1 else f"{count_text(many)} {name[2:]}{'es' if name.endswith('s') else 's'}"
+        for name, many in counts
         if many
     ]
     return f" with {axes_text(named)}" if named else ""

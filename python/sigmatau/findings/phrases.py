@@ -9,7 +9,6 @@ from sigmatau.digits import significant
 from sigmatau.findings.finding import Span
 from sigmatau.hints import Hint, as_options, worded
 from sigmatau.noise.terms import TERMS
-from sigmatau.results import seconds
 
 LONGEST = 120
 """Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
@@ -25,11 +24,6 @@ _MANY = 8
 _TOGETHER = 1.0  # [s]
 
 _DIGITS = 3  # of a second in an option; ends are rounded outwards
-
-
-def axes_text(channels: Sequence[str]) -> str:
-    """``"gyro_x, gyro_y and gyro_z"``."""
-    return channels[0] if len(channels) == 1 else f"{', '.join(channels[:-1])} and {channels[-1]}"
 
 
 def short_axes(channels: Sequence[str]) -> str:
@@ -48,11 +42,11 @@ def clock(time: float) -> str:
     return f"{time:.4g} s" if time < 1000 else f"{time:.0f} s"
 
 
-def while_short(text: str, more: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
-    """The text and as many of some others, in order, as a sentence may have characters for."""
-    for extra in filter(None, more):
-        if sum(len(worded(part, as_options)) for part in (text, between, extra)) <= longest:
-            text += between + extra
+def while_short(text: str, additions: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
+    """The text and as many additions, in order, as a sentence may have characters for."""
+    for addition in filter(None, additions):
+        if sum(len(worded(part, as_options)) for part in (text, between, addition)) <= longest:
+            text += between + addition
     return text
 
 
@@ -91,12 +85,6 @@ def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
     if factor > 1:
         return f"{label} {significant(factor)} times too large"
     return f"{label} {significant(1 / factor)} times too small" if factor > 0 else f"{label} hidden"
-
-
-def factors_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", tau: float | None = None) -> str:
-    """Factors on several coefficients, joined; with the averaging time at which they hold, if there is one."""
-    text = " and ".join(factor_text(term, factor, quantity=quantity) for term, factor in factors)
-    return f"{text} at τ = {seconds(tau)} s" if text and tau is not None else text
 
 
 def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", channel: str = "") -> str:

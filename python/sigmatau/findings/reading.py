@@ -98,9 +98,9 @@ class Damaged(InFile, code="damaged"):
         if self.inside and (self.place is None or self.place.unit != self.inside):
             inside = f" inside its last {self.inside}" if self.place is None else f", inside a {self.inside}"
         complete = finding.severity == "warning" and self.declared in (None, self.kept)
-        rows_read = _kept(self.kept, None if complete else self.declared, self.counted, self.topic, every=complete)
-        subject = f"the {self.what} is {'truncated' if self.truncated else 'damaged'}{_at(self.place)}{inside}"
-        room = LONGEST - sum(len(text) + 2 for text in (self.part, subject, rows_read))
+        count = _count_text(self.kept, None if complete else self.declared, self.counted, self.topic, every=complete)
+        subject = f"the {self.what} is {'truncated' if self.truncated else 'damaged'}{_place_text(self.place)}{inside}"
+        room = LONGEST - sum(len(text) + 2 for text in (self.part, subject, count))
         reason = shortened(self.reason, max(room, 20))
         message = f"{subject}: {reason}" if reason else subject
         if complete:
@@ -109,7 +109,7 @@ class Damaged(InFile, code="damaged"):
             action = f"Copy the whole file, or correct {Hint('layout')}"
         else:
             action = _AGAIN
-        return Words("; ".join(filter(None, (message, rows_read))), action)
+        return Words("; ".join(filter(None, (message, count))), action)
 
 
 @frozen
@@ -167,7 +167,7 @@ class SkippedMessages(InFile, code="skipped_messages"):
 
     def _words_in_file(self, finding: Finding) -> Words:
         lost, example = finding.severity == "error", shortened(self.example, 40)
-        where = f",{' the first' if self.count > 1 else ''}{_at(self.place)}" if self.place else ""
+        where = f",{' the first' if self.count > 1 else ''}{_place_text(self.place)}" if self.place else ""
         rows_read = "" if self.kept is None else f"; {self.kept} read"
         if self.other:
             such = f", such as {example}," if example else ""
@@ -206,7 +206,7 @@ class BytesNotRead(InFile, code="bytes_not_read"):
     padding: bool = False
 
     def _words_in_file(self, finding: Finding) -> Words:
-        where = f"after {self.after}{_at(self.place)}" if self.after else "before the data"
+        where = f"after {self.after}{_place_text(self.place)}" if self.after else "before the data"
         if self.padding:
             return Words(f"{plural(self.bytes, 'bytes')} {where} are padding")
         return Words(
@@ -363,7 +363,7 @@ class UnreadArrays(InFile, code="unread_arrays"):
         return Words(f"{what}: {listed(self.names)}", _AGAIN)
 
 
-def _at(place: Place | None) -> str:
+def _place_text(place: Place | None) -> str:
     if place is None:
         return ""
     total = "" if place.of is None else f" of {place.of}"
@@ -371,8 +371,8 @@ def _at(place: Place | None) -> str:
     return f" {'at' if place.unit == 'byte' else 'in'} {place.unit} {place.number}{total}{byte}"
 
 
-def _kept(kept: int | None, declared: int | None, counted: str, topic: str, *, every: bool = False) -> str:
-    if kept is None:
+def _count_text(count: int | None, declared: int | None, noun: str, topic: str, *, every: bool = False) -> str:
+    if count is None:
         return ""
-    number = plural(kept, counted) if declared is None else f"{kept} of {declared} {counted}"
+    number = plural(count, noun) if declared is None else f"{count} of {declared} {noun}"
     return f"{'all ' if every else ''}{number}{f' of {topic}' if topic else ''} read"

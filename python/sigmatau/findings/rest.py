@@ -197,5 +197,5 @@ def _moved(spans: tuple[Span, ...]) -> str:
     return f"{len(spans)} periods of motion, {total} in total,"
 
 
-def _names(kept: list[KeptOfStream]) -> str:
-    return " and ".join(stream.stream for stream in kept)
+def _names(streams: list[KeptOfStream]) -> str:
+    return " and ".join(stream.stream for stream in streams)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from sigmatau.digits import round_to_error, significant, two_digits
-from sigmatau.findings.finding import Details, Finding, Words
+from sigmatau.findings.finding import Details, Finding, Words, axes_text
 from sigmatau.findings.fit import filter_text
-from sigmatau.findings.phrases import axes_text, factor_text
+from sigmatau.findings.phrases import factor_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
@@ -297,7 +297,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
 
     def words(self, finding: Finding) -> Words:
         strongest = self.pairs[0]
-        source = (
+        what = (
             f"means over {duration_text(strongest.mean_length)}"
             if strongest.mean_length
             else "sample-to-sample changes"
@@ -309,7 +309,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
         pair = (strongest.first, strongest.second)
         which = "" if set(finding.channels) == set(pair) else f"{axes_text(pair)} are "
         return Words(
-            f"{which}correlated, r = {strongest.coefficient:.2f} for {source}{several}",
+            f"{which}correlated, r = {strongest.coefficient:.2f} for {what}{several}",
             f"Look for {shared}; a Kalman filter needs the covariance of the axes",
         )
 

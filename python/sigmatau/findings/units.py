@@ -66,33 +66,33 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     def words(self, finding: Finding) -> Words:
         noise = f"{significant(math.degrees(self.noise or 0))} (deg/s)/√Hz"
         if self.evidence == "gravity":
-            what = f"mean acceleration of {self.mean:.3g} m/s^2"
+            fact = f"mean acceleration of {self.mean:.3g} m/s^2"
         elif self.evidence == "step":
-            what = (
+            fact = (
                 f"the resolution is {self.step:.3g} rad/s (1 LSB of sensors with {self.sensitivity:.6g} LSB per deg/s)"
             )
         elif self.evidence == "bias":
-            what = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(self.mean or 0)} deg/h"
+            fact = f"the noise is that of an optical gyro, but the mean is {_degrees_per_hour(self.mean or 0)} deg/h"
         elif self.evidence == "quiet":
-            what = f"white noise of {_small_noise(self)}, less than that of the quietest sensors"
+            fact = f"white noise of {_small_noise(self)}, less than that of the quietest sensors"
         elif self.evidence == "earth":
             mean = f"{_degrees_per_hour(self.mean or 0)} deg/h"
-            what = f"white noise of {_small_noise(self)}, but a mean of {mean} and not the Earth's rotation of 15 deg/h"
+            fact = f"white noise of {_small_noise(self)}, but a mean of {mean} and not the Earth's rotation of 15 deg/h"
         else:
-            what = f"white noise of {noise}, {two_digits(self.times or 1.0)} times that of the noisiest gyros"
+            fact = f"white noise of {noise}, {two_digits(self.times or 1.0)} times that of the noisiest gyros"
         if self.by_file:
             stated = f" {self.stated}" if self.stated else " the unit"
             return Words(
-                f"{what}; the file states{stated}", "Check that the sensor was at rest, and the unit in the file"
+                f"{fact}; the file states{stated}", "Check that the sensor was at rest, and the unit in the file"
             )
         if not self.likely and self.evidence in ("quiet", "earth"):
-            return Words(what, "Check the unit and the scale")
+            return Words(fact, "Check the unit and the scale")
         looks = f"the unit is probably {self.likely}" if self.likely else "the values may be raw counts"
         if not self.likely:
-            return Words(f"{what}; {looks}", f"Run with {Hint('scale')} for raw counts")
+            return Words(f"{fact}; {looks}", f"Run with {Hint('scale')} for raw counts")
         factor = finding.factors[0][1] if finding.factors else 1.0
         wrong = f"{significant(factor)} times too large" if factor > 1 else f"{significant(1 / factor)} times too small"
-        return Words(f"{what}; {looks}", f"Run with {self.correction}; all coefficients are now {wrong}")
+        return Words(f"{fact}; {looks}", f"Run with {self.correction}; all coefficients are now {wrong}")
 
 
 @frozen
@@ -131,8 +131,8 @@ class Gravity(Details, code="gravity"):
                 "Record the raw output of the sensor if possible",
             )
         times = f"{1 + self.deviation:.3g} times the true values"
-        what = f"{mean}, gravity is {self.low:g} to {self.high:g}; all coefficients may be {times}"
-        return Words(what, f"Check {Hint('unit')}, {Hint('scale')} and {Hint('channels')}")
+        fact = f"{mean}, gravity is {self.low:g} to {self.high:g}; all coefficients may be {times}"
+        return Words(fact, f"Check {Hint('unit')}, {Hint('scale')} and {Hint('channels')}")
 
 
 @frozen

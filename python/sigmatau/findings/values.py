@@ -93,13 +93,13 @@ class Saturation(Details, code="saturation"):
 
     def words(self, finding: Finding) -> Words:
         ends = " and ".join(f"{end:.3g}" for end in (self.low, self.high) if end is not None)
-        what = f"{percent(self.share)} of the samples at {'a limit' if None in (self.low, self.high) else 'the limits'}"
-        what += f" of the range, {ends} {self.unit}"
+        fact = f"{percent(self.share)} of the samples at {'a limit' if None in (self.low, self.high) else 'the limits'}"
+        fact += f" of the range, {ends} {self.unit}"
         if not self.spread:
-            return Words(_joined(what, f"the first at {clock(self.start)}"))
+            return Words(_joined(fact, f"the first at {clock(self.start)}"))
         effect = largest_factor_text(finding.factors, channel=_on(finding, self.strongest))
         return Words(
-            _joined(what, effect), f"Record again with a larger range, or select another part with {Hint('window')}"
+            _joined(fact, effect), f"Record again with a larger range, or select another part with {Hint('window')}"
         )
 
 
@@ -180,14 +180,14 @@ class RepeatedSamples(Details, code="repeated_samples"):
         return True
 
     def words(self, finding: Finding) -> Words:
-        effect = largest_factor_text([factor for factor in finding.factors if factor[0] == "random_walk"])
+        effect = largest_factor_text([pair for pair in finding.factors if pair[0] == "random_walk"])
         if self.pattern == "rows":
-            what = f"{self.copies} rows ({percent(self.share)}) equal the previous row"
-            return Words(what)
+            fact = f"{self.copies} rows ({percent(self.share)}) equal the previous row"
+            return Words(fact)
         if self.pattern == "irregular":
-            what = f"{percent(self.share)} of the samples equal the previous sample, at irregular intervals"
+            fact = f"{percent(self.share)} of the samples equal the previous sample, at irregular intervals"
             return Words(
-                _joined(what, effect), "Omit lost samples from the log instead of repeating the previous sample"
+                _joined(fact, effect), "Omit lost samples from the log instead of repeating the previous sample"
             )
         rates = f"the sensor gives {self.sensor_rate:.4g} Hz, the log has {self.log_rate:.4g} Hz"
         effect = effect or f"σ at one sample {significant(1 / self.sigma_one_sample)} times too small"
@@ -291,24 +291,24 @@ class Interpolated(Details, code="interpolated"):
     def words(self, finding: Finding) -> Words:
         if self.upsampled is not None:
             made = self.upsampled
-            what = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
+            fact = f"interpolated from {made.sensor_rate:.4g} to {made.log_rate:.4g} Hz"
             times, right_from = significant(1 / made.sigma_one_sample), seconds(made.right_from)
             effect = f"σ at one sample {times} times too small, correct from τ = {right_from} s"
-            return Words(_joined(what, effect), "Log the samples of the sensor with their time stamps")
-        outages, what = self.outages, ""
+            return Words(_joined(fact, effect), "Log the samples of the sensor with their time stamps")
+        outages, fact = self.outages, ""
         if outages is not None:
             longest = duration_text(outages.longest)
-            what = f"a gap of {longest} at {clock(outages.start)} was filled with a straight line"
+            fact = f"a gap of {longest} at {clock(outages.start)} was filled with a straight line"
             if outages.count > 1:
-                what = (
+                fact = (
                     f"{outages.count} gaps were filled with straight lines, the longest {longest}"
                     f" at {clock(outages.start)}"
                 )
-            return Words(what)
+            return Words(fact)
         if self.singles is not None:
-            what = f"{percent(self.share)} of the samples are linear interpolations of lost samples"
+            fact = f"{percent(self.share)} of the samples are linear interpolations of lost samples"
         effect = largest_factor_text(finding.factors, channel=_on(finding, self.strongest))
-        return Words(_joined(what, effect), "Leave lost samples empty in the log, or omit their rows")
+        return Words(_joined(fact, effect), "Leave lost samples empty in the log, or omit their rows")
 
 
 @frozen

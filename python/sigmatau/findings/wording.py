@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sigmatau.findings.finding import Finding, effects, ranked
-from sigmatau.findings.phrases import axes_text, short_axes
+from sigmatau.findings.phrases import short_axes
 from sigmatau.results import WIDTH, printable, wrapped
 
 if TYPE_CHECKING:
@@ -16,12 +16,6 @@ def sentence(finding: Finding) -> str:
     """The words of a finding for the text of an error: its message, and its action behind a semicolon."""
     message, action = finding.words()
     return f"{message}; {action[0].lower()}{action[1:]}" if action else message
-
-
-def line(finding: Finding) -> str:
-    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``, with its topic if it has one."""
-    about = (finding.topic, axes_text(finding.channels) if finding.channels else "")
-    return printable(": ".join(filter(None, (finding.severity, *about, finding.message))))
 
 
 def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int = 0) -> list[str]:
@@ -57,22 +51,23 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
     while room and len(wrapped(lines)) > room and shown[-1][0].severity == "info":
         shown, lines = shown[:-1], lines[:-1]
     named = {finding for alike in shown for finding in alike}
-    if hidden := [finding for finding in findings if finding not in named]:
-        lines.append(_others(hidden, rest))
+    if unnamed := [finding for finding in findings if finding not in named]:
+        lines.append(_count_unnamed(unnamed, rest))
     return lines
 
 
-def _naming_all(kinds: Sequence[list[Finding]], most: int) -> list[list[Finding]]:
-    """The first kinds; a later warning about an axis that none of them names replaces the last that it can be spared for."""
-    shown = list(kinds[:most])
-    for alike in kinds[most:]:
+def _naming_all(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
+    """The first kinds of findings. A later warning about another axis replaces the last dispensable one."""
+    shown = list(kinds[:number])
+    for alike in kinds[number:]:
         if alike[0].severity == "info" or _channels([alike]) <= _channels(shown):
             continue
         for k in reversed(range(len(shown))):
             rest = [*shown[:k], *shown[k + 1 :]]
-            channels = _channels([shown[k]])
-            severity = shown[k][0].severity
-            if severity == "info" or (severity == "warning" and channels and channels <= _channels(rest)):
+            axes = _channels([shown[k]])
+            if shown[k][0].severity == "info" or (
+                shown[k][0].severity == "warning" and axes and axes <= _channels(rest)
+            ):
                 shown = [*rest, alike]
                 break
     return shown
@@ -85,8 +80,8 @@ def _channels(kinds: Iterable[Iterable[Finding]]) -> set[str]:
     }
 
 
-def _others(findings: Sequence[Finding], rest: str) -> str:
-    """How many findings there are beside those that are told, and of which kinds as far as a line has room: first those by
+def _count_unnamed(findings: Sequence[Finding], rest: str) -> str:
+    """Number and kinds of the findings that are not listed, as far as a line has room: first those by
     which something is left out.
     """
     ordered = sorted(findings, key=lambda finding: not (finding.left_out or finding.code.endswith("left_out")))
@@ -105,10 +100,10 @@ def _worst(alike: Sequence[Finding]) -> Finding:
 
 def _cause(alike: Sequence[Finding]) -> str:
     worst = _worst(alike)
-    further = tuple(dict.fromkeys(c for finding in alike for c in finding.channels if c not in worst.channels))
+    more_axes = tuple(dict.fromkeys(c for finding in alike for c in finding.channels if c not in worst.channels))
     axes = short_axes(worst.channels) if worst.channels else ""
     about = "".join(f"{name}: " for name in (worst.topic, axes) if name)
-    also = f" (also {short_axes(further)})" if further else ""
+    also = f" (also {short_axes(more_axes)})" if more_axes else ""
     done = f". {worst.action}" if worst.action and worst.severity == "error" else ""
     return printable(f"{_MARKS[worst.severity]} {about}{worst.message}{also}{done}")
 

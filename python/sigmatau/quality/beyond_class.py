@@ -72,8 +72,8 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
         math.sqrt(float(density[strongest])),
     )
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
-    if (of_ramp := ramp / limits.noisiest["rate_ramp"]) > times:
-        times, frequency, size = of_ramp, 0.0, ramp
+    if (ramp_ratio := ramp / limits.noisiest["rate_ramp"]) > times:
+        times, frequency, size = ramp_ratio, 0.0, ramp
     if not times > THRESHOLDS.beyond:
         return []
     factors = tuple(

@@ -113,7 +113,7 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
 
 @frozen(eq=False)
 class Examination:
-    """What `examine` finds: the record without its disturbances, the findings, and what was taken out for which of them."""
+    """Result of `examine`: the record without its disturbances, the findings, and the samples excluded for each."""
 
     record: Record
     findings: tuple[Finding, ...]

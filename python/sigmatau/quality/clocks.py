@@ -7,7 +7,7 @@ with, or by another clock.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Literal
 
@@ -80,7 +80,7 @@ class Mark:
 
 @frozen(kw_only=False)
 class _Shift:
-    """Marks of one record beside those of another one."""
+    """Marks of a record, compared with those of another record."""
 
     same: bool  # whether most are at the same place
     factor: float | None  # logarithm of the factor that the others have; None if there is none
@@ -90,31 +90,23 @@ class _Shift:
 
 def collect_marks(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
-    marks: list[Mark] = []
+    marks: list[Mark | None] = []
     for channel, fitted in fits.items():
-        for line in fitted.sinusoid[: THRESHOLDS.strongest]:
-            marks += _mark(channel, "line", _ends(line.frequency), THRESHOLDS.foot)
-        for process in fitted.resonance:
-            marks += _mark(channel, "resonance", _ends(process.frequency), 0.5)
-        if fitted.response is not None:
-            response = fitted.response
-            marks += _mark(channel, "corner", (response.corner, response.low, response.high), 0.5)
-    return tuple(marks)
+        lines = fitted.sinusoid[: THRESHOLDS.strongest]
+        marks += [_mark(channel, "line", line.frequency, THRESHOLDS.foot) for line in lines]
+        marks += [_mark(channel, "resonance", process.frequency, 0.5) for process in fitted.resonance]
+        if (response := fitted.response) is not None and response.corner is not None:
+            corner = Interval(value=response.corner, low=response.low, high=response.high, unit="Hz")
+            marks.append(_mark(channel, "corner", corner, 0.5))
+    return tuple(mark for mark in marks if mark is not None)
 
 
-def _ends(frequency: Interval) -> tuple[float | None, float | None, float | None]:
-    return frequency.value, frequency.low, frequency.high
-
-
-def _mark(
-    channel: str,
-    kind: Literal["line", "resonance", "corner"],
-    interval: tuple[float | None, float | None, float | None],
-    part: float,
-) -> Iterable[Mark]:
-    value, low, high = interval
+def _mark(channel: str, kind: Literal["line", "resonance", "corner"], frequency: Interval, part: float) -> Mark | None:
+    """A mark with `part` of its interval as the error; None without an interval, or with one wider than the frequency."""
+    value, low, high = frequency.value, frequency.low, frequency.high
     if value and low is not None and high is not None and 0 < high - low < value:
-        yield Mark(channel, kind, value, part * (high - low) / value)
+        return Mark(channel, kind, value, part * (high - low) / value)
+    return None
 
 
 def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:

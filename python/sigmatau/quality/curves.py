@@ -67,7 +67,7 @@ def constant_channel(stream: Stream, channel: str) -> Finding:
 
 
 def too_few_samples(stream: Stream, channel: str) -> Finding:
-    """The finding that so many samples of a channel are missing that it has no Allan variance."""
+    """The finding that too many samples of a channel are missing for an Allan variance."""
     missing = 0 if stream.mask is None else int(stream.mask[:, stream.channels.index(channel)].sum())
     details = TooFewSamples(missing=missing, samples=stream.grid.n)
     return Finding(details=details, severity="error", channels=(channel,))
@@ -133,8 +133,8 @@ def compute_curves(
             fitted_on |= for_fit
             findings += strided(available, stream.name, out_of_memory=long != "strided")
         else:
-            available, too_few = _curves(stream, taus, overlap, counting, threads)
-            findings += too_few
+            available, unavailable = _curves(stream, taus, overlap, counting, threads)
+            findings += unavailable
         for channel, curve in available.items():
             if not THRESHOLDS.smallest < curve.avar.max() < THRESHOLDS.largest and curve.avar.max() > 0:
                 findings.append(out_of_range(curve))

@@ -10,15 +10,14 @@ from __future__ import annotations
 import functools
 import os
 import threading
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar, copy_context
-from typing import Any, Concatenate, ParamSpec, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from sigmatau.record.on_disk import FileColumn
 from sigmatau.record.streams import Stream
 
-P = ParamSpec("P")
 T = TypeVar("T")
 
 _FACTS: ContextVar[dict[Hashable, tuple[object, object]] | None] = ContextVar("facts", default=None)
@@ -78,37 +77,26 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
     return {name: results[name] for name in names}
 
 
-def stream_fact(function: Callable[Concatenate[Stream, P], T]) -> Callable[Concatenate[Stream, P], T]:
-    """A function of a stream as a fact of all its channels; its other arguments must be hashable."""
+def stream_fact(function: Callable[[Stream], T]) -> Callable[[Stream], T]:
+    """A function of a stream as a fact of all its channels."""
 
     @functools.wraps(function)
-    def fact(stream: Stream, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        def compute() -> T:
-            return function(stream, *args, **kwargs)
-
-        return _remember(compute, stream, (function, _stream_key(stream), args, _stated(function, kwargs)))
+    def fact(stream: Stream) -> T:
+        channels = tuple(_channel_key(stream, channel) for channel in stream.channels)
+        return _remember(lambda: function(stream), stream, (function, stream.name, stream.channels, channels))
 
     return fact
 
 
-def channel_fact(function: Callable[Concatenate[Stream, str, P], T]) -> Callable[Concatenate[Stream, str, P], T]:
-    """A function of one channel of a stream as a fact of that channel; its other arguments must be hashable."""
+def channel_fact(function: Callable[[Stream, str], T]) -> Callable[[Stream, str], T]:
+    """A function of one channel of a stream as a fact of that channel."""
 
     @functools.wraps(function)
-    def fact(stream: Stream, channel: str, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        def compute() -> T:
-            return function(stream, channel, *args, **kwargs)
-
-        key = function, channel, _channel_key(stream, channel), args, _stated(function, kwargs)
-        return _remember(compute, stream, key)
+    def fact(stream: Stream, channel: str) -> T:
+        key = function, channel, _channel_key(stream, channel)
+        return _remember(lambda: function(stream, channel), stream, key)
 
     return fact
-
-
-def _stated(function: Callable[..., object], kwargs: Mapping[str, Any]) -> Hashable:
-    """Keywords that are not the default: a fact with its default and one without are one."""
-    defaults = getattr(function, "__kwdefaults__", None) or {}
-    return tuple((name, value) for name, value in kwargs.items() if value is not defaults.get(name))
 
 
 def _remember(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
@@ -120,12 +108,8 @@ def _remember(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
     return cast("T", facts[key][1])
 
 
-def _stream_key(stream: Stream) -> Hashable:
-    return stream.name, stream.channels, tuple(_channel_key(stream, channel) for channel in stream.channels)
-
-
 def _channel_key(stream: Stream, channel: str) -> Hashable:
-    """Where the samples of a channel lie, and how they are read: equal for equal samples from the same arrays."""
+    """A key of the samples of a channel: addresses of their arrays, and how they are read."""
     k = stream.channels.index(channel)
     raw, missing = stream.samples.raw[k], stream.samples.missing
     grid, transform = stream.grid, stream.samples.transforms[k]

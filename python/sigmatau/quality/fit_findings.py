@@ -1,4 +1,4 @@
-"""Findings that are read from the fits: what was fitted beside the terms, and what no model describes."""
+"""Findings of the fits: filters, lines, processes and drifts of a fitted model, and misfits."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ THRESHOLDS = FitThresholds()
 def fit_findings(
     fitted: NoiseFit, *, start: float = 0.0, missing: float = 0.0, sample_findings: Sequence[Finding] = ()
 ) -> list[Finding]:
-    """What a fit says of its channel beside the coefficients.
+    """Findings of a fit about its channel.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _changing_level(fitted: NoiseFit) -> list[Finding]:
 
 
 def _copy_fields(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit) -> Details:
-    """The details of a finding that has the fields of a reason, beside the quantity and the unit of the channel."""
+    """Make the details of a finding from the fields of a reason, with the quantity and the unit of the channel."""
     values = {field.name: getattr(reason, field.name) for field in fields(reason) if field.init}
     return kind(quantity=fitted.quantity, rate_unit=fitted.rate_unit, **values)
 

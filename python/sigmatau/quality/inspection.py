@@ -101,7 +101,7 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
 def _examined(
     record: Record, bandwidth: Bandwidth | None, keep: Sequence[str], bounded: Sequence[str]
 ) -> tuple[Record, tuple[Finding, ...]]:
-    """As `sigmatau.analyze` examines it: of a record that does not fit in memory, a part."""
+    """Examine a record as `sigmatau.analyze` does; only the beginning if it does not fit in memory."""
     looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
     examined = examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, untouched=bounded)
     return examined.record, examined.findings

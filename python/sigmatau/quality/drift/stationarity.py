@@ -144,7 +144,7 @@ def _noise_change(x: Floats, grid: Grid) -> NoiseChange | None:
     largest = cusum(x)
     if largest is None or not largest.p_value < THRESHOLDS.false_alarm:
         return None
-    return NoiseChange(time=grid.time(largest.at), ratio=float(np.sqrt(largest.ratio)))
+    return NoiseChange(time=grid.time(largest.sample), ratio=float(np.sqrt(largest.ratio)))
 
 
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
@@ -237,7 +237,7 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
 class Cusum:
     """Largest distance of the running sum from a straight line."""
 
-    at: int  # sample of the largest distance
+    sample: int  # that of the largest distance
     p_value: float  # by Kolmogorov's law
     ratio: float  # mean square after over that before
 
@@ -270,9 +270,9 @@ def cusum(x: Floats) -> Cusum | None:
     distance = np.cumsum(level - level.mean())
     k = int(np.argmax(np.abs(distance[:-1])))
     largest = abs(float(distance[k])) / (scatter * np.sqrt(len(level)))
-    before, after = (squares[at].sum() / number[at].sum() for at in (keep[: k + 1], keep[k + 1 :]))
+    before, after = (squares[blocks].sum() / number[blocks].sum() for blocks in (keep[: k + 1], keep[k + 1 :]))
     return Cusum(
-        at=int((keep[k] + 1) * length),
+        sample=int((keep[k] + 1) * length),
         p_value=min(2 * float(np.exp(-2 * largest**2)), 1.0),
         ratio=float(after / before) if before > 0 else 1.0,
     )

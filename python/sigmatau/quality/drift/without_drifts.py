@@ -1,4 +1,4 @@
-"""What a drift that was fitted hides, or is taken for: steps of the mean, in the samples without it."""
+"""Steps of the mean that a fitted drift hides or is mistaken for: the samples without the drift are searched."""
 
 from __future__ import annotations
 

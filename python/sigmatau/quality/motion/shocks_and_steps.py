@@ -216,7 +216,7 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
 def _leave_out_or_keep(
     stream: Stream, steps: Sequence[MeanStep]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """What to leave out of a record with steps, or else what to keep of it.
+    """The stretch that should be left out of a record with steps, or the part that should be kept.
 
     The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
     record without the moment of a step still has both means. From the beginning of the whole record; None for its ends. [s]

@@ -25,13 +25,14 @@ from sigmatau.quality.motion.octave_means import NORMAL_MEDIAN, OctaveMeans
 from sigmatau.quality.motion.octave_means import THRESHOLDS as OCTAVES
 from sigmatau.quality.motion.tremor import shaken
 from sigmatau.quality.samples.common import present, united
+from sigmatau.quality.samples.units import has_plausible_values
 from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
-from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
+from sigmatau.record.streams import Stream
 
 
 @frozen
 class StillnessThresholds:
-    """Thresholds of `moved`; docs/study/rest.md measures the false alarms and the motion that is missed."""
+    """Thresholds of `find_movement`; docs/study/rest.md measures the false alarms and the motion that is missed."""
 
     block: float = 40.0
     """Length of the blocks that are judged as a whole, at least; a shorter record is judged by single seconds too.
@@ -113,51 +114,44 @@ THRESHOLDS = StillnessThresholds()
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class Movement:
     """Stretches in which a sensor moves, and the strongest motion that shows it; None if there are none."""
 
     spans: tuple[Span, ...]  # from the beginning of the log, in order of time [s]
     motion: Motion | None
 
 
-def moved(streams: Iterable[Stream], *, threads: int | None = None) -> Moved:
-    """When the sensors of a record move, by their angular rates and accelerations.
+def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> Movement:
+    """Find the stretches in which the sensors of a record move, by angular rates and accelerations.
 
     Seconds move if their means, or those of quarters of them, depart from those beside them as in someone's hands, for more
     than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
     second differences is beyond noise at some averaging time.
     """
     by_stream = [_octave_means(stream, threads) for stream in streams]
-    means = [axis for alike in by_stream for axis in alike]
-    handled = [_seconds(axis) for axis in means]
-    gone = united((span for axis in handled for span in axis.spans), gap=THRESHOLDS.gap)
+    means = [axis for axes in by_stream for axis in axes]
+    moving = [stretch for axis in means for stretch in _seconds(axis)]
+    handled = united((span for span, _ in moving), gap=THRESHOLDS.gap)
     for axis in means:
-        axis.leave_out(gone)
-    tilted = [Moved((span,), motion) for alike in by_stream for span, motion in _tilts(alike)]
-    stretches = [*handled, *tilted, *(_blocks(axis) for axis in means)]
-    if not any(axis.spans for axis in stretches) and (motion := shaken(means)) is not None:
-        whole = means[0].span(0.0, math.inf)
-        stretches.append(Moved((whole,), motion))
-    strongest = max(
-        (axis.motion for axis in stretches if axis.motion is not None), key=lambda axis: axis.times, default=None
-    )
-    return Moved(united((span for axis in stretches for span in axis.spans), gap=THRESHOLDS.gap), strongest)
-
-
-def _tilts(means: Sequence[OctaveMeans]) -> Sequence[tuple[Span, Motion]]:
-    """Stretches in which gravity changes its direction, which the means are then without."""
-    tilts = gravity_tilts(means)
-    for axis in means if tilts else ():
-        axis.leave_out([span for span, _ in tilts])
-    return tilts
+        axis.leave_out(handled)
+    for axes in by_stream:
+        tilts = gravity_tilts(axes)
+        for axis in axes:
+            axis.leave_out([span for span, _ in tilts])
+        moving += tilts
+    moving += [stretch for axis in means for stretch in _blocks(axis)]
+    if not moving and (motion := shaken(means)) is not None:
+        moving.append((means[0].span(0.0, math.inf), motion))
+    strongest = max((motion for _, motion in moving), key=lambda motion: motion.times, default=None)
+    return Movement(united((span for span, _ in moving), gap=THRESHOLDS.gap), strongest)
 
 
 def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     """Computes the means of the channels of a sensor that can be judged."""
     if stream.quantity not in SENSOR_CLASSES:
         return ()
-    if not _is_plausible(stream) and stream.samples.transforms[0].kind != "rate":
-        return ()  # rates over an interval that is wrong are wrong by as much
+    if not has_plausible_values(stream):
+        return ()
     base = max(round(OCTAVES.shortest / stream.grid.tau0), 1)
     first = max(
         round(math.log2(base * stream.grid.tau0 / OCTAVES.shortest)), 0
@@ -177,35 +171,28 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     return means
 
 
-def _is_plausible(stream: Stream) -> bool:
-    return PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-
-
-def _blocks(axis: OctaveMeans) -> Moved:
-    """Blocks that move, and the whole if those that are left move together; drifts are not white over longer means."""
+def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
+    """Blocks that move, and the whole if the other blocks move together; drifts are not white over longer means."""
     if axis.slow:
-        return Moved((), None)
-    length = min(max(round(axis.stream.grid.duration / THRESHOLDS.block), 1), THRESHOLDS.most_blocks)
-    block = axis.stream.grid.duration / length
-    spans: list[Span] = []
-    motions: list[Motion] = []
+        return []
+    whole = axis.stream.grid.duration
+    length = min(max(round(whole / THRESHOLDS.block), 1), THRESHOLDS.most_blocks)
+    block = whole / length
     edges = np.arange(length + 1, dtype=np.float64) * block
-    may_move, may_drift = (_may_move(axis, edges), _may_drift(axis, edges))
+    may_move, may_drift = _may_move(axis, edges), _may_drift(axis, edges)
+    moving: list[tuple[Span, Motion]] = []
     for k in range(length):
         start, stop = k * block, (k + 1) * block
         motion = _judged(axis, start, stop) if may_move[k] else None
         if motion is None and may_drift[k]:
             motion = _drift(axis, start, stop)
         if motion is not None:
-            spans.append(axis.span(start, stop))
-            motions.append(motion)
-    axis.leave_out(spans)
-    whole = axis.stream.grid.duration
-    whole_may_move = length > len(spans) and _may_move(axis, np.array([0.0, whole])).any()
+            moving.append((axis.span(start, stop), motion))
+    axis.leave_out([span for span, _ in moving])
+    whole_may_move = length > len(moving) and _may_move(axis, np.array([0.0, whole])).any()
     if whole_may_move and (motion := _judged(axis, 0.0, whole)) is not None:
-        spans.append(axis.span(0.0, whole))
-        motions.append(motion)
-    return Moved(tuple(spans), max(motions, key=lambda motion_of_block: motion_of_block.times, default=None))
+        moving.append((axis.span(0.0, whole), motion))
+    return moving
 
 
 def _may_move(axis: OctaveMeans, edges: Floats) -> Bools:
@@ -257,7 +244,7 @@ def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
 
 
 def _octave_of_drift(axis: OctaveMeans) -> int:
-    """That of 4 s; in a record shorter than a block, one that has enough means."""
+    """The octave of means over 4 s; a shorter one in a record that has too few of them."""
     octave = OCTAVES.octaves - 1
     while octave > OCTAVES.second and len(axis.by_octave[octave]) <= OCTAVES.least_differences:
         octave -= 1
@@ -278,22 +265,17 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     return axis.motion("varies", usual, usual / steepest, tau)
 
 
-def _seconds(axis: OctaveMeans) -> Moved:
+def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
     """Stretches of seconds in which the sensor is handled."""
     limit = THRESHOLDS.handled[axis.quantity]
     second = axis.by_octave[axis.second]
     size, n = axis.tau(axis.second), len(second)
     largest = np.zeros(n)
     for octave in range(max(OCTAVES.floor, axis.first), axis.second + 1):
-        d = np.nan_to_num(axis.differences(octave))
-        tau = axis.tau(octave)
-        beyond = np.where(
-            (d > limit) & (d * math.sqrt(tau) > THRESHOLDS.handled_rise * axis.floor) & (d > OCTAVES.steps * axis.step),
-            d,
-            0.0,
-        )
-        second_of_mean = np.minimum(((np.arange(len(d)) + 1) * tau / size).astype(int), n - 1)
-        np.maximum.at(largest, second_of_mean, beyond)
+        d, tau = np.nan_to_num(axis.differences(octave)), axis.tau(octave)
+        over_noise = d * math.sqrt(tau) > THRESHOLDS.handled_rise * axis.floor
+        is_large = (d > limit) & over_noise & (d > OCTAVES.steps * axis.step)
+        _raise_seconds(largest, np.where(is_large, d, 0.0), tau, size, first=1)
     is_short = axis.stream.grid.duration < THRESHOLDS.block and not axis.slow
     if is_short:
         _raise_by_departures(axis, largest)
@@ -301,23 +283,28 @@ def _seconds(axis: OctaveMeans) -> Moved:
     turning[turning < max(THRESHOLDS.largest_bias, THRESHOLDS.handled_rise * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
     least_seconds = 1 if is_short else THRESHOLDS.least_handled
-    spans: list[Span] = []
-    strongest: Motion | None = None
+    moving: list[tuple[Span, Motion]] = []
     for a, b in _groups(flagged):
         if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b):
             continue
-        spans.append(axis.span((a - 1) * size, (b + 1) * size))
         amount, rate = float(largest[a:b].max()), float(turning[a:b].max())
-        times = amount * math.sqrt(size) / axis.floor if axis.floor > 0 else math.inf
-        varies = axis.motion("varies", amount, times, size)
-        motion = varies if amount > 0 else axis.motion("turns", rate, rate / THRESHOLDS.largest_bias, (b - a) * size)
-        strongest = motion if strongest is None or motion.times > strongest.times else strongest
-    return Moved(tuple(spans), strongest)
+        if amount > 0:
+            times = amount * math.sqrt(size) / axis.floor if axis.floor > 0 else math.inf
+            motion = axis.motion("varies", amount, times, size)
+        else:
+            motion = axis.motion("turns", rate, rate / THRESHOLDS.largest_bias, (b - a) * size)
+        moving.append((axis.span((a - 1) * size, (b + 1) * size), motion))
+    return moving
+
+
+def _raise_seconds(largest: Floats, sizes: Floats, tau: float, second: float, *, first: int) -> None:
+    """Raise the largest change of each second to the sizes at means over `tau`; sizes[0] is that at mean `first`."""
+    second_of_mean = np.minimum(((np.arange(len(sizes)) + first) * tau / second).astype(int), len(largest) - 1)
+    np.maximum.at(largest, second_of_mean, sizes)
 
 
 def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
     """Raise the largest change of each second of a short record to the departure of its means from their median."""
-    n, size = len(largest), axis.tau(axis.second)
     for octave in range(max(THRESHOLDS.departs_from, axis.first), axis.second + 1):
         x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
@@ -326,8 +313,7 @@ def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
             THRESHOLDS.handled_rise * axis.floor / math.sqrt(tau),
             OCTAVES.steps * axis.step,
         )
-        second_of_mean = np.minimum((np.arange(len(x)) * tau / size).astype(int), n - 1)
-        np.maximum.at(largest, second_of_mean, np.where(away > limit, away, 0.0))
+        _raise_seconds(largest, np.where(away > limit, away, 0.0), tau, axis.tau(axis.second), first=0)
 
 
 def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:

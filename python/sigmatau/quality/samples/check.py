@@ -15,7 +15,7 @@ from sigmatau.record.streams import Stream
 
 
 def check(stream: Stream) -> list[Finding]:
-    """Findings about the samples beside the disturbances: at most one per kind and channel, or one for several channels."""
+    """Findings about samples that are not disturbances: at most one per kind and channel, or one for several channels."""
     disturbed = disturbances(stream)
     still = masked_by(stream, disturbed)
     unit = implausible_unit(still)

@@ -202,7 +202,7 @@ def without_dust(stream: Stream) -> Stream:
 
 
 def _joined(x: Floats, apart: float) -> Floats:
-    """Values that are no further apart than that, as one."""
+    """Replace values that differ by at most `apart` by one value."""
     values, which = np.unique(x, return_inverse=True)  # NaN last, and apart from all others
     group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
     first = np.flatnonzero(np.diff(group, prepend=-1))
@@ -307,7 +307,7 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
 
 
 def united(spans: Iterable[Span], *, gap: float = 0.0) -> tuple[Span, ...]:
-    """Spans in order of time; those that overlap, or are no more than a gap [s] apart, are one."""
+    """Spans in order of time, joined if they overlap or if at most a gap [s] separates them."""
     joined: list[Span] = []
     for start, stop in sorted(spans):
         if joined and start <= joined[-1][1] + gap:

@@ -108,7 +108,7 @@ def _frequent_lags(x: Floats) -> list[int]:
 
 
 def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-    """Places of the keys that are looked at, from the first sample of the stream, and these keys; `start`: place of x[0]."""
+    """Places of the examined keys in the stream, and these keys; `start` is the place of x[0]."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few

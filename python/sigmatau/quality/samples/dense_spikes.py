@@ -166,7 +166,7 @@ def _residual(x: Floats, side: int, step: float) -> Floats:
 
 
 def _local(sizes: Floats, usual: float) -> Floats:
-    """The median residual of blocks, the largest of a block and those beside it, and the usual one at least."""
+    """The median residual of the noisiest of a block and its two neighbours, at least the usual one, for each sample."""
     length = THRESHOLDS.scale_block
     blocks = max(-(-len(sizes) // length), 1)
     rows = np.append(sizes, np.full(blocks * length - len(sizes), np.nan)).reshape(blocks, length)

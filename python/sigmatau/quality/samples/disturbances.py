@@ -1,4 +1,4 @@
-"""Disturbances: samples that are surely not noise of the sensor, by cause, and the stream without them."""
+"""Disturbances: samples that are clearly not noise of the sensor, by cause, and the stream without them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ THRESHOLDS = DisturbanceThresholds()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Disturbance:
-    """What one cause disturbs."""
+    """Samples that one cause disturbs, and the finding about them."""
 
     cause: str  # a key of `CAUSES`
     finding: Finding

@@ -88,7 +88,7 @@ class Repeats:
 
     @property
     def times(self) -> float:
-        """How often a sample is there on average."""
+        """How often a sample occurs on average."""
         return 1 / (1 - self.share)
 
 
@@ -174,7 +174,7 @@ def _in_all_parts(columns: list[Bools], share: float) -> bool:
 
 
 def _inside(x: Floats) -> Bools | None:
-    """Where a sample is not at a full end of the range, as the next may be too without being a copy; None: everywhere."""
+    """Where a sample is inside the range: samples at an end of it may be equal without being copies. None: everywhere."""
     ends = full_ends(x)
     if not ends:
         return None
@@ -215,7 +215,7 @@ def _evenly(equal: Bools, share: float) -> bool:
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
-    """Share of copies on a channel, beyond those by chance; 0 if it is not surely above it."""
+    """Share of copies on a channel beyond those by chance; 0 if chance may explain it."""
     counted = equal if inside is None else equal[inside]
     n = len(counted)
     differences = np.diff(x[: 1 << 18])
@@ -246,7 +246,7 @@ def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, 
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
-    """The h at which all equations hold, by halving; 0 if it is not surely above it."""
+    """Solve the equations of `repeats` for h by bisection; 0 if chance may explain it."""
     f = np.array(shares)
     if all_at_once * n < THRESHOLDS.min_equal:
         return 0.0

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,7 +102,7 @@ THRESHOLDS = ResolutionThresholds()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution:
-    """Step of a channel's numbers, and the noise beside it."""
+    """Step of the numbers of a channel, and its noise."""
 
     channel: str
     step: float  # common step of all values, of the rate [unit of the stream]
@@ -258,48 +257,36 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
     sample = present(take_samples(stream, channel, count=THRESHOLDS.examined))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
-    tau0 = stream.grid.tau0
-    rounding: Literal["quantization", "white", "unknown"]
-    severity: Severity
-    added: float | None
+    tau0, step = stream.grid.tau0, resolved.step
+    details = CoarseResolution(step=step, noise=resolved.noise, unit=resolved.unit, rounding="unknown", added=None)
+    severity: Severity = "warning"
     factors: tuple[tuple[str, float], ...] = ()
-    summed: int | None = 1
-    needed: float | None = None
-    passing: float | None = None
-    if _counted(stream, channel, resolved.step):
-        rounding, severity, added = "quantization", "info", resolved.step * tau0 / math.sqrt(12)
-        samples = stream.column(channel) / resolved.step
+    if _counted(stream, channel, step):
+        samples = stream.column(channel) / step
         summed, passing = white_sum(samples), abs(steps_a_sample(samples)) / tau0
-        if summed is None or stream.grid.n < THRESHOLDS.least_sums * summed:
-            severity, needed = "warning", None if summed is None else THRESHOLDS.least_sums * summed * tau0
+        needed = None if summed is None else THRESHOLDS.least_sums * summed
+        enough = needed is not None and stream.grid.n >= needed
+        severity = "info" if enough else "warning"
+        details = replace(
+            details,
+            rounding="quantization",
+            added=step * tau0 / math.sqrt(12),
+            summed=summed,
+            needed=None if enough or needed is None else needed * tau0,
+            passing=passing,
+        )
     else:
-        square = resolved.step**2 * tau0 / 12
+        square = step**2 * tau0 / 12
         level, _ = white_level(take_samples(stream, channel, count=THRESHOLDS.level_from), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
-        if resolved.ratio < THRESHOLDS.min_noise_steps or factor > THRESHOLDS.max_factor:
-            rounding, severity, added = "unknown", "warning", None
-        elif factor < THRESHOLDS.report_factor:
-            return None
-        else:
-            rounding, severity, added = (
-                "white",
-                "warning" if factor > THRESHOLDS.warn_factor else "info",
-                math.sqrt(square),
-            )
+        if resolved.ratio >= THRESHOLDS.min_noise_steps and factor <= THRESHOLDS.max_factor:
+            if factor < THRESHOLDS.report_factor:
+                return None
+            details = replace(details, rounding="white", added=math.sqrt(square))
+            severity = "warning" if factor > THRESHOLDS.warn_factor else "info"
             factors = (("random_walk", factor),)
-    details = CoarseResolution(
-        step=resolved.step,
-        noise=resolved.noise,
-        unit=resolved.unit,
-        rounding=rounding,
-        added=added,
-        summed=summed,
-        needed=needed,
-        passing=passing,
-    )
-    return Finding(
-        details=details, severity=severity, channels=(channel,), size=resolved.ratio, unit="steps", factors=factors
-    )
+    channels, size = (channel,), resolved.ratio
+    return Finding(details=details, severity=severity, channels=channels, size=size, unit="steps", factors=factors)
 
 
 def _counted(stream: Stream, channel: str, step: float) -> bool:
@@ -311,7 +298,7 @@ def _counted(stream: Stream, channel: str, step: float) -> bool:
 
 
 def _rounding(stream: Stream, channel: str) -> float:
-    """What the type of the raw numbers may leave between two that are the same. [unit of the stream]"""
+    """Largest rounding error of the raw numbers by their type. [unit of the stream]"""
     k = stream.channels.index(channel)
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
     if raw.dtype.kind != "f" or len(raw) == 0:

@@ -1,4 +1,4 @@
-"""What a sample is compared with, to tell whether it is a spike: thresholds, neighbours, and medians of rows."""
+"""Thresholds of the spike detector, neighbours of samples, and medians of rows."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """What a sample is compared with."""
+    """Noise that a sample is compared with."""
 
     noise: float  # standard deviation of the residual against one side
     step: float  # of the numbers
@@ -167,7 +167,7 @@ class _Scale:
 
 
 def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> Ints:
-    """Of some samples those that stand out in the fourth differences too, if the noise is smooth; all if it is not."""
+    """In smooth noise, only the samples that stand out in the fourth differences too; otherwise all of them."""
     if len(places) == 0 or not scale.smooth:
         return places
     places_present = np.flatnonzero(np.isfinite(x))

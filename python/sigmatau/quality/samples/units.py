@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
@@ -19,7 +19,7 @@ from sigmatau.units import STANDARD_GRAVITY, find, to_si
 
 DEGREE = math.pi / 180
 
-Evidence = Literal["noise", "bias", "quiet", "earth"]
+Evidence = Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
 
 _AXES = 3  # of a sensor that shows gravity or the Earth's rotation
 
@@ -141,9 +141,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     quieter than the quietest are in a larger unit than stated, and so are gyros as quiet as those that measure the Earth's
     rotation, and do not measure it.
     """
-    implausible_rate = not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-    if implausible_rate and stream.samples.transforms[0].kind != "rate":
-        return []  # samples over an interval that is wrong are wrong by as much
+    if not has_plausible_values(stream):
+        return []
     is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
     if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < THRESHOLDS.without_gravity):
         return by_gravity
@@ -151,7 +150,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
         return []
     if by_step := _by_step(stream):
         return by_step
-    if implausible_rate or hides_noise(stream) or stream.grid.source.kind == "simulated":
+    if not _has_plausible_rate(stream) or hides_noise(stream) or stream.grid.source.kind == "simulated":
         return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
     return _by_noise(stream)
 
@@ -162,9 +161,7 @@ def gravity(stream: Stream) -> list[Finding]:
     An info for biases and scale errors, and where gravity has been removed; a warning for other values
     that no mistaken unit explains.
     """
-    if stream.quantity != "acceleration" or len(stream.channels) != 3 or stream.grid.source.kind == "simulated":
-        return []
-    if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
+    if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):
         return []
     level = _mean_vector(stream)
     low, high = THRESHOLDS.on_ground
@@ -173,9 +170,9 @@ def gravity(stream: Stream) -> list[Finding]:
     if _by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / STANDARD_GRAVITY - 1
-    is_near = abs(deviation) < THRESHOLDS.gravity_tolerance
+    is_close = abs(deviation) < THRESHOLDS.gravity_tolerance
     cause: Literal["bias_or_scale", "removed", "unknown"]
-    cause = "bias_or_scale" if is_near else "removed" if level < THRESHOLDS.without_gravity else "unknown"
+    cause = "bias_or_scale" if is_close else "removed" if level < THRESHOLDS.without_gravity else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
@@ -185,15 +182,26 @@ def gravity(stream: Stream) -> list[Finding]:
 
 def mean_rate(stream: Stream) -> list[Finding]:
     """A mean of gyros beyond the zero-rate offset of usual ones, or a steady rotation: at most one warning."""
-    if stream.quantity != "angular_rate" or stream.grid.source.kind == "simulated":
-        return []
-    if stream.samples.transforms[0].kind != "rate" and not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]:
+    if stream.quantity != "angular_rate" or not _is_measured(stream):
         return []
     mean = _mean_vector(stream)
     if not mean > THRESHOLDS.usual_offset:
         return []
     details = MeanRate(mean=mean, usual=THRESHOLDS.usual_offset)
     return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
+
+
+def has_plausible_values(stream: Stream) -> bool:
+    """Whether the interval of increments is that of a sensor: rates over an interval that is wrong are wrong by as much."""
+    return stream.samples.transforms[0].kind == "rate" or _has_plausible_rate(stream)
+
+
+def _has_plausible_rate(stream: Stream) -> bool:
+    return PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+
+
+def _is_measured(stream: Stream) -> bool:
+    return has_plausible_values(stream) and stream.grid.source.kind != "simulated"
 
 
 def _by_gravity(stream: Stream) -> list[Finding]:
@@ -203,8 +211,7 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
     if not abs(level / value - 1) < THRESHOLDS.gravity_tolerance:
         return []
-    details = ImplausibleUnit(evidence="gravity", quantity=stream.quantity, stated=stated, likely=likely, mean=level)
-    return _finding(stream, details, factor=value / STANDARD_GRAVITY, size=level)
+    return _finding(stream, "gravity", stated, likely, factor=value / STANDARD_GRAVITY, size=level, mean=level)
 
 
 def _by_step(stream: Stream) -> list[Finding]:
@@ -220,15 +227,7 @@ def _by_step(stream: Stream) -> list[Finding]:
             if all(abs(step / (s * DEGREE * factor) - 1) < THRESHOLDS.same_step for step in steps)
         ]
         if alike:
-            details = ImplausibleUnit(
-                evidence="step",
-                quantity=stream.quantity,
-                stated=stated,
-                likely=likely,
-                step=steps[0],
-                sensitivity=1 / alike[0],
-            )
-            return _finding(stream, details, factor=factor, size=steps[0])
+            return _finding(stream, "step", stated, likely, size=steps[0], step=steps[0], sensitivity=1 / alike[0])
     return []
 
 
@@ -263,7 +262,7 @@ def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
 
 
 def _louder_unit(stream: Stream, noise: float) -> str:
-    """The likeliest larger unit in which the noise is that of a sensor for sale; empty if there is none."""
+    """The likeliest larger unit that makes the noise that of a sensor for sale; empty if no unit does."""
     limits = SENSOR_CLASSES[stream.quantity]
     stated = _stated(stream)
     for likely in _MISTAKES.get(stated, ()):
@@ -277,21 +276,24 @@ def _by_density(
     stream: Stream, evidence: Evidence, likely: str, noise: float, *, times: float | None = None
 ) -> list[Finding]:
     stated = _stated(stream) if likely else ""
-    details = ImplausibleUnit(
-        evidence=evidence,
-        quantity=stream.quantity,
-        stated=stated,
-        likely=likely,
-        noise=noise,
-        mean=_mean_vector(stream),
-        times=times,
-    )
-    factor = to_si(1.0, stated) / to_si(1.0, likely) if likely else 1.0
-    return _finding(stream, details, factor=factor, size=noise)
+    mean = _mean_vector(stream)
+    return _finding(stream, evidence, stated, likely, size=noise, noise=noise, mean=mean, times=times)
 
 
-def _finding(stream: Stream, details: ImplausibleUnit, *, factor: float, size: float) -> list[Finding]:
-    """All coefficients of a stream are wrong by a factor."""
+def _finding(
+    stream: Stream,
+    evidence: Evidence,
+    stated: str,
+    likely: str,
+    *,
+    size: float,
+    factor: float | None = None,
+    **measured: Any,  # noqa: ANN401
+) -> list[Finding]:
+    """The finding that all coefficients of a stream are wrong by a factor, by default that of the likely unit."""
+    details = ImplausibleUnit(evidence=evidence, quantity=stream.quantity, stated=stated, likely=likely, **measured)
+    if factor is None:
+        factor = to_si(1.0, stated) / to_si(1.0, likely) if likely else 1.0
     factors = tuple((term, factor) for term in TERMS)
     channels, unit = stream.channels, stream.unit
     return [Finding(details=details, severity="warning", channels=channels, size=size, unit=unit, factors=factors)]

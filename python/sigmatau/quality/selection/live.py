@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -10,11 +11,9 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
+from sigmatau.findings.rest import KeptOfStream, Motion
 from sigmatau.frozen import frozen
-from sigmatau.quality.selection.rest import THRESHOLDS as REST_THRESHOLDS
-from sigmatau.quality.selection.rest import Rest, partly, rest
-from sigmatau.quality.selection.shortest import is_too_short, shortest_length
+from sigmatau.quality.selection.rest import Rest, is_too_short, partly, rest, rest_findings, shortest_length
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
 from sigmatau.record.streams import PLAUSIBLE_RATES
 
@@ -23,14 +22,14 @@ _SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
 
 @frozen
 class LiveThresholds:
-    """Lengths of the blocks of `LiveStretches`, which are judged beside the ones before and behind."""
+    """Lengths of the blocks of `LiveStretches`, which are judged with the blocks before and after."""
 
     block: float = 30.0
     """Length of a block. [s] Judgement: three of them are longer than a block of `StillnessThresholds`."""
 
     least_block: int = 64
     """The same in samples, at least. [samples] Judgement: three of them are longer than the shortest record, see
-    `LengthThresholds`."""
+    `RestThresholds`."""
 
     most_block: int = 1 << 18
     """The same in samples, at most. [samples] Judgement: bounds the memory."""
@@ -113,7 +112,7 @@ class LiveStretches:
 
     @property
     def sums(self) -> Accumulator:
-        """Of the longest stretch at rest; of the longest in motion if it is not at rest."""
+        """Sums of the longest stretch at rest; of the longest in motion if the sensor is not at rest."""
         moving = self.rest().verdict == "not_at_rest" and not self.assumed
         ended = self._longest.get(moving)
         if self._moving is not moving and not self.assumed:
@@ -136,38 +135,23 @@ class LiveStretches:
         return Rest(verdict=verdict, still=still, motion=self.motion)
 
     def findings(self) -> list[Finding]:
-        """What to say of motion: nothing at rest."""
-        verdict = self.rest()
-        if verdict.verdict == "too_short_to_tell":
-            short = TooShortToTell(duration=verdict.duration, shortest=verdict.shortest)
-            return [Finding(details=short, severity="info" if self.assumed else "error")]
-        if verdict.motion is None:
-            return []
-        if self.assumed:
-            return [Finding(details=AssumedAtRest(motion=verdict.motion), severity="info")]
-        spans = self._spans()
-        length = spans[-1][1]
-        if verdict.verdict == "not_at_rest":
-            return [Finding(details=NotAtRest(motion=verdict.motion, duration=length), severity="error")]
-        start = self.sums.start / self.rate
-        stop = start + self.sums.n / self.rate
-        share = (stop - start) / length
+        """The finding about motion; empty at rest."""
+        resting, spans = self.rest(), self._spans()
+        length = spans[-1][1] if spans else 0.0
+        start, stop = self.sums.start / self.rate, (self.sums.start + self.sums.n) / self.rate
+        share = (stop - start) / length if length else 0.0
         names = dict.fromkeys(stream_name(channel) for channel in self.channels)
-        parts = tuple(
-            KeptOfStream(stream=name, start=start, stop=stop, left_out=0.0, share=share)
-            for name in names
-            if name in _SENSORS
+        return rest_findings(
+            replace(resting, still=()),
+            assumed=self.assumed,
+            duration=length,
+            parts=tuple(
+                KeptOfStream(stream=name, start=start, stop=stop, left_out=0.0, share=share)
+                for name in names
+                if name in _SENSORS
+            ),
+            moved=tuple((a, b) for a, b, moves in spans if moves),
         )
-        moved = tuple((a, b) for a, b, moves in spans if moves)
-        details = PartlyAtRest(motion=verdict.motion, moved=moved, kept=parts)
-        return [
-            Finding(
-                details=details,
-                severity="info" if 1 - share < REST_THRESHOLDS.little else "warning",
-                spans=moved,
-                size=1 - share,
-            )
-        ]
 
     def _spans(self) -> list[tuple[float, float, bool]]:
         first = self._stretches[-1][1] if self._stretches else 0
@@ -196,7 +180,7 @@ class LiveStretches:
         self._moving = moving
 
     def _motion(self, block: Floats, behind: Floats) -> Motion | None:
-        """The motion of a block, by itself and those beside it; None if all of it is at rest."""
+        """The motion of a block, judged with its two neighbours; None if all of it is at rest."""
         x = np.concatenate([self._before, block, behind])
         if len(x) < MIN_SAMPLES:
             return None

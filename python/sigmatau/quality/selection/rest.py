@@ -7,22 +7,22 @@ motion, within what its own drift makes, only the motion is left out: its sample
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from sigmatau.arrays import Floats
-from sigmatau.findings.finding import Finding, Span, plain
+from sigmatau.findings.finding import Finding, Severity, Span, plain
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
-from sigmatau.quality.motion.stillness import moved
+from sigmatau.quality.motion.stillness import find_movement
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_from_spans, masked
-from sigmatau.quality.selection.shortest import is_too_short, judged_length, shortest_record
+from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 
@@ -47,7 +47,7 @@ class RestThresholds:
 
     least_still: float = 20.0
     """Stretch at rest that is worth an analysis, at least. [s] Judgement: as the shortest record with accelerometers
-    alone, see `LengthThresholds`."""
+    alone, see `shortest`."""
 
     least_share: float = 0.25
     """Part of the record that the longest stretch has, for the record to be partly at rest. [1] Judgement: less is
@@ -75,6 +75,17 @@ class RestThresholds:
 
     least_differences: int = 8
     """Differences elsewhere, at least. [1] Judgement: their root mean square is known to a quarter."""
+
+    shortest: ByQuantity = ByQuantity(angular_rate=10.0, acceleration=20.0)
+    """Length of the shortest record. [s] Study: docs/study/rest.md has the shares of moving records that shorter
+    ones hide."""
+
+    least_samples: int = 150
+    """The same in samples. [samples] Study: docs/study/rest.md."""
+
+    long_enough: float = 0.99
+    """Part of that length from which on a record is long enough. [1] Judgement: a record of 10 s may lack its last
+    samples."""
 
 
 THRESHOLDS = RestThresholds()
@@ -148,11 +159,10 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
     threads : int, optional
         Default: all processors.
     """
-    begins = min(stream.grid.lead for stream in record.streams)
-    ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    movement = moved(record.streams, threads=threads)
+    begins, ends = _ends(record)
+    movement = find_movement(record.streams, threads=threads)
     if movement.spans:  # bad samples move means too
-        movement = moved(map(_without_faults, record.streams), threads=threads)
+        movement = find_movement(map(_without_faults, record.streams), threads=threads)
     spans, motion = movement.spans, movement.motion
     if motion is None:
         duration, shortest = judged_length(record.streams), shortest_record(record.streams)
@@ -184,46 +194,68 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
     assumed : bool
         Whether the record is analysed as it is, whatever the verdict.
     """
-    if resting.verdict == "too_short_to_tell":
-        details_of_length = TooShortToTell(duration=resting.duration, shortest=resting.shortest)
-        return record, [Finding(details=details_of_length, severity="info" if assumed else "error")]
-    if resting.motion is None:
-        return record, []
-    if assumed:
-        details_of_motion = AssumedAtRest(motion=resting.motion)
-        return record, [Finding(details=details_of_motion, severity="info")]
-    by_length = sorted(resting.still, key=lambda span: span[0] - span[1])
-    if resting.verdict == "not_at_rest":
-        ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-        length = ends - min(stream.grid.lead for stream in record.streams)
-        details = NotAtRest(motion=resting.motion, duration=length, still=tuple(by_length[: THRESHOLDS.listed]))
-        return record, [Finding(details=details, severity="error")]
+    if not resting.is_usable or resting.motion is None or assumed:
+        begins, ends = _ends(record)
+        return record, rest_findings(resting, assumed=assumed, duration=ends - begins)
+    longest = max(resting.still, key=lambda span: span[1] - span[0])
     streams, parts = [], list[KeptOfStream]()
     for stream in record.streams:
         if stream.quantity not in ("angular_rate", "acceleration"):
             streams.append(stream)
             continue
-        part = _still_part(stream, resting.still, by_length[0])
+        part = _still_part(stream, resting.still, longest)
         streams.append(part)
         gone = 0.0 if part.mask is None else part.grid.duration * float(part.mask.all(axis=1).mean())
         start, stop = part.grid.lead, part.grid.lead + part.grid.duration
         share = (stop - start - gone) / stream.grid.duration
         parts.append(KeptOfStream(stream=stream.name, start=start, stop=stop, left_out=gone, share=share))
-    begins = min(stream.grid.lead for stream in record.streams)
-    edges = [begins, *(edge for span in resting.still for edge in span)]
-    ends = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    gone_spans = tuple((a, b) for a, b in zip(edges[::2], [*edges[1::2], ends], strict=True) if b > a)
-    details_of_parts = PartlyAtRest(motion=resting.motion, moved=gone_spans, kept=tuple(parts))
-    lost = 1 - min(part.share for part in parts)
-    finding = Finding(
-        details=details_of_parts,
-        severity="info" if lost < THRESHOLDS.little else "warning",
-        spans=gone_spans,
-        size=lost,
-    )
-    conversion = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in gone_spans[:5])}"
+    begins, ends = _ends(record)
+    edges = [begins, *(edge for span in resting.still for edge in span), ends]
+    moved = tuple((a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a)
+    conversion = f"left out, not at rest: {', '.join(f'{a:.6g} s to {b:.6g} s' for a, b in moved[:5])}"
     provenance = replace(record.provenance, conversions=(*record.provenance.conversions, conversion))
-    return replace(record, streams=tuple(streams), provenance=provenance), [finding]
+    findings = rest_findings(resting, assumed=assumed, duration=ends - begins, parts=tuple(parts), moved=moved)
+    return replace(record, streams=tuple(streams), provenance=provenance), findings
+
+
+def rest_findings(
+    resting: Rest, *, assumed: bool, duration: float, parts: tuple[KeptOfStream, ...] = (), moved: tuple[Span, ...] = ()
+) -> list[Finding]:
+    """The finding about a verdict: none at rest.
+
+    Parameters
+    ----------
+    resting : Rest
+    assumed : bool
+        Whether the record is analysed as it is, whatever the verdict.
+    duration : float
+        Of the record. [s]
+    parts : tuple of KeptOfStream
+        What is analysed of each stream of a record partly at rest.
+    moved : tuple of (float, float)
+        The other stretches of it. [s]
+    """
+    if resting.verdict == "too_short_to_tell":
+        short = TooShortToTell(duration=resting.duration, shortest=resting.shortest)
+        return [Finding(details=short, severity="info" if assumed else "error")]
+    if resting.motion is None:
+        return []
+    if assumed:
+        return [Finding(details=AssumedAtRest(motion=resting.motion), severity="info")]
+    if resting.verdict == "not_at_rest":
+        longest = sorted(resting.still, key=lambda span: span[0] - span[1])[: THRESHOLDS.listed]
+        details = NotAtRest(motion=resting.motion, duration=duration, still=tuple(longest))
+        return [Finding(details=details, severity="error")]
+    lost = 1 - min(part.share for part in parts)
+    partly_at_rest = PartlyAtRest(motion=resting.motion, moved=moved, kept=parts)
+    severity: Severity = "info" if lost < THRESHOLDS.little else "warning"
+    return [Finding(details=partly_at_rest, severity=severity, spans=moved, size=lost)]
+
+
+def _ends(record: Record) -> Span:
+    """Beginning and end of the streams of a record. [s]"""
+    grids = [stream.grid for stream in record.streams]
+    return min(grid.lead for grid in grids), max(grid.lead + grid.duration for grid in grids)
 
 
 def _without_faults(stream: Stream) -> Stream:
@@ -284,3 +316,38 @@ def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, la
     x = stream.samples.read(channel, start, start + n * w)
     means = row_means(x.reshape(n, w))
     return present(means[apart:] - means[:-apart])
+
+
+def shortest_record(streams: Sequence[Stream]) -> float:
+    """The length from which a record without motion is at rest: that of the sensor that shows it sooner. [s]
+
+    0 without a gyro or an accelerometer: no other quantity is judged.
+    """
+    return min(
+        (shortest_length([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0
+    )
+
+
+def shortest_length(quantities: Iterable[str], tau0: float) -> float:
+    """Length of the shortest record of some quantities with the same sample interval. [s]"""
+    lengths = [THRESHOLDS.shortest[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
+    return max(min(lengths), THRESHOLDS.least_samples * tau0) if lengths else 0.0
+
+
+def judged_length(streams: Sequence[Stream]) -> float:
+    """The length of the samples that are present, of the stream with the most. [s]"""
+    return max(map(_present_length, filter(_is_judged, streams)), default=0.0)
+
+
+def is_too_short(duration: float, shortest: float) -> bool:
+    """Whether a record is shorter than the shortest that can be judged, by more than samples at its ends."""
+    return duration < THRESHOLDS.long_enough * shortest
+
+
+def _is_judged(stream: Stream) -> bool:
+    return stream.quantity in SENSOR_CLASSES
+
+
+def _present_length(stream: Stream) -> float:
+    missing = 0.0 if stream.mask is None else float(stream.mask.mean(axis=0).min())
+    return stream.grid.duration * (1 - missing)

@@ -1,4 +1,4 @@
-"""What sampling without an anti-alias filter adds to the random walk, for a stated bandwidth of the sensor."""
+"""Aliasing: noise that sampling without an anti-alias filter adds to the random walk, for a stated bandwidth."""
 
 from __future__ import annotations
 

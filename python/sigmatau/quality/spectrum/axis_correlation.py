@@ -101,14 +101,14 @@ def cross_axis(stream: Stream) -> list[Finding]:
 
 
 def _are_identical(first: Floats, second: Floats) -> bool:
-    """Whether two columns have the same samples, and the same are missing; most differ in the first of them."""
+    """Whether two columns have the same samples and the same missing samples. Most columns differ in the first few."""
     return np.array_equal(
         first[: THRESHOLDS.stretches], second[: THRESHOLDS.stretches], equal_nan=True
     ) and np.array_equal(first, second, equal_nan=True)
 
 
 def _lengths(stream: Stream) -> list[int]:
-    """Samples in the means: 1 s and more, so long as there are enough of them."""
+    """Lengths of the means in samples: from 1 s up to the longest of which there are enough."""
     length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (THRESHOLDS.least_means + 1)
     lengths = []
     while length < longest:

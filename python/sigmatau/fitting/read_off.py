@@ -360,9 +360,10 @@ def _laid(
     values, hidden = lay(curve, ranges)
     held = {name: value for name, value in values.items() if name not in stated}
     by_hand, reasons = lay_by_hand(curve, stated, held, force=force) if stated else ({}, {})
-    lines = {name: _coefficient(curve, name, value, ranges[name], source) for name, value in held.items()}
+    error = curve.error
+    lines = {name: _coefficient(curve, error, name, value, ranges[name], source) for name, value in held.items()}
     for name, line in by_hand.items():
-        lines[name] = _coefficient(curve, name, line.value, stated[name], "given", forced=line.forced)
+        lines[name] = _coefficient(curve, error, name, line.value, stated[name], "given", forced=line.forced)
     refused = [refusal for refusal in refused if refusal.term not in stated]
     refused += [_refusal(curve, name, ranges[name], why) for name, why in hidden.items() if name not in stated]
     refused += [_refusal(curve, name, stated[name], why, by_hand=True) for name, why in reasons.items()]
@@ -387,10 +388,17 @@ def _refusal(
 
 
 def _coefficient(
-    curve: DeviationCurve, name: str, value: float, points: NDArray[np.intp], source: Source, *, forced: bool = False
+    curve: DeviationCurve,
+    error: NDArray[np.float64],
+    name: str,
+    value: float,
+    points: NDArray[np.intp],
+    source: Source,
+    *,
+    forced: bool = False,
 ) -> ReadOffCoefficient:
     """The coefficient of a line, with the error of eq. (26) at its longest averaging time."""
-    delta = float(curve.error[points[-1]])
+    delta = float(error[points[-1]])
     slope = slope_of_curve(curve, points) if len(points) > 1 else None
     return ReadOffCoefficient(
         term=name,

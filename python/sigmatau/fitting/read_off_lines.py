@@ -127,7 +127,7 @@ def _solved(
     """Logarithms of the squared coefficients, and the mean share of each line (columns) in the range of each (rows)."""
     used = distinct(np.concatenate(list(ranges.values())))
     shape = np.log([avar(name, 1.0, m=curve.m[used], tau0=curve.tau0) for name in ranges])
-    weight = np.array([np.isin(used, points) / curve.error[used] ** 2 for points in ranges.values()])
+    weight = np.array([np.isin(used, points) for points in ranges.values()]) / curve.error[used] ** 2
     weight /= weight.sum(axis=1, keepdims=True)
     with np.errstate(divide="ignore"):  # no line is held
         log_held = np.log(sum_of_lines(curve, held, used))

@@ -157,11 +157,10 @@ class Points:
 
     @classmethod
     def of(cls, curve: DeviationCurve) -> Points:
-        indices = thinned(curve, curve.error <= LARGEST_ERROR)  # the search goes over all pairs
+        error = curve.error
+        indices = thinned(curve, error <= LARGEST_ERROR)  # the search goes over all pairs
         tau = curve.tau[indices]
-        return cls(
-            indices, curve.m[indices], curve.tau0, tau, np.log(tau), np.log(curve.adev[indices]), curve.error[indices]
-        )
+        return cls(indices, curve.m[indices], curve.tau0, tau, np.log(tau), np.log(curve.adev[indices]), error[indices])
 
     def without(self, curve: DeviationCurve, lines: Mapping[str, float]) -> Points:
         """What lines leave of the curve, where it is most of the variance; its error grows with what is taken away."""

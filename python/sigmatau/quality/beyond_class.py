@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.fit import BeyondClass
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -43,6 +45,14 @@ class ClassThresholds:
 THRESHOLDS = ClassThresholds()
 
 
+@functools.lru_cache(maxsize=8)
+def _noisiest_density(quantity: str, lowest: float, highest: float, tau0: float) -> Floats:
+    """Density of the noisiest sensor; cached, because it is the same for the axes of a sensor."""
+    frequencies = np.geomspace(lowest, highest, THRESHOLDS.frequencies)
+    noisiest = SENSOR_CLASSES[quantity].noisiest
+    return np.asarray(np.sum([terms.psd(name, noisiest[name], frequencies, tau0=tau0) for name in _JUDGED], axis=0))
+
+
 def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[Finding]:
     """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
@@ -63,8 +73,7 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
     lowest = min(THRESHOLDS.cycles / (fitted.n * fitted.tau0), highest)
     frequencies = np.geomspace(lowest, highest, THRESHOLDS.frequencies)
     density = fitted.psd(frequencies)
-    allowed = sum(terms.psd(name, limits.noisiest[name], frequencies, tau0=fitted.tau0) for name in _JUDGED)
-    ratios = np.sqrt(density / allowed)
+    ratios = np.sqrt(density / _noisiest_density(fitted.quantity, lowest, highest, fitted.tau0))
     strongest = int(np.argmax(ratios))
     times, frequency, size = (
         float(ratios[strongest]),

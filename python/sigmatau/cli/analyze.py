@@ -296,7 +296,7 @@ def _analyze_logs(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     readings = assign_readings(reading, logs, places)
-    for option, folder in outputs.paths.items():
+    for option, folder in reversed(outputs.paths.items()):  # libraries of figures before a folder is made
         check_folder(folder, option)
     results = sum(map(is_result, left_out))
     if notes := [str(file) for file in left_out if not is_result(file)]:

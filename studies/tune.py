@@ -278,8 +278,7 @@ The consumer gyro turns to and fro, 0.3 rad/s with a period of 7.3 s and 0.2 rad
 measurement is late. The rate given to `tune` is the true one, or that of the gyro with its noise. *Named right*: an error is
 claimed for what is wrong, and for nothing else. *Covered*: intervals that hold the truth; they are wider than 95 % by what
 the noise of the gyro in the rate can do. {runs} runs a row. Gates: named right in at least 90 % (nothing in 95 %), coverage
-at least 95 %, the noise as above; each less 3 standard errors. The interval leaves out the error of the integral of the rate
-between two rows, by trapezoids: 0.25 % of a scale error here, 0.4 standard errors.
+at least 95 %, the noise as above; each less 3 standard errors.
 """
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from known import seed_of
 from sigmatau.cli import main
+from sigmatau.exporting.tuning.table import read_innovations
 
 STATED = 1.5e-8  # S of N = 1e-4, K = 1e-5 and √R = 9.6e-5 every 0.2 s
 FILTER = ["--noise", "gyro=0.0001 rad/s/sqrt(Hz)", "--walk", "gyro=1e-5 rad/s/sqrt(s)"]
@@ -59,6 +60,7 @@ def test_screen_and_figure(tmp_path, capsys):
         ("# t nu_x s_x", " ", ["x"]),
         ("time [s],heading_innov [rad],heading_innov_var [rad^2]", ",", ["heading"]),
         ("t,gyro_x.innovation,gyro_x.S", ",", ["gyro_x"]),
+        ("timestamp,heading_innov[0],heading_innov_cov[0]", ",", ["heading_0"]),
         ("t,nu_x,S_x,nu_y,S_y", ",", ["x", "y"]),
     ],
 )
@@ -87,6 +89,17 @@ def test_rows_of_two_sensors(tmp_path, capsys, names, channels):
     ours, theirs = content(capsys, "rows.csv"), content(capsys, "columns.csv")
     assert list(ours) == channels
     assert [each["nis"] for each in ours.values()] == pytest.approx([each["nis"] for each in theirs.values()], rel=1e-6)
+
+
+def test_rows_of_two_sensors_have_one_time(tmp_path):
+    """The second sensor begins later; both are measurements of one filter."""
+    t, x, s, y, _ = columns(channels=2)
+    rows = [f"{a:.9g},{name},{b:.9g},{c:.9g}" for a, name, b, c in zip(t, ["gnss"] * len(t), x, s, strict=True)]
+    rows += [f"{a + 7.1:.9g},camera,{b:.9g},{c:.9g}" for a, b, c in zip(t, y, s, strict=True)]
+    (tmp_path / "rows.csv").write_text("\n".join(["t,sensor,nu,S", *rows]) + "\n")
+    read = read_innovations(tmp_path / "rows.csv")
+    assert [float(data.time[0]) for data in read.values()] == pytest.approx([0.0, 7.1], abs=1e-9)
+    assert main(["tune", "rows.csv", *FILTER]) == 2  # the channels of one filter are to be joined
 
 
 def test_rows_that_take_turns(tmp_path, capsys):

@@ -112,8 +112,8 @@ def test_options_reach_the_file(result, capsys):
         (["--to", "kalibr", *WALKS, "--axes", "each"], "choose worst or mean"),
         (["--to", "kalibr", *WALKS, "--noise-factor", "0"], "--noise-factor must be a positive number"),
         (["--to", "kalibr", *WALKS, "--name", "gravity=9.8"], "no name 'gravity'; names: topic"),
-        (["--to", "vinz"], "unknown target 'vinz', perhaps vins; targets: kalibr"),
-        ([], "--to is missing; targets: kalibr"),
+        (["--to", "vinz"], "unknown target 'vinz', perhaps vins; targets: ardupilot"),
+        ([], "--to is missing; targets: ardupilot"),
     ],
 )
 def test_what_is_refused_with_exit_code_2(result, tmp_path, more, message, capsys):
@@ -378,7 +378,7 @@ class TestAnalyze:
         def failing(*_, **__):
             raise DataError("report: the disk is full")
 
-        monkeypatch.setattr("sigmatau.cli.analyze.write_report", failing)
+        monkeypatch.setattr("sigmatau.cli.outputs.write_report", failing)
         names = {"report": "r.html", "json": "r.json", "csv": "r.csv", "plot": "p.svg"}
         outputs = [text for option, name in names.items() for text in (f"--{option}", tmp_path / name)]
         exports = ("--export", f"kf-gins={tmp_path / 'kf'}", "--export", f"kalibr={tmp_path / 'k'}")

@@ -100,7 +100,7 @@ def test_a_walk_is_followed_up_to_the_horizon():
     assert found.time == 600.0
     assert math.sqrt(avar_of(found, 60.0) / (K**2 * 60 / 3)) == pytest.approx(1 - 0.036, abs=1e-3)
     # In a target with one time for all, it is exact at the horizon.
-    assert math.sqrt(avar_of(found.at(1e4), 60.0) / (K**2 * 60 / 3)) == pytest.approx(1, abs=1e-6)
+    assert math.sqrt(avar_of(found.with_time(1e4), 60.0) / (K**2 * 60 / 3)) == pytest.approx(1, abs=1e-6)
 
 
 def test_a_walk_that_was_not_seen_is_chosen():

@@ -11,6 +11,7 @@ from studies.tune_filters import AIDED, AIDINGS, Setting, aided_innovations, mov
 import sigmatau as st
 from known import seed_of
 from sigmatau.exporting.tuning.filters import SLOW, WHITE
+from sigmatau.exporting.tuning.motion import _integrate
 from sigmatau.exporting.tuning.run import MEASUREMENT, constant_run, varying_run
 from sigmatau.exporting.tuning.tune import _nis
 
@@ -140,6 +141,11 @@ def test_one_factor_on_all_noises_is_a_unit():
     result = st.tune(degrees, filters=filter_)["innovation"]
     assert result.common_factor == pytest.approx(math.degrees(1), rel=0.05)
     assert "57.3 is degrees beside radians" in result.statements()[0]
+    for factor in (1e6, math.degrees(1) ** 2):  # S, whose filter is not that of N and K
+        scaled = st.Innovations(time=series.time, innovation=series.innovation, variance=factor * series.variance)
+        result = st.tune(scaled, filters=filter_)["innovation"]
+        assert result.verdict == "wrong"
+        assert result.common_factor == pytest.approx(1 / math.sqrt(factor), rel=0.05)
     assert judged("two units", factors=(1 / 3, 1 / 3, 1.0), duration=2400.0).common_factor is None
 
 
@@ -387,11 +393,27 @@ def test_motion_is_not_claimed_where_it_cannot_be_seen():
     # Without motion the rate of the sensor is its noise, which is in the innovations too.
     true, _ = moving("still")
     noise = series.rate - true.rate
-    for rate, words in ((noise, "The motion does not show a scale error below"), (0 * noise, "Turn to and fro")):
+    weak = 0.02 * true.rate
+    for rate, words in ((weak, "does not show a scale error below"), (noise, "Turn to"), (0 * noise, "Turn to")):
         changed = st.Innovations(time=series.time, innovation=series.innovation, variance=series.variance, rate=rate)
         result = st.tune(changed, filters=filter_)["innovation"]
         assert (result.verdict, [effect.has_error for effect in result.motion]) == ("consistent", [False, False])
         assert words in " ".join(repr(result).split())
+
+
+def test_integral_of_the_rate():
+    """Its error is of the fourth order of the interval; two rows at one time have the same angle."""
+    errors = []
+    for dt in (0.2, 0.1):
+        time = dt * np.arange(round(60 / dt))
+        rate = np.sin(time)[:, None]
+        angle = _integrate(np.repeat(time, 2), np.repeat(rate, 2, axis=0))
+        assert np.array_equal(angle[::2], angle[1::2])
+        inside = slice(round(10 / dt), round(50 / dt))  # the slope at an end is of the first order
+        error = (angle[::2, 0] + np.cos(time))[inside]
+        errors.append(np.ptp(error))
+    assert errors[0] / errors[1] == pytest.approx(16, rel=0.05)
+    assert errors[0] < 2 * 11 / 720 * 0.2**4 * 1.1  # peak to peak, by the next term of the quadrature
 
 
 def aided(name, kind, true, runs=1):

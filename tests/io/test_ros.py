@@ -67,6 +67,25 @@ def test_order_and_alignment(tmp_path, order, frame):
     assert record.streams[0].grid.rate == 200.0
 
 
+def test_a_sensor_without_data_is_left_out(tmp_path):
+    """sensor_msgs/Imu: the first number of a covariance is -1 if the message has no data of this vector."""
+    stamps, values = imu(20)
+    values[:, 3:] = 0.0
+    head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/imu")]
+    for first, sensors in ((0.0, ("gyro", "accel")), (-1.0, ("gyro",))):
+        body = []
+        for s, v in zip(stamps, values, strict=True):
+            data = imu_cdr(s, v)
+            body.append(roslogs.message(3, s, data[:-72] + struct.pack("<d", first) + data[-64:]))
+        (tmp_path / "a.mcap").write_bytes(roslogs.mcap([*head, *body]))
+        for record in (read(tmp_path / "a.mcap"), inspect(tmp_path / "a.mcap", ReadOptions()).record):
+            assert tuple(stream.name for stream in record.streams) == sensors
+        told = any("accel is left out" in text for text in record.provenance.conversions)
+        assert told == (first == -1.0)
+    named = {"accel_x": "linear_acceleration.x"}
+    assert [stream.name for stream in read(tmp_path / "a.mcap", channels=named).streams] == ["accel"]
+
+
 def test_several_imus_are_asked_about(tmp_path):
     stamps, values = imu(20)
     head = [roslogs.schema(1, IMU, IMU_ROS2), roslogs.channel(3, "/a/imu"), roslogs.channel(4, "/b/imu")]

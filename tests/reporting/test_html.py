@@ -184,7 +184,7 @@ def test_the_result_is_written_before_the_report(log, tmp_path, monkeypatch):
     def fails(*_, **__):
         raise DataError("no space left")
 
-    monkeypatch.setattr("sigmatau.cli.analyze.write_report", fails)
+    monkeypatch.setattr("sigmatau.cli.outputs.write_report", fails)
     out = tmp_path / "r.json"
     assert main(["analyze", str(log), *OPTIONS, "--json", str(out), "--report", str(tmp_path / "r.html")]) == 1
     assert json.loads(out.read_text(encoding="utf-8"))["channels"]["gyro_x"]["fit"]

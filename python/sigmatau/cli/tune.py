@@ -197,7 +197,10 @@ def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: s
         if not named and key in KINDS:
             named = [channel for channel in data if len(data) == 1 and stream_name(channel) not in KINDS]
         if not named:
-            raise OptionError(f"--{option} {key}: the innovations are of {', '.join(data)}", option=option)
+            action = "Use one of these names"
+            if key in KINDS and not any(stream_name(channel) in KINDS for channel in data):
+                action = f"Join those of one filter, --joint {','.join(data)}, or use their names"
+            raise OptionError(f"--{option} {key}: the innovations are of {', '.join(data)}. {action}", option=option)
         gyro, accel = _UNITS[option]
         value = value_in_si(text, accel if has_unit(text, accel) else gyro, f"--{option} {key}")
         for channel in named:

@@ -193,8 +193,8 @@ def _judge_noises(
 
 def _is_immaterial(part: FactorInterval) -> bool:
     """Whether a factor is so near to 1 that no filter is changed by it; or is not shown."""
-    shown = part.high is not None and part.low > 0 and (part.low > 1 or part.high < 1)
-    return not shown or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
+    differs = part.low > 1 or (part.high is not None and part.high < 1)
+    return not differs or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
 
 
 def _significance(unchanged: float, alone: Floats, best: float) -> float:

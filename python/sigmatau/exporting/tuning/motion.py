@@ -137,7 +137,7 @@ def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
     rate = np.asarray(data.rate).reshape(len(data.time), -1)
     n, m = rate.shape
     steps = np.diff(data.time)
-    travelled = np.vstack([np.zeros(m), np.cumsum(steps[:, None] * (rate[1:] + rate[:-1]) / 2, axis=0)])
+    travelled = _integrate(data.time, rate)
     slope = travelled[-1] / (data.time[-1] - data.time[0])
     errors = np.zeros((n, m, 2 * m))
     for j in range(m):
@@ -158,6 +158,15 @@ def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
         effects=data.whitened(run.respond(errors)),
         unknown=vectors[:, sizes > _DEGENERATE * sizes[0]].reshape(n, m, -1),
     )
+
+
+def _integrate(time: Floats, rate: Floats) -> Floats:
+    """Integrate the rate by trapezoids with the first correction of Euler and Maclaurin, to the fourth order."""
+    moments, first, places = np.unique(time, return_index=True, return_inverse=True)
+    values, steps = rate[first], np.diff(moments)[:, None]
+    slopes = np.gradient(values, moments, axis=0)
+    turned = steps * (values[1:] + values[:-1]) / 2 - steps**2 * np.diff(slopes, axis=0) / 12
+    return np.asarray(np.vstack([np.zeros(values.shape[1]), np.cumsum(turned, axis=0)])[places])
 
 
 def fit_motion(
@@ -211,6 +220,8 @@ def fit_motion(
         values = inverted @ np.einsum("fjm,fm->j", weighted, measured).real
         errors = np.sqrt(n * np.diag(inverted)[:count] / 2)
         shifts = n * inverted[:count, :count] @ _noise_in_rate(data, density, process, periodogram)
+        if float(np.abs(shifts[::2]).max()) > _LARGEST_SHIFT:  # the rate has the noise of the sensor, and no motion
+            is_shown, values, errors, shifts = False, np.zeros(len(size)), np.full(count, math.inf), np.zeros(count)
     usual, wide = (float(normal_quantile(chance)) for chance in ((1 + level) / 2, 1 - _CHANCE / 2))
     low = values[:count] - np.maximum(shifts, 0.0)
     high = values[:count] - np.minimum(shifts, 0.0)
@@ -240,9 +251,11 @@ def _noise_in_rate(data: Innovations, density: Matrices, process: Matrices, peri
     inverse, _ = invert(density)
     before = np.exp(-2j * np.pi * periodogram.frequency)
     result = np.empty(2 * m)
+    # Weights of the integral over an interval of the rates at its ends and beside them.
+    integral = (13 + 13 * before - before.conj() - before**2) / 24
     for j in range(m):
         part = (inverse @ process)[:, j, j]
-        # The integral of the rate is by trapezoids, and the rate is a difference of angles.
-        result[2 * j] = float(np.sum(periodogram.number * ((1 + before).conj() / 2 * part).real))
+        # The rate is a difference of angles.
+        result[2 * j] = float(np.sum(periodogram.number * (integral.conj() * part).real))
         result[2 * j + 1] = float(np.sum(periodogram.number * ((1 - before).conj() * part).real)) / data.interval
     return result

@@ -13,8 +13,9 @@ from sigmatau.errors import OptionError
 from sigmatau.exporting.tuning.filters import SLOW, WHITE
 from sigmatau.exporting.tuning.motion import MotionEffect
 from sigmatau.exporting.tuning.run import MEASUREMENT
-from sigmatau.exporting.tuning.statements import statements_of_tuning
+from sigmatau.exporting.tuning.statements import UNIT_NIS, statements_of_tuning
 from sigmatau.frozen import frozen
+from sigmatau.record.record import stream_name
 from sigmatau.results import ByChannel, Printed, aligned, duration_text, lines_text, plain, seconds, wrapped
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ NoiseVerdict = Literal["consistent", "wrong", "ambiguous", "not explained", "inc
 Verdict = Literal[NoiseVerdict, "motion", "offset", "outliers"]
 
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
+_RATE_UNITS = {"gyro": "rad/s", "accel": "m/s²"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
 _VAGUE = 3.0  # ratio of an end of an interval to its value, from which the run does not show the noise
 
@@ -222,8 +224,10 @@ class Tuning(Printed):
         """One factor on all noises that explains all of them; None if they have different ones, or none is wrong. [1]"""
         low = max((factor.low for factor in self.causes), default=0.0)
         high = min((factor.high or 0.0 for factor in self.causes), default=0.0)
-        is_common = self.noise_verdict == "wrong" and len(self.causes) == len(self.factors) > 1 and low <= high
-        return math.sqrt(self.nis) if is_common else None
+        is_joint = self.noise_verdict == "wrong" and len(self.causes) == len(self.factors) > 1
+        directions = {factor.direction for factor in self.causes}
+        is_common = low <= high or (len(directions) == 1 and not 1 / UNIT_NIS < self.nis < UNIT_NIS)
+        return math.sqrt(self.nis) if is_joint and is_common else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, for JSON."""
@@ -264,6 +268,10 @@ class Tuning(Printed):
             f"{self.channel}   {self.n} innovations{several}, one every {seconds(self.interval)} s, {span}",
             f"  NIS {nis} ({100 * self.level:g} % interval), in a consistent filter 1",
         ]
+        if self.motion:
+            unit = _RATE_UNITS.get(stream_name(self.channel), "in SI")
+            deviations = ", ".join(f"{effect.motion:.3g}" for effect in self.motion if effect.effect == "scale")
+            lines.append(f"  rate of motion: standard deviation {deviations} {unit}")
         table = [("noise of the filter", "assumed, SI", f"factor on it, {100 * self.level:g} % interval")]
         factors = self.factors if self.noise_verdict != "not explained" else ()
         for factor in factors:

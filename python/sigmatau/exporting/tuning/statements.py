@@ -14,6 +14,9 @@ from sigmatau.results import seconds
 if TYPE_CHECKING:
     from sigmatau.exporting.tuning.result import NoiseFactor, Tuning
 
+UNIT_NIS = 100.0
+"""NIS, or 1 over it, from which a unit is wrong: noises that are all too small or too large by a factor of 10."""
+
 ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
 """What a user does whose variance is a standard deviation."""
 
@@ -67,7 +70,9 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
         return [f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run"]
     if tuning.noise_verdict == "not explained":
         action = "Check the model of the filter, and vibration"
-        if not tuning.has_rate:
+        if not 1 / UNIT_NIS < tuning.nis < UNIT_NIS:
+            action = "The NIS is far from 1: check the units of innovation and S first"
+        elif not tuning.has_rate:
             action = "Add the rate of motion to the table: it shows whether a delay or a scale error is the cause"
         return [f"No factors on the noises explain the innovations (p = {tuning.p_misfit:.2g}). {action}"]
     return [_place(tuning), "Give N and K of the filter: with them, the noise that is wrong is found"]

@@ -18,11 +18,12 @@ from sigmatau.units import if_known, to_si
 
 _TIMES = {"t", "time", "timestamp", "stamp", "seconds", "sec"}
 _INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
-_VARIANCE = {"s", "variance", "var", "variances"}
+_VARIANCE = {"s", "variance", "var", "variances", "cov", "covariance"}
 _DEVIATION = {"std", "sigma", "stddev", "deviation"}
 _RATE = {"rate", "omega"}
 _NORMALISED = {"normalised", "normalized", "nis", "nees", "whitened"}
-_UNIT = re.compile(r"\s*(?:\[([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")  # in brackets: [(m/s)^2], ((m/s)^2)
+# In brackets: [(m/s)^2] or ((m/s)^2), but not an index [0].
+_UNIT = re.compile(r"\s*(?:\[(?!\d+\])([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
 _MOST_SENSORS = 16  # values of a column of numbers that are sensors, not counts
 _SECONDS = ("s", "ms", "us", "µs", "ns")
@@ -50,6 +51,7 @@ class _Table:
     units: tuple[str, ...]
     values: Floats
     lines: tuple[int, ...]
+    start: Floats  # the first row, of whichever sensor, whose time is 0; shape (1, n_columns)
     sensors: tuple[str, ...] = ()  # of each row, if a column names them; this column is not in the table
 
     @property
@@ -206,12 +208,14 @@ def _read(place: Path) -> _Table:
             f"{cells[naming or 0]} has {len({*sensors})} values, more than sensors. Remove this column"
         ).about(str(place))
     units = tuple((match[1] or match[2] or "").strip() if (match := _UNIT.search(cell)) else "" for cell in cells)
+    array = np.array(values, dtype=np.float64).reshape(len(values), len(cells))
     return _Table(
         place=place,
         names=tuple(_UNIT.sub("", cell) for cell in cells),
         units=units,
-        values=np.array(values, dtype=np.float64).reshape(len(values), len(cells)),
+        values=array,
         lines=tuple(lines),
+        start=array[:1],
         sensors=tuple(sensors if naming is None else _sensor_names(cells[naming], sensors)),
     )
 
@@ -235,7 +239,7 @@ def _number(cell: str) -> float | None:
 
 
 def _times(table: _Table, name: str | None) -> Floats:
-    """Times in seconds from the first; raises `OptionError` for a unit that is not known."""
+    """Times in seconds from the first row of the file; raises `OptionError` for a unit that is not known."""
     if name is not None:
         k = table.index(name, "time")
     else:
@@ -259,7 +263,7 @@ def _times(table: _Table, name: str | None) -> Floats:
         raise DataError(
             f"{table.names[k]} is not a finite number. Remove this row", place=f"line {table.lines[wrong[0]]}"
         ).about(str(table.place))
-    seconds = (times - times[:1]) * to_si(1.0, unit)
+    seconds = (times - table.start[:, k]) * to_si(1.0, unit)
     if len(seconds) > 1 and (step := float(np.median(np.diff(seconds)))) > _LONGEST_INTERVAL:
         raise OptionError(
             f"{table.place}: the rows of {table.names[k]} are {step:.3g} s apart. Write its unit in the header,"

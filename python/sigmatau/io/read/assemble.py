@@ -36,7 +36,7 @@ def assemble(tables: Sequence[Table], file: Path | None, options: Options, therm
         raise OptionError(
             f"{{option}} applies to one topic, but {topics} are read; choose one by {Hint('topic')}", option="channels"
         )
-    parts = [part(table, options_for_table(table, tables, options)) for table in tables]
+    parts = [part_with_data(table, options_for_table(table, tables, options)) for table in tables]
     warm = None if thermometer is None else thermometer_part(thermometer, options, parts)
     if warm is None or thermometer is None:
         record = joined(shift_to_one_clock(parts), tables, file)
@@ -147,6 +147,29 @@ def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
     return findings
 
 
+def part_with_data(table: Table, options: Options) -> Part:
+    """The part of a table, without a sensor that is zero if the messages state that they have no data of it.
+
+    A sensor whose channels are named is not left out.
+    """
+    each = part(table, options)
+    if options.channels:
+        return each
+    absent = {}
+    for stream in each.streams:
+        if stream.name in _COVARIANCES and _is_zero(stream):
+            element = re.compile(rf"(?:.*\.)?{_COVARIANCES[stream.name]}(?:\[0\]|_?0)")
+            for k, column in enumerate(table.columns):
+                if element.fullmatch(column.name) and (table.load([k], None).columns[k] == _NO_DATA).all():
+                    absent[stream.name] = (
+                        f"{stream.name} is left out: {column.name} is -1, so the messages have no data of it"
+                    )
+    streams = tuple(stream for stream in each.streams if stream.name not in absent)
+    if not streams:  # a sensor that is off is told later
+        return each
+    return replace(each, streams=streams, conversions=(*each.conversions, *absent.values()))
+
+
 def _is_zero(stream: Stream) -> bool:
     return not any(np.nan_to_num(chunk).any() for chunk in stream.chunks())
 
@@ -204,6 +227,8 @@ def _sensors(table: Table) -> set[str]:
 
 
 _LISTED = 12
+_NO_DATA = -1  # first number of a covariance in sensor_msgs/Imu, whose vector is then without data
+_COVARIANCES = {"gyro": "angular_velocity_covariance", "accel": "linear_acceleration_covariance"}
 _PROPOSED = 3  # devices whose topics a message proposes
 
 

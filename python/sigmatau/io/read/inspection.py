@@ -20,7 +20,7 @@ from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.suggestions import by_gravity
 from sigmatau.io.read.table import Table
-from sigmatau.io.read.table_streams import Part, part
+from sigmatau.io.read.table_streams import Part
 from sigmatau.io.read.thermometers import split_thermometers, thermometer_part
 from sigmatau.io.read.turn_tables import separate_turns
 from sigmatau.record.record import Record
@@ -267,7 +267,7 @@ def _look_into(
     """The table with what its samples tell, and its streams, if it can be read without further options."""
     info = replace(info, chosen=chosen)
     try:
-        made = part(table, assemble.options_for_table(table, tables, options))
+        made = assemble.part_with_data(table, assemble.options_for_table(table, tables, options))
         assemble.refuse_contradictions([made], options)
     except OptionError as error:
         asked = _count_rows(table, replace(info, question=error))

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import signal
 
 import numpy as np
@@ -246,9 +247,10 @@ class TestBadData:
         assert bad.longest_run().streams[0].grid.start == pytest.approx(0.18)
         allan(bad.longest_run())
 
-    def test_infinite_sample(self):
-        with pytest.raises(NonFiniteError, match="`gyro_x` is infinite at index 2"):
-            Record.from_arrays(rate=1, gyro_x=[0, 1, math.inf, 3, 4])
+    @pytest.mark.parametrize(("sample", "what"), [(math.inf, "infinite"), (1e160, "1e+160, too large to be squared,")])
+    def test_infinite_sample(self, sample, what):
+        with pytest.raises(NonFiniteError, match=re.escape(f"`gyro_x` is {what} at index 2")):
+            Record.from_arrays(rate=1, gyro_x=[0, 1, sample, 3, 4])
 
     def test_too_short(self):
         with pytest.raises(RecordTooShortError) as e:

@@ -17,6 +17,9 @@ from sigmatau.record.streams import CHUNK, Columns
 
 _FEW_MISSING = 1e-3  # share of the rows up to which missing numbers are no warning: coefficients change by less
 
+LARGEST_SAMPLE = 1e140
+"""Largest magnitude of a sample, in SI: the squares of differences and their sums stay finite below it."""
+
 
 def missing_values(
     missing: Mapping[str, NDArray[np.bool_]],
@@ -85,7 +88,7 @@ def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> 
     Raises
     ------
     NonFiniteError
-        If a rate is infinite.
+        If a rate is infinite, or larger than `LARGEST_SAMPLE`.
     """
     n = len(samples)
     mask: NDArray[np.bool_] | None = None
@@ -95,16 +98,17 @@ def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> 
         for start in range(0, n, CHUNK):
             with np.errstate(over="ignore", invalid="ignore"):  # a value that its unit makes infinite is refused below
                 x = samples.read(c, start, min(start + CHUNK, n))
-                if np.isfinite(np.add.reduce(x)):
-                    continue  # a NaN or infinity would show in the sum, which is faster
-            bad = ~np.isfinite(x)
+                if np.dot(x, x) <= LARGEST_SAMPLE**2:
+                    continue  # a NaN, an infinity or a very large sample would show in the sum, which is faster
+            bad = ~(np.abs(x) <= LARGEST_SAMPLE)
             if not bad.any():
                 continue
-            infinite = np.flatnonzero(np.isinf(x))
+            infinite = np.flatnonzero(bad & ~np.isnan(x))
             if len(infinite):
                 index = start + int(infinite[0])
+                what = "infinite" if np.isinf(x[infinite[0]]) else f"{x[infinite[0]]:.3g}, too large to be squared,"
                 raise NonFiniteError(
-                    f"`{channel}` is infinite at index {index} (t = {index * samples.tau0:.6g} s)",
+                    f"`{channel}` is {what} at index {index} (t = {index * samples.tau0:.6g} s)",
                     channel=channel,
                     index=index,
                 )

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sigmatau import OptionError
-from sigmatau.units import find, if_known, known, needs_scale, to_si, usual
+from sigmatau.units import find, find_unit, known, needs_scale, to_si, usual
 
 DEG = math.pi / 180
 
@@ -200,7 +200,7 @@ def test_a_ramp_is_spelled_as_a_square_or_twice():
 @pytest.mark.parametrize("spelling", ["LSB", "counts", "ADC", "digits", "V", "mV", "no units"])
 def test_counts_and_volts_need_a_scale(spelling):
     assert needs_scale(spelling)
-    assert if_known(spelling) is None
+    assert find_unit(spelling) is None
 
 
 @pytest.mark.parametrize("spelling", ["m/s^2", "furlong/s", "rad", "m/s/Hz", "uT", ""])

@@ -301,7 +301,7 @@ def _normalise(spelling: str) -> str:
     return text.replace(" ", "")
 
 
-def known(si: str | None = None) -> tuple[str, ...]:
+def symbols(si: str | None = None) -> tuple[str, ...]:
     """Symbols of the table; of one kind if its SI unit is given."""
     return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
 
@@ -317,7 +317,7 @@ def usual(si: str) -> str:
     return _USUAL.get(si, si)
 
 
-def if_known(spelling: str) -> Unit | None:
+def find_unit(spelling: str) -> Unit | None:
     """The unit that a spelling means; None if it is unknown."""
     # A symbol of the table means itself; the patterns of the words take longer to compile than the head of a log to read.
     unit = _BY_SPELLING.get(spelling.strip().lower()) or _BY_SPELLING.get(_normalise(spelling))
@@ -359,11 +359,11 @@ def find(spelling: str, *, si: str | tuple[str, ...] | None = None) -> Unit:
     >>> find("°/√h").symbol
     'deg/sqrt(h)'
     """
-    unit = if_known(spelling)
+    unit = find_unit(spelling)
     kinds = (si,) if isinstance(si, str) else si
     if unit is not None and (not kinds or unit.si in kinds):
         return unit
-    choices = ", ".join(symbol for kind in kinds for symbol in known(kind)) if kinds else ", ".join(known())
+    choices = ", ".join(symbol for kind in kinds for symbol in symbols(kind)) if kinds else ", ".join(symbols())
     if unit is None:
         raise OptionError(f"unknown unit {spelling!r}; known units: {choices}", option="unit")
     raise OptionError(f"the unit {spelling!r} does not fit here; units that do: {choices}", option="unit")

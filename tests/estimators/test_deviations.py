@@ -142,7 +142,7 @@ class TestKnownAnswers:
         assert curve.m.tolist() == table[:, 0].astype(int).tolist()
         assert curve.deviation == pytest.approx(table[:, column], rel=1.1e-4)  # half a unit of five digits and theirs
         assert curve.n_terms == pytest.approx(table[:, 2], rel=1e-3)
-        assert curve.unit == ("s" if KINDS[kind].of_phase else "1")
+        assert curve.unit == ("s" if KINDS[kind].has_phase_unit else "1")
 
 
 class TestAgainstTwins:
@@ -201,7 +201,7 @@ class TestIdentities:
             curve = deviation(gyro, kind=kind)["gyro_x"]
             expected = 0.125 * curve.tau if kind in ("mtie", "tie_rms") else 0 * curve.tau
             assert curve.deviation == pytest.approx(expected, rel=1e-12, abs=1e-15)
-            assert curve.unit == ("rad" if KINDS[kind].of_phase else "rad/s")
+            assert curve.unit == ("rad" if KINDS[kind].has_phase_unit else "rad/s")
 
     def test_units_of_velocity(self):
         accel = Record.from_arrays(

@@ -24,13 +24,13 @@ def test_noise_before_rounding_is_between_its_bounds(sigma):
     seen = {phase: float(np.round(x + phase).std()) for phase in (0.0, 0.25, 0.5)}
     for phase, one in seen.items():
         rounding = Rounding(one)
-        assert rounding.least <= sigma * 1.02, phase
-        assert rounding.most >= sigma * 0.98, phase
+        assert rounding.smallest <= sigma * 1.02, phase
+        assert rounding.largest >= sigma * 0.98, phase
         low, high = rounding.white
         assert low * 0.98 <= min(seen.values()) / one <= max(seen.values()) / one <= high * 1.02, phase
-    assert Rounding(seen[0.0]).most == pytest.approx(sigma, rel=0.02)
+    assert Rounding(seen[0.0]).largest == pytest.approx(sigma, rel=0.02)
     if sigma >= 0.3:
-        assert Rounding(seen[0.5]).least == pytest.approx(sigma, rel=0.05)
+        assert Rounding(seen[0.5]).smallest == pytest.approx(sigma, rel=0.05)
 
 
 def test_slow_changes_through_the_rounding():

@@ -91,7 +91,7 @@ def test_a_record_that_is_written_is_read_again(tmp_path, name):
 
 
 def test_the_symbol_of_a_unit_means_itself_in_either_case():
-    for symbol in units.known():
+    for symbol in units.symbols():
         found = units.find(symbol)
         assert found.symbol == symbol
         assert {units.find(f" {symbol.upper()}"), units.find(symbol.replace("/", " per "))} == {found}

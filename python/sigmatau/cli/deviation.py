@@ -70,7 +70,7 @@ def deviation_command(
     check_outputs([log], plot=plot, json=json)
     how = (settings or DeviationSettings()).arguments()
     record = read_log(log, reading, quiet=quiet)
-    check_shown(channel_quantities(record), ["quantization" if estimator(kind).of_phase else "bias_instability"])
+    check_shown(channel_quantities(record), ["quantization" if estimator(kind).has_phase_unit else "bias_instability"])
     for finding in record.findings:
         say(str(finding), quiet=quiet)
     with working(f"computing {kind}", quiet=quiet) as done:

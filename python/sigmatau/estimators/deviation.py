@@ -378,14 +378,14 @@ def _stream_deviations(
     factor: NDArray[np.float64] | float = 1.0
     if kind == "time":
         factor = tau / np.sqrt(3.0)
-    elif chosen.of_phase:
+    elif chosen.has_phase_unit:
         factor = tau0
     return {
         channel: Deviation(
             channel=channel,
             kind=kind,
             quantity=stream.quantity,
-            unit=_phase_unit(stream.unit) if chosen.of_phase else stream.unit,
+            unit=_phase_unit(stream.unit) if chosen.has_phase_unit else stream.unit,
             m=sizes,
             tau=tau,
             deviation=factor * value,

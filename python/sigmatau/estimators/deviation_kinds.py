@@ -33,7 +33,7 @@ class Estimator:
 
     label: str  # As it is printed
     kernel: str  # The estimator of the core that it is made of
-    of_phase: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
+    has_phase_unit: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
     tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
 
 
@@ -41,10 +41,10 @@ KINDS: Mapping[str, Estimator] = {
     "modified": Estimator(label="modified Allan deviation", kernel="modified"),
     "hadamard": Estimator(label="Hadamard deviation", kernel="hadamard"),
     "total": Estimator(label="total deviation", kernel="total"),
-    "time": Estimator(label="time deviation", kernel="modified", of_phase=True),
+    "time": Estimator(label="time deviation", kernel="modified", has_phase_unit=True),
     "theo1": Estimator(label="Theo1 deviation", kernel="theo1", tau_per_m=0.75),
-    "mtie": Estimator(label="MTIE", kernel="mtie", of_phase=True),
-    "tie_rms": Estimator(label="TIE rms", kernel="tie_rms", of_phase=True),
+    "mtie": Estimator(label="MTIE", kernel="mtie", has_phase_unit=True),
+    "tie_rms": Estimator(label="TIE rms", kernel="tie_rms", has_phase_unit=True),
 }
 """Estimators by name; section 5.2 of [2]_."""
 

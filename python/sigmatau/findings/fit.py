@@ -431,14 +431,14 @@ def misfit_text(*, walk: bool) -> str:
     return f"no model fits: {'only the random walk has an interval' if walk else 'all terms are unknown'}"
 
 
-def verdict_text(verdict: str, beside: str = "") -> str:
+def verdict_text(verdict: str, parts: str = "") -> str:
     """The verdict on a fit: ``"the model fits with 5 lines"``, ``"the model fits roughly: wider intervals"``."""
     if verdict == "too_short":
         return "too short for a fit"
     if verdict == "descriptive":
         return "no model fits: values without intervals"
     if verdict == "disturbed":
-        return f"disturbed{beside}: upper limits only"
-    return f"the model fits{' roughly' if verdict == 'widened' else ''}{beside}" + (
+        return f"disturbed{parts}: upper limits only"
+    return f"the model fits{' roughly' if verdict == 'widened' else ''}{parts}" + (
         ": wider intervals" if verdict == "widened" else ""
     )

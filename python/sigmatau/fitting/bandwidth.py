@@ -17,7 +17,7 @@ from sigmatau._native.distributions import chi2_quantile_above, normal_below
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits
 from sigmatau.fitting.filter_region import Contradiction, contradiction, explanations, is_white
-from sigmatau.fitting.filter_summary import FilterSource, Judgement, summary
+from sigmatau.fitting.filter_summary import FilterSource, SensorVerdict, summary
 from sigmatau.fitting.log_spectra import log_spectrum
 from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from sigmatau.record.record import Record
@@ -175,7 +175,7 @@ def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
     return bool(count and np.ptp(begin) > 0 and np.allclose(begin, fast.y[: count * step : step], rtol=1e-5, atol=0))
 
 
-def _judge(logs: Logs, best: FilterFit, channel: str) -> Judgement:
+def _judge(logs: Logs, best: FilterFit, channel: str) -> SensorVerdict:
     """Whether the logs agree, and a filter explains them."""
     laws = [logs.deviance_law(place) for place in logs.places]
     mean, variance = sum(law[0] for law in laws), sum(law[1] for law in laws)
@@ -185,10 +185,10 @@ def _judge(logs: Logs, best: FilterFit, channel: str) -> Judgement:
         if contradicts.exceeds(_TOLERATED_N, _TOLERATED_BANDWIDTH):
             raise DataError(_contradiction_text(contradicts, len(logs.spectra), channel))
         excess = max(1.0, contradicts.chi2 / contradicts.freedom)
-        return Judgement(verdict="logs differ", p_value=p, excess=excess, differing=contradicts.name)
+        return SensorVerdict(verdict="logs differ", p_value=p, excess=excess, differing=contradicts.name)
     if p < _SIGNIFICANT:
-        return Judgement(verdict="not explained", p_value=p, excess=max(1.0, best.fit.deviance / mean))
-    return Judgement(verdict="adequate", p_value=p)
+        return SensorVerdict(verdict="not explained", p_value=p, excess=max(1.0, best.fit.deviance / mean))
+    return SensorVerdict(verdict="adequate", p_value=p)
 
 
 def _contradiction_text(contradicts: Contradiction, count: int, channel: str) -> str:

@@ -57,7 +57,7 @@ class FilterSource:
 
 
 @frozen
-class Judgement:
+class SensorVerdict:
     """Whether the logs agree, and a filter explains them.
 
     Attributes
@@ -82,7 +82,7 @@ def summary(
     logs: Logs,
     best: FilterFit,
     region: Sequence[Explanation],
-    judgement: Judgement,
+    judgement: SensorVerdict,
     *,
     deviate: float,
     tolerance: float,
@@ -98,7 +98,7 @@ def summary(
     logs : Logs
     best : FilterFit
     region : sequence of Explanation
-    judgement : Judgement
+    judgement : SensorVerdict
     deviate : float
         Half the width of an interval in standard errors.
     tolerance, level : float

@@ -111,7 +111,7 @@ def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str,
 
     They are looked for in the curve, and then, one at a time, in what the lines leave that are there already.
     """
-    whole = Points.of(curve)
+    whole = Points.from_curve(curve)
     points = whole
     regions: dict[str, NDArray[np.intp]] = {}
     refused: dict[str, Refusal] = {}
@@ -132,7 +132,7 @@ def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str,
             if reason is None and gain <= rule.gain:
                 reason = "the other terms together explain it"
             if reason is None:
-                new[name] = gain, points.at[i : j + 1]
+                new[name] = gain, points.indices[i : j + 1]
             else:
                 refused[name] = Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=reason)
         taken = [max(new, key=lambda name: new[name][0])] if rest and new else list(new)
@@ -147,7 +147,7 @@ def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str,
 class Points:
     """The usable points of a curve: log τ, log σ and δ of eq. (26). A region i … j includes both points."""
 
-    at: NDArray[np.intp]  # indices in the curve
+    indices: NDArray[np.intp]  # indices in the curve
     m: NDArray[np.int64]
     tau0: float
     tau: NDArray[np.float64]
@@ -156,7 +156,7 @@ class Points:
     delta: NDArray[np.float64]
 
     @classmethod
-    def of(cls, curve: DeviationCurve) -> Points:
+    def from_curve(cls, curve: DeviationCurve) -> Points:
         error = curve.error
         indices = thinned(curve, error <= LARGEST_ERROR)  # the search goes over all pairs
         tau = curve.tau[indices]
@@ -167,11 +167,12 @@ class Points:
         taken = sum(
             (avar(name, value, m=self.m, tau0=self.tau0) for name, value in lines.items()), np.zeros(len(self.m))
         )
-        share = 1 - taken / curve.avar[self.at]
+        share = 1 - taken / curve.avar[self.indices]
         is_rest = share >= SMALLEST_REST
         log_rest = 0.5 * np.log(share[is_rest])
         return Points(
-            self.at[is_rest], self.m[is_rest], self.tau0, self.tau[is_rest], self.lt[is_rest], self.ls[is_rest] + log_rest,
+            self.indices[is_rest], self.m[is_rest], self.tau0, self.tau[is_rest], self.lt[is_rest],
+            self.ls[is_rest] + log_rest,
             self.delta[is_rest] / share[is_rest],
         )  # fmt: skip
 

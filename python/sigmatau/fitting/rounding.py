@@ -30,31 +30,31 @@ class Rounding:
     however small it is; at a level, noise much smaller than a step never leaves it.
     """
 
-    seen: float
+    rounded: float
 
     @property
-    def least(self) -> float:
+    def smallest(self) -> float:
         """Least noise before rounding: the mean is halfway between two levels."""
-        return float(np.interp(self.seen, _rounded(0.5), _SIGMAS, left=0.0, right=self.seen))
+        return float(np.interp(self.rounded, _rounded(0.5), _SIGMAS, left=0.0, right=self.rounded))
 
     @property
-    def most(self) -> float:
+    def largest(self) -> float:
         """Most noise before rounding: the mean is at a level."""
-        return float(np.interp(self.seen, _rounded(0.0), _SIGMAS, right=self.seen))
+        return float(np.interp(self.rounded, _rounded(0.0), _SIGMAS, right=self.rounded))
 
     @property
     def white(self) -> tuple[float, float]:
         """Factors of the random walk of the log, if its mean moves: least and most. Of no noise, any."""
-        if not self.seen > 0:
+        if not self.rounded > 0:
             return 0.0, math.inf
-        low = float(np.interp(self.least, _SIGMAS, _rounded(0.0), left=0.0, right=self.seen))
-        high = float(np.interp(self.most, _SIGMAS, _rounded(0.5), right=self.seen))
-        return min(low / self.seen, 1.0), max(high / self.seen, 1.0)
+        low = float(np.interp(self.smallest, _SIGMAS, _rounded(0.0), left=0.0, right=self.rounded))
+        high = float(np.interp(self.largest, _SIGMAS, _rounded(0.5), right=self.rounded))
+        return min(low / self.rounded, 1.0), max(high / self.rounded, 1.0)
 
     @property
     def dither(self) -> float:
         """exp(−2π²σ²): 1 where the noise is too small to let slow changes through the rounding, 0 where it is not."""
-        return math.exp(-2 * (math.pi * self.least) ** 2)
+        return math.exp(-2 * (math.pi * self.smallest) ** 2)
 
     @property
     def slow_error(self) -> float:

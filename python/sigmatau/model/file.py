@@ -233,9 +233,9 @@ def value_in_si(text: str, si: str, what: str) -> float:
 def has_unit(text: str, si: str) -> bool:
     """Whether a text is a value in a unit of the kind of the SI unit `si`."""
     match = _VALUE.fullmatch(text)
-    unit = None if match is None else units.if_known(match[2])
+    unit = None if match is None else units.find_unit(match[2])
     is_si = match is not None and match[2].strip() == si
-    return is_si or (unit is not None and (unit.si == si or not units.known(si)))
+    return is_si or (unit is not None and (unit.si == si or not units.symbols(si)))
 
 
 def _channel(name: str, table: Mapping[str, Any]) -> ChannelModel:
@@ -366,7 +366,7 @@ def _value(key: str, text: object, si: str, *, written: str | None = None) -> fl
 
 def _factor(unit: str, si: str) -> float:
     """One `unit` in `si`; 1 for the unit of a signal that is not in the table of units."""
-    return 1.0 if unit.strip() == si else units.find(unit, si=si if units.known(si) else None).factor
+    return 1.0 if unit.strip() == si else units.find(unit, si=si if units.symbols(si) else None).factor
 
 
 def _key(name: str) -> str:

@@ -12,7 +12,7 @@ from typing import Literal
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
-from sigmatau.units import if_known
+from sigmatau.units import find_unit
 
 _PREFIXES = {"": 1.0, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "h": 1e2, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -297,7 +297,7 @@ def _fitting(si: str, rate_unit: str, tail: str | None) -> list[ShownUnit]:
 def _parse(spelled: str) -> ShownUnit:
     side = _SIDES.search(spelled)
     bare = _SIDES.sub("", spelled).strip()
-    unit = if_known(bare)
+    unit = find_unit(bare)
     if unit is not None and unit.si in _KINDS:
         is_density = "sqrt(Hz)" in unit.symbol
         text, si, factor, tail = unit.text, unit.si, unit.factor, None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
 from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure, small
-from sigmatau.units import find, if_known
+from sigmatau.units import find, find_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -378,7 +378,7 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
     wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
     if wanted in (None, curve.unit):
         return 1.0, curve.unit
-    known_unit = if_known(curve.unit)  # that of an array is as the user gave it
+    known_unit = find_unit(curve.unit)  # that of an array is as the user gave it
     drawn = find(wanted, si=known_unit.si if known_unit else curve.unit)
     return drawn.factor / (known_unit.factor if known_unit else 1.0), drawn.text
 

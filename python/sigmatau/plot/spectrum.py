@@ -11,7 +11,7 @@ from sigmatau.arrays import Floats
 from sigmatau.noise.terms import asked_density
 from sigmatau.plot.curves import COLOURS, TITLES, ChannelLike
 from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure
-from sigmatau.units import find, known
+from sigmatau.units import find, symbols
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,7 +147,7 @@ def _axis(spectrum: SpectrumLike, unit: str | None) -> tuple[float, str]:
     elif unit:
         text, factor = find(unit, si=spectrum.unit).text, find(unit).factor
     else:
-        text, factor = find(spectrum.unit).text if spectrum.unit in known() else spectrum.unit, 1.0
+        text, factor = find(spectrum.unit).text if spectrum.unit in symbols() else spectrum.unit, 1.0
     squared = f"({text})²" if "/" in text else f"{text}²"
     return factor, f"{asked.sided if asked else 'two'}-sided density [{squared}/Hz]"
 

@@ -435,7 +435,7 @@ def _factor(spelled: str, channel: str, si: str, kind: InputKind) -> float:
     wanted = si if kind == "rate" else units.integral(si)
     stated = units.find(spelled, si=(si, units.integral(si)))
     if stated.si != wanted:
-        choices = ", ".join(units.known(wanted))
+        choices = ", ".join(units.symbols(wanted))
         if kind == "rate":
             remedy = (
                 f"is not a unit of a rate: give one of {choices}; or {Hint('input', value='increments')} or accumulated"

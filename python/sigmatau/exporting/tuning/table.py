@@ -14,7 +14,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
-from sigmatau.units import if_known, to_si
+from sigmatau.units import find_unit, to_si
 
 _TIMES = {"t", "time", "timestamp", "stamp", "seconds", "sec"}
 _INNOVATION = {"innovation", "innovations", "innov", "nu", "residual"}
@@ -369,7 +369,7 @@ def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
             f" Write {unit or 'rad'} and ({unit or 'rad'})^2 in the header, or none for SI",
             option="columns",
         )
-    if (known_unit := if_known(unit)) is None:
+    if (known_unit := find_unit(unit)) is None:
         raise OptionError(f"{table.place}: {names[0]} has the unknown unit {unit!r}. Write it in SI", option="columns")
     factor = known_unit.factor
     return factor, factor if chosen.is_deviation else factor**2
@@ -382,7 +382,7 @@ def _read_rate(table: _Table, chosen: _Columns) -> Floats:
     unit, stated = table.units[chosen.innovation], table.units[chosen.rate]
     if not unit and not stated:
         return values
-    expected, rate_unit = if_known("m/s^2" if unit == "m/s" else f"{unit or 'rad'}/s"), if_known(stated)
+    expected, rate_unit = find_unit("m/s^2" if unit == "m/s" else f"{unit or 'rad'}/s"), find_unit(stated)
     if expected is None or rate_unit is None or rate_unit.si != expected.si:
         raise OptionError(
             f"{table.place}: {table.names[chosen.innovation]} has the unit {unit or 'none'!r},"

@@ -231,7 +231,7 @@ def _parse(text: str) -> _DensityUnit:
         raise OptionError(
             f"{text!r} is in decibels: convert it, 10^(dB/10) is a density and 10^(dB/20) its root", option="unit"
         )
-    walk = units.if_known(text)
+    walk = units.find_unit(text)
     if walk is not None and walk.si in _WALKS and "Hz" not in walk.symbol:
         return _DensityUnit(rate_unit=_WALKS[walk.si], factor=walk.factor, is_root=True, is_walk=True)
     plain = text.strip().replace("²", "^2").replace("⁴", "^4").replace("**", "^")
@@ -246,7 +246,7 @@ def _parse(text: str) -> _DensityUnit:
         base = spelled[1:-1].strip() if in_brackets else spelled
         if root is None and "/" in base and not in_brackets:
             raise OptionError(f"{text!r} is ambiguous. Write ({base})^2/Hz for the square of {base}", option="unit")
-    unit = units.if_known(base)
+    unit = units.find_unit(base)
     if unit is not None and unit.si not in _SI_RATES:
         raise OptionError(
             f"{text!r} is not the density of a rate. Give that of rad/s or m/s^2, or of another signal: {_EXAMPLES}",

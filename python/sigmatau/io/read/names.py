@@ -89,7 +89,7 @@ def split_unit(column: Column) -> tuple[str, str | None]:
     if match and match["name"] and not _AXIS_IN_BRACKETS.fullmatch(match["unit"].strip()):
         name = match["name"].strip()
         unit = unit or DESCRIPTORS.get(match["unit"].strip().lower(), match["unit"].strip())
-    return name, unit if unit and units.if_known(unit) else None
+    return name, unit if unit and units.find_unit(unit) else None
 
 
 Match = tuple[str, str | None]
@@ -262,7 +262,7 @@ def _clock_in_another_unit(column: Column, key: str) -> bool:
         return False
     if text is None:
         return column.name.strip() == "T"
-    unit = units.if_known(text)
+    unit = units.find_unit(text)
     return unit is None or unit.si != "s"
 
 

@@ -255,5 +255,5 @@ def _check_unit(channel: str, spelled: str, stream: str) -> None:
 
 
 def _same(first_spelled: str, second_spelled: str) -> bool:
-    first, second = units.if_known(first_spelled), units.if_known(second_spelled)
+    first, second = units.find_unit(first_spelled), units.find_unit(second_spelled)
     return first_spelled == second_spelled if first is None or second is None else first == second

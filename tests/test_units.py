@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sigmatau import OptionError
-from sigmatau.units import find, find_unit, known, needs_scale, to_si, usual
+from sigmatau.units import find, find_unit, needs_scale, symbols, to_si, usual
 
 DEG = math.pi / 180
 
@@ -135,7 +135,7 @@ def test_spellings_of_the_field(symbol, spelling):
     assert find(f"  {spelling.upper()} ").symbol == symbol
 
 
-@pytest.mark.parametrize("symbol", known())
+@pytest.mark.parametrize("symbol", symbols())
 def test_each_unit_is_understood_as_it_is_typed_and_as_it_is_printed(symbol):
     unit = find(symbol)
     assert unit.symbol == symbol
@@ -180,7 +180,7 @@ def test_what_is_no_unit_is_refused(wrong):
         find(wrong)
 
 
-@pytest.mark.parametrize("si", sorted({find(symbol).si for symbol in known()}))
+@pytest.mark.parametrize("si", sorted({find(symbol).si for symbol in symbols()}))
 def test_the_usual_unit_is_of_its_kind(si):
     assert find(usual(si)).si == si
 

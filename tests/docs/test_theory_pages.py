@@ -16,7 +16,7 @@ from sigmatau._native import kernels
 from sigmatau.model.transform import integrate_density
 from sigmatau.noise.terms import TERMS, aliasing_inflation, avar, psd
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
-from sigmatau.units import find, known, to_si
+from sigmatau.units import find, symbols, to_si
 
 THEORY = ROOT / "docs" / "theory"
 STUDY = ROOT / "docs" / "study"
@@ -490,9 +490,9 @@ def test_anchors(path):
 
 def test_the_glossary_names_every_unit():
     rows = re.findall(r"^\| accepted units, [a-z]+ \(`([^`]+)`\) \| (.*) \|$", GLOSSARY, flags=re.MULTILINE)
-    assert {si for si, _ in rows} == {find(symbol).si for symbol in known()}
+    assert {si for si, _ in rows} == {find(symbol).si for symbol in symbols()}
     for si, units in rows:
-        assert re.findall(r"`([^`]+)`", units) == list(known(si)), si
+        assert re.findall(r"`([^`]+)`", units) == list(symbols(si)), si
 
 
 VALUE = re.compile(r"`([\d.e+-]+) ([^`]+)`")

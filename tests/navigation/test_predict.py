@@ -13,8 +13,9 @@ from sigmatau import DataError, NoiseModel, OptionError, simulate
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import GaussMarkov, LowPass, Sinusoid
-from sigmatau.navigation.error_covariance import EARTH_RADIUS, GRAVITY
+from sigmatau.navigation.error_covariance import EARTH_RADIUS
 from sigmatau.navigation.predict import predict
+from sigmatau.units import STANDARD_GRAVITY
 
 RATE = 100.0
 TIMES = np.array([0.5, 10.0, 60.0])
@@ -134,8 +135,8 @@ class TestHorizontal:
         found = predict(model, after=[100.0], rate=RATE, earth="flat")
         t = 100.0
         of_gyro = {
-            "velocity_x": GRAVITY * 1e-4 * math.sqrt(t**3 / 3),
-            "position_x": GRAVITY * 1e-4 * math.sqrt(t**5 / 20),
+            "velocity_x": STANDARD_GRAVITY * 1e-4 * math.sqrt(t**3 / 3),
+            "position_x": STANDARD_GRAVITY * 1e-4 * math.sqrt(t**5 / 20),
         }
         of_accel = {"velocity_x": 1e-3 * math.sqrt(t), "position_x": 1e-3 * math.sqrt(t**3 / 3)}
         for name in of_gyro:
@@ -150,7 +151,7 @@ class TestHorizontal:
         """A constant bias of a level accelerometer makes b·R/g·(1 − cos ωt) of position, of the gyro R·ε·(t − sin ωt/ω)."""
         hours = np.array([600.0, 2532.0, 5064.0])
         model = NoiseModel(channels={"gyro_x": {"random_walk": 1e-12}, "accel_y": {"random_walk": 1e-12}})
-        omega = math.sqrt(GRAVITY / EARTH_RADIUS)
+        omega = math.sqrt(STANDARD_GRAVITY / EARTH_RADIUS)
         found = predict(model, after=hours, rate=1.0, turn_on={"accel_y": 1e-3})["position_y"]
         np.testing.assert_allclose(found.rms, 1e-3 / omega**2 * (1 - np.cos(omega * hours)), rtol=1e-6, atol=1e-3)
         found = predict(model, after=hours, rate=1.0, turn_on={"gyro_x": 1e-7})["position_y"]
@@ -170,7 +171,7 @@ class TestHorizontal:
         """A bias upwards grows with cosh(√(2g/R)·t)."""
         model = NoiseModel(channels={"accel_z": {"random_walk": 1e-12}})
         t = np.array([60.0, 1000.0])
-        omega = math.sqrt(2 * GRAVITY / EARTH_RADIUS)
+        omega = math.sqrt(2 * STANDARD_GRAVITY / EARTH_RADIUS)
         found = predict(model, after=t, rate=1.0, turn_on={"accel_z": 1e-3})
         np.testing.assert_allclose(found["position_z"].rms, 1e-3 / omega**2 * (np.cosh(omega * t) - 1), rtol=1e-9)
         flat = predict(model, after=t, rate=1.0, turn_on={"accel_z": 1e-3}, earth="flat")
@@ -250,7 +251,7 @@ def test_correlation_between_a_gyro_and_the_accelerometer_across_it(gyro_across,
         found = predict(model, after=[t], rate=RATE, earth="flat")[f"velocity_{axis}"]
         variances.append(found.rms[0] ** 2)
         assert sum(found.shares.values()) == pytest.approx(1.0, abs=1e-12)
-    cross = sign * GRAVITY * n_g * n_a * t**2  # 2·∫ n_a·g·n_g·s ds
+    cross = sign * STANDARD_GRAVITY * n_g * n_a * t**2  # 2·∫ n_a·g·n_g·s ds
     assert variances[2] - variances[1] == pytest.approx(cross, rel=1e-3)
     assert variances[1] - variances[0] == pytest.approx(cross, rel=1e-3)
 

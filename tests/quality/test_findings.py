@@ -55,7 +55,7 @@ class TestCleanRecords:
         x = rng.standard_normal(5000)
         gappy = np.where(rng.random(5000) < 0.3, np.nan, x)
         record = Record.from_arrays(
-            rate=50.0, a=x * 1e200, b=x * 1e-200, c=np.zeros(5000), d=gappy, e=np.full(5000, 7.0), f=x + 1e9
+            rate=50.0, a=x * 1e130, b=x * 1e-200, c=np.zeros(5000), d=gappy, e=np.full(5000, 7.0), f=x + 1e9
         )
         assert all(finding.message for finding in check(record))
 

@@ -11,10 +11,10 @@ from sigmatau._version import __version__
 from sigmatau.errors import DataError
 from sigmatau.lab.fleet import run
 from sigmatau.lab.fleet.logs import Log
-from sigmatau.lab.fleet.tasks import Job
+from sigmatau.lab.fleet.tasks import FleetJob
 from sigmatau.lab.store.naming import Naming
 
-JOB = Job(reading={}, settings={}, naming=Naming(folders=True))
+JOB = FleetJob(reading={}, settings={}, naming=Naming(folders=True))
 
 
 class Scheduler:

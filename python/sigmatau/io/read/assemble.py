@@ -157,19 +157,23 @@ def part_with_data(table: Table, options: Options) -> Part:
         return each
     absent = {}
     for stream in each.streams:
-        if stream.name in _COVARIANCES and _is_zero(stream):
-            element = re.compile(rf"(?:.*\.)?{_COVARIANCES[stream.name]}(?:\[0\]|_?0)")
-            for k, column in enumerate(table.columns):
-                if element.fullmatch(column.name) and (table.load([k], None).columns[k] == _NO_DATA).all():
-                    absent[stream.name] = (
-                        f"{stream.name} is left out: {column.name} is -1, so the messages have no data of it"
-                    )
+        if stream.name not in _COVARIANCES:
+            continue
+        element = re.compile(rf"(?:.*\.)?{_COVARIANCES[stream.name]}(?:\[0\]|_?0)")
+        for k, column in enumerate(table.columns):
+            if not element.fullmatch(column.name) or not _is_zero(stream):
+                continue
+            if (table.load([k], None).columns[k] == _NO_DATA).all():
+                absent[stream.name] = (
+                    f"{stream.name} is left out: {column.name} is -1, so the messages have no data of it"
+                )
     streams = tuple(stream for stream in each.streams if stream.name not in absent)
     if not streams:  # a sensor that is off is told later
         return each
     return replace(each, streams=streams, conversions=(*each.conversions, *absent.values()))
 
 
+@np.errstate(invalid="ignore")  # a damaged number may be a signalling NaN
 def _is_zero(stream: Stream) -> bool:
     return not any(np.nan_to_num(chunk).any() for chunk in stream.chunks())
 

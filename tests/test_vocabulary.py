@@ -59,7 +59,7 @@ LEFT_BY_ROOM = {
     "lab": 5,
     "quality": 4,
 }
-LEFT_IN_RUST = 500
+LEFT_IN_RUST = 495
 SHARED_CLASS_NAMES = 0
 
 

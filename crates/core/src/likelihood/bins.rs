@@ -39,7 +39,7 @@ pub(crate) struct Bins<'a> {
     /// Numbers of low bins.
     pub low: usize,
     /// Modes that count, less 1.
-    kept: Vec<usize>,
+    used_modes: Vec<usize>,
     /// First of them of each low bin, and one past the last.
     edges: Vec<usize>,
     /// Mean squares of the modes without regressors.
@@ -115,13 +115,13 @@ impl Bins<'_> {
     pub(crate) fn low_modes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let last = self.record.low_modes();
         let of_bin =
-            |bin: usize| self.kept[self.edges[bin]..self.edges[bin + 1]].iter().map(move |&k| (bin, k));
+            |bin: usize| self.used_modes[self.edges[bin]..self.edges[bin + 1]].iter().map(move |&k| (bin, k));
         (0..self.low).flat_map(of_bin).filter(move |&(_, k)| k < last)
     }
 
     /// Modes of a low bin, some of many. \[Hz\]
     fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
-        let modes = &self.kept[self.edges[bin]..self.edges[bin + 1]];
+        let modes = &self.used_modes[self.edges[bin]..self.edges[bin + 1]];
         let points = modes.len().min(BIN_POINTS);
         (0..points)
             .map(move |i| self.record.mode_frequency(modes[(2 * i + 1) * modes.len() / (2 * points)] + 1))
@@ -261,7 +261,7 @@ impl Bins<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::edges::{high_edges, modes_kept};
+    use super::edges::{high_edges, modes_in_use};
     use super::*;
 
     #[test]
@@ -270,10 +270,10 @@ mod tests {
             let x: Vec<f64> = (0..samples).map(|i| ((i * 7919) % 1013) as f64).collect();
             let record = Summary::of(&x, 0.01).unwrap();
             let mut mask = vec![true; record.density.len()];
-            let kept = modes_kept(&record, &mask);
-            let edges = low_edges(&record, &kept);
+            let used_modes = modes_in_use(&record, &mask);
+            let edges = low_edges(&record, &used_modes);
             assert_eq!(
-                (kept.len(), edges[0], edges[edges.len() - 1]),
+                (used_modes.len(), edges[0], edges[edges.len() - 1]),
                 (record.modes.len(), 0, record.modes.len())
             );
             assert!(edges.windows(2).all(|p| p[1] > p[0]));
@@ -281,7 +281,7 @@ mod tests {
             if samples <= 4096 {
                 assert!(high.is_empty());
                 mask.fill(false);
-                assert_eq!(modes_kept(&record, &mask).len(), samples / 8);
+                assert_eq!(modes_in_use(&record, &mask).len(), samples / 8);
                 continue;
             }
             assert!(high.windows(2).all(|p| p[0].1 == p[1].0));

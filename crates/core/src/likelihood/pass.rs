@@ -89,7 +89,7 @@ pub struct Pass {
     segments: usize,
     plan: Arc<Plan>,
     /// Samples from `oldest` on that later segments need.
-    kept: Vec<f64>,
+    recent: Vec<f64>,
     oldest: usize,
     pushed: usize,
     next_segment: usize,
@@ -137,7 +137,7 @@ impl Pass {
             segment,
             segments: (STEPS * samples).div_ceil(segment),
             plan,
-            kept: Vec::new(),
+            recent: Vec::new(),
             oldest: 0,
             pushed: 0,
             next_segment: 0,
@@ -173,7 +173,7 @@ impl Pass {
         // In pieces, so that what is kept stays short.
         for piece in samples.chunks(self.segment) {
             self.add(piece);
-            self.kept.extend_from_slice(piece);
+            self.recent.extend_from_slice(piece);
             self.pushed += piece.len();
             self.take_segments();
         }
@@ -232,7 +232,7 @@ impl Pass {
         };
         if keep > self.oldest + self.segment || self.next_segment == self.segments {
             let gone = keep.min(self.pushed) - self.oldest;
-            self.kept.drain(..gone);
+            self.recent.drain(..gone);
             self.oldest += gone;
         }
     }
@@ -242,7 +242,7 @@ impl Pass {
         let (half, length) = (self.segment / 2, self.segment as f64);
         let first = padded.saturating_sub(half);
         if padded >= half && first + self.segment <= self.samples {
-            let plain = &self.kept[first - self.oldest..][..self.segment];
+            let plain = &self.recent[first - self.oldest..][..self.segment];
             let mean = sum(plain) / length;
             for ((slot, x), h) in self.buffer.iter_mut().zip(plain).zip(&self.plan.taper) {
                 *slot = (x - mean) * h;
@@ -265,11 +265,11 @@ impl Pass {
         let (mirrored, rest) = self.buffer.split_at_mut(before);
         let (plain, after) = rest.split_at_mut(inside);
         for (i, slot) in mirrored.iter_mut().enumerate() {
-            *slot = self.kept[half - 1 - padded - i - self.oldest];
+            *slot = self.recent[half - 1 - padded - i - self.oldest];
         }
-        plain.copy_from_slice(&self.kept[first - self.oldest..][..inside]);
+        plain.copy_from_slice(&self.recent[first - self.oldest..][..inside]);
         for (i, slot) in after.iter_mut().enumerate() {
-            *slot = self.kept[2 * self.samples - 1 - (first + inside + i) - self.oldest];
+            *slot = self.recent[2 * self.samples - 1 - (first + inside + i) - self.oldest];
         }
     }
 

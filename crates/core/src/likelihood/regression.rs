@@ -42,8 +42,9 @@ pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) 
     let mut beta = covariance.times(&right);
     let ends = |i: &usize| products.ends[*i];
     let squares_of_ends: f64 = (0..n).filter(ends).map(|i| beta[i] * beta[i]).sum();
-    let known: f64 = (0..n).filter(ends).map(|i| 1.0 - covariance.get(i, i)).sum();
-    let slope_of_ends = if quantization > 0.0 { 0.5 * (squares_of_ends - known) / quantization } else { 0.0 };
+    let expected_of_ends: f64 = (0..n).filter(ends).map(|i| 1.0 - covariance.get(i, i)).sum();
+    let slope_of_ends =
+        if quantization > 0.0 { 0.5 * (squares_of_ends - expected_of_ends) / quantization } else { 0.0 };
     for i in 0..n {
         beta[i] *= scale[i];
         for j in 0..=i {

@@ -174,9 +174,9 @@ impl Model {
         let (mut all, mut filtered, mut seen) = (vec![0.0; cells], vec![0.0; cells], vec![0.0; cells]);
         let mut columns: Vec<Vec<f64>> = Vec::new();
         for (j, &part) in self.parts.iter().enumerate() {
-            let (theta, known) = (self.theta[j], bins.term(part));
+            let (theta, column_of_term) = (self.theta[j], bins.term(part));
             let response = response.as_ref().filter(|_| self.filters(part));
-            match (known, response) {
+            match (column_of_term, response) {
                 (Some(column), Some(response)) => {
                     // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
                     for ((s, f), (c, h)) in
@@ -195,17 +195,17 @@ impl Model {
                     }
                 }
             }
-            if let Some(column) = known {
+            if let Some(column) = column_of_term {
                 add(&mut total, &column.low, theta);
             }
             if !derivatives {
                 add(&mut all, &seen, theta);
                 continue;
             }
-            let by_matrix = known.is_none() || response.is_some();
+            let by_matrix = column_of_term.is_none() || response.is_some();
             let mut means = if by_matrix { bins.gathered(&[], &seen) } else { vec![0.0; bins.len()] };
             add(&mut total, &means, theta);
-            if let Some(column) = known {
+            if let Some(column) = column_of_term {
                 add(&mut means, &column.low, 1.0);
             }
             columns.push(means);

@@ -62,7 +62,8 @@ def tune(
         For anything but `Innovations`, a filter of a channel that does not exist, a filter whose S is not the stated one,
         a `skip` that is negative, or a level outside 0 … 1.
     DataError
-        For a filter whose S or interval is not constant.
+        For an S that falls because the filter converges, one that takes turns as if rows of two sensors alternate, or a
+        standard deviation in place of S.
     RecordTooShortError
         If fewer than 100 innovations are left.
 
@@ -70,7 +71,7 @@ def tune(
     --------
     Innovations : the data.
     BiasFilter : an integrated rate and its bias.
-    FilterMatrices : any filter with constant matrices.
+    FilterMatrices : any filter, by its matrices; constant, or one of each step.
 
     Notes
     -----

@@ -1,7 +1,7 @@
 //! How a record is binned.
 
 use crate::likelihood::bins::edges::{
-    LEAST_COUNT, high_edges, low_edges, median, modes_kept, spacing_of, stretches_of,
+    LEAST_COUNT, high_edges, low_edges, median, modes_in_use, spacing_of, stretches_of,
 };
 use crate::likelihood::bins::regressors::Regressor;
 use crate::likelihood::bins::{Bins, MOST_FILTER, POINTS};
@@ -22,8 +22,8 @@ const EDGE: f64 = 0.5;
 impl<'a> Bins<'a> {
     pub(crate) fn new(record: &'a Summary, mask: Arc<Vec<bool>>, regressors: Arc<Vec<Regressor>>) -> Self {
         let blocks = Blocks { samples: record.block, count: record.blocks, tau0: record.tau0 };
-        let kept = modes_kept(record, &mask);
-        let edges = low_edges(record, &kept);
+        let used_modes = modes_in_use(record, &mask);
+        let edges = low_edges(record, &used_modes);
         let low = edges.len() - 1;
         let mut mode_points = Vec::new();
         let mut mode_starts = vec![0];
@@ -32,13 +32,13 @@ impl<'a> Bins<'a> {
             let points = count.min(MODE_POINTS);
             for i in 0..points {
                 let at = pair[0] + ((i as f64 + 0.5) * count as f64 / points as f64) as usize;
-                mode_points.push(blocks.point(kept[at] + 1));
+                mode_points.push(blocks.point(used_modes[at] + 1));
             }
             mode_starts.push(mode_points.len());
         }
-        let low_power = mean_squares(record, &kept, &edges);
+        let low_power = mean_squares(record, &used_modes, &edges);
         let middle = |p: &[usize]| {
-            let inside = &kept[p[0]..p[1]];
+            let inside = &used_modes[p[0]..p[1]];
             match record.masked {
                 Some(_) => {
                     inside.iter().map(|&k| record.mode_frequency(k + 1)).sum::<f64>() / inside.len() as f64
@@ -82,7 +82,7 @@ impl<'a> Bins<'a> {
             fine_points = masked.cells.at.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
         }
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
-        let spacing = spacing_of(record, &mask, &kept);
+        let spacing = spacing_of(record, &mask, &used_modes);
         let interval = spacing as f64 * record.tau0;
         let at_points: Vec<f64> = fine_points.iter().map(|p| p.frequency).collect();
         let mut bins = Self {
@@ -94,7 +94,7 @@ impl<'a> Bins<'a> {
             cosines_high: Arc::new(cosines(&at_points, interval)),
             cap: vec![f64::INFINITY; frequency.len()],
             evenness: vec![1.0; frequency.len()],
-            kept,
+            used_modes,
             edges,
             low_power,
             high_power,
@@ -162,7 +162,7 @@ impl<'a> Bins<'a> {
     {
         let mut bins: Bins<'b> = self.clone();
         bins.record = record;
-        bins.low_power = mean_squares(record, &bins.kept, &bins.edges);
+        bins.low_power = mean_squares(record, &bins.used_modes, &bins.edges);
         bins
     }
 }
@@ -173,13 +173,13 @@ fn cosines(at: &[f64], interval: f64) -> Vec<Vec<f64>> {
     (1..=MOST_FILTER).map(|k| at.iter().map(|&f| cosine(f, k)).collect()).collect()
 }
 
-fn mean_squares(record: &Summary, kept: &[usize], edges: &[usize]) -> Vec<f64> {
+fn mean_squares(record: &Summary, used_modes: &[usize], edges: &[usize]) -> Vec<f64> {
     let mean = |p: &[usize]| {
-        kept[p[0]..p[1]].iter().map(|&k| record.modes[k].powi(2)).sum::<f64>() / (p[1] - p[0]) as f64
+        used_modes[p[0]..p[1]].iter().map(|&k| record.modes[k].powi(2)).sum::<f64>() / (p[1] - p[0]) as f64
     };
     edges.windows(2).map(mean).collect()
 }
 
-fn mean_mode(kept: &[usize]) -> f64 {
-    1.0 + kept.iter().sum::<usize>() as f64 / kept.len() as f64
+fn mean_mode(used_modes: &[usize]) -> f64 {
+    1.0 + used_modes.iter().sum::<usize>() as f64 / used_modes.len() as f64
 }

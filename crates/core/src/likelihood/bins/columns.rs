@@ -107,7 +107,7 @@ impl Bins<'_> {
             let all = flicker_modes(blocks, self.record.modes.len());
             let length = self.record.block_length();
             for (slot, pair) in column.low.iter_mut().zip(self.edges.windows(2)) {
-                let inside = &self.kept[pair[0]..pair[1]];
+                let inside = &self.used_modes[pair[0]..pair[1]];
                 *slot = length * inside.iter().map(|&k| all[k]).sum::<f64>() / inside.len() as f64;
             }
         } else if let Part::GaussMarkov { time } = part {

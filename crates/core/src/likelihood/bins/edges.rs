@@ -87,16 +87,16 @@ fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
 }
 
 /// The largest power of two whose multiple of the sample interval still shows the top of the band.
-pub(crate) fn spacing_of(record: &Summary, mask: &[bool], kept: &[usize]) -> usize {
+pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) -> usize {
     let density = mask.iter().rposition(|&used| used).map_or(0.0, |k| record.frequency(k));
-    let mode = kept.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
+    let mode = used_modes.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
     let shown = 0.5 / (density.max(mode).max(record.frequency(1)) * record.tau0);
     1 << (shown.max(1.0) as usize).ilog2()
 }
 
 /// Modes that count, less 1: those of a short record that are not masked, and all below the band of the periodogram, unless the
 /// mask goes on there.
-pub(crate) fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
+pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     if record.masked.is_some() {
         // What is expected of their bins is that of all modes, and the matrix has the lines.
         return (0..record.modes.len()).collect();
@@ -115,8 +115,8 @@ pub(crate) fn modes_kept(record: &Summary, mask: &[bool]) -> Vec<usize> {
     (0..record.modes.len()).filter(counts).collect()
 }
 
-/// Modes singly, then logarithmically: positions in `kept`.
-pub(crate) fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
+/// Modes singly, then logarithmically: positions in `used_modes`.
+pub(crate) fn low_edges(record: &Summary, used_modes: &[usize]) -> Vec<usize> {
     let modes = record.modes.len();
     let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
     let mut edges: Vec<usize> = (0..=SINGLE.min(modes)).collect();
@@ -127,9 +127,10 @@ pub(crate) fn low_edges(record: &Summary, kept: &[usize]) -> Vec<usize> {
         at = (at + (at * step).min(widest)).max((done + 1) as f64);
         edges.push((at.round() as usize).min(modes));
     }
-    let mut found: Vec<usize> = edges.iter().map(|&edge| kept.partition_point(|&k| k < edge)).collect();
-    found.dedup();
-    found
+    let mut positions: Vec<usize> =
+        edges.iter().map(|&edge| used_modes.partition_point(|&k| k < edge)).collect();
+    positions.dedup();
+    positions
 }
 
 pub(crate) fn high_edges(record: &Summary) -> Vec<(usize, usize)> {

@@ -28,7 +28,7 @@ impl Bins<'_> {
         let mut squares = Vec::with_capacity(self.low * count * count);
         let mut with_record = Vec::with_capacity(self.low * count);
         for pair in self.edges.windows(2) {
-            let inside = &self.kept[pair[0]..pair[1]];
+            let inside = &self.used_modes[pair[0]..pair[1]];
             for &i in used {
                 let own = &self.regressors[i].modes;
                 for &j in used {

@@ -243,7 +243,7 @@ struct Segments {
     weights: Weights,
     taper: Vec<f64>,
     /// Samples from `oldest` on that later segments need.
-    kept: Vec<f64>,
+    recent: Vec<f64>,
     oldest: usize,
     density: Vec<f64>,
     parts: Vec<Vec<f64>>,
@@ -269,7 +269,7 @@ impl Segments {
             next: 0,
             weights,
             taper: hann(length),
-            kept: Vec::new(),
+            recent: Vec::new(),
             oldest: 0,
             density: vec![0.0; output.len()],
             parts: vec![vec![0.0; output.len()]; PARTS],
@@ -290,7 +290,7 @@ impl Segments {
     }
 
     fn take(&mut self, present: &[bool], pushed: usize, piece: &[f64]) {
-        self.kept.extend_from_slice(piece);
+        self.recent.extend_from_slice(piece);
         while self.next < self.count {
             let start = self.start_of(self.next);
             let end = start + self.length as isize;
@@ -303,7 +303,7 @@ impl Segments {
         let needed = if self.next < self.count { self.start_of(self.next).max(0) as usize } else { pushed };
         if needed > self.oldest + self.length || self.next == self.count {
             let gone = needed.min(pushed) - self.oldest;
-            self.kept.drain(..gone);
+            self.recent.drain(..gone);
             self.oldest += gone;
         }
     }
@@ -317,7 +317,7 @@ impl Segments {
         let oldest = self.oldest as isize;
         for (i, (slot, (m, h))) in self.buffer.iter_mut().zip(self.mask.iter().zip(&self.taper)).enumerate() {
             let at = start + i as isize - oldest;
-            *slot = if *m > 0.0 { self.kept[at as usize] } else { 0.0 };
+            *slot = if *m > 0.0 { self.recent[at as usize] } else { 0.0 };
             sum += m * h;
             weighted += m * h * *slot;
         }

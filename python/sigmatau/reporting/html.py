@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib import resources
@@ -15,7 +16,12 @@ from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFI
 Section = tuple[str, str, Markup]
 """Anchor, heading and content of a section."""
 
-_SCRIPTS = ("page", "numbers", "plot", "frame", "saving", "deviation", "density", "residuals", "series", "map", "main")
+_SCRIPTS = (
+    *("page", "numbers", "plot", "frame", "saving"),
+    *("deviation", "density", "residuals", "series", "map"),
+    *("theme", "paper", "main"),
+)
+_MODULE_WORDS = re.compile(r"^(import .*;\n|export )", re.MULTILINE)
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 
 
@@ -87,8 +93,8 @@ def asset(path: str, package: str = __package__) -> str:
 
 
 def _bundled(scripts: Iterable[str]) -> str:
-    """UPlot with its licence, then the scripts of a page, which share one scope."""
-    modules = "\n".join(scripts)
+    """UPlot with its licence, then the scripts of a page: modules without imports and exports, which share one scope."""
+    modules = _MODULE_WORDS.sub("", "\n".join(scripts))
     notice = asset("uplot/LICENSE").strip()
     return f'/* uPlot:\n{notice}\n*/\n{asset("uplot/uPlot.iife.min.js")}\n(() => {{\n"use strict";\n{modules}\n}})();'
 

@@ -1,6 +1,11 @@
 // Power spectral density: the measured one with its interval, the model, and the lines that were fitted.
 
-const density = {
+import { content, make } from "./page.js";
+import { text } from "./numbers.js";
+import { colourOf, readValues, shortName } from "./frame.js";
+import { hasModel } from "./deviation.js";
+
+export const density = {
   id: "density",
   title: "Power spectral density",
   has: (channel) => Boolean(channel.density),

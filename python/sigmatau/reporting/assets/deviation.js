@@ -1,8 +1,12 @@
 // Allan deviation: curves with intervals, the fitted model, its terms, and lines of the slopes.
 
-const hasModel = (sensor) => sensor.channels.some((name) => content.channels[name].deviation?.model);
+import { content, make } from "./page.js";
+import { text } from "./numbers.js";
+import { colourOf, readValues, shortName } from "./frame.js";
 
-const deviation = {
+export const hasModel = (sensor) => sensor.channels.some((name) => content.channels[name].deviation?.model);
+
+export const deviation = {
   id: "deviation",
   title: "Allan deviation",
   has: (channel) => Boolean(channel.deviation),
@@ -31,7 +35,7 @@ const deviation = {
       if (state.parts && parts) {
         const least = Math.min(...main.y) / 4;
         for (const [label, values] of Object.entries(parts))
-          lines.push({ name: sensor.channels.length > 1 ? `${shortName(sensor, name)}: ${label}` : label, x: tau, y: inUnit(values).map((value) => (value < least ? null : value)), colour: colourOf(sensor, name), width: 0.9, dash: [1, 3], framed: false });
+          lines.push({ name: sensor.channels.length > 1 ? `${shortName(sensor, name)}: ${label}` : label, x: tau, y: inUnit(values).map((value) => (value < least ? null : value)), colour: colourOf(sensor, name), width: 0.9, dash: [1, 3], framed: false, tag: state.seen.size === 1 ? label : undefined });
       }
     }
     if (!lines.length) return [];

@@ -1,16 +1,33 @@
 // Figures: one a sensor, with what can be chosen, buttons, and what is read at the cursor.
 
+import { channelColour, content, make } from "./page.js";
+import { text } from "./numbers.js";
+import { draw, plots, zoom, zoomOf, zoomTo } from "./plot.js";
+import { saveCsv, savePng, saveSvg } from "./saving.js";
+
 /** What is chosen of each sensor, in all its figures: its unit, and the channels that are seen. */
-const chosen = new Map(content.sensors.map((sensor) => [sensor.name, { unit: 0, seen: new Set(sensor.channels) }]));
-const figures = new Set();
+const chosen = new Map();
+export const figures = new Set();
+const remembered = new Map(); // options of a figure that is made again, of another result
 const MOST_SENSORS = 4; // beside each other; of more, one is chosen
+
+/** Forget what was chosen of sensors: another file has others. */
+export function forget() {
+  chosen.clear();
+  remembered.clear();
+}
+
+function chosenOf(sensor) {
+  if (!chosen.has(sensor.name)) chosen.set(sensor.name, { unit: 0, seen: new Set(sensor.channels) });
+  return chosen.get(sensor.name);
+}
 
 /** Fill a section with a figure a sensor.
  *
  * kind: {id, title, options: [{name, text, on}], describe(sensor, state): descriptions, readout(read, sensor, state): nodes,
- *        has(channel)}
+ *        has(channel), drawn(figure), onread(point, figure), onselect(from, to, description)}
  */
-function fill(place, kind) {
+export function fill(place, kind) {
   const sensors = content.sensors.filter((sensor) => sensor.channels.some((name) => kind.has(content.channels[name])));
   if (sensors.length <= MOST_SENSORS) {
     place.append(...sensors.map((sensor) => figure(kind, sensor)));
@@ -22,13 +39,15 @@ function fill(place, kind) {
   show(0);
 }
 
-function drop(place) {
-  for (const one of [...figures]) if (place.contains(one.element)) { one.clear(); figures.delete(one); }
+export function drop(place) {
+  for (const one of [...figures]) if (place.contains(one.element)) { watcher.unobserve(one.element); one.clear(); figures.delete(one); }
 }
 
 function figure(kind, sensor) {
-  const state = { sensor, ...Object.fromEntries(kind.options.map((one) => [one.name, one.on(sensor)])) };
-  Object.defineProperties(state, { unit: { get: () => sensor.units[chosen.get(sensor.name).unit] }, seen: { get: () => chosen.get(sensor.name).seen } });
+  const key = `${kind.id} ${sensor.name}`;
+  const state = { ...Object.fromEntries(kind.options.map((one) => [one.name, one.on(sensor)])), ...remembered.get(key), sensor };
+  remembered.set(key, state);
+  Object.defineProperties(state, { unit: { get: () => sensor.units[chosenOf(sensor).unit] }, seen: { get: () => chosenOf(sensor).seen } });
   const channels = sensor.channels.filter((name) => kind.has(content.channels[name]));
   const body = make("div"), readout = make("div", { className: "readout" });
   readout.setAttribute("aria-live", "polite");
@@ -41,12 +60,17 @@ function figure(kind, sensor) {
     for (const described of kind.describe(sensor, state)) {
       const place = make("div", { className: "plot" });
       body.append(place);
-      described.onread = (point) => readout.replaceChildren(...(point ? kind.readout(point, sensor, state, described) : [hint()]));
+      described.onread = (point) => {
+        readout.replaceChildren(...(point ? kind.readout(point, sensor, state, described) : [hint(kind)]));
+        kind.onread?.(point, made, described);
+      };
+      if (kind.onselect) described.onselect = (from, to) => kind.onselect(from, to, described);
       made.drawn.push(draw(place, described));
       zoomTo(made.drawn[made.drawn.length - 1], zoomed.get(described.title) ?? []);
     }
     if (!made.drawn.length) body.append(make("p", { className: "none" }, "No axis is chosen."));
-    readout.replaceChildren(hint());
+    readout.replaceChildren(hint(kind));
+    kind.drawn?.(made);
   };
   const reserve = kind.height(sensor, state);
   body.style.minHeight = `${reserve}px`;
@@ -68,7 +92,7 @@ const watcher = new IntersectionObserver((entries) => {
   }
 }, { rootMargin: "600px" });
 
-function drawAll() {
+export function drawAll() {
   for (const one of figures) { one.visible = true; one.draw(); }
 }
 
@@ -76,20 +100,20 @@ function caption(sensor) {
   return sensor.title === sensor.name ? make("bdi", {}, sensor.name) : sensor.title;
 }
 
-function hint() {
-  return make("span", {}, "Point to read, drag to zoom, double-click for all.");
+function hint(kind) {
+  return make("span", {}, kind.hint ?? "Point to read, drag to zoom, double-click for all.");
 }
 
-function shortName(sensor, channel) {
+export function shortName(sensor, channel) {
   return channel.startsWith(`${sensor.name}_`) ? channel.slice(sensor.name.length + 1) : channel;
 }
 
-function colourOf(sensor, channel) {
+export function colourOf(sensor, channel) {
   return () => channelColour(sensor.channels.indexOf(channel), sensor.channels.length);
 }
 
 /** All figures of a sensor again, after its unit or its channels were changed in one of them. */
-function changed(sensor) {
+export function changed(sensor) {
   for (const one of figures) if (one.sensor === sensor) { one.sync?.(); one.draw(); }
 }
 
@@ -124,10 +148,10 @@ function optionControls(made) {
   const parts = [...boxes];
   if (kind.choices) parts.push(...kind.choices(made));
   if (kind.unit !== false && sensor.units.length > 1) {
-    const select = make("select", { ariaLabel: "Unit", onchange: () => { chosen.get(sensor.name).unit = select.selectedIndex; changed(sensor); } },
+    const select = make("select", { ariaLabel: "Unit", onchange: () => { chosenOf(sensor).unit = select.selectedIndex; changed(sensor); } },
       ...sensor.units.map((unit) => make("option", {}, kind.unitText ? kind.unitText(unit.text) : unit.text)));
     const before = made.sync;
-    made.syncUnit = () => { select.selectedIndex = chosen.get(sensor.name).unit; };
+    made.syncUnit = () => { select.selectedIndex = chosenOf(sensor).unit; };
     made.sync = before ?? (() => made.syncUnit());
     parts.push(select);
   }
@@ -146,7 +170,7 @@ function tools(made) {
 }
 
 /** Values of the lines at the cursor, each with its interval. */
-function readValues(point, unit) {
+export function readValues(point, unit) {
   return point.values.map(({ line, y, low, high }) => {
     const mark = make("b", {}, make("bdi", {}, line.name));
     mark.style.color = line.colour();

@@ -1,8 +1,13 @@
 // Stability: the dynamic Allan deviation as a map, each averaging time over its median of all windows.
 
+import { content, make } from "./page.js";
+import { text, timeUnit } from "./numbers.js";
+import { shortName } from "./frame.js";
+import { decoded, recordEnd } from "./series.js";
+
 const MOST = 2; // ratio at the ends of the colours
 
-const map = {
+export const map = {
   id: "map",
   title: "Stability",
   has: (channel) => Boolean(channel.map),
@@ -19,7 +24,7 @@ const map = {
   },
   describe(sensor, state) {
     const { times, tau, window: length, log10, least, most } = content.channels[state.shown].map;
-    const unit = timeUnit(RECORD_END), step = times.length > 1 ? times[1] - times[0] : length;
+    const unit = timeUnit(recordEnd()), step = times.length > 1 ? times[1] - times[0] : length;
     const values = decoded(log10), rows = tau.length;
     const medians = tau.map((_, j) => median(times.map((_, i) => values[i * rows + j]).filter((value) => value !== null)));
     const x = [...times.map((t) => (t - step / 2) / unit.size), (times[times.length - 1] + step / 2) / unit.size];

@@ -1,7 +1,7 @@
 // Numbers: packed series, texts, ticks.
 
 /** Numbers of `sigmatau.reporting.charts.packed`; null where there is none. */
-function unpacked({ low, high, data }) {
+export function unpacked({ low, high, data }) {
   const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Array.from({ length: bytes.length / 2 }, (_, k) => {
@@ -13,7 +13,7 @@ function unpacked({ low, high, data }) {
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 /** A number with so many digits, with a power of ten if it is very large or small: "0.0123", "1.2 × 10⁻⁹". */
-function text(value, digits = 3, most = 1e6) {
+export function text(value, digits = 3, most = 1e6) {
   if (value === null || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
@@ -25,7 +25,7 @@ function text(value, digits = 3, most = 1e6) {
 }
 
 /** Ticks of a logarithmic axis: decades, and 2 and 5 between them where there are few. */
-function logTicks(low, high) {
+export function logTicks(low, high) {
   const first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high));
   const decades = Math.log10(high / low);
   const steps = decades < 1.2 ? [1, 1.5, 2, 3, 4, 5, 7] : decades < 3.5 ? [1, 2, 5] : [1];
@@ -42,7 +42,7 @@ function logTicks(low, high) {
 }
 
 /** Ticks of a linear axis: five or so at 1, 2 or 5 times a power of ten. */
-function linearTicks(low, high, count = 6) {
+export function linearTicks(low, high, count = 6) {
   const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
   if (!(power > 1e-13 * Math.max(Math.abs(low), Math.abs(high)))) return [low]; // nothing lies between
   const ticksOf = (step) => {
@@ -55,7 +55,7 @@ function linearTicks(low, high, count = 6) {
 }
 
 /** Texts of ticks: of a linear axis with as many decimals as their distance needs. */
-function tickTexts(ticks, log) {
+export function tickTexts(ticks, log) {
   const most = log && ticks.some((tick) => tick >= 1e5) ? 1e4 : 1e6;
   const short = ticks.map((tick) => text(tick, 3, most));
   if (ticks.length < 2 || (log && new Set(short).size === short.length)) return short;
@@ -66,7 +66,7 @@ function tickTexts(ticks, log) {
 }
 
 /** A range with some room around the smallest and the largest of numbers. */
-function rangeOf(values, log) {
+export function rangeOf(values, log) {
   let low = Infinity, high = -Infinity;
   for (const value of values) {
     if (value === null || !Number.isFinite(value) || (log && value <= 0)) continue;
@@ -80,7 +80,7 @@ function rangeOf(values, log) {
 }
 
 /** Time axis of a duration: unit and its size in seconds. */
-function timeUnit(duration) {
+export function timeUnit(duration) {
   if (duration >= 7200) return { text: "h", size: 3600 };
   return duration > 600 ? { text: "min", size: 60 } : { text: "s", size: 1 };
 }

@@ -4,16 +4,24 @@
 //   lines   [{name, x, y, low, high, colour, dash, width, points, read}]  low and high make a band; read: in the readout
 //           interval {low, high}: what is read and saved of a band that is drawn in part
 //   spans   [[from, to]] of x that are shaded
+//           tag: its name, written beside its steeper end
 //   marks   [{x, colour, text}] triangles on the x axis
 //   guides  true: lines of the slopes -1, -1/2, 1/2, 1 through the point that is read
 //   cells   {x, y, values, colour, text} a map; x and y are edges, values by rows of x
 //   height  in pixels
 // An axis has {label, log, range}; also `name` for a label that is not drawn, and `least` characters of its ticks.
 
-const plots = new Set();
+import { colour } from "./page.js";
+import { linearTicks, logTicks, rangeOf, tickTexts } from "./numbers.js";
+
+export const plots = new Set();
 let onPaper = false; // while the page is printed, widths are those of the paper
 
-function draw(place, described) {
+export function setPaper(is) {
+  onPaper = is;
+}
+
+export function draw(place, described) {
   const columns = described.lines.map((line) => tableOf(line));
   const data = columns.length ? uPlot.join(columns) : [[described.x.range[0], described.x.range[1]]];
   const series = [{}], bands = [];
@@ -82,7 +90,7 @@ function valuesOf(described, axis) {
   return found.flat();
 }
 
-function fullRange(described, axis) {
+export function fullRange(described, axis) {
   return described[axis].range ?? rangeOf(valuesOf(described, axis), described[axis].log);
 }
 
@@ -103,7 +111,7 @@ function axisOf(described, axis) {
   };
 }
 
-function yTicks({ height }) {
+export function yTicks({ height }) {
   return Math.max(4, Math.round(height / 45));
 }
 
@@ -141,7 +149,7 @@ function under(u, { spans, cells }) {
   ctx.restore();
 }
 
-function eachCell(cells, visit) {
+export function eachCell(cells, visit) {
   const rows = cells.y.length - 1;
   for (let i = 0; i + 1 < cells.x.length; i++)
     for (let j = 0; j < rows; j++) {
@@ -176,13 +184,53 @@ function over(u, described) {
     ctx.textAlign = "right";
     ctx.fillText(guide.text, u.valToPos(guide.x[1], "x", true) - 3, u.valToPos(guide.y[1], "y", true) - 4);
   }
+  ctx.setLineDash([]);
+  ctx.font = `600 ${11 * devicePixelRatio}px system-ui, sans-serif`;
+  ctx.lineWidth = 3 * devicePixelRatio;
+  ctx.lineJoin = "round";
+  const toX = (x) => u.valToPos(x, "x", true), toY = (y) => u.valToPos(y, "y", true);
+  for (const tag of tagsOf(u, described, toX, toY, 13 * devicePixelRatio)) {
+    ctx.textAlign = tag.isFirst ? "left" : "right";
+    ctx.strokeStyle = colour("raised");
+    ctx.fillStyle = tag.colour();
+    const x = tag.x + (tag.isFirst ? 6 : -6) * devicePixelRatio;
+    ctx.strokeText(tag.text, x, tag.y);
+    ctx.fillText(tag.text, x, tag.y);
+  }
   ctx.restore();
+}
+
+const MOST_TAGS = 8; // names of lines in a plot that can be told apart
+
+/** Where the names of lines are written: beside the higher end of what is seen of a line, none over another. */
+export function tagsOf({ scales: { x: xs, y: ys } }, { lines }, toX, toY, height) {
+  const tagged = lines.filter((line) => line.tag && line.y);
+  if (tagged.length > MOST_TAGS) return [];
+  const tags = [];
+  for (const line of tagged) {
+    const shown = line.x.map((_, k) => k).filter((k) => line.y[k] !== null && line.x[k] >= xs.min && line.x[k] <= xs.max && line.y[k] >= ys.min && line.y[k] <= ys.max);
+    if (!shown.length) continue;
+    const first = shown[0], last = shown[shown.length - 1], isFirst = line.y[first] > line.y[last];
+    const k = isFirst ? first : last;
+    tags.push({ text: line.tag, colour: line.colour, isFirst, x: toX(line.x[k]), y: toY(line.y[k]) - 0.4 * height });
+  }
+  tags.sort((a, b) => a.y - b.y);
+  for (const isFirst of [true, false]) {
+    let before = -Infinity;
+    for (const tag of tags.filter((one) => one.isFirst === isFirst)) {
+      tag.y = Math.max(tag.y, before + height);
+      before = tag.y;
+    }
+  }
+  const top = toY(ys.max) + height; // below the edge of the plot
+  for (const tag of tags) tag.y = Math.max(tag.y, top);
+  return tags;
 }
 
 const SLOPES = [[-1, "−1"], [-0.5, "−½"], [0, "0"], [0.5, "+½"], [1, "+1"]];
 
 /** Lines of the slopes of the noise terms through the lowest point of the first curve, over the part that is seen. */
-function guidesOf(u, { guides, lines }) {
+export function guidesOf(u, { guides, lines }) {
   if (!guides) return [];
   const line = lines.find((one) => one.read && one.y);
   if (!line) return [];
@@ -215,7 +263,7 @@ function nearest(u, described) {
   return { x: at, values };
 }
 
-function closest(xs, x, log) {
+export function closest(xs, x, log) {
   let best = -1, least = Infinity;
   for (let k = 0; k < xs.length; k++) {
     const off = log ? Math.abs(Math.log(xs[k] / x)) : Math.abs(xs[k] - x);
@@ -234,7 +282,7 @@ function limited(described, axis, min, max) {
 }
 
 /** Zoom by a factor about the middle of what is seen, or about the point that is read. */
-function zoom({ u, described }, factor) {
+export function zoom({ u, described }, factor) {
   u.batch(() => {
     for (const axis of ["x", "y"]) {
       const log = described[axis].log, to = log ? Math.log : Number, back = log ? Math.exp : Number;
@@ -248,19 +296,26 @@ function zoom({ u, described }, factor) {
 }
 
 /** What is seen of each axis that is zoomed, with the label of the axis, which has its unit. */
-function zoomOf({ u, described }) {
+export function zoomOf({ u, described }) {
   return ["x", "y"].flatMap((axis) => {
     const { min, max } = u.scales[axis], [low, high] = fullRange(described, axis);
     return min === low && max === high ? [] : [{ axis, label: described[axis].label, min, max }];
   });
 }
 
-function zoomTo({ u, described }, ranges) {
+export function zoomTo({ u, described }, ranges) {
   for (const { axis, label, min, max } of ranges) if (described[axis].label === label) u.setScale(axis, { min, max });
 }
 
 /** Zoom to what was dragged over: of an axis along which it is the whole plot, the range stays. */
 function select(u, described) {
+  const { left, top, width, height } = u.select;
+  if (described.onselect && width > 2) described.onselect(u.posToVal(left, "x"), u.posToVal(left + width, "x"));
+  else zoomToSelection(u, described);
+  u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+}
+
+function zoomToSelection(u, described) {
   const { left, top, width, height } = u.select;
   u.batch(() => {
     for (const [axis, from, to, size, whole] of [["x", left, left + width, width, u.over.clientWidth], ["y", top + height, top, height, u.over.clientHeight]]) {
@@ -269,7 +324,6 @@ function select(u, described) {
       if (ends) u.setScale(axis, ends);
     }
   });
-  u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
 }
 
 /** Arrow keys move the point that is read, + and - zoom, 0 and Escape show all. */

@@ -1,6 +1,10 @@
 // Residuals: the measured Allan deviation over that of the model.
 
-const residuals = {
+import { colour, content, make } from "./page.js";
+import { rangeOf, text } from "./numbers.js";
+import { colourOf, readValues, shortName } from "./frame.js";
+
+export const residuals = {
   id: "residuals",
   title: "Residuals",
   has: (channel) => Boolean(channel.deviation?.model),

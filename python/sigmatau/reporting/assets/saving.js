@@ -1,5 +1,9 @@
 // Saving a figure: SVG from its description and what is seen of it, PNG from that, and its numbers as CSV.
 
+import { colour, make } from "./page.js";
+import { linearTicks, logTicks, tickTexts } from "./numbers.js";
+import { eachCell, guidesOf, tagsOf, yTicks } from "./plot.js";
+
 const WIDTH = 760, LEFT = 78, RIGHT = 16, TOP = 14, BOTTOM = 46;
 
 function fileName(made, ending) {
@@ -7,7 +11,7 @@ function fileName(made, ending) {
   return `${name || "report"}-${made.kind.id}-${made.sensor.name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 30)}.${ending}`;
 }
 
-function save(blob, name) {
+export function save(blob, name) {
   const link = make("a", { href: URL.createObjectURL(blob), download: name });
   document.body.append(link);
   link.click();
@@ -15,13 +19,13 @@ function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-function saveSvg(made) {
+export function saveSvg(made) {
   made.visible = true;
   if (!made.drawn.length) made.draw();
   save(new Blob([svgOf(made)], { type: "image/svg+xml" }), fileName(made, "svg"));
 }
 
-function savePng(made) {
+export function savePng(made) {
   made.visible = true;
   if (!made.drawn.length) made.draw();
   const svg = svgOf(made), picture = new Image();
@@ -33,7 +37,7 @@ function savePng(made) {
   picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
 }
 
-function saveCsv(made) {
+export function saveCsv(made) {
   const { kind, sensor, state } = made;
   const quoted = (value) => (/[",\n\r]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value);
   const safe = (value) => quoted(/^[=+\-@\t]/.test(value) ? `'${value}` : value); // no formula of a spreadsheet
@@ -132,6 +136,8 @@ function plotSvg(u, described, top) {
       if (line.points) drawn += points.map((x, k) => `<circle cx="${digits(X(x))}" cy="${digits(Y(line.y[begin + k]))}" r="2.2" fill="${line.colour()}"/>`).join("");
     }
   }
+  for (const tag of tagsOf(u, described, X, Y, 13))
+    drawn += `<text x="${digits(tag.x + (tag.isFirst ? 6 : -6))}" y="${digits(tag.y)}" font-size="11" font-weight="600" text-anchor="${tag.isFirst ? "start" : "end"}" fill="${tag.colour()}" stroke="${colour("ground")}" stroke-width="3" paint-order="stroke">${escaped(tag.text)}</text>`;
   for (const mark of described.marks ?? []) drawn += `<path d="M${digits(X(mark.x))} ${top + TOP + height - 10}l-5 10h10z" fill="${mark.colour()}"/>`;
   return `<clipPath id="${id}"><rect x="${LEFT}" y="${top + TOP}" width="${width}" height="${height}"/></clipPath>${axes}<g clip-path="url(#${id})">${drawn}</g><rect x="${LEFT}" y="${top + TOP}" width="${width}" height="${height}" stroke="${colour("line")}"/>`;
 }

@@ -1,24 +1,32 @@
 // Time series: every stretch from its smallest to its largest sample, and what was not analysed.
 
-/** End of the last series: all have one axis of time, from the beginning of the record. [s] */
-const RECORD_END = Math.max(0, ...Object.values(content.channels).map((channel) => (channel.series ? channel.series.from + channel.series.duration : 0)));
+import { content, make } from "./page.js";
+import { linearTicks, text, tickTexts, timeUnit, unpacked } from "./numbers.js";
+import { fullRange, yTicks } from "./plot.js";
+import { colourOf, readValues, shortName } from "./frame.js";
 
-const series = {
+/** End of the last series: all have one axis of time, from the beginning of the record. [s] */
+export function recordEnd() {
+  return Math.max(0, ...Object.values(content.channels).map((channel) => (channel.series ? channel.series.from + channel.series.duration : 0)));
+}
+
+export const series = {
   id: "series",
   title: "Time series",
   has: (channel) => Boolean(channel.series),
   height: (sensor, state) => 128 * Math.min(state.seen.size, 12) + 22,
   options: [{ name: "outside", text: "Not analysed", on: () => true }],
   describe(sensor, state) {
+    const end = recordEnd();
     const found = sensor.channels.filter((name) => content.channels[name].series && state.seen.has(name)).map((name, k, all) => {
       const { from: begin, duration, bins, low, high, outside } = content.channels[name].series;
-      const unit = timeUnit(RECORD_END), x = Array.from({ length: bins }, (_, k) => (begin + ((k + 0.5) * duration) / bins) / unit.size);
+      const unit = timeUnit(end), x = Array.from({ length: bins }, (_, k) => (begin + ((k + 0.5) * duration) / bins) / unit.size);
       const inUnit = (values) => values.map((value) => (value === null ? null : value / state.unit.factor));
       return {
         title: `Time series, ${name}`, height: k + 1 < all.length ? 128 : 150,
         lines: [{ name: shortName(sensor, name), x, low: inUnit(decoded(low)), high: inUnit(decoded(high)), colour: colourOf(sensor, name), gaps: true, read: true }],
         spans: state.outside ? outside.map(([from, to]) => [from / unit.size, to / unit.size]) : [],
-        x: { name: `time [${unit.text}]`, label: k + 1 < all.length ? "" : `time [${unit.text}]`, unit, log: false, range: [0, RECORD_END / unit.size] },
+        x: { name: `time [${unit.text}]`, label: k + 1 < all.length ? "" : `time [${unit.text}]`, unit, log: false, range: [0, end / unit.size] },
         y: { label: `${shortName(sensor, name).slice(0, 12)} [${state.unit.text}]`, log: false },
       };
     });
@@ -30,9 +38,10 @@ const series = {
   readout: (point, sensor, state, { x }) => [make("b", {}, `t = ${text(point.x, 5)} ${x.unit.text}`), ...readValues(point, state.unit.text)],
 };
 
-const decodedSeries = new Map();
+const decodedSeries = new WeakMap();
 
-function decoded(packed) {
+export function decoded(packed) {
+  if (Array.isArray(packed)) return packed;
   if (!decodedSeries.has(packed)) decodedSeries.set(packed, unpacked(packed));
   return decodedSeries.get(packed);
 }

@@ -182,7 +182,7 @@ let before = null;
 function toPaper() {
   if (before !== null) return;
   before = root.dataset.theme ?? "";
-  onPaper = true;
+  setPaper(true);
   root.dataset.theme = "light";
   for (const one of lotFigures) one.draw();
   recolour();
@@ -194,7 +194,7 @@ function toScreen() {
   if (before) root.dataset.theme = before;
   else delete root.dataset.theme;
   before = null;
-  onPaper = false;
+  setPaper(false);
   for (const { u, place, described } of plots) u.setSize({ width: place.clientWidth, height: described.height });
   recolour();
 }

@@ -1,0 +1,19 @@
+// The theme of the page: that of the system, until it is chosen.
+
+import { figures } from "./frame.js";
+import { plots } from "./plot.js";
+
+const root = document.documentElement, dark = matchMedia("(prefers-color-scheme: dark)");
+const themeButton = document.getElementById("theme");
+const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
+
+export function recolour() {
+  themeButton.textContent = isDark() ? "Light" : "Dark";
+  for (const one of figures) one.sync?.();
+  for (const { u } of plots) u.redraw(false, true);
+}
+
+themeButton.hidden = false;
+themeButton.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; recolour(); });
+dark.addEventListener("change", recolour);
+recolour();

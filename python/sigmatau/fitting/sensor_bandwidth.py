@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from sigmatau.arrays import Floats, freeze
-from sigmatau.digits import limit_text, round_to_error, significant
+from sigmatau.digits import limit_text, round_to_error, significant, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.fitting.fitted_values import Interval
@@ -223,9 +223,42 @@ class SensorBandwidth(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.bandwidth import draw_bandwidth
+        from sigmatau.plot.curves import COLOURS, MARKERS, curve_unit, draw_line
+        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
 
-        return draw_bandwidth(self, ax=ax, unit=unit)
+        curves, rates = panels_of(ax, 2, columns=2, width=5.25, height=4.6)
+        for k, log in enumerate(self.logs):
+            factor, text = curve_unit(log.curve, unit)
+            colour, marker = COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)]
+            draw_line(curves, f"{log.rate:.6g} Hz", log.curve.tau, log.curve.adev / factor, colour, marker)
+            curves.set_ylabel(f"Allan deviation σ(τ) [{text}]")
+        curves.set_title(self.channel)
+        legend(curves)
+        n, aliasing = self.random_walk, self.aliasing
+        walks = [n.value, *(log.random_walk.value for log in self.logs)]
+        text, factor = display_units("random_walk", self.quantity, self.unit, walks)[0]
+        if n.low is not None and n.high is not None:
+            low, high = (n.value * end / factor for end in (aliasing.low, aliasing.high))
+            rates.fill_between(aliasing.rate, low, high, color=COLOURS[0], alpha=0.25, linewidth=0)
+            label = f"N with aliasing, {self.shape}"
+            rates.plot(aliasing.rate, n.value * aliasing.factor / factor, color=COLOURS[0], linewidth=1.3, label=label)
+            label = "N without aliasing, 95 %"
+            rates.axhspan(n.low / factor, n.high / factor, color=COLOURS[2], alpha=0.3, linewidth=0, label=label)
+            label = "the paper: 3 to 5 times the bandwidth"
+            rates.axvspan(*self.paper_rates, color="0.5", alpha=0.15, linewidth=0, label=label)
+            label = f"aliasing adds {100 * self.tolerance:.3g} %: {two_digits(self.rate_needed.value)} Hz"
+            rates.axvline(self.rate_needed.value, color=COLOURS[1], linestyle="--", linewidth=1.1, label=label)
+        for k, log in enumerate(self.logs):
+            value, begin, end = log.random_walk.value, log.random_walk.low, log.random_walk.high
+            error = None if begin is None or end is None else np.array([[value - begin], [end - value]]) / factor
+            look: dict[str, Any] = {"fmt": MARKERS[k % len(MARKERS)], "color": COLOURS[k % len(COLOURS)]}
+            rates.errorbar([log.rate], [value / factor], error, **look, markersize=5, linewidth=1.2)
+        rates.set_xscale("log")
+        rates.set_ylim(bottom=0)
+        label_axes(rates, "sampling rate [Hz]", f"random walk N in the log [{text}]")
+        if n.low is not None:
+            legend(rates)
+        return parent_figure(curves)
 
     def statements(self) -> tuple[str, ...]:
         """Sentences on what limits the result; empty if nothing does."""

@@ -48,6 +48,7 @@ _VALID_UP_TO = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH
 """Errors beyond which the equations, of small tilts near the start, do not hold. [rad, m/s, m]"""
 
 _BIAS_UNITS = {"gyro": "deg/h", "accel": "mg"}
+_ERRORS = {"rad": "angle", "m/s": "velocity", "m": "position"}
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -276,10 +277,31 @@ class Prediction(Mapping[str, PredictedError], Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.model import draw_prediction
+        from sigmatau.plot.curves import COLOURS
+        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure, whole_decades
 
         times = self.after if marked is None else np.atleast_1d(np.asarray(marked, float))
-        return draw_prediction(self, marked=times, ax=ax)
+        units = [unit for unit in _ERRORS if any(error.unit == unit for error in self.values())]
+        panels = panels_of(ax, len(units), columns=len(units), width=4.6, height=4.2)
+        for panel, unit in zip(panels, units, strict=True):
+            text, factor = error_unit(unit)
+            shown = [(name, error) for name, error in self.items() if error.unit == unit]
+            for k, (name, error) in enumerate(shown):
+                look: dict[str, Any] = {"color": COLOURS[k % len(COLOURS)]}
+                if error.low is not None and error.high is not None:
+                    panel.fill_between(
+                        error.after, error.low / factor, error.high / factor, **look, alpha=0.2, linewidth=0
+                    )
+                look["markevery"] = sorted({int(np.argmin(np.abs(np.log(error.after / time)))) for time in times})
+                panel.loglog(error.after, error.rms / factor, **look, marker="o", markersize=4, label=name)
+                if error.at_most is not None:
+                    panel.loglog(error.after, error.at_most / factor, "--", color=look["color"], linewidth=1)
+            if any(error.at_most is not None for _, error in shown):
+                panel.plot([], [], "--", color="0.4", linewidth=1, label="at most, with terms that were not seen")
+            whole_decades(panel)
+            label_axes(panel, "time since the start [s]", f"error of the {_ERRORS[unit]}, rms [{text}]")
+            legend(panel)
+        return parent_figure(panels[0])
 
     def notes(self) -> list[str]:
         """Assumptions of the numbers."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
-from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure, small
+from sigmatau.plot.style import legend, new_figure, panels_of, parent_figure, small
 from sigmatau.units import find, find_unit
 
 if TYPE_CHECKING:
@@ -275,16 +275,9 @@ def _panels(kinds: Mapping[str, tuple[str, str]], chosen: Panels) -> tuple[Figur
     panels: dict[tuple[str, str], list[str]] = {}
     for channel, (quantity, unit) in kinds.items():
         panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
-    if (given_axes := check_panels(chosen, len(panels))) is not None:
-        named = zip(given_axes, panels.items(), strict=True)
-        return parent_figure(given_axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
-    columns = min(len(panels), 2)
-    rows = math.ceil(len(panels) / columns)
-    figure = new_figure(7.2 * columns, 5.6 * rows, dpi=120)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for ax in axes.flat[len(panels) :]:
-        ax.set_visible(False)
-    return figure, [(ax, key, channels) for ax, ((key, _), channels) in zip(axes.flat, panels.items(), strict=False)]
+    axes = panels_of(chosen, len(panels), columns=2, width=7.2, height=5.6)
+    named = zip(axes, panels.items(), strict=True)
+    return parent_figure(axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
 
 
 def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sigmatau.errors import OptionError
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
-from sigmatau.plot.style import check_panels, legend, new_figure, parent_figure, styled
+from sigmatau.plot.style import legend, panels_of, parent_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,16 +73,8 @@ def plot_overlay(
     if not kinds:
         raise OptionError("`curves` has no curve to draw", option="curves")
     with styled(style):
-        axes = check_panels(ax, len(kinds))
-        if axes is None:
-            columns = min(len(kinds), _ACROSS)
-            rows = math.ceil(len(kinds) / columns)
-            width = 7.2 if columns == 1 else 4.8 * columns
-            figure = new_figure(width, (5.2 if columns == 1 else 4.0) * rows, dpi=120)
-            every = figure.subplots(rows, columns, squeeze=False)
-            for unused in every.flat[len(kinds) :]:
-                unused.set_visible(False)
-            axes = list(every.flat[: len(kinds)])
+        width, height = (7.2, 5.2) if len(kinds) == 1 else (4.8, 4.0)
+        axes = panels_of(ax, len(kinds), columns=_ACROSS, width=width, height=height)
         for panel, channel in zip(axes, kinds, strict=True):
             present = {name: record[channel] for name, record in curves.items() if channel in record}
             for k, (name, curve) in enumerate(present.items()):

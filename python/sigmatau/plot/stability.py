@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import runs
 from sigmatau.plot.curves import ChannelLike, curve_unit
-from sigmatau.plot.style import across, check_panels, new_figure, parent_figure
+from sigmatau.plot.style import across, new_figure, panels_of, parent_figure
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -48,19 +48,10 @@ class MapLike(ChannelLike, WindowLike, Protocol):
 
 def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
     """Draw one map per channel, three in a row, or in the given axes."""
-    if (axes := check_panels(ax, len(maps))) is not None:
-        for panel, dynamic in zip(axes, maps.values(), strict=True):
-            draw_dynamic(dynamic, ax=panel)
-        return parent_figure(axes[0])
-    columns = min(len(maps), across())
-    down = -(-len(maps) // columns)
-    figure = new_figure(1.5 + 6.2 * columns, 0.6 + 3.8 * down)
-    panels = figure.subplots(down, columns, squeeze=False).ravel()
-    for panel, dynamic in zip(panels, maps.values(), strict=False):
+    panels = panels_of(ax, len(maps), columns=across(), width=6.8, height=4.1)
+    for panel, dynamic in zip(panels, maps.values(), strict=True):
         draw_dynamic(dynamic, ax=panel)
-    for panel in panels[len(maps) :]:
-        panel.set_axis_off()
-    return figure
+    return parent_figure(panels[0])
 
 
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import importlib.util
 import io
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
@@ -93,12 +94,50 @@ def across() -> int:
     return 2 if _paper else 3
 
 
+def panels_of(ax: Any, count: int, *, columns: int, width: float, height: float) -> list[Axes]:  # noqa: ANN401  as below
+    """Given axes, one a panel; or those of a new figure, with at most `columns` beside each other, each of a size in
+    inches.
+    """
+    if (given_axes := check_panels(ax, count)) is not None:
+        return given_axes
+    beside = min(count, columns)
+    rows = -(-count // beside)
+    places = list(new_figure(width * beside, height * rows, dpi=120).subplots(rows, beside, squeeze=False).flat)
+    for unused in places[count:]:
+        unused.set_visible(False)
+    return places[:count]
+
+
+def two_panels(ax: Any) -> list[Axes]:  # noqa: ANN401  as below
+    """Two given axes, or those of a new figure, one below the other with one horizontal axis."""
+    return check_panels(ax, 2) or list(new_figure(7, 5).subplots(2, 1, sharex=True, height_ratios=(1.4, 1)))
+
+
+def label_axes(ax: Axes, x: str, y: str) -> None:
+    """Name both axes and draw a thin grid."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
+
+
 def legend(ax: Axes) -> None:
     """Add a legend."""
     if _paper:
         ax.legend(fontsize=small(), loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
     else:
         ax.legend(fontsize=small(), loc="best")
+
+
+def whole_decades(ax: Axes) -> None:
+    """Limits of at least a decade, with labels at powers of ten only, so that labels do not overlap."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis, limits, put in ((ax.xaxis, ax.get_xlim(), ax.set_xlim), (ax.yaxis, ax.get_ylim(), ax.set_ylim)):
+        low, high = sorted(limits)
+        if high < 10 * low:
+            put(10 ** math.floor(math.log10(low)), 10 ** math.ceil(math.log10(high)))
+        axis.set_major_locator(LogLocator(numticks=7))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def parent_figure(ax: Axes) -> Figure:

@@ -105,10 +105,17 @@ class ModelComparison(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.spectrum import draw_comparison
-        from sigmatau.plot.style import parent_figure
+        from sigmatau.plot.curves import COLOURS
+        from sigmatau.plot.style import label_axes, panels_of, parent_figure
 
-        return parent_figure(draw_comparison(self, ax=ax))
+        (panel,) = panels_of(ax, 1, columns=1, width=7, height=3.2)
+        low, high = self.interval()
+        errors = np.array([self.ratio - low, high - self.ratio])
+        panel.errorbar(self.frequency, self.ratio, errors, fmt="o", markersize=3, linewidth=1, color=COLOURS[0])
+        panel.axhline(1.0, color="0.4", linewidth=0.8)
+        panel.set_xscale("log")
+        label_axes(panel, "frequency [Hz]", f"density of {self.channel} over the model's")
+        return parent_figure(panel)
 
     def statement(self) -> str:
         """Result of the comparison, as a sentence."""

@@ -277,9 +277,28 @@ class CrossSpectrum(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.spectrum import draw_cross
+        from sigmatau.plot.curves import COLOURS
+        from sigmatau.plot.style import label_axes, legend, parent_figure, two_panels
 
-        return draw_cross(self.binned(per_octave=per_octave), ax=ax)
+        upper, lower = two_panels(ax)
+        bands = self.binned(per_octave=per_octave)
+        f, level = bands.frequency, bands.significance()
+        upper.fill_between(f, *bands.coherence_interval(), color=COLOURS[0], alpha=0.25, linewidth=0)
+        upper.semilogx(f, bands.coherence, color=COLOURS[0], linewidth=1.2)
+        upper.semilogx(f, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % of chance are below")
+        upper.set_ylim(0, 1)
+        label_axes(upper, "", f"coherence γ² of {self.a} and {self.b}")
+        legend(upper)
+        significant = bands.coherence > level
+        begin, end = (np.degrees(edge) for edge in bands.phase_interval())
+        phase = np.degrees(bands.phase)
+        errors = np.array([phase - begin, end - phase])[:, significant]
+        look: dict[str, Any] = {"fmt": "o", "markersize": 2.5, "linewidth": 0.8, "color": COLOURS[0]}
+        lower.errorbar(f[significant], phase[significant], errors, **look)
+        lower.set_ylim(-190, 190)
+        lower.set_yticks([-180, -90, 0, 90, 180])
+        label_axes(lower, "frequency [Hz]", f"phase of {self.b} [deg]")
+        return parent_figure(upper)
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"

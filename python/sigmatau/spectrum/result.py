@@ -14,9 +14,11 @@ from sigmatau.arrays import Floats, freeze, runs
 from sigmatau.digits import round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
+from sigmatau.noise.terms import asked_density
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import ModelComparison
 from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
+from sigmatau.units import find, symbols
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -308,13 +310,47 @@ class Spectrum(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.spectrum import draw_spectrum
-        from sigmatau.plot.style import parent_figure
+        from sigmatau.plot.curves import COLOURS
+        from sigmatau.plot.style import panels_of, parent_figure
 
-        if model is None:
-            return parent_figure(draw_spectrum(self, ax=ax, unit=unit))
-        without = self.left_out(model)
-        return parent_figure(draw_spectrum(self, ax=ax, expected=self.expected(model), unit=unit, without=without))
+        (panel,) = panels_of(ax, 1, columns=1, width=7, height=4.6)
+        self._draw(panel, model, unit, COLOURS[0])
+        return parent_figure(panel)
+
+    def _draw(self, ax: Axes, model: HasDensity | HasChannels | None, unit: str | None, colour: str) -> None:
+        """Draw the density in bins of an eighth of an octave with its 95 % band; dotted below `trusted`."""
+        from sigmatau.plot.style import label_axes
+
+        factor, label = self._density_axis(unit)
+        binned = self.binned()
+        low, high = (edge / factor**2 for edge in binned.interval())
+        ax.fill_between(binned.frequency, low, high, color=colour, alpha=0.25, linewidth=0)
+        sure, density = binned.frequency > self.trusted, binned.density / factor**2
+        ax.loglog(binned.frequency, density, linewidth=1, linestyle=":", color=colour)
+        ax.loglog(binned.frequency[sure], density[sure], linewidth=1.3, color=colour, label=self.channel)
+        if model is not None:
+            expected, without = self.expected(model), self.left_out(model)
+            look: dict[str, Any] = {"color": colour, "linestyle": "--", "linewidth": 1.1}
+            positive = expected > 0
+            ax.loglog(self.frequency[positive], expected[positive] / factor**2, **look, zorder=3)
+            if without:
+                further = f" and {len(without) - 1} more" if len(without) > 1 else ""
+                ax.plot([], [], **look, label=f"{self.channel}: model without {without[0]}{further}")
+        label_axes(ax, "frequency [Hz]", label)
+
+    def _density_axis(self, unit: str | None) -> tuple[float, str]:
+        """Size of the root of the unit of densities, and their name with this unit: the given one, or that of `show_in`."""
+        asked = None if unit else asked_density(self.quantity, self.unit)
+        if asked is not None and not asked.sided:  # per √h
+            return asked.factor, f"two-sided density [({asked.bare})²]"
+        if asked is not None:
+            text, factor = asked.bare.removesuffix("/√Hz"), asked.factor
+        elif unit:
+            text, factor = find(unit, si=self.unit).text, find(unit).factor
+        else:
+            text, factor = find(self.unit).text if self.unit in symbols() else self.unit, 1.0
+        squared = f"({text})²" if "/" in text else f"{text}²"
+        return factor, f"{asked.sided if asked else 'two'}-sided density [{squared}/Hz]"
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"
@@ -352,9 +388,22 @@ class Spectra(ByChannel[Spectrum]):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.spectrum import draw_spectra
+        from sigmatau.plot.curves import COLOURS, TITLES
+        from sigmatau.plot.style import legend, panels_of, parent_figure
 
-        channels = {} if model is None else model.channels
-        names = [name for name in self if name in channels]
-        without = {name: self[name].left_out(channels[name]) for name in names}
-        return draw_spectra(self, {name: self[name].expected(channels[name]) for name in names}, without=without, ax=ax)
+        models = {} if model is None else model.channels
+        kinds: dict[tuple[str, str], list[str]] = {}
+        for channel, spectrum in self.items():
+            kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
+        panels = panels_of(ax, len(kinds), columns=len(kinds), width=7, height=4.8)
+        biased = "too low in frequency for a density as steep as 1/f²"
+        for panel, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
+            for k, channel in enumerate(channels):
+                self[channel]._draw(panel, models.get(channel), None, COLOURS[k % len(COLOURS)])
+            panel.set_title(TITLES.get(quantity, quantity))
+            panel.fill_between([], [], [], color="0.6", alpha=0.35, linewidth=0, label="95 % confidence")
+            panel.plot([], [], color="0.35", linestyle=":", linewidth=1, label=biased)
+            if models.keys() & channels:
+                panel.plot([], [], color="0.35", linestyle="--", linewidth=1.1, label="model")
+            legend(panel)
+        return parent_figure(panels[0])

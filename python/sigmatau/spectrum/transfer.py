@@ -112,9 +112,17 @@ class MinimumPhase(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.spectrum import draw_filter
+        from sigmatau.plot.curves import COLOURS
+        from sigmatau.plot.style import label_axes, parent_figure, two_panels
 
-        return draw_filter(self, ax=ax)
+        upper, lower = two_panels(ax)
+        f = self.frequency[1:]
+        upper.fill_between(f, self.low[1:], self.high[1:], color=COLOURS[0], alpha=0.25, linewidth=0)
+        upper.loglog(f, self.magnitude[1:], color=COLOURS[0], linewidth=1.1)
+        label_axes(upper, "", f"|H(f)| of {self.channel}")
+        lower.semilogx(f, np.degrees(self.phase[1:]), color=COLOURS[0], linewidth=1.1)
+        label_axes(lower, "frequency [Hz]", "phase [deg],\nminimum phase assumed")
+        return parent_figure(upper)
 
     def __repr__(self) -> str:
         corner = "" if self.corner is None else f", half power at {self.corner:.4g} Hz"

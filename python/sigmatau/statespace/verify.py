@@ -120,10 +120,16 @@ class Verification(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.model import draw_verification
-        from sigmatau.plot.style import parent_figure
+        from sigmatau.plot.curves import COLOURS, curve_unit, draw_curve
+        from sigmatau.plot.style import legend, parent_figure
 
-        return parent_figure(draw_verification(self.curve, self.avar, f"model, {_p(self.p_value)}", ax=ax, unit=unit))
+        panel, (factor, _) = draw_curve(self.curve, ax=ax, unit=unit), curve_unit(self.curve, unit)
+        label = f"model, {_p(self.p_value)}"
+        panel.plot(self.curve.tau, np.sqrt(self.avar) / factor, color=COLOURS[1], linewidth=1.3, zorder=3, label=label)
+        label = "band by χ² if the model is true"
+        panel.fill_between([], [], [], color=COLOURS[0], alpha=0.18, linewidth=0, label=label)
+        legend(panel)
+        return parent_figure(panel)
 
     def __repr__(self) -> str:
         tau, k = self.curve.tau, self.worst
@@ -168,15 +174,12 @@ class Verifications(ByChannel[Verification]):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.model import draw_verifications
+        from sigmatau.plot.style import panels_of, parent_figure
 
-        return draw_verifications(
-            {
-                name: (verification.curve, verification.avar, f"model, {_p(verification.p_value)}")
-                for name, verification in self.items()
-            },
-            ax=ax,
-        )
+        panels = panels_of(ax, len(self), columns=3, width=5.2, height=4.2)
+        for panel, verification in zip(panels, self.values(), strict=True):
+            verification.plot(panel)
+        return parent_figure(panels[0])
 
 
 @overload

@@ -252,9 +252,7 @@ class Tuning(Printed):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.tuning import draw_whiteness
-
-        return draw_whiteness({self.channel: self}, ax=ax)
+        return Tunings({self.channel: self}).plot(ax=ax)
 
     def statements(self) -> tuple[str, ...]:
         """What is wrong, in which direction, and what to do, in sentences."""
@@ -332,11 +330,28 @@ class Tunings(ByChannel[Tuning]):
         OptionError
             For a channel without a result.
         """
-        from sigmatau.plot.tuning import draw_whiteness
+        from sigmatau.plot.curves import COLOURS, MARKERS
+        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
 
         if channel is not None and channel not in self:
             raise OptionError(f"{{option}} must be one of {', '.join(self)}, not {channel!r}", option="channel")
-        return draw_whiteness(self if channel is None else {channel: self[channel]}, ax=ax)
+        tunings = dict(self) if channel is None else {channel: self[channel]}
+        (panel,) = panels_of(ax, 1, columns=1, width=6.4, height=4.6)
+        widest = max((tuning.whiteness for tuning in tunings.values()), key=lambda curve: float(curve.m[-1]))
+        level = next(iter(tunings.values())).level
+        white = 1 / np.sqrt(widest.m)
+        # Of white noise the deviation lies between these multiples of its expectation.
+        band = (white * widest.ratio / widest.high, white * widest.ratio / widest.low)
+        label = f"consistent filter, {100 * level:g} %"
+        panel.fill_between(widest.tau, *band, color="0.5", alpha=0.2, linewidth=0, label=label)
+        panel.loglog(widest.tau, white, color="0.4", linestyle="--", linewidth=1.0, label="consistent filter: 1/√m")
+        for k, (name, tuning) in enumerate(tunings.items()):
+            curve = tuning.whiteness
+            look = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
+            panel.loglog(curve.tau, curve.ratio / np.sqrt(curve.m), **look, markersize=4, linewidth=1.2, label=name)
+        label_axes(panel, "averaging time τ [s]", "Allan deviation of normalised innovations [1]")
+        legend(panel)
+        return parent_figure(panel)
 
     def __repr__(self) -> str:
         return "\n\n".join(map(repr, self.values()))

@@ -53,24 +53,10 @@ class LotCurves:
 
 def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = None) -> Figure:  # noqa: ANN401
     """Draw a panel a channel by matplotlib; curves of the `marked` units have a colour."""
-    from sigmatau.plot.style import need_matplotlib
+    from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
 
-    need_matplotlib()
-    import matplotlib.pyplot as plt
-
-    if ax is None:
-        columns = min(len(panels), 3)
-        rows = -(-len(panels) // columns)
-        figure, grid = plt.subplots(
-            rows, columns, figsize=(4 * columns, 3.2 * rows), squeeze=False, layout="constrained"
-        )
-        places = list(grid.ravel())
-        for place in places[len(panels) :]:
-            place.set_visible(False)
-    else:
-        places = [ax] if hasattr(ax, "plot") else list(ax)
-        figure = places[0].figure
-    for place, panel in zip(places, panels, strict=False):
+    places = panels_of(ax, len(panels), columns=3, width=4, height=3.2)
+    for place, panel in zip(places, panels, strict=True):
         named = [name for name in panel.units if name in marked]
         for name, curve in panel.units.items():
             if name not in marked:
@@ -82,10 +68,9 @@ def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = 
         for name, colour in zip(named, COLOURS[1:], strict=False):
             place.loglog(panel.tau, panel.units[name], color=colour, linewidth=1, label=name)
         place.set_title(panel.title)
-        place.set_xlabel("averaging time τ [s]")
-        place.set_ylabel(f"σ(τ) [{panel.unit}]")
-        place.legend(fontsize=6)
-    return figure
+        label_axes(place, "averaging time τ [s]", f"σ(τ) [{panel.unit}]")
+        legend(place)
+    return parent_figure(places[0])
 
 
 def curves_svg(panel: LotCurves, marked: Sequence[str], *, width: float, height: float) -> str:

@@ -224,9 +224,9 @@ class SensorBandwidth(Printed):
         matplotlib figure
         """
         from sigmatau.plot.curves import COLOURS, MARKERS, curve_unit, draw_line
-        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
+        from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure
 
-        curves, rates = panels_of(ax, 2, columns=2, width=5.25, height=4.6)
+        curves, rates = make_panels(ax, 2, columns=2, width=5.25, height=4.6)
         for k, log in enumerate(self.logs):
             factor, text = curve_unit(log.curve, unit)
             colour, marker = COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)]

@@ -278,11 +278,11 @@ class Prediction(Mapping[str, PredictedError], Printed):
         matplotlib figure
         """
         from sigmatau.plot.curves import COLOURS
-        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure, whole_decades
+        from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure, whole_decades
 
         times = self.after if marked is None else np.atleast_1d(np.asarray(marked, float))
         units = [unit for unit in _ERRORS if any(error.unit == unit for error in self.values())]
-        panels = panels_of(ax, len(units), columns=len(units), width=4.6, height=4.2)
+        panels = make_panels(ax, len(units), columns=len(units), width=4.6, height=4.2)
         for panel, unit in zip(panels, units, strict=True):
             text, factor = error_unit(unit)
             shown = [(name, error) for name, error in self.items() if error.unit == unit]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
-from sigmatau.plot.style import legend, new_figure, panels_of, parent_figure, small
+from sigmatau.plot.style import legend, make_panels, new_figure, parent_figure, small
 from sigmatau.units import find, find_unit
 
 if TYPE_CHECKING:
@@ -275,7 +275,7 @@ def _panels(kinds: Mapping[str, tuple[str, str]], chosen: Panels) -> tuple[Figur
     panels: dict[tuple[str, str], list[str]] = {}
     for channel, (quantity, unit) in kinds.items():
         panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
-    axes = panels_of(chosen, len(panels), columns=2, width=7.2, height=5.6)
+    axes = make_panels(chosen, len(panels), columns=2, width=7.2, height=5.6)
     named = zip(axes, panels.items(), strict=True)
     return parent_figure(axes[0]), [(ax, key, channels) for ax, ((key, _), channels) in named]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sigmatau.errors import OptionError
 from sigmatau.plot.curves import COLOURS, MARKERS, CurveLike, curve_unit, draw_line
-from sigmatau.plot.style import legend, panels_of, parent_figure, styled
+from sigmatau.plot.style import legend, make_panels, parent_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def plot_overlay(
         raise OptionError("`curves` has no curve to draw", option="curves")
     with styled(style):
         width, height = (7.2, 5.2) if len(kinds) == 1 else (4.8, 4.0)
-        axes = panels_of(ax, len(kinds), columns=_ACROSS, width=width, height=height)
+        axes = make_panels(ax, len(kinds), columns=_ACROSS, width=width, height=height)
         for panel, channel in zip(axes, kinds, strict=True):
             present = {name: record[channel] for name, record in curves.items() if channel in record}
             for k, (name, curve) in enumerate(present.items()):

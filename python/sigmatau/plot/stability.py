@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sigmatau._native.distributions import chi2_quantile_above
 from sigmatau.arrays import runs
 from sigmatau.plot.curves import ChannelLike, curve_unit
-from sigmatau.plot.style import across, new_figure, panels_of, parent_figure
+from sigmatau.plot.style import across, make_panels, new_figure, parent_figure
 from sigmatau.results import duration_text
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class MapLike(ChannelLike, WindowLike, Protocol):
 
 def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
     """Draw one map per channel, three in a row, or in the given axes."""
-    panels = panels_of(ax, len(maps), columns=across(), width=6.8, height=4.1)
+    panels = make_panels(ax, len(maps), columns=across(), width=6.8, height=4.1)
     for panel, dynamic in zip(panels, maps.values(), strict=True):
         draw_dynamic(dynamic, ax=panel)
     return parent_figure(panels[0])

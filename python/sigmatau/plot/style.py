@@ -94,15 +94,15 @@ def across() -> int:
     return 2 if _paper else 3
 
 
-def panels_of(ax: Any, count: int, *, columns: int, width: float, height: float) -> list[Axes]:  # noqa: ANN401  as below
+def make_panels(ax: Any, count: int, *, columns: int, width: float, height: float) -> list[Axes]:  # noqa: ANN401  as below
     """Given axes, one a panel; or those of a new figure, with at most `columns` beside each other, each of a size in
     inches.
     """
     if (given_axes := check_panels(ax, count)) is not None:
         return given_axes
-    beside = min(count, columns)
-    rows = -(-count // beside)
-    places = list(new_figure(width * beside, height * rows, dpi=120).subplots(rows, beside, squeeze=False).flat)
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    places = list(new_figure(width * columns, height * rows, dpi=120).subplots(rows, columns, squeeze=False).flat)
     for unused in places[count:]:
         unused.set_visible(False)
     return places[:count]

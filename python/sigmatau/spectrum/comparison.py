@@ -106,9 +106,9 @@ class ModelComparison(Printed):
         matplotlib figure
         """
         from sigmatau.plot.curves import COLOURS
-        from sigmatau.plot.style import label_axes, panels_of, parent_figure
+        from sigmatau.plot.style import label_axes, make_panels, parent_figure
 
-        (panel,) = panels_of(ax, 1, columns=1, width=7, height=3.2)
+        (panel,) = make_panels(ax, 1, columns=1, width=7, height=3.2)
         low, high = self.interval()
         errors = np.array([self.ratio - low, high - self.ratio])
         panel.errorbar(self.frequency, self.ratio, errors, fmt="o", markersize=3, linewidth=1, color=COLOURS[0])

@@ -311,9 +311,9 @@ class Spectrum(Printed):
         matplotlib figure
         """
         from sigmatau.plot.curves import COLOURS
-        from sigmatau.plot.style import panels_of, parent_figure
+        from sigmatau.plot.style import make_panels, parent_figure
 
-        (panel,) = panels_of(ax, 1, columns=1, width=7, height=4.6)
+        (panel,) = make_panels(ax, 1, columns=1, width=7, height=4.6)
         self._draw(panel, model, unit, COLOURS[0])
         return parent_figure(panel)
 
@@ -389,13 +389,13 @@ class Spectra(ByChannel[Spectrum]):
         matplotlib figure
         """
         from sigmatau.plot.curves import COLOURS, TITLES
-        from sigmatau.plot.style import legend, panels_of, parent_figure
+        from sigmatau.plot.style import legend, make_panels, parent_figure
 
         models = {} if model is None else model.channels
         kinds: dict[tuple[str, str], list[str]] = {}
         for channel, spectrum in self.items():
             kinds.setdefault((spectrum.quantity, spectrum.unit), []).append(channel)
-        panels = panels_of(ax, len(kinds), columns=len(kinds), width=7, height=4.8)
+        panels = make_panels(ax, len(kinds), columns=len(kinds), width=7, height=4.8)
         biased = "too low in frequency for a density as steep as 1/f²"
         for panel, ((quantity, _), channels) in zip(panels, kinds.items(), strict=True):
             for k, channel in enumerate(channels):

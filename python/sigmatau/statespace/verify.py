@@ -174,9 +174,9 @@ class Verifications(ByChannel[Verification]):
         -------
         matplotlib figure
         """
-        from sigmatau.plot.style import panels_of, parent_figure
+        from sigmatau.plot.style import make_panels, parent_figure
 
-        panels = panels_of(ax, len(self), columns=3, width=5.2, height=4.2)
+        panels = make_panels(ax, len(self), columns=3, width=5.2, height=4.2)
         for panel, verification in zip(panels, self.values(), strict=True):
             verification.plot(panel)
         return parent_figure(panels[0])

@@ -331,12 +331,12 @@ class Tunings(ByChannel[Tuning]):
             For a channel without a result.
         """
         from sigmatau.plot.curves import COLOURS, MARKERS
-        from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
+        from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure
 
         if channel is not None and channel not in self:
             raise OptionError(f"{{option}} must be one of {', '.join(self)}, not {channel!r}", option="channel")
         tunings = dict(self) if channel is None else {channel: self[channel]}
-        (panel,) = panels_of(ax, 1, columns=1, width=6.4, height=4.6)
+        (panel,) = make_panels(ax, 1, columns=1, width=6.4, height=4.6)
         widest = max((tuning.whiteness for tuning in tunings.values()), key=lambda curve: float(curve.m[-1]))
         level = next(iter(tunings.values())).level
         white = 1 / np.sqrt(widest.m)

@@ -53,9 +53,9 @@ class LotCurves:
 
 def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = None) -> Figure:  # noqa: ANN401
     """Draw a panel a channel by matplotlib; curves of the `marked` units have a colour."""
-    from sigmatau.plot.style import label_axes, legend, panels_of, parent_figure
+    from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure
 
-    places = panels_of(ax, len(panels), columns=3, width=4, height=3.2)
+    places = make_panels(ax, len(panels), columns=3, width=4, height=3.2)
     for place, panel in zip(places, panels, strict=True):
         named = [name for name in panel.units if name in marked]
         for name, curve in panel.units.items():

@@ -20,7 +20,7 @@ COLUMNS = (
 )
 UNITS = (
     "sigmatau: log.csv: does not state the unit of gyro_x, gyro_y, gyro_z; give e.g. --unit gyro=deg/s --rate HZ (gyro noise"
-    " 0.0012 deg/s rms) or --unit gyro=rad/s --rate HZ (gyro noise 0.071 deg/s rms). The values do not tell which: see the"
+    " 0.0012 deg/s rms) or --unit gyro=rad/s --rate HZ (gyro noise 0.071 deg/s rms). The values do not show which; see the"
     " manual of the sensor"
 )
 ACTION = (

@@ -190,7 +190,7 @@ class TestLines:
     @pytest.mark.parametrize(
         ("text", "given", "words"),
         [
-            (b"1,2\n3,4\n", {}, r"the values do not tell which sensor is where"),
+            (b"1,2\n3,4\n", {}, r"the values do not show which columns belong to which sensor"),
             (b"gyro_x\n1\n2\n3\n", {"rate": 5}, "unit"),
             (b"gyro_x [deg/s]\n1\n2\n3\n", {}, "`rate=HZ`"),
             (b"hello\nworld\n", {"rate": 5}, "no line of numbers"),

@@ -156,8 +156,8 @@ def test_what_a_record_does_not_determine_is_named():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"others": {}}, "nothing beside"),
-        ({"others": {"bias_instability": 1.0}}, "nothing beside"),
+        ({"others": {}}, "there is no noise besides"),
+        ({"others": {"bias_instability": 1.0}}, "there is no noise besides"),
         ({"term": "arw"}, "unknown term 'arw'"),
         ({"others": {"arw": 1.0}}, "unknown term 'arw'"),
         ({"n": 20}, "too short"),

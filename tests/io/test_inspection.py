@@ -52,7 +52,7 @@ def test_both_units_of_a_gyro_are_offered_with_its_noise_in_each(tmp_path, gravi
     path.write_text("gx,gy,gz,ax,ay,az\n" + rows)
     asked = st.inspect(path, rate=10).tables[0].wanting
     assert f"e.g. --unit gyro=deg/s,{example} (gyro noise 0.0071 deg/s rms) or" in asked
-    assert f" or --unit gyro=rad/s,{example} (gyro noise 0.41 deg/s rms). The values do not tell which" in asked
+    assert f" or --unit gyro=rad/s,{example} (gyro noise 0.41 deg/s rms). The values do not show which" in asked
     units = {"gyro": "rad/s", "accel": example.partition("=")[2]}
     if units["accel"] == "UNIT":
         with pytest.raises(st.OptionError, match="unknown unit 'UNIT'"):
@@ -65,11 +65,11 @@ def test_both_units_of_a_gyro_are_offered_with_its_noise_in_each(tmp_path, gravi
 @pytest.mark.parametrize(
     ("header", "options", "asked"),
     [
-        ("ax,ay", {}, "give e.g. --unit accel=m/s^2 or --unit accel=g. The values do not tell which"),
+        ("ax,ay", {}, "give e.g. --unit accel=m/s^2 or --unit accel=g. The values do not show which"),
         (
             "gx,gy",
             {"input": "increments"},
-            "give e.g. --unit gyro=deg or --unit gyro=rad. The values do not tell which",
+            "give e.g. --unit gyro=deg or --unit gyro=rad. The values do not show which",
         ),
         ("gx,gy", {"scale": {"gyro": 0.01}}, "give e.g. --unit gyro=deg/s or --unit gyro=rad/s. The values"),
         ("ax,ay", {"input": "increments"}, "give e.g. --unit accel=m/s"),

@@ -338,7 +338,7 @@ class TestThermometersOfArrays:
         x = np.zeros(1000)
         record = Record.from_arrays(rate=100, gyro_x=x, temperature=x + 4000, warmth=x + 25)
         assert [s.quantity for s in record.streams] == ["angular_rate", "signal", "signal"]
-        assert "taken for a signal" in record.provenance.conversions[0]
+        assert "treated as a signal" in record.provenance.conversions[0]
         volts = Record.from_arrays(rate=100, gyro_x=x, temperature=x + 1, unit={"temperature": "V"})
         assert (volts.streams[1].quantity, volts.streams[1].unit) == ("signal", "V")
         assert Record.from_arrays(rate=100, temperature=x + 25).streams[0].quantity == "signal"

@@ -136,7 +136,7 @@ def test_counts_need_a_scale(tmp_path):
         (b"\n", "has only blank lines$"),
         (
             b"1.5," * 100_000,
-            "the first line is longer than 256 KiB, all of it numbers, and a sample needs a line of its own",
+            "the first line is longer than 256 KiB, all of it numbers. Write each sample on its own line",
         ),
         (b"1.5 " * 1000, "all of it numbers"),
         (b"gyro_x,gyro_y\n" + b"1.5," * 100_000, "the second line is longer than .*, all of it numbers"),

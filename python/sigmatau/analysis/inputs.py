@@ -1,4 +1,4 @@
-"""Models and sources of exports from files: a model file, another program's file, or the JSON of an analysis."""
+"""Read what an export needs from a file: a model file, another program's file, or the JSON of an analysis."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from sigmatau.model.noise_model import NoiseModel
 
 
 def is_result(path: Path) -> bool:
-    """Whether a file is taken for the JSON of an analysis, by its name."""
+    """Whether the name of a file ends in ``.json``, as the result of an analysis."""
     return path.suffix.lower() == ".json"
 
 
 def read_model(path: Path) -> NoiseModel:
-    """The model of a model file, or of the JSON of an analysis; raises `DataError`."""
+    """Read the model from a model file or from the JSON of an analysis. Raises `DataError`."""
     return require_model(read_analysis(path), path) if is_result(path) else NoiseModel.read(path)
 
 
 def require_model(analysis: Analysis, path: Path) -> NoiseModel:
-    """The model of an analysis that was read from a file; raises `DataError`, which names the file."""
+    """Return the model of an analysis that was read from a file. Raises a `DataError` that names the file."""
     try:
         return analysis.model
     except DataError as error:
@@ -33,8 +33,8 @@ def require_model(analysis: Analysis, path: Path) -> NoiseModel:
 def read_source(path: str | Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), a result of ``sigmatau analyze`` (.json), or a YAML file of Kalibr or imu_utils.
 
-    `rate`: sampling rate of the record, for a YAML file, which does not state it [Hz]. Raises `OptionError` for a rate of
-    another file, and `DataError` for a file that cannot be read.
+    `rate`: sampling rate of the record [Hz]. Only the YAML files need it, because they do not state it. Raises `OptionError`
+    if it is given for a file of another kind, and `DataError` if the file cannot be read.
     """
     path = Path(path)
     if not is_result(path):

@@ -34,7 +34,9 @@ from sigmatau.record.record import stream_name
 
 _RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
 _SPAN, _POINTS = 1000.0, 50
-"""Ratio of the last to the first time of a figure, and its number of times besides those of ``--after``."""
+"""Decades shown left of the last time of a figure, as a ratio, and the number of times that are added to those of
+``--after``.
+"""
 
 
 def predict_command(
@@ -132,7 +134,7 @@ def _time(text: str, option: str) -> float:
 
 
 def _turn_on(values: Sequence[str], model: NoiseModel) -> dict[str, float]:
-    """Biases by channel; the name of a stream stands for all its channels."""
+    """Return the bias of each channel. The name of a stream sets the bias of all its channels."""
     biases: dict[str, float] = {}
     for key, text in key_values(values, "turn-on", 'gyro="10 deg/h"').items():
         named = [name for name in model.channels if key in (name, stream_name(name))]
@@ -155,5 +157,5 @@ def _warn_of_misfits(analysis: Analysis, source: Path, *, quiet: bool) -> None:
 
 
 def _highest_rate(analysis: Analysis | None) -> float:
-    """The highest sampling rate of a result; of a model file, the default. [Hz]"""
+    """Return the highest sampling rate of a result; for a model file, the default rate. [Hz]"""
     return _RATE if analysis is None else max(1 / curve.tau0 for curve in analysis.curves.values())

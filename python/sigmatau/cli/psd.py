@@ -72,11 +72,12 @@ def psd_command(
     tapers
         Number of tapers of multitaper (default 8). More tapers reduce the scatter and the frequency resolution.
     f_max
-        Highest frequency of multitaper, e.g. 5Hz. Default: that of 4096 frequencies.
+        Highest frequency of multitaper, e.g. 5Hz. Default: the band contains 4096 frequencies.
     axes
         Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     model
-        Model file (.toml) or JSON of analyze to compare with: adds its density, and the ratio of both by frequency band.
+        Model file (.toml) or JSON of analyze to compare with: adds its density, and the measured density over it by
+        frequency band.
     plot
         Draw all axes: .png, .svg or .pdf.
     style
@@ -113,7 +114,7 @@ def psd_command(
 
 
 def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: str | None) -> dict[str, Any]:
-    """Arguments of `sigmatau.psd`; an option of the other method is an error."""
+    """Collect the arguments of `sigmatau.psd`. Raises `OptionError` for an option of the other method."""
     asked = {
         "segment": (segment, "welch", "s"),
         "tapers": (tapers, "multitaper", ""),
@@ -130,7 +131,7 @@ def _options(method: Method, *, segment: str | None, tapers: int | None, f_max: 
 
 
 def _select_channels(record: Record, axes: list[str] | None) -> Record:
-    """The named channels; by default all but temperatures, which drift."""
+    """Select the named channels; by default all but temperatures, which drift."""
     if axes is None:
         chosen = [stream.channels if stream.quantity != "temperature" else () for stream in record.streams]
     else:
@@ -165,7 +166,9 @@ def _compared(spectra: Spectra, expected: NoiseModel, path: Path | None, *, quie
 
 
 def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
-    """Thirds of an octave: the density, its root in the unit of the random walk, and as datasheets state it."""
+    """Format one line per third of an octave: the density, its root in the unit of the random walk, and its root in the
+    datasheet's unit.
+    """
     bands = spectrum.binned(per_octave=3)
     low, high = bands.interval()
     middle = math.sqrt(float(np.median(bands.density)))
@@ -174,7 +177,7 @@ def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
     root = "√S two-sided" if asked is None or asked.sided != "one" else "√(2S) one-sided"
     heading = f"{root} [{unit if asked is None else asked.bare}], 95 % interval"
     sheet = _DATASHEET.get(spectrum.quantity)
-    # Signals without a datasheet unit use their own, with its prefix.
+    # A signal without a datasheet unit is shown in its own unit, with a prefix.
     datasheet_unit = (
         find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
     )
@@ -200,7 +203,7 @@ def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
         single = round_to_error(*(math.sqrt(2 * x) / one_factor for x in (s, a, b))).value
         line = f" {mark}{f:10.4g}  {power:>30}  {interval:>42}  {single:>30}"
         lines.append(f"{line}  {ratios.get(float(f), '-'):>32}" if ratios else line)
-    without = "; bands that begin below it have no ratio" if ratios else ""
+    without = "; bands that begin below this frequency have no ratio" if ratios else ""
     lines.append(f"  ~ below {spectrum.trusted:.3g} Hz a density that falls as steeply as 1/f² is biased{without}")
     if compared is not None:
         lines += [f"  {text}" for text in (compared.statement(), compared.notes()) if text]
@@ -208,7 +211,7 @@ def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
 
 
 def _ratios(compared: ModelComparison) -> dict[float, str]:
-    """Ratios by frequency, in the bands of the densities."""
+    """Format the ratio of each band, keyed by the frequency of the band."""
     low, high = compared.interval()
     rows = zip(compared.frequency, compared.ratio, low, high, strict=True)
     return {float(f): " ".join(round_to_error(*ends).cells) for f, *ends in rows}

@@ -21,9 +21,9 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     Attributes
     ----------
     evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
-        Mean of an accelerometer triad; a step known from datasheets; noise beyond that of all gyros; a bias too large
-        for gyros with so little noise; noise below that of all sensors; gyros with so little noise that do not measure the
-        Earth's rotation.
+        What shows it. gravity: the mean of an accelerometer triad. step: a step of the numbers that datasheets state in
+        another unit. noise: more than that of all gyros. bias: too large for gyros with so little noise. quiet: less noise
+        than all sensors. earth: as little noise as gyros that measure the Earth's rotation, but another mean.
     quantity : str
         Quantity that the stream measures.
     stated, likely : str
@@ -35,18 +35,18 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     step : float or None
         Step of the numbers. [SI unit of the stream]
     sensitivity : float or None
-        The known sensitivity that the step agrees with. [LSB per deg/s]
+        Sensitivity of known sensors whose step is this one. [LSB per deg/s]
     times : float or None
-        White noise over that of the noisiest gyros. [1]
+        White noise, as a multiple of that of the noisiest gyros. [1]
     by_file : bool
-        Whether the file states the unit. A gyro's is not doubted then, and `likely` is empty.
+        Whether the file states the unit. The unit of a gyro is then not doubted, and `likely` is empty.
     """
 
     evidence: Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
     quantity: str
     stated: str = ""
     likely: str = ""
-    option: str = field(default="", init=False)  # the `correction` as it is typed, for those who read the JSON
+    option: str = field(default="", init=False)  # the `correction` as it is typed, for readers of the JSON
     mean: float | None = None
     noise: float | None = None
     step: float | None = None
@@ -106,7 +106,7 @@ class Gravity(Details, code="gravity"):
     deviation : float
         Relative difference from standard gravity; negative if smaller. [1]
     low, high : float
-        Gravity on the ground. [m/s^2]
+        Lowest and highest gravity on the ground. [m/s^2]
     cause : {"bias_or_scale", "removed", "unknown"}
         Possible cause.
     """

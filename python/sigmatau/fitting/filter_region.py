@@ -14,19 +14,20 @@ from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits, corner_limit
 from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
 from sigmatau.frozen import frozen
 
-_DIRECTIONS = 12  # about the best of two numbers, in which the edge is searched
-_INSIDE_OF_TWO = (0.4, 0.75)  # of the way to the edge
-_INSIDE = (0.2, 0.4, 0.6, 0.8)
-_BISECTIONS = 6  # of the way to the edge: 2 % of it
-_WIDER = 2.0  # factor of a way that does not reach the edge
-_WIDENINGS = 14
-_NOTHING = 1e-12  # ratio of N² of a log without white noise
-_KNOWN_BANDWIDTH = 0.1  # relative error up to which a log has a bandwidth to be compared
+_DIRECTIONS = 12  # directions from the best pair of numbers in which the edge of the region is searched
+# fractions of the distance to the edge at which points inside the region are taken, for filters with two numbers
+_INSIDE_TWO_PARAMETERS = (0.4, 0.75)
+_INSIDE = (0.2, 0.4, 0.6, 0.8)  # the same for filters with one number
+_BISECTIONS = 6  # halvings of the distance to the edge: it is then known to 2 %
+_GROWTH = 2.0  # factor by which a distance grows that does not reach the edge
+_MAX_GROWTHS = 14  # at most so many growths
+_NOTHING = 1e-12  # ratio of N² that stands for a log without white noise
+_KNOWN_BANDWIDTH = 0.1  # relative standard error of a bandwidth, at most, for the bandwidths of two logs to be compared
 
 
 @frozen(eq=False)
 class Explanation:
-    """A filter with numbers that explain the logs.
+    """A filter, with values of its parameters, that explains the logs.
 
     Attributes
     ----------
@@ -35,7 +36,7 @@ class Explanation:
     density : float
         N². [(unit of the rate)²/Hz]
     spread : float
-        Half the width of ln N² that the deviance leaves with these numbers.
+        Half the width of the interval of ln N² that the deviance allows with these parameters.
     """
 
     filter: SensorFilter
@@ -45,8 +46,9 @@ class Explanation:
 
 
 def explanations(logs: Logs, fits: Sequence[FilterFit], rise: float) -> list[Explanation]:
-    """Filters of all forms whose cost is at most `rise` above the least, the best first: of each form the edge of the region
-    whose cost is at most `rise` above that of its best, and points inside it.
+    """List the filters of all forms whose cost is at most `rise` above the lowest cost, the best form first.
+
+    Of each form: points on the edge of the region whose cost is at most `rise` above the lowest, and points inside it.
     """
     region: list[Explanation] = []
     for fit in fits:
@@ -56,7 +58,9 @@ def explanations(logs: Logs, fits: Sequence[FilterFit], rise: float) -> list[Exp
 
 
 def is_white(logs: Logs, fits: Sequence[FilterFit], rise: float) -> bool:
-    """Whether a bandwidth far above all rates has a cost of at most `rise` above the least."""
+    """Whether white noise explains the logs: a bandwidth far above all rates costs at most `rise` more than the best
+    filter.
+    """
     highest = np.array([corner_limits(logs.spectra)[1]])
     form = replace(fits[0].form, filter=all_filters()[0])
     return logs.fit_levels(form, highest).deviance + form.price <= fits[0].cost + rise
@@ -64,7 +68,7 @@ def is_white(logs: Logs, fits: Sequence[FilterFit], rise: float) -> bool:
 
 def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
     def explanation(numbers: Floats) -> Explanation | None:
-        """None beyond the edge."""
+        """Fit the levels with these parameters; None beyond the edge of the region."""
         fit = logs.fit_levels(best.form, numbers, begin=best.fit.model)
         room = highest - fit.deviance - best.form.price
         if room < 0:
@@ -82,7 +86,7 @@ def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
     centre = explanation(best.numbers)
     region = [] if centre is None else [centre]
     room = max(highest - best.cost, 0.0)
-    inside = _INSIDE if len(best.numbers) == 1 else _INSIDE_OF_TWO
+    inside = _INSIDE if len(best.numbers) == 1 else _INSIDE_TWO_PARAMETERS
     for direction in _directions(logs, best):
 
         def along(way: float, direction: Floats = direction) -> Explanation | None:
@@ -95,14 +99,14 @@ def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
 
 
 def _edge(along: Callable[[float], Explanation | None], way: float) -> tuple[float, list[Explanation]]:
-    """How far explanations reach, and the farthest of them."""
+    """Find the distance to the edge along one direction, and the farthest explanation that was tried."""
     low, high, farthest = 0.0, way, []
-    for _ in range(_WIDENINGS):
+    for _ in range(_MAX_GROWTHS):
         tried = along(high)
         if tried is None:
             break
         low, farthest = high, [tried]
-        high *= _WIDER
+        high *= _GROWTH
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         tried = along(middle)
@@ -112,7 +116,7 @@ def _edge(along: Callable[[float], Explanation | None], way: float) -> tuple[flo
 
 
 def _directions(logs: Logs, best: FilterFit) -> list[Floats]:
-    """Directions of the numbers, with the length of one standard error."""
+    """Directions in the space of the parameters, each as long as one standard error."""
     errors = logs.errors_of_numbers(best)
     if len(errors) == 1:
         return [errors[:, 0], -errors[:, 0]]
@@ -127,14 +131,15 @@ class Contradiction:
     Attributes
     ----------
     name : str
-        Of the log.
+        Name of the log.
     chi2, p_value : float
-        Fall of the deviance if the log has an N and a filter for itself; p with the number of logs as a factor.
+        Fall of the deviance if this log is fitted by an N and a filter of its own; the p-value is multiplied by the number
+        of logs.
     freedom : int
     ratio : float
         N of this log over that of the others, behind their filter. [1]
     bandwidth_ratio : float or None
-        Bandwidth of this log over that of the others; None if one of them does not show it. [1]
+        Bandwidth of this log over that of the others; None if a bandwidth is not determined. [1]
     """
 
     name: str
@@ -145,47 +150,49 @@ class Contradiction:
     bandwidth_ratio: float | None
 
     def exceeds(self, n_change: float, bandwidth_change: float) -> bool:
-        """Whether N or the bandwidth differs by more than a factor."""
+        """Whether N or the bandwidth differs by more than the factor given for it."""
         ratios = ((self.ratio, n_change), (self.bandwidth_ratio or 1.0, bandwidth_change))
         return any(not 1 / limit <= ratio <= limit for ratio, limit in ratios)
 
 
 def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradiction | None:
-    """The log that contradicts the others the most; None of a single log, or if the p-value is not below `significant`."""
+    """Find the log that contradicts the others the most; None for a single log, or if the p-value is not below
+    `significant`.
+    """
     count, freedom = len(logs.spectra), 1 + best.filter.count + best.form.converter
     if count == 1:
         return None
     falls = []
     for k in range(count):
         alone, rest = _separated(logs, k)
-        falls.append(best.fit.deviance - _anew(alone, best).fit.deviance - _anew(rest, best).fit.deviance)
+        falls.append(best.fit.deviance - _refitted(alone, best).fit.deviance - _refitted(rest, best).fit.deviance)
     k = int(np.argmax(falls))
     p = min(count * float(chi2_above(freedom, max(falls[k], 0.0))), 1.0)
     if p >= significant:
         return None
-    # How it differs, behind the filter that the others have without it.
+    # To state how this log differs, it is fitted behind the filter that the other logs have.
     alone, rest = _separated(logs, k)
     rest_fit = best_fits(rest)[0]
     level = float(alone.fit_levels(rest_fit.form, rest_fit.numbers).levels[0] / rest_fit.fit.levels[0])
     return Contradiction(
         name=logs.spectra[k].name, chi2=falls[k], freedom=freedom, p_value=p, ratio=math.sqrt(max(level, _NOTHING)),
-        bandwidth_ratio=_ratio_of_bandwidths((alone, _anew(alone, rest_fit)), (rest, rest_fit)),
+        bandwidth_ratio=_ratio_of_bandwidths((alone, _refitted(alone, rest_fit)), (rest, rest_fit)),
     )  # fmt: skip
 
 
 def _separated(logs: Logs, k: int) -> tuple[Logs, Logs]:
-    """One log, and the others."""
+    """Separate log k from the others."""
     return Logs.from_spectra([logs.spectra[k]]), Logs.from_spectra([*logs.spectra[:k], *logs.spectra[k + 1 :]])
 
 
 def _ratio_of_bandwidths(*fits: tuple[Logs, FilterFit]) -> float | None:
-    """The first over the second; None if the curvature of one does not show it."""
+    """Ratio of the first bandwidth to the second; None if the curvature does not determine one of them."""
     if any(float(logs.errors_of_numbers(fit)[0].max()) > _KNOWN_BANDWIDTH for logs, fit in fits):
         return None
     return math.exp(float(fits[0][1].numbers[0] - fits[1][1].numbers[0]))
 
 
-def _anew(logs: Logs, best: FilterFit) -> FilterFit:
-    """The form fitted to some of the logs."""
+def _refitted(logs: Logs, best: FilterFit) -> FilterFit:
+    """Fit the form of `best` to these logs only."""
     fit = logs.fit_levels(best.form, best.numbers)
     return logs.fit_numbers(FilterFit(form=best.form, numbers=best.numbers, fit=fit))

@@ -1,4 +1,4 @@
-"""Fits of the compiled core as the types of the package, whose fields have the same names; the core has no units."""
+"""Convert fits of the compiled core, which has no units, to the types of the package. Fields have the same names in both."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TYPES: dict[type, type] = {
     ResonanceEstimate: FittedResonance,
     WarmUpEstimate: FittedWarmUp,
 }
-"""Types of the package, by those of the core."""
+"""Type of the package for each type of the core."""
 
 _ABSENT = object()
 
@@ -48,12 +48,12 @@ def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -
     Parameters
     ----------
     kind : type
-        A dataclass. Each field that is not stated has the attribute of the same name, if there is one.
+        A dataclass. A field that `stated` does not name takes the attribute of the same name, if `native` has it.
     native : object
-    rate_unit : str
-        Unit of each interval whose field names no other in its metadata.
+        The value of the core.
+        Unit of the intervals. A field may name another unit in its metadata.
     **stated
-        Values of fields.
+        Values of fields that are not taken from `native`.
     """
     for each in fields(kind):  # type: ignore[arg-type]
         if each.name not in stated and (value := getattr(native, each.name, _ABSENT)) is not _ABSENT:
@@ -65,13 +65,13 @@ def _converted(value: Any, unit: str, rate_unit: str) -> object:  # noqa: ANN401
     if isinstance(value, list):
         return tuple(_converted(each, unit, rate_unit) for each in value)
     if isinstance(value, Estimate):
-        return named_interval(value, unit)
+        return interval_with_unit(value, unit)
     kind = _TYPES.get(type(value))
     return value if kind is None else typed(kind, value, rate_unit)
 
 
-def named_interval(estimate: Estimate, unit: str) -> Interval:
-    """A value and its interval with their unit."""
+def interval_with_unit(estimate: Estimate, unit: str) -> Interval:
+    """Attach a unit to an estimate of the core."""
     return Interval(value=estimate.value, low=estimate.low, high=estimate.high, unit=unit)
 
 
@@ -84,7 +84,7 @@ def fitted_covariance(fit: ChannelFit | CurveFit) -> Covariance:
 def fitted_terms(
     terms: Iterable[tuple[str, TermEstimate]], *, quantity: str, rate_unit: str, level: float
 ) -> dict[str, FittedTerm]:
-    """The terms of a fit with their units."""
+    """Convert the terms of a fit, with their units."""
     units = coefficient_units(quantity, rate_unit)
     return {
         name: typed(

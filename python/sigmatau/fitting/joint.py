@@ -22,7 +22,7 @@ from sigmatau.fitting.beside_vibration import as_wide
 from sigmatau.fitting.channel import TEMPERATURE, block_temperature, fit_channel
 from sigmatau.fitting.disturbance import is_disturbed, limits_alone, vibration_share
 from sigmatau.fitting.fitted_values import Interval
-from sigmatau.fitting.from_native import named_interval
+from sigmatau.fitting.from_native import interval_with_unit
 from sigmatau.fitting.joint_fit import JointChannel, JointFit, RunOfJoint, Spread
 from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
@@ -344,7 +344,7 @@ def _lines(fit: NoiseFit) -> list[LineEstimate]:
 
 def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict[str, Interval]:
     """Coefficients by name, with the units of a fit."""
-    return {name: named_interval(estimate, fit[name].unit) for name, estimate in estimates}
+    return {name: interval_with_unit(estimate, fit[name].unit) for name, estimate in estimates}
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:

@@ -19,7 +19,7 @@ from sigmatau.fitting.beside_vibration import crowded_lines
 from sigmatau.fitting.changing_level import changing_level, unsteadiness
 from sigmatau.fitting.disturbance import hidden_by_vibration
 from sigmatau.fitting.fitted_values import SecondModel
-from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, named_interval, typed
+from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, interval_with_unit, typed
 from sigmatau.fitting.misfit import misfit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.pass_over import never_changes, summarized
@@ -161,7 +161,7 @@ def as_noise_fit(
     if fit.worst_band is not None:
         frequency, ratio = fit.worst_band
         reasons = (*reasons, BandsOff(frequency=frequency, ratio=ratio))
-    coefficients = (named_interval(coefficient, unit) for coefficient in fit.regressors)
+    coefficients = (interval_with_unit(coefficient, unit) for coefficient in fit.regressors)
     return typed(
         NoiseFit,
         fit,

@@ -1,4 +1,6 @@
-"""Planning of a record: the smallest coefficient that a record of a given length shows, and the length that one needs."""
+"""Planning of a record: the smallest coefficient that a record of a given length shows, and the length that a given value
+needs.
+"""
 
 from __future__ import annotations
 
@@ -21,30 +23,30 @@ from sigmatau.noise.terms import NOISE, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
-_SHORTEST = 64  # record that is considered, over the smallest cluster size [samples]
-_HALF = 0.5  # probability that a coefficient is found
+_SHORTEST = 64  # length of the shortest record that is considered, over the smallest cluster size [1]
+_HALF = 0.5  # probability that a coefficient is detected
 _NINE_OF_TEN = 0.9  # the same
-_MOST_ERROR = 0.5  # relative standard error from which on a coefficient counts as not determined
+_MOST_ERROR = 0.5  # relative standard error, from which on a coefficient counts as not determined
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan(Printed):
-    """The smallest coefficient of a term that a record shows, and the length of record that shows a given value.
+    """The smallest coefficient of a term that a record shows, and the length of a record that shows a given value.
 
     Attributes
     ----------
     channel, quantity, rate_unit, term, unit : str
         `unit` is that of the values, in SI.
     others : mapping of str to float
-        The noise beside the term. [SI]
+        The other noise of the channel. [SI]
     tau0 : float
         Sample interval. [s]
     duration : float or None
         Length of the record. [s]
     half, most : float or None
-        Smallest value that is found in 50 % and in 90 % of such records; None if there is none. [unit]
+        Smallest value that is detected in 50 % and in 90 % of such records; None if there is none. [unit]
     value : float or None
-        A given value. [unit]
+        The value that was asked about. [unit]
     half_in, most_in : float or None
         Length of a record that shows that value with a probability of 50 % and of 90 %; None if there is none. [s]
     error : float or None
@@ -52,7 +54,7 @@ class Plan(Printed):
     level : float
         Confidence level of the test.
     gauss_markov : tuple of GaussMarkov
-        The process beside the term, if any.
+        The Gauss-Markov process of the channel, if any.
 
     See Also
     --------
@@ -143,13 +145,13 @@ def smallest_detectable(
 
     Notes
     -----
-    The variance of a Gauss-Markov process is a free parameter, as the other coefficients are; its correlation time is known.
+    The variance of a Gauss-Markov process is a free parameter, like the other coefficients; its correlation time is known.
 
-    `background`: the noise beside the term, by key of `sigmatau.noise.terms.TERMS`; of a model also its Gauss-Markov
-    process [SI]; `term`: the term that is to be found; its entry in `background` is ignored; `tau0`: sample interval [s];
-    `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability
-    that the term is found; `level`: confidence level of the test: an absent term is found in 1 − level of all
-    records; the result is in SI, inf if no value is found with that probability.
+    `background`: the other noise of the channel, by key of `sigmatau.noise.terms.TERMS`, or a model, which may have one
+    Gauss-Markov process [SI]; `term`: the term to be detected; its entry in `background` is ignored; `tau0`: sample interval
+    [s]; `tau_min`: shortest averaging time that can be used, for example because of a filter [s]; `power`: probability that
+    the term is detected; `level`: confidence level of the test: an absent term is detected in 1 − level of all records. The
+    result is in SI; inf if no value is detected with that probability.
     """
     if term not in TERMS:
         raise OptionError(unknown_term(term), option="term")
@@ -162,7 +164,9 @@ def smallest_detectable(
     if term in NOISE:
         theta[NOISE.index(term)] = 0.0
     if not theta.any():
-        raise OptionError(f"nothing beside {term}: any value shows; give the other terms", option="model")
+        raise OptionError(
+            f"there is no noise besides {term}, so any value is detected. Give the other terms", option="model"
+        )
     parts = _parts(n, tau_min / tau0, _times(background, tau0))
     scale = float(np.median(parts.design @ theta))
     theta /= scale
@@ -200,7 +204,7 @@ def needed_samples(
         low, high = high, 4 * high
         if high > LONGEST_RECORD:
             return math.inf
-    # To two digits: the longest averaging time of the grid grows in steps.
+    # Two digits suffice: the longest averaging time of the grid changes in steps.
     while high / low > 1.02:
         middle = round(math.sqrt(low * high))
         low, high = (low, middle) if shows(middle) else (middle, high)
@@ -210,8 +214,9 @@ def needed_samples(
 def relative_error(
     background: Mapping[str, float], term: str, value: float, *, n: int, tau0: float, tau_min: float = 0.0
 ) -> float:
-    """Standard error of a coefficient over the coefficient, all terms free; parameters as in `smallest_detectable`.
-    From the covariance of the Allan variances; above 0.5 it is an order of magnitude.
+    """Relative standard error of a coefficient if all terms are free; parameters as in `smallest_detectable`.
+
+    It comes from the covariance of the Allan variances. Above 0.5 it is only an order of magnitude.
     """
     theta = _theta(background, tau0)
     k = NOISE.index(term)

@@ -1,4 +1,4 @@
-"""The noise model of a fit: what simulations, filters and exports take."""
+"""Conversion of a fit to the noise model that simulations, filters and exports use."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 
-_FIRST_SAMPLES = 1.5  # samples of the shortest averaging time from which on a fit left out short times
-_WITHOUT_MODEL = ("too_short",)  # verdicts
+_FIRST_SAMPLES = 1.5  # a fit whose shortest averaging time is longer than this has left out short times [samples]
+_WITHOUT_MODEL = ("too_short",)  # verdicts of fits that have no model
 
 
 def has_model(fit: FittedNoise) -> bool:
@@ -26,12 +26,12 @@ def has_model(fit: FittedNoise) -> bool:
 def to_model(fit: FittedNoise) -> ChannelModel:
     """The model of a fit, with its intervals, limits and covariance.
 
-    Resonances that a sampled model would fold into the white noise are left out.
+    Resonances that sampling would fold into the white noise are left out.
 
     Raises
     ------
     DataError
-        For a fit without a model, or with numbers that no model has.
+        For a fit without a model, or with values that a model does not allow.
     """
     if fit.verdict in _WITHOUT_MODEL:
         raise DataError(f"its fit is {fit.verdict!r} and has no model")
@@ -54,7 +54,7 @@ def to_model(fit: FittedNoise) -> ChannelModel:
                 quantity=fit.quantity,
                 unit=fit.rate_unit,
             )
-            # White noise behind a filter has the curve of the process that it replaces.
+            # White noise behind a filter is left out: it has the curve of the process that it replaces.
             for second in fit.second
             if second.filter is None
         ),
@@ -78,7 +78,7 @@ def to_model(fit: FittedNoise) -> ChannelModel:
 
 
 def _unfolded(fit: FittedNoise, rate: float) -> list[int]:
-    """The numbers, from 1, of the resonances that a sampled model does not fold into the white noise."""
+    """Numbers, from 1, of the resonances that sampling does not fold into the white noise."""
     walk = fit.model.get("random_walk", math.inf)
 
     def is_folded(p: FittedResonance) -> bool:
@@ -88,7 +88,7 @@ def _unfolded(fit: FittedNoise, rate: float) -> list[int]:
 
 
 def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covariance:
-    """The covariance with some of the resonances, which are numbered anew."""
+    """Select the covariance of some resonances, and number these from 1."""
     renumbered = {old: new for new, old in enumerate(numbers, 1)}
 
     def renamed(parameter: Parameter) -> Parameter | None:
@@ -101,14 +101,16 @@ def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covarian
 
 
 def _highest(fit: FittedNoise, rate: float) -> float | None:
-    """The frequency up to which the model describes the record: that of the fit, or half over its shortest time."""
+    """Frequency up to which the model describes the record: that of the fit, or half over its shortest time if that is
+    lower.
+    """
     ends = [] if fit.highest is None else [fit.highest]
     ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _FIRST_SAMPLES else []
     return min(ends, default=None)
 
 
 def to_models(fits: Mapping[str, FittedNoise]) -> dict[str, ChannelModel]:
-    """The models of the channels that have one; raises `DataError`, which names the channel."""
+    """Convert the fits that have a model. Raises a `DataError` that names the channel."""
     models = {}
     for name, fit in fits.items():
         if has_model(fit):

@@ -1,4 +1,4 @@
-"""Writing whole files or none."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from pathlib import Path
 from sigmatau.errors import DataError
 
 PARTS = ".parts"
-"""Ending of the folder beside a temporary file in which a writer keeps parts of it."""
+"""Ending of the folder in which a writer keeps parts of its temporary file."""
 
 
 @contextlib.contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
-    """A path beside `path` to write to, which takes its name when the block ends well and vanishes when it does not.
+    """Yield a temporary path beside `path`. It replaces `path` if the block succeeds, and is removed if the block fails.
 
-    The file is locked while it is written: what a killed process left behind is not, and is removed by the next one that
-    writes the same file. A symbolic link stays, and the file that it names is written.
+    The temporary file is locked while it is written. One left behind by a killed process is not locked, and the next writer
+    of the same file removes it. A symbolic link stays a link: the file that it points to is replaced.
     """
     try:
         target = Path(os.path.realpath(path))
@@ -31,7 +31,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
     except (TypeError, ValueError) as error:
         if isinstance(error, DataError):
             raise
-        raise DataError(f"{path!r}: no name of a file: {error}") from None
+        raise DataError(f"{path!r}: not a valid file name: {error}") from None
     try:
         yield temporary
         mask = os.umask(0)
@@ -46,7 +46,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
 
 
 def _make_temporary(target: Path) -> tuple[Path, int]:
-    """A new file beside another one, and its handle, which is locked."""
+    """Create a locked temporary file beside `target`; return its path and its handle."""
     if target.is_dir():
         raise DataError(f"{target}: is a directory; give the name of a file")
     if target.exists() and not target.is_file():
@@ -60,30 +60,30 @@ def _make_temporary(target: Path) -> tuple[Path, int]:
     ending = "".join(target.suffixes[-2:])
     while True:
         handle, name = tempfile.mkstemp(prefix=prefix, suffix=ending, dir=target.parent)
-        _locked(handle)
+        _try_to_lock(handle)
         if Path(name).exists():  # another process may have removed it before it was locked
             return Path(name), handle
         os.close(handle)
 
 
 def _remove_abandoned(path: Path) -> None:
-    """Remove a file that a killed process left behind, and the folder of its parts; not one that is being written."""
+    """Remove the temporary file of a killed process, and the folder of its parts, unless the file is still being written."""
     with contextlib.suppress(OSError):
         if path.is_dir():
-            if not path.with_suffix("").exists():  # parts of a file that is removed before or after them
+            if not path.with_suffix("").exists():  # the file may be removed before its parts or after them
                 shutil.rmtree(path, ignore_errors=True)
             return
         handle = os.open(path, os.O_RDWR)
         try:
-            if _locked(handle):
+            if _try_to_lock(handle):
                 path.unlink()
                 shutil.rmtree(path.with_name(path.name + PARTS), ignore_errors=True)
         finally:
             os.close(handle)
 
 
-def _locked(handle: int) -> bool:
-    """Whether the file could be locked; False where there are no locks, and nothing is known of other processes."""
+def _try_to_lock(handle: int) -> bool:
+    """Lock a file; False if another process holds the lock, or if the system has no locks."""
     try:
         import fcntl
 

@@ -35,13 +35,13 @@ from sigmatau.record.mask import Exclusion, exclusions
 from sigmatau.record.record import Record, need_record
 from sigmatau.record.streams import Stream
 
-_PARTS = 2  # of a bandwidth: frequency, order
+_PARTS = 2  # a bandwidth has a frequency and an order
 
 LOOKED_AT = 1 << 24
-"""Samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
+"""Number of samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
 
 LOOKED_AT_BOUNDED = 1 << 20
-"""Samples that are checked of a record that does not fit in memory."""
+"""The same for a record that does not fit in memory."""
 
 
 @frozen
@@ -49,13 +49,13 @@ class UsableThresholds:
     """Thresholds of what `check` checks."""
 
     least_samples: int = 64
-    """Length of a stream that is checked, at least. [samples] Judgement: no check has a distribution of fewer."""
+    """Samples of the shortest stream that is checked. [samples] Judgement: no check knows its distribution for fewer."""
 
     largest: float = 1e60
-    """Size of a sample, at most. [SI unit] Derived: its fourth power is within the range of double precision."""
+    """Largest size of a sample. [SI unit] Derived: its fourth power is within the range of double precision."""
 
     smallest: float = 1e-60
-    """Range of the samples of a channel, at least. [SI unit] Derived: see `largest`."""
+    """Smallest range of the samples of a channel. [SI unit] Derived: see `largest`."""
 
 
 THRESHOLDS = UsableThresholds()
@@ -140,8 +140,8 @@ def examine(
         for stream in record.streams
         if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
     }
-    shaken = in_threads(lambda name: _shaken(usable[name], keep), tuple(usable), threads)
-    elsewhere = {name: _at_times(part, shaken) for name, part in usable.items()}
+    disturbed_spans = in_threads(lambda name: _shared_disturbances(usable[name], keep), tuple(usable), threads)
+    elsewhere = {name: _disturbed_elsewhere(part, disturbed_spans) for name, part in usable.items()}
     undisturbed = {
         name: masked(part, np.logical_or.reduce([*elsewhere[name].values()])) if elsewhere[name] else part
         for name, part in usable.items()
@@ -171,7 +171,7 @@ def examine(
 
 
 def _trusting_file(finding: Finding, record: Record) -> Finding:
-    """The finding, without a guess at the unit of a gyro whose unit the file states: its size and its source remain."""
+    """Remove a guessed unit from a finding about a gyro whose unit the file states. The size and the reason remain."""
     details = finding.details
     if not isinstance(details, ImplausibleUnit) or details.evidence == "gravity":
         return finding
@@ -183,8 +183,10 @@ def _trusting_file(finding: Finding, record: Record) -> Finding:
 _SHARED_CAUSES = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
 
 
-def _shaken(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
-    """The times at which a sensor shows what disturbs all sensors of a record, by code, in the clock of the log. [s]"""
+def _shared_disturbances(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
+    """Times at which a sensor shows a disturbance that affects all sensors of a record, by code, in the clock of the log.
+    [s]
+    """
     tau0, start = stream.grid.tau0, stream.grid.start
     causes = [cause for cause in _SHARED_CAUSES if cause not in keep]
     return {
@@ -194,8 +196,10 @@ def _shaken(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
     }
 
 
-def _at_times(stream: Stream, shaken: Mapping[str, Mapping[str, Sequence[Span]]]) -> dict[str, Bools]:
-    """Samples of an inertial sensor that only others show to be disturbed, by code; shape (n,)."""
+def _disturbed_elsewhere(
+    stream: Stream, disturbed_spans: Mapping[str, Mapping[str, Sequence[Span]]]
+) -> dict[str, Bools]:
+    """Samples of an inertial sensor that only other sensors show to be disturbed, by code; shape (n,)."""
     if stream.quantity not in ("angular_rate", "acceleration"):
         return {}
     n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
@@ -203,16 +207,16 @@ def _at_times(stream: Stream, shaken: Mapping[str, Mapping[str, Sequence[Span]]]
     def samples(spans: Iterable[Span]) -> Bools:
         return mask_from_spans(n, [(round((a - start) / tau0), round((b - start) / tau0)) for a, b in spans])
 
-    shown = samples(span for spans in shaken[stream.name].values() for span in spans)
+    shown = samples(span for spans in disturbed_spans[stream.name].values() for span in spans)
     elsewhere: dict[str, Bools] = {}
-    for name, spans_by_code in shaken.items():
+    for name, spans_by_code in disturbed_spans.items():
         for code, spans in spans_by_code.items() if name != stream.name else ():
             elsewhere[code] = elsewhere.get(code, False) | (samples(spans) & ~shown)
     return {code: mask for code, mask in elsewhere.items() if mask.any()}
 
 
 def _with_missing(stream: Stream, part: Stream) -> Stream:
-    """The stream with what is missing in a part of its channels and of its beginning."""
+    """Mark the samples of a stream missing that are missing in `part`, which has some of its channels and its beginning."""
     if part.mask is None:
         return stream
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
@@ -228,9 +232,9 @@ def check_fits(
     findings: Sequence[Finding] | None = None,
     threads: int | None = None,
 ) -> tuple[Finding, ...]:
-    """Faults of a record that need a fit.
+    """Faults of a record that only a fit shows: noise that changes, and steps of the mean beside a drift.
 
-    Noise that changes, and steps of the mean beside a drift. What a fit itself shows is in `sigmatau.quality.fit_findings`.
+    For what a fit itself shows, see `sigmatau.quality.fit_findings`.
 
     Parameters
     ----------
@@ -240,7 +244,8 @@ def check_fits(
     looked_at : int
         See `check`.
     findings : sequence of Finding, optional
-        Findings of `check`: stationarity is tested on the stretches without a disturbance. Default: these are searched for.
+        Findings of `check`. Stationarity is tested on the stretches without a disturbance. Default: disturbances are
+        searched for.
 
     Returns
     -------
@@ -276,7 +281,9 @@ def check_fits(
 
 
 def _hidden_by_rounding(fitted: NoiseFit) -> bool:
-    """Whether counts of an angle hide the noise: how many there are then changes with where the angle is in a step."""
+    """Whether counts of an angle hide the noise. The number of counts then varies with the position of the angle within a
+    step.
+    """
     return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in fitted.reasons)
 
 
@@ -315,7 +322,7 @@ def _usable(stream: Stream) -> Stream | None:
 
 
 def _by_stream(record: Record, bandwidth: Bandwidth) -> dict[str, dict[str, tuple[float, int | None]]]:
-    """The bandwidths of each stream and of its channels, by stream."""
+    """Group the bandwidths of streams and channels by stream."""
     names = {stream.name: stream.name for stream in record.streams}
     names |= {channel: stream.name for stream in record.streams for channel in stream.channels}
     by_stream: dict[str, dict[str, tuple[float, int | None]]] = {}

@@ -15,7 +15,8 @@ from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import MissingValues
 from sigmatau.record.streams import CHUNK, Columns
 
-_FEW_MISSING = 1e-3  # share of the rows up to which missing numbers are no warning: coefficients change by less
+# share of the rows up to which missing numbers are no warning: they change the coefficients by less
+_FEW_MISSING = 1e-3
 
 LARGEST_SAMPLE = 1e140
 """Largest magnitude of a sample, in SI: the squares of differences and their sums stay finite below it."""
@@ -37,7 +38,7 @@ def missing_values(
     missing : mapping of str to ndarray of bool
         By channel, True where a number is missing.
     where : callable
-        Place of an index in the file or array.
+        Returns the place in the file or array, in words, for an index.
     tau0 : float
         Time from one row to the next. [s]
     totals : mapping of str to int, optional
@@ -45,7 +46,7 @@ def missing_values(
     unit : {"rows", "samples"}
         What is counted: rows of a file, or samples of the record.
     dropped : bool
-        Whether the channels are not read.
+        Whether the channels are left out of the record.
     """
     counts = {channel: int(np.count_nonzero(bad)) for channel, bad in missing.items()}
     counts = {channel: count for channel, count in counts.items() if count}
@@ -83,7 +84,9 @@ def missing_values(
 
 
 def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> NDArray[np.bool_] | None:
-    """True where a rate is NaN, shape (n, n_channels); None if there is no NaN. `finite`: the raw columns are checked.
+    """Mask of the rates that are NaN, shape (n, n_channels); None if there is no NaN.
+
+    `finite`: whether the raw columns are known to be finite.
 
     Raises
     ------
@@ -96,10 +99,11 @@ def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> 
         if finite and samples.shrinks(c):
             continue
         for start in range(0, n, CHUNK):
-            with np.errstate(over="ignore", invalid="ignore"):  # a value that its unit makes infinite is refused below
+            # a value that becomes infinite in its unit is refused below
+            with np.errstate(over="ignore", invalid="ignore"):
                 x = samples.read(c, start, min(start + CHUNK, n))
                 if np.dot(x, x) <= LARGEST_SAMPLE**2:
-                    continue  # a NaN, an infinity or a very large sample would show in the sum, which is faster
+                    continue  # fast path: a NaN, an infinity or a very large sample would show in the sum
             bad = ~(np.abs(x) <= LARGEST_SAMPLE)
             if not bad.any():
                 continue

@@ -55,7 +55,7 @@ def thermometers(
             units[name] = stated or CELSIUS
             notes += [f"{name}: {CELSIUS} assumed"] if stated is None else []
         elif stated is None:
-            notes.append(f"{name}: no temperature in {CELSIUS} (median {median:.4g}), taken for a signal")
+            notes.append(f"{name}: not a temperature in {CELSIUS} (median {median:.4g}), treated as a signal")
     if len(units) == len(by_stream):
         units = {name: u for name, u in units.items() if name in unit}
         notes = []

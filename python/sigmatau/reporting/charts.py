@@ -1,6 +1,6 @@
-"""The numbers that the charts of a report draw: plain values for JSON, short enough for a page that is sent by mail.
+"""The numbers that the charts of a report draw: plain values for JSON, few enough for a page that is sent by mail.
 
-Curves and densities have five digits. Long series are `packed`: sixteen bits a number between the smallest and the largest.
+Curves and densities have five digits. Long series are `packed` as sixteen-bit integers.
 """
 
 from __future__ import annotations
@@ -32,35 +32,36 @@ from sigmatau.spectrum.estimate import psd
 from sigmatau.units import find
 
 _DIGITS = 5
-_MOST_TAUS = 240  # averaging times of a curve that are drawn
-_PER_OCTAVE, _PER_LOW_OCTAVE = 24, 8  # densities that are drawn: of many segments, and of a few tapers
-_BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12  # of a time series; channels up to which each has the most
-_WINDOWS = 20  # in the record, of a map
+_MOST_TAUS = 240  # largest number of averaging times of a curve
+_PER_OCTAVE, _PER_LOW_OCTAVE = 24, 8  # densities per octave, from many segments and from a few tapers
+# intervals of a time series: most, fewest, and the number of channels up to which each has the most
+_BINS, _LEAST_BINS, _FULL_CHANNELS = 2000, 300, 12
+_WINDOWS = 20  # windows of a map in the length of the record
 _STEPS_PER_WINDOW = 4
-_LOST = 0xFFFF  # packed NaN
+_LOST = 0xFFFF  # code of NaN in packed numbers
 
 LONGEST = 1 << 24
-"""Samples of a stream that its densities and its map are made of."""
+"""Samples of a stream from which its densities and its map are computed."""
 
 UNITS: Mapping[str, tuple[str, ...]] = {
     "angular_rate": ("deg/h", "deg/s", "mdeg/s", "rad/s"),
     "acceleration": ("ug", "mg", "m/s^2", "mGal"),
 }
-"""Units that a chart offers, the first one at first."""
+"""Units that a chart offers; the first one is shown first."""
 
 TITLES = {"angular_rate": "Gyroscope", "acceleration": "Accelerometer"}
 
 
 def collect_charts(analysis: Analysis, record: Record | None, used: Record | None) -> dict[str, Any]:
-    """Sensors with their units and channels, and what is drawn of each channel.
+    """Collect the sensors with their units and channels, and the charts of each channel.
 
     Parameters
     ----------
     analysis : Analysis
     record : Record or None
-        As it was given to the analysis, for the time series.
+        The record as it was given to the analysis, for the time series.
     used : Record or None
-        What was analysed of it, for densities and maps.
+        The part of it that was analysed, for densities and maps.
     """
     kinds: Mapping[str, _Kind] = analysis.curves if record is None else _kinds(analysis, record)
     sensors: dict[str, dict[str, Any]] = {}
@@ -90,7 +91,7 @@ def collect_charts(analysis: Analysis, record: Record | None, used: Record | Non
 
 
 class _Kind(Protocol):
-    """What a channel measures."""
+    """Quantity and unit of a channel."""
 
     @property
     def quantity(self) -> str: ...
@@ -99,13 +100,15 @@ class _Kind(Protocol):
 
 
 def _kinds(analysis: Analysis, record: Record) -> dict[str, _Kind]:
-    """Channels of a record, with those that were not analysed: a dead axis or a thermometer is what a reader looks for."""
+    """Channels of a record, including those that were not analysed: a reader may look for a dead axis or a thermometer."""
     streams: dict[str, _Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
     return {channel: analysis.curves.get(channel, stream) for channel, stream in streams.items()}
 
 
 def _sample_charts(analysis: Analysis, record: Record, used: Record, channel: str, bins: int) -> dict[str, Any]:
-    """Density, time series and map of a channel; without those that it is too short for, or was not analysed for."""
+    """Density, time series and map of a channel. A chart is left out if the channel is too short for it or was not
+    analysed.
+    """
     whole = record.stream_of(channel)
     mask = analysis.masks.get(channel) if channel in analysis.curves else None
     charts: dict[str, Any] = {"series": _series(whole, channel, mask, bins)}
@@ -122,7 +125,7 @@ def _sample_charts(analysis: Analysis, record: Record, used: Record, channel: st
 
 
 def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]:
-    """A curve with its interval, its model and the parts of that."""
+    """A curve with its interval, its model and the parts of the model."""
     shown = _thinned(curve.tau)
     shown = shown[curve.adev[shown] > 0]
     low, high = curve.interval()
@@ -145,7 +148,7 @@ def _deviation(curve: DeviationCurve, fitted: NoiseFit | None) -> dict[str, Any]
 
 
 def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
-    """Allan variances of what a model is made of, by label."""
+    """Allan variances of the parts of a model, by label."""
     tau0 = fitted.tau0
     parts = {
         f"{TERMS[name].label(fitted.quantity)} {TERMS[name].symbols[0]}": terms.avar(name, value, m=m, tau0=tau0)
@@ -162,7 +165,7 @@ def _parts(fitted: NoiseFit, m: NDArray[np.int64]) -> dict[str, Floats]:
 
 
 def _thinned(tau: Floats) -> NDArray[np.intp]:
-    """Indices of at most `_MOST_TAUS` averaging times, evenly spread over the decades."""
+    """Indices of at most `_MOST_TAUS` averaging times, evenly spaced on a logarithmic scale."""
     if len(tau) <= _MOST_TAUS:
         return np.arange(len(tau))
     wanted = np.geomspace(tau[0], tau[-1], _MOST_TAUS)
@@ -170,7 +173,7 @@ def _thinned(tau: Floats) -> NDArray[np.intp]:
 
 
 def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str, Any] | None:
-    """Densities from sine tapers of the whole record below those of segments; None for a record that is too short."""
+    """Densities from sine tapers at low frequencies, and from segments above; None for a record that is too short."""
     try:
         (short,) = psd(stream).values()
         (long,) = psd(stream, method="multitaper", f_max=max(short.trusted, 5.0 / stream.grid.duration)).values()
@@ -198,15 +201,16 @@ def _density(stream: Stream, channel: str, fitted: NoiseFit | None) -> dict[str,
 
 
 def _series(stream: Stream, channel: str, mask: ChannelMask | None, bins: int) -> dict[str, Any]:
-    """Smallest and largest sample of each stretch of the whole record, and where it was not analysed: None for nowhere, but
-    for thermometers, which are there to explain the others.
+    """Smallest and largest sample of each interval of the whole record, and the spans that were not analysed.
+
+    Without a mask the whole record was not analysed. A thermometer is never marked: it is there to explain the others.
     """
     n, grid = stream.grid.n, stream.grid
     low, high, edges = envelope(stream, channel, bins)
     outside = [] if stream.quantity == "temperature" else [(0, n)]
     if mask is not None:
         outside = [(span.start, span.stop) for span in mask.spans]
-    # Spans nearer than a bin look like one.
+    # Spans closer than one interval look like one.
     joined: list[list[int]] = []
     for start, stop in outside:
         if joined and start - joined[-1][1] < n / bins:
@@ -246,17 +250,19 @@ def _map(stream: Stream, channel: str) -> dict[str, Any] | None:
 
 
 def digits(values: ArrayLike) -> list[float | None]:
-    """Numbers with five digits, None for what is not finite."""
+    """Round numbers to five digits; None for a number that is not finite."""
     return [
         float(f"{x:.{_DIGITS}g}") if math.isfinite(x) else None for x in np.asarray(values, dtype=np.float64).tolist()
     ]
 
 
 def packed(values: Floats) -> dict[str, Any]:
-    """Numbers as base64 of unsigned sixteen-bit integers, 0 to 65534 from the smallest to the largest; 65535 is NaN."""
+    """Encode numbers as base64 of unsigned sixteen-bit integers: 0 to 65534 from the smallest to the largest, 65535 for
+    NaN.
+    """
     finite = np.isfinite(values)
     low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
-    span = high / 2 - low / 2  # half of it: the difference of two doubles may overflow
+    span = high / 2 - low / 2  # halved, because the difference of two doubles may overflow
     scaled = np.full(len(values), _LOST, dtype="<u2")
     if span > 0:
         scaled[finite] = np.round((values[finite] / 2 - low / 2) / span * (_LOST - 1)).astype("<u2")
@@ -266,7 +272,7 @@ def packed(values: Floats) -> dict[str, Any]:
 
 
 def unpacked(values: Mapping[str, Any]) -> Floats:
-    """The numbers that `packed` wrote."""
+    """Decode what `packed` encoded."""
     scaled = np.frombuffer(base64.b64decode(values["data"]), dtype="<u2")
     low, high = values["low"], values["high"]
     numbers = low + (high / 2 - low / 2) * (scaled / (_LOST - 1)) * 2

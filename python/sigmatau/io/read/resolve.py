@@ -1,4 +1,6 @@
-"""Channels and units of a table; raises `OptionError` if the file does not state them and no option does."""
+"""Assign channels and units to the columns of a table. Raises `OptionError` if neither the file nor an option states
+them.
+"""
 
 from __future__ import annotations
 
@@ -21,15 +23,16 @@ from sigmatau.io.read.time.dates import is_date
 from sigmatau.io.read.time.plausible import epoch_unit
 from sigmatau.record.record import QUANTITIES, stream_name
 
-# The columns chosen, the unit of each channel as spelled, and findings
+# Assignment of columns to channels, unit of each channel as spelled, and findings
 Resolved = tuple[ColumnChoice, dict[str, str], list[Finding]]
-_UNIT_SHOWN = 20  # characters of an unknown unit in a message
-SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # Units of the rates of both sensors
+_UNIT_SHOWN = 20  # number of characters of an unknown unit that a message shows
+SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  # SI units of the rates of both sensors
 
 
 def resolve(table: Table, options: Options, *, without_times: Collection[int] = ()) -> Resolved:
-    """The columns, the unit of each channel as spelled, and findings; raises as `assemble` does. `without_times`: columns
-    that are not time, whatever their name.
+    """Assign columns to channels, and find the unit of each channel as spelled, with findings; raises as `assemble` does.
+
+    `without_times`: columns that are not time, whatever their name.
     """
     are_named = any(channel.strip() != "time" for channel in options.channels)
     by_mean = None if are_named or any(c.name for c in table.columns) else _by_gravity(table)
@@ -52,21 +55,25 @@ def resolve(table: Table, options: Options, *, without_times: Collection[int] = 
 
 
 def _by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
-    """Names the columns of a table without names, if gravity is certain; imported only then."""
+    """Name the columns of a table without names, if gravity identifies the accelerometer. The import is delayed until
+    then.
+    """
     from sigmatau.io.read.suggestions import by_gravity
 
     return by_gravity(table)
 
 
 def _ask_for_columns(table: Table) -> OptionError:
-    """Asks for the columns of a table that no name tells; imported only then."""
+    """Build the question for the columns of a table whose names do not identify them. The import is delayed until then."""
     from sigmatau.io.read.suggestions import ask_for_columns
 
     return ask_for_columns(table)
 
 
 def _check_keys(choice: ColumnChoice, options: Options) -> None:
-    """Raise `OptionError` for a unit, scale, offset or rate of what is not read: it is probably misspelled."""
+    """Raise `OptionError` for a unit, scale, offset or rate of a channel that is not read: its name is probably
+    misspelled.
+    """
     sensors = dict.fromkeys(map(stream_name, choice.channels))
     for sensor in options.rates:
         if sensor not in sensors:
@@ -80,7 +87,8 @@ def _check_keys(choice: ColumnChoice, options: Options) -> None:
                 continue
             if key == "time" and choice.time is None:
                 raise OptionError(
-                    f"has no time column, for which a {name} is given; name it by {TIME_COLUMN}", option=name
+                    f"has no time column, but a {name} of the time is given. Name the column with {TIME_COLUMN}",
+                    option=name,
                 )
             channels = ", ".join(choice.channels)
             raise OptionError(f"{Hint(name, key, '…')}: no such channel is read; channels: {channels}", option=name)
@@ -91,13 +99,13 @@ def _check_kind(table: Table, choice: ColumnChoice, options: Options) -> None:
         for channel, index in choice.channels.items():
             if stream_name(channel) in SI and holds_increments(table.columns[index]):
                 raise OptionError(
-                    f"column {table.label(index)} holds increments by its name; give {Hint('input', value='increments')}",
+                    f"column {table.label(index)} contains increments by its name; give {Hint('input', value='increments')}",
                     option="input",
                 )
 
 
 def _without_text_stamps(table: Table, choice: ColumnChoice, options: Options) -> ColumnChoice:
-    """The choice without a time column of dates or words, if a rate is given and `channels` does not name that column."""
+    """Drop a time column of dates or words if a rate is given and `channels` does not name that column."""
     if choice.time is None or not options.states_rate or "time" in options.channels:
         return choice
     try:
@@ -114,8 +122,8 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
     unit: dict[str, str] = {}
     overruled: list[Finding] = []
     missing: list[str] = []
-    unknown_units: dict[str, str] = {}  # by channel
-    counted_streams: dict[str, None] = {}  # whose numbers may be counts
+    unknown_units: dict[str, str] = {}  # unknown unit of each channel
+    counted_streams: dict[str, None] = {}  # streams whose numbers may be counts, in order
     scale_hint = ""
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
@@ -126,7 +134,7 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
             stated = match[1]
         chosen = options.unit.get(channel, options.unit.get(stream))
         if channel == "time" and choice.split is not None:
-            chosen, stated = None, "ns"  # as they are joined
+            chosen, stated = None, "ns"  # the unit of the joined columns
         if channel == "time" and is_date(table.columns[index].first):
             chosen = None  # dates have no unit
         if chosen is not None and (counted := table.columns[index].counted):
@@ -192,7 +200,9 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
 
 
 def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
-    """The question for a unit that the file states and the table of units has not: no usual one takes its place."""
+    """Build the question for a unit that is stated in the file but not in the table of units. A usual unit must not replace
+    it.
+    """
     first, unit = next(iter(unknown_units.items()))
     channels = ", ".join(channel for channel, text in unknown_units.items() if text == unit)
     key = stream_name(first)
@@ -204,8 +214,9 @@ def _unknown_unit(unknown_units: Mapping[str, str]) -> OptionError:
 
 
 def _unit_of_converted(table: Table, index: int, stream: str, unit: str, counted: str) -> str | None:
-    """The unit of a column that the reader converts: None, since a unit given for its numbers adds nothing. Raises
-    `OptionError` for another one than the file shows.
+    """Unit to apply to a column that the reader converts: None, because the conversion includes the unit.
+
+    Raises `OptionError` if the user states a unit other than the file's.
     """
     column = table.columns[index]
     if any(_same(unit, shown) for shown in (counted, column.unit) if shown):
@@ -225,7 +236,7 @@ def _overruled(channel: str, chosen: str, stated: str, *, recognised: bool = Tru
 def _lacks_for_rate(
     table: Table, choice: ColumnChoice, unit: Mapping[str, str], options: Options
 ) -> Literal["rate", "unit of time"] | None:
-    """The option without which the rate is not known, if the units are."""
+    """The option that is still missing to know the rate, once the units are known."""
     is_timed = table.rate is not None if choice.time is None else "time" in unit or _shows_unit(table, choice.time)
     if options.states_rate or is_timed:
         return None
@@ -233,7 +244,7 @@ def _lacks_for_rate(
 
 
 def _shows_unit(table: Table, time: int) -> bool:
-    """Whether the first stamp counts from 1970 in a unit that its size shows."""
+    """Whether the size of the first stamp shows the unit of a count from 1970."""
     try:
         return epoch_unit(float(table.columns[time].first)) is not None
     except ValueError:

@@ -81,7 +81,9 @@ def ask_for_columns(table: Table) -> OptionError:
         return OptionError(f"{what}; {suggestion.evidence}: run with {suggestion.options}", option="channels")
     unnamed = not any(column.name for column in table.columns)
     listed = "" if loaded and unnamed else f" (columns: {listing(table.columns)})"
-    text = f"{what}{listed}, and the values do not tell which sensor is where; name the columns by {_FORM}"
+    text = (
+        f"{what}{listed}, and the values do not show which columns belong to which sensor; name the columns by {_FORM}"
+    )
     return OptionError(text, option="channels", rows=_first_rows(table, loaded) if loaded else "")
 
 

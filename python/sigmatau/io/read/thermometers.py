@@ -1,4 +1,4 @@
-"""Topics of a thermometer: messages of a temperature alone, ``sensor_msgs/Temperature``, beside those of a sensor."""
+"""Thermometer topics: messages with only a temperature (``sensor_msgs/Temperature``), beside the topics of the sensors."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from sigmatau.io.read.table_streams import Part, part
 from sigmatau.record.thermometers import PLAUSIBLE
 
 _TEMPERATURE = "temperature"
-_WITHOUT_VALUE = {"seq", "stamp", "log_time", "variance"}  # fields of such a message beside its value
+_WITHOUT_VALUE = {"seq", "stamp", "log_time", "variance"}  # fields of such a message besides its value
 
 
 def split_thermometers(tables: Sequence[Table], chosen: Sequence[Table]) -> tuple[list[Table], Table | None]:
-    """The chosen topics of sensors, and the topic of a thermometer: a chosen one, or that of the same device.
+    """Separate the chosen topics into those of sensors and that of a thermometer.
 
-    Without a chosen one it is the only thermometer of the file, or the only one whose name begins with that of the device:
-    ``/imu/temperature`` of ``/imu/data``.
+    If no thermometer is chosen, the only one of the file is used, or else the only one whose name begins with that of the
+    device: ``/imu/temperature`` for ``/imu/data``.
     """
     sensed = [table for table in chosen if not is_thermometer(table)]
     if not sensed or len(tables) == 1:
@@ -36,25 +36,25 @@ def split_thermometers(tables: Sequence[Table], chosen: Sequence[Table]) -> tupl
 
 
 def _field_name(name: str) -> str:
-    """The field of a message that a column is, without its unit."""
+    """The last field name in the path of a column, without its unit."""
     return name.partition("[")[0].rstrip().rpartition(".")[2]
 
 
 def is_thermometer(table: Table) -> bool:
-    """Whether the rows have a temperature, and nothing else but stamps and its variance."""
+    """Whether the messages contain a temperature and nothing else but stamps and its variance."""
     values = {_field_name(column.name) for column in table.columns} - _WITHOUT_VALUE
     return values == {_TEMPERATURE}
 
 
 def thermometer_part(table: Table, options: Options, sensed: Sequence[Part]) -> Part | None:
-    """The stream of a thermometer; None if the sensors have one, or if it cannot be read or is not a temperature."""
+    """Read the stream of a thermometer; None if the sensors have a temperature, or if it is unreadable or implausible."""
     if any(stream.quantity == _TEMPERATURE for each in sensed for stream in each.streams):
         return None
     (column,) = (c for c in table.columns if _field_name(c.name) == _TEMPERATURE)
     chosen = replace(
         options,
         channels={_TEMPERATURE: column.name},
-        unit={_TEMPERATURE: temperature_unit(column) or "degC"},  # of sensor_msgs/Temperature
+        unit={_TEMPERATURE: temperature_unit(column) or "degC"},  # unit that sensor_msgs/Temperature prescribes
         scale={},
         offset={},
         rate=None,

@@ -1,4 +1,6 @@
-"""Rows by turn, the groups that rows in no fixed order form, and the slow noise that rows of one sensor have in common."""
+"""Detect rows of several sensors in one table: interleaved in a fixed order (turns), in no fixed order (groups), and the
+slow noise that both series of rows have in common.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROWS = 256
-"""Rows of a part: a lost row changes the turns in the parts after it."""
+"""Rows of a part. A lost row shifts the turns only in the parts after it."""
 MIN_PARTS = 2
-_UNEVEN = 0.618  # the golden ratio: the distances of the parts have no period
-_SAME = 0.8  # share of the parts that must have the same means
-_TOLERANCE = 0.25  # difference of the means of two parts, over the largest mean; a line that drifts in phase exceeds it
-_TOLERANCE_ERRORS = 3.0  # the same, over the standard error of a mean: added
-_ERRORS = 6.0  # means that are different, over their standard error
-_EXCEPTIONS = 0.1  # share of the intervals that may not fit the groups
-_SHORT = 0.25  # interval between two rows of one instant, over the mean interval
-_FEWEST_STEPS = 16  # between the values of the rows of a turn in a part: a scatter of 3 steps and more
-# Difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median.
+_UNEVEN = 0.618  # golden ratio: the distances between the parts then have no period
+_SAME = 0.8  # share of the parts that must have the same means by turn
+# largest difference of the means of two parts, over the largest mean; a line that drifts in phase exceeds it
+_TOLERANCE = 0.25
+_TOLERANCE_ERRORS = 3.0  # the same over the standard error of a mean; both tolerances are added
+_ERRORS = 6.0  # means are different if they differ by more standard errors
+_EXCEPTIONS = 0.1  # share of the intervals that need not fit the groups
+_SHORT = 0.25  # longest interval between two rows of one instant, over the mean interval
+_FEWEST_STEPS = 16  # smallest number of distinct values of a turn in a part: a scatter of at least 3 steps
+# Largest difference of the means of two turns of one sensor, over the scatter: 4 standard errors of a median.
 _SAME_SENSOR = 0.3
 
 
@@ -29,21 +32,23 @@ _SAME_SENSOR = 0.3
 class TurnMeans:
     """Means of the rows of each turn."""
 
-    means: NDArray[np.float64]  # shape (channels, period), without the common mean; 0 if they are not significant
-    scatter: NDArray[np.float64]  # of the rows of one turn, shape (channels,)
-    first_turns: NDArray[np.intp]  # turn of the first row of each part, -1 if its means are not those of the others
+    # shape (channels, period), relative to the mean of all turns; 0 if they are not significant
+    means: NDArray[np.float64]
+    scatter: NDArray[np.float64]  # scatter of the rows of one turn, shape (channels,)
+    # turn of the first row of each part; -1 for a part whose means differ from the others
+    first_turns: NDArray[np.intp]
 
 
 def starts_of_parts(rows: int, period: int, limit: int) -> list[int]:
-    """First rows of at most `limit` parts, all of the same turn if no row is lost."""
+    """First rows of at most `limit` parts. All have the same turn if no row is lost."""
     size = ROWS // period * period
     count = min(rows // size, limit)
-    spread = np.arange(count) * _UNEVEN % 1  # even distances would hide a line of that period
+    spread = np.arange(count) * _UNEVEN % 1  # evenly spaced parts would not show a line with the period of the spacing
     return [int(start) // period * period for start in (np.arange(count) + spread) / count * (rows - size)]
 
 
 def rows_by_turn(column: NDArray[Any], starts: Sequence[int], period: int) -> NDArray[np.float64]:
-    """The rows of a channel in all parts: shape (parts, rows / period, period)."""
+    """Read the rows of a channel in all parts: shape (parts, rows / period, period)."""
     size = ROWS // period * period
     with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
         parts = [np.asarray(column[start : start + size], dtype=np.float64) for start in starts]
@@ -51,8 +56,10 @@ def rows_by_turn(column: NDArray[Any], starts: Sequence[int], period: int) -> ND
 
 
 def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
-    """Means of each channel by turn. Channels whose means are not significant, or not the same in most parts of the log,
-    are 0; None if all are. `parts`: shape (parts, rows, period, channels).
+    """Means of each channel by turn; None if no channel has significant means.
+
+    A channel has means of 0 if they are not significant, or not the same in most parts of the log. `parts`: shape (parts,
+    rows, period, channels).
     """
     period, channels = parts.shape[2:]
     with np.errstate(invalid="ignore"):
@@ -91,8 +98,9 @@ def means_by_turn(parts: NDArray[np.float64]) -> TurnMeans | None:
 
 
 def ratio_of_scatters(parts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Largest over smallest scatter of the rows of a turn, of each channel; 1 where the rows of a turn have few values, of
-    which rounding makes the scatter. `parts`: as in `means_by_turn`.
+    """Largest scatter of the rows of a turn over the smallest, by channel.
+
+    1 if the rows of a turn have so few distinct values that rounding determines the scatter. `parts`: as in `means_by_turn`.
     """
     with np.errstate(invalid="ignore"):
         scatters = np.diff(parts, axis=1).std(axis=1)
@@ -104,7 +112,7 @@ def ratio_of_scatters(parts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def is_bunched(stamps: NDArray[Any], period: int) -> bool:
-    """Whether stamps come in groups of `period` rows: short intervals within, and one long one after each."""
+    """Whether stamps come in groups of `period` rows, with short intervals within a group and a long one between groups."""
     with np.errstate(invalid="ignore"):
         intervals = np.diff(stamps).astype(np.float64)
         mean = float(np.mean(intervals))
@@ -117,8 +125,10 @@ def is_bunched(stamps: NDArray[Any], period: int) -> bool:
 
 
 def single_turn(means: NDArray[np.float64]) -> int | None:
-    """The only turn whose means are not those of all others, as one row of a slow sensor has for each two or three rows of a
-    faster one; None if there is none. `means`: over the scatter, shape (channels, turns).
+    """Find the only turn whose means differ from those of all others; None if there is none.
+
+    This is the row of a slow sensor after each two or three rows of a faster one. `means`: over the scatter, shape
+    (channels, turns).
     """
     if means.shape[1] <= 2:
         return None
@@ -127,7 +137,7 @@ def single_turn(means: NDArray[np.float64]) -> int | None:
 
 
 def shortest_period(means: NDArray[np.float64]) -> int:
-    """The number of turns after which the means repeat: 2 of four turns that two sensors make. `means`: over the scatter,
+    """Number of turns after which the means repeat, for example 2 if two sensors make four turns. `means`: over the scatter,
     shape (channels, turns).
     """
     count = means.shape[1]
@@ -136,29 +146,29 @@ def shortest_period(means: NDArray[np.float64]) -> int:
 
 
 _FEWEST_ROWS = 512
-_FEWEST_VALUES = 32  # of an axis: fewer are of a coarse resolution
-_AXES = 2  # that must differ
-_EMPTY = 0.01  # share of the rows in the gap between two groups
-_TAIL = 0.08  # share of the rows on each side of the gap
-_GAP = 0.08  # width of the gap, over the range of the rows without tails: 0.02 for white noise, 0.017 for a line
-_SHIFT = 2.0  # difference of the means of both groups, over the scatter within them
-_CHANGES = 0.02  # share of the rows that are of another group than the row before: blocks of 50 rows
-_LONGEST_PERIOD = 64  # of a line that is locked to the samples [rows]
-_LONGEST_OF_TWO_VALUES = 4  # period of a line that may have two values [rows]
-_EQUAL = 0.25  # difference of two means of a group, over the distance of the groups: 0.02 of it is noise
-_PERIODIC = 0.95  # share of the rows that have the group of their place in the period
+_FEWEST_VALUES = 32  # smallest number of distinct values of an axis that is used: fewer mean a coarse resolution
+_AXES = 2  # smallest number of axes in which the groups must differ
+_EMPTY = 0.01  # share of the rows that may lie in the gap between two groups
+_TAIL = 0.08  # share of the rows on each side that is ignored in the search for the gap
+_GAP = 0.08  # smallest width of the gap, over the range of the rows without tails: white noise has 0.02, a line 0.017
+_SHIFT = 2.0  # smallest difference of the means of both groups, over the scatter within them
+_CHANGES = 0.02  # smallest share of the rows that are in another group than the row before: blocks of 50 rows
+_LONGEST_PERIOD = 64  # longest period of a line that is locked to the samples [rows]
+_LONGEST_OF_TWO_VALUES = 4  # longest period of a line that may have only two values [rows]
+_EQUAL = 0.25  # largest difference of two means within a group, over the distance of the groups: noise makes 0.02
+_PERIODIC = 0.95  # share of the rows whose place in the period determines their group
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Groups:
     """Two groups of rows."""
 
-    axis: int  # with the largest difference, over its scatter
-    size: float  # difference of the means of this axis [unit of the samples]
+    axis: int  # axis with the largest difference over its scatter
+    size: float  # difference of the means of both groups on this axis [unit of the samples]
 
 
 def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups | None:
-    """The groups of rows that are in no fixed order; None if there are none.
+    """Find two groups of rows in no fixed order; None if there are none.
 
     `parts`: shape (parts, rows, channels); `starts`: the first row of each part, shape (parts,).
     """
@@ -189,7 +199,7 @@ def find_groups(parts: NDArray[np.float64], starts: NDArray[np.intp]) -> Groups 
 
 
 def _find_gap(values: NDArray[np.float64]) -> float | None:
-    """The middle of the widest interval with few values, if it is wide."""
+    """Middle of the widest interval that contains few values; None if it is not wide enough."""
     ordered = np.sort(values)
     tail, within = int(_TAIL * len(ordered)), max(int(_EMPTY * len(ordered)), 1)
     widths = ordered[tail + within : len(ordered) - tail] - ordered[tail : len(ordered) - tail - within]
@@ -200,8 +210,10 @@ def _find_gap(values: NDArray[np.float64]) -> float | None:
 
 
 def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArray[np.intp]) -> bool:
-    """Whether the place of a row in a period tells its group, in the whole log, as a line does that is locked to the
-    samples. Blocks of rows of several sensors are periodic as well, but their rows have one mean in each group.
+    """Whether the place of a row in some period determines its group throughout the log, as for a line locked to the
+    samples.
+
+    Blocks of rows of several sensors are periodic too, but all rows of a group then have one mean.
     """
     for period in range(1, _LONGEST_PERIOD + 1):
         places = rows % period
@@ -215,24 +227,29 @@ def _is_line(values: NDArray[np.float64], above: NDArray[np.bool_], rows: NDArra
     return False
 
 
-_MOST_BLOCKS = 4096  # means of rows whose spectra are compared
+_MOST_BLOCKS = 4096  # largest number of means whose spectra are compared
 _FEWEST_BLOCKS = 64
-_FIRST_EDGE = 3  # upper edge of the first band: bands are octaves above it
-_TAPER = 0.25  # share of a series at either end that the window tapers
-_CORRELATED = 1.4  # variance of a mean share over that of independent ones: the window makes neighbours alike
+_FIRST_EDGE = 3  # upper edge of the first band; the bands above it are octaves
+_TAPER = 0.25  # share of the series at either end that the window tapers
+# variance of a mean share over that of independent shares: the window correlates neighbouring frequencies
+_CORRELATED = 1.4
 _SHARE_ERRORS = (
-    4.5  # deviation of the mean share from 1/2 that is significant, in standard errors: 11 bands are looked at
+    4.5  # smallest significant deviation of the mean share from 1/2, in standard errors: 11 bands are tested
 )
-_COMMON_SHARE = 0.65  # mean share of noise in common: 0.5 for independent noise
-_SLOW_RISE = 3.0  # power of a band over that of the highest ones, of sum and difference: above the white noise
-_FEWEST_SHARES = 48  # in bands of slow noise, to tell that it is independent: standard error 0.05
-_INDEPENDENT = 0.12  # largest deviation of their mean from 1/2; 0.28 for slow noise in common of this rise
+_COMMON_SHARE = 0.65  # smallest mean share of common noise; independent noise has 0.5
+# power of a band of slow noise over that of the highest bands, at least, for the sum and the difference
+_SLOW_RISE = 3.0
+_FEWEST_SHARES = 48  # smallest number of shares in bands of slow noise that can show independence: standard error 0.05
+# largest deviation of their mean from 1/2 for independent noise; slow noise in common of this rise has 0.28
+_INDEPENDENT = 0.12
 
 SlowNoise = Literal["in common", "independent", "not measured"]
 
 
 def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) -> SlowNoise:
-    """Whether the slow noise of two series of rows is in common. `first`, `second`: shape (n, channels), without NaN."""
+    """Tell whether the slow noise of two series of rows is in common. `first`, `second`: shape (n, channels), without
+    NaN.
+    """
     n = len(first)
     size = max(1, n // _MOST_BLOCKS)
     blocks = n // size
@@ -253,7 +270,7 @@ def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) 
         if up_to_band.mean() - 0.5 > max(_SHARE_ERRORS * error, _COMMON_SHARE - 0.5):
             return "in common"
         powers = np.minimum(power_of_sum[low:top].mean(axis=0), power_of_difference[low:top].mean(axis=0))
-        # A line at half the rate is in one of them only.
+        # A line at half the rate is either in the sum or in the difference, hence the smaller power.
         slow.append(shares[low:top, powers > _SLOW_RISE / 2 * high].ravel())
     slow_shares = np.concatenate(slow)
     if len(slow_shares) >= _FEWEST_SHARES and abs(slow_shares.mean() - 0.5) < _INDEPENDENT:
@@ -266,13 +283,13 @@ def _block_means(x: NDArray[np.float64], blocks: int, size: int) -> NDArray[np.f
 
 
 def _over_white_noise(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Series without their means, over the scatter of differences of neighbours; NaN if it is 0."""
+    """Subtract the mean of each series and divide by the scatter of its first differences; NaN if the scatter is 0."""
     scatter = np.diff(means, axis=0).std(axis=0)
     return np.asarray((means - means.mean(axis=0)) / np.where(scatter > 0, scatter, np.nan))
 
 
 def _power(series: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Power at the Fourier frequencies, with a tapered window: shape (frequencies, channels)."""
+    """Power at the Fourier frequencies, after tapering: shape (frequencies, channels)."""
     ends = (np.arange(len(series)) + 0.5) / (_TAPER * len(series))
     window = 0.5 - 0.5 * np.cos(np.pi * np.minimum(np.minimum(ends, ends[::-1]), 1))
     return np.asarray(np.abs(np.fft.rfft(window[:, None] * series, axis=0)) ** 2)

@@ -1,4 +1,4 @@
-"""The question for units that neither the file nor an option states: a command for each unit that the values leave open."""
+"""The question for units that neither the file nor an option states, with a command for each unit that the values allow."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _OPEN_UNITS: dict[str, dict[InputKind, tuple[str, ...]]] = {
     "gyro": {"rate": ("deg/s", "rad/s"), "increments": ("deg", "rad"), "accumulated": ("deg", "rad")},
     "accel": {"rate": ("m/s^2", "g"), "increments": ("m/s",), "accumulated": ("m/s",)},
 }
-"""The usual units of a sensor, between which its values do not decide."""
+"""The usual units of a sensor. The values do not distinguish between them."""
 
-_UNTOLD = "UNIT"  # stands for a unit that the values do not tell; no option takes it
+_PLACEHOLDER = "UNIT"  # placeholder for a unit that the values do not show; no option accepts it
 
 
 def ask_for_units(
@@ -37,11 +37,11 @@ def ask_for_units(
     hint: str,
     column: int | None,
 ) -> OptionError:
-    """The question for the units of the channels `missing`.
+    """Ask for the units of the channels `missing`.
 
-    `stated`: sensors of which another channel has a unit, which that of the sensor would replace; `scaled`: sensors with a
-    scale, which their numbers do not show; `lacks`: what is needed for the rate; `hint`: what the numbers may be;
-    `column`: the only one, from 1, which may be a gyro without its name.
+    `stated`: sensors with a channel whose unit is known, so that the unit must be given by channel; `scaled`: sensors with a
+    scale, whose numbers do not show the unit; `lacks`: what is still missing for the rate; `hint`: remark about the numbers;
+    `column`: number, from 1, of the only channel without unit, which may be an unnamed gyro.
     """
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     gravity = None if "accel" in scaled or kind != "rate" else unit_of_gravity(table, channels)
@@ -49,7 +49,7 @@ def ask_for_units(
     behind = f"; add {Hint('unit', 'time', 's')} (or ms, us, ns) too" if lacks == "unit of time" else ""
 
     def answer(gyro: str, accel: str) -> str:
-        """The options for all that is missing."""
+        """The options that state all that is missing."""
         by_sensor = {"gyro": gyro, "accel": accel}
         units_hint = Hint("unit", value={name: by_sensor.get(sensor, "1") for name, sensor in asked.items()})
         return f"{units_hint} {RATE}" if lacks == "rate" else str(units_hint)
@@ -58,7 +58,8 @@ def ask_for_units(
     if "gyro" in asked.values():
         noise = None if hint or "gyro" in scaled or kind != "rate" else _noise_of_gyro(table, channels)
         ways = [
-            answer(unit, accel[0] if len(accel) == 1 else _UNTOLD) + ("" if noise is None else _noise_in(unit, noise))
+            answer(unit, accel[0] if len(accel) == 1 else _PLACEHOLDER)
+            + ("" if noise is None else _noise_in(unit, noise))
             for unit in _OPEN_UNITS["gyro"][kind]
         ]
     elif "accel" in asked.values():
@@ -67,24 +68,25 @@ def ask_for_units(
         as_gyro = f"{Hint('channels', 'gyro', column)} {Hint('unit', 'gyro', 'deg/s')}"
         gyro_hint = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
         return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{gyro_hint}", option="unit")
-    doubt = ". The values do not tell which: see the manual of the sensor" if len(ways) > 1 else ""
+    doubt = ". The values do not show which; see the manual of the sensor" if len(ways) > 1 else ""
     return OptionError(f"{question}{' or '.join(ways)}{hint}{behind}{doubt}", option="unit")
 
 
 def _noise_in(unit: str, noise: float) -> str:
-    """The noise of a gyro if its column has a unit, in words, to be compared with its datasheet."""
+    """Noise of a gyro if its column is in this unit, in words, for comparison with its datasheet."""
     size = noise * units.find(unit).factor / units.find("deg/s").factor
     return f" (gyro noise {two_digits(size)} deg/s rms)"
 
 
 def _noise_of_gyro(table: Table, channels: Mapping[str, int]) -> float | None:
-    """Standard deviation of the samples of a gyro by their differences, of the noisiest axis, in the unit of the log; None
-    if its columns cannot be loaded or never change.
+    """Standard deviation of the noise of the noisiest gyro axis, from first differences, in the unit of the log.
+
+    None if the columns cannot be loaded or never change.
     """
     axes = [index for channel, index in channels.items() if stream_name(channel) == "gyro"]
     try:
         loaded = dict(all_without_absurd(table.load(axes, None).columns))
-    except DataError:  # raised again when the record is read
+    except DataError:  # the error is raised again when the record is read
         return None
     with np.errstate(over="ignore", invalid="ignore"):
         steps = [np.diff(np.asarray(loaded[index][:ROWS_TESTED], dtype=np.float64)) for index in axes]

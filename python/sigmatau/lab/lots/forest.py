@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 
 _MOST_PANELS = 24
 _MOST_NAMES = 40  # runs whose names are written
-_ROW = 0.17  # height of a run [in]
-_MOST_HEIGHT = 5.0  # of a panel [in]
+_ROW = 0.17  # height of the row of a run [in]
+_MOST_HEIGHT = 5.0  # largest height of a panel [in]
 _COLUMNS = 3
-_PLAIN = (-4, 8)  # powers of ten that are written without an exponent at the corner: 9.8 m/s² is 1e6 µg
+_PLAIN = (-4, 8)  # powers of ten without an exponent at the corner of the axis: 9.8 m/s² is 1e6 µg
 
 
 @frozen(eq=False)
 class ForestPanel:
-    """What is drawn of one channel and term, in the unit of the axis."""
+    """Content of the panel of one channel and term, in the unit of the axis."""
 
     title: str
     unit: str
-    names: Sequence[str]  # runs
+    names: Sequence[str]  # names of the runs
     value: NDArray[np.float64]
     low: NDArray[np.float64]  # ends of the intervals, NaN if not known
     high: NDArray[np.float64]
-    odd: int | None  # the run that does not belong
+    odd: int | None  # index of the outlier
     mean: float
     mean_low: float | None
     mean_high: float | None
@@ -50,11 +50,11 @@ class ForestPanel:
     next_high: float | None
     level: float  # confidence level of the intervals
     compared: str  # "run", "unit" or "result"
-    row: str = ""  # panels of the same row stand beside each other
+    row: str = ""  # panels of the same row are drawn side by side
 
 
 def draw_forests(panels: Sequence[ForestPanel], *, ax: Panels = None) -> Figure:
-    """Draw panels beside each other, or in the given axes."""
+    """Draw panels side by side, or in the given axes."""
     panels = panels[:_MOST_PANELS]
     if (chosen := check_panels(ax, len(panels))) is not None:
         for axes, panel in zip(chosen, panels, strict=True):
@@ -66,15 +66,15 @@ def draw_forests(panels: Sequence[ForestPanel], *, ax: Panels = None) -> Figure:
     rows = max(len(panel.names) for panel in panels)
     height = min(0.9 + _ROW * rows, _MOST_HEIGHT)
     figure = new_figure(1.0 + 3.6 * columns, 0.6 + height * down)
-    every = figure.subplots(down, columns, squeeze=False)
+    all_axes = figure.subplots(down, columns, squeeze=False)
     for k, (place, panel) in enumerate(zip(places, panels, strict=True)):
         same = place[1] and list(panel.names) == list(panels[k - 1].names)
-        draw_forest(panel, every[place], named=not same)
+        draw_forest(panel, all_axes[place], named=not same)
     for row in range(down):
         for column in range(columns):
             if (row, column) not in places:
-                every[row, column].set_axis_off()
-    handles, labels = every[places[0]].get_legend_handles_labels()
+                all_axes[row, column].set_axis_off()
+    handles, labels = all_axes[places[0]].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=small(), frameon=False)
     return figure
 
@@ -91,7 +91,7 @@ def _places(panels: Sequence[ForestPanel]) -> list[tuple[int, int]]:
 
 
 def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:
-    """Draw one panel; `named`: with the names of the runs."""
+    """Draw one panel. `named`: whether the names of the runs are written."""
     count = len(panel.names)
     rows = np.arange(count)[::-1]
     level = f"{100 * panel.level:g} %"
@@ -127,7 +127,8 @@ def draw_forest(panel: ForestPanel, ax: Axes, *, named: bool) -> None:
     ends_ = [x for x in (panel.next_low, panel.next_high) if x is not None]
     spread = float(np.nanmax(values) - np.nanmin(values))
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    if ends_ and max(ends_) - min(ends_) < 4 * spread:  # of two or three runs the interval is far wider than the values
+    # with two or three runs the prediction interval is far wider than the values
+    if ends_ and max(ends_) - min(ends_) < 4 * spread:
         low, high = min(low, *ends_), max(high, *ends_)
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     ax.set_xlim(low - margin, high + margin)
@@ -144,7 +145,9 @@ def _shortened(name: str) -> str:
 
 
 def forest_panels(comparison: RunComparison, channels: Sequence[str]) -> list[ForestPanel]:
-    """A panel for each channel and term of the first group that at least two runs show; terms of a channel side by side."""
+    """Build a panel for each channel and term that at least two runs of the first group show; terms of a channel side by
+    side.
+    """
     known_channels = dict.fromkeys(label.channel for label in comparison.table.labels)
     if unknown := [name for name in channels if name not in known_channels]:
         raise OptionError(f"no channel {unknown[0]!r}; channels: {', '.join(known_channels)}", option="channels")
@@ -155,7 +158,7 @@ def forest_panels(comparison: RunComparison, channels: Sequence[str]) -> list[Fo
     if not rows:
         what = {"unit": "two runs of a unit", "run": "two units in one run", "axis": "two results of an axis"}
         raise DataError(f"nothing to draw: no term is observed in {what[comparison.by]}")
-    # Panels beside each other are the axes of a sensor.
+    # Panels of one row are the axes of a sensor.
     rows.sort(key=lambda row: _place(comparison, row))
     return [_panel(comparison, row) for row in rows]
 

@@ -32,7 +32,7 @@ def what_unit(what: str, quantity: str, unit: str, values: Iterable[float | None
 
 
 def count_text(counts: Mapping[State, int], *, spec: str) -> str:
-    """``"40 units against Unit 7: 34 passed, 1 failed …"``."""
+    """Count of the units by state: ``"40 units against Unit 7: 34 passed, 1 failed …"``."""
     total = sum(counts.values())
     parts = [f"{number} {STATE_WORDS[state]}" for state, number in counts.items() if number]
     against = f" against {spec}" if spec else " without a specification"
@@ -45,7 +45,7 @@ def percent(ratio: float) -> str:
 
 
 def listed(names: Iterable[str], max_names: int = 3) -> str:
-    """``"a, b, c and 4 more"``."""
+    """The first names, and the number of the others: ``"a, b, c and 4 more"``."""
     every = [printable(name) for name in names]
     suffix = f" and {len(every) - max_names} more" if len(every) > max_names else ""
     return ", ".join(every[:max_names]) + suffix

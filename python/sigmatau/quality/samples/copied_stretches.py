@@ -1,4 +1,4 @@
-"""Stretches of a record that are in it twice: a buffer written again, or a log that was joined with a part of itself."""
+"""Stretches that a record contains twice: a buffer written again, or a log that was joined with a part of itself."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
 
-_CHUNK = 1 << 16  # samples whose keys are made at a time, so that they stay in cache
-_MIX = 0x9E3779B97F4A7C15  # odd, of the golden ratio: Fibonacci hashing
-_TURN, _HIGH = 7, 40  # bits by which the second sample of a pair is turned, and beyond which bits are mixed
+_CHUNK = 1 << 16  # samples whose keys are computed at a time, so that they stay in the cache
+_MIX = 0x9E3779B97F4A7C15  # odd, from the golden ratio: Fibonacci hashing
+_TURN, _HIGH = 7, 40  # shift of the second sample of a pair, and shift to the well-mixed high bits [bits]
 
 
 @frozen
@@ -25,39 +25,43 @@ class StretchThresholds:
     """Thresholds of `copied_stretches`."""
 
     least_rows: int = 64
-    """Rows of a copy that is reported, at least. [samples] Judgement: shorter ones are copied rows or held samples."""
+    """Rows of the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held samples."""
 
     false_alarm: float = 1e-6
-    """Probability that a record of noise has equal stretches of that length. [1] Judgement: one false alarm in 10⁶
-    records."""
+    """Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
+    records.
+    """
 
     least_chance: float = 1e-3
-    """Chance of equal samples on an axis, at least. [1] Judgement: equal samples of noise are counted to no better
-    than that."""
+    """Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more precise
+    than that.
+    """
 
     key: int = 8
-    """Samples whose bits make a key. [samples] Judgement: eight samples of coarse noise are seldom equal elsewhere."""
+    """Samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance."""
 
     part_of_keys: int = 8
-    """One key of so many is looked at, those of a remainder, which are the same in a stretch and in its copy. [1]
-    Derived: `least_rows` has seven of them on average."""
+    """One key in so many is examined. The value of the key decides, so the same places are examined in a stretch and in its
+    copy. [1] Derived: `least_rows` contains seven of them on average.
+    """
 
     lags: int = 8
-    """Distances between equal keys that are looked at, the most frequent. [1] Judgement: bounds the time."""
+    """Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time."""
 
     examined: int = 4096
-    """Samples by which the axis with the most values is chosen. [samples] Judgement: the order of the axes is seen
-    in a few thousand."""
+    """Samples from which the axis with the most distinct values is chosen. [samples] Judgement: a few thousand show the
+    order of the axes.
+    """
 
 
 THRESHOLDS = StretchThresholds()
 
 
 def copied_stretches(stream: Stream) -> list[Finding]:
-    """The longest stretch of rows that are equal, on all axes, to rows elsewhere in the stream. At most one finding.
+    """Find the longest stretch of rows that equal, on all axes, rows elsewhere in the stream. At most one finding.
 
-    Reported from L rows on, where n²·∏p_c^L < 1e-6 and p_c is the part of the samples of axis c that equal another by
-    chance. Stretches that overlap their copy are those of a signal that repeats itself, and are not reported.
+    A copy of L rows is reported if n²·∏p_c^L < 1e-6, where p_c is the share of the samples of axis c that equal another
+    sample by chance. A stretch that overlaps its copy belongs to a periodic signal and is not reported.
     """
     n = stream.grid.n
     if n < 2 * THRESHOLDS.least_rows:
@@ -108,10 +112,11 @@ def _frequent_lags(x: Floats) -> list[int]:
 
 
 def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
-    """Places of the examined keys in the stream, and these keys; `start` is the place of x[0]."""
+    """Places of the examined keys in the stream, and the keys; `start` is the place of x[0]."""
     mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
-    fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)  # of coarse values pairs are too few
+    # pairs of coarse values recur too often
+    fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)
     places = np.flatnonzero(
         (fours[: len(x) - THRESHOLDS.key + 1] >> np.uint64(_HIGH)) & np.uint64(THRESHOLDS.part_of_keys - 1) == 0
     )

@@ -1,4 +1,4 @@
-"""Units: mean acceleration against gravity, noise and mean of sensors against those of existing ones, known steps."""
+"""Check of units: gravity against the mean, and noise, mean and steps against those of existing sensors."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ DEGREE = math.pi / 180
 
 Evidence = Literal["gravity", "step", "noise", "bias", "quiet", "earth"]
 
-_AXES = 3  # of a sensor that shows gravity or the Earth's rotation
+_AXES = 3  # channels of a triad, which shows gravity or the Earth's rotation
 
-# What |mean| is if the numbers are in one unit and another was stated: value where gravity would be 9.80665, the stated
-# unit, and the likely one.
+# Mistaken units of an accelerometer: |mean| in the stated unit [m/s²], the stated unit, and the likely unit.
 _MISTAKEN: tuple[tuple[float, str, str], ...] = (
     (1.0, "m/s^2", "g"),
     (STANDARD_GRAVITY**2, "g", "m/s^2"),
@@ -37,9 +36,9 @@ _MISTAKEN: tuple[tuple[float, str, str], ...] = (
     (STANDARD_GRAVITY**2 * 1e-6, "ug", "m/s^2"),
     (STANDARD_GRAVITY * 1e-6, "ug", "g"),
 )
-_SMALL_UNITS = ("mg", "ug")  # stated ones of `_MISTAKEN` whose means are small: counted only if they are stated
+_SMALL_UNITS = ("mg", "ug")  # stated units of `_MISTAKEN` with small means: tested only if the unit was stated
 
-# By the stated unit, the larger ones that it may be taken for, the likeliest first.
+# For each stated unit, larger units that it may be confused with, the likeliest first.
 _MISTAKES: dict[str, tuple[str, ...]] = {
     "rad/s": ("deg/s",),
     "deg/s": ("rad/s",),
@@ -73,8 +72,9 @@ class UnitThresholds:
     40 (2013)."""
 
     without_gravity: float = 0.5
-    """Mean below which gravity has been removed. [m/s^2] Judgement: less than any single-axis bias of a sensor worth
-    an Allan variance."""
+    """Mean below which gravity has been removed. [m/s^2] Judgement: below the single-axis bias of any sensor for which an
+    Allan variance is useful.
+    """
 
     known_steps: tuple[float, ...] = (
         *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
@@ -83,25 +83,26 @@ class UnitThresholds:
         8.75e-3,
         17.5e-3,
     )
-    """Steps that gyros are known for. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch
-    BMI (262.144 to 16.384), ST LSM and L3G (4.375 to 70 mdps); steps that a rounded decimal could be too are left
-    out."""
+    """Steps of known gyros. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI (262.144 to
+    16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could have too are left out.
+    """
 
     same_step: float = 1e-4
     """Relative difference of a step from a known one. [1] Judgement: the step of a log is known to about that."""
 
     same_factor: float = 1e-6
-    """Relative difference of the factor of a channel from that of a unit. [1] Judgement: factors that are typed have
-    seven digits."""
+    """Relative difference of the factor of a channel from that of a unit. [1] Judgement: typed factors have seven digits."""
 
     usual_offset: float = 10 * DEGREE
-    """Zero-rate offset of usual MEMS gyros, at most: beyond it a gyro may rest. [rad/s] Datasheets: 1 to 10 deg/s of
-    LSM6, BMI and ICM parts. Older ones have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at
-    full range)."""
+    """Largest zero-rate offset of usual MEMS gyros; a gyro with a larger mean may turn. [rad/s] Datasheets: 1 to 10 deg/s
+    for LSM6, BMI and ICM parts. Older parts have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full
+    range).
+    """
 
     times_noisiest: float = 2.0
-    """White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: a sensor that is
-    worse than its datasheet."""
+    """White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: allows for a sensor that
+    is worse than its datasheet.
+    """
 
     earth_noise: float = 5e-4 * DEGREE / 60
     """White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h. [rad/s/√Hz] Literature: strategic
@@ -111,35 +112,37 @@ class UnitThresholds:
     """Relative difference of the mean from the Earth's rate. [1] Judgement: axes that are not orthogonal."""
 
     optical_noise: float = 0.01 * DEGREE / 60
-    """White noise that only optical gyros are below, whose bias is some deg/h at most: 0.01 deg/√h. [rad/s/√Hz]
-    Judgement: MEMS gyros have more."""
+    """White noise below which a gyro is optical and has a bias of at most some deg/h: 0.01 deg/√h. [rad/s/√Hz] Judgement:
+    MEMS gyros have more.
+    """
 
     min_mems_bias: float = 45 * DEGREE / 3600
-    """Mean rate that is not a bias of gyros so quiet, at least. [rad/s] Derived: three times the Earth's rate; MEMS
-    have 100 to 10⁵ deg/h."""
+    """Mean rate that is too large for the bias of an optical gyro. [rad/s] Derived: three times the Earth's rate; MEMS gyros
+    have 100 to 10⁵ deg/h.
+    """
 
     examined: int = 1 << 17
-    """Samples that the noise is taken from. [samples] Judgement: it is compared with factors of two and more."""
+    """Samples from which the noise is estimated. [samples] Judgement: it is compared with factors of two and more."""
 
     short: int = 64
-    """Averaging time below which an Allan variance of few pairs counts too. [samples] Judgement: a short record has
-    few pairs beyond."""
+    """Averaging time below which an Allan variance of few pairs is used too. [samples] Judgement: a short record has few
+    pairs at longer times.
+    """
 
     least_pairs: int = 200
-    """Pairs of clusters of the others, at least. [1] Derived: a relative error of √(3/200), 12 %."""
+    """Smallest number of pairs of clusters at the other times. [1] Derived: a relative error of √(3/200), 12 %."""
 
 
 THRESHOLDS = UnitThresholds()
 
 
 def implausible_unit(stream: Stream) -> list[Finding]:
-    """Signs that the samples are in another unit than stated: at most one finding, whose factor is that of all terms.
+    """Check whether the samples are in another unit than stated: at most one finding, with one factor for all terms.
 
-    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros are in deg/s, or are raw
-    counts, if they are noisier than any gyro; in rad/s, if they have a bias that gyros with so little noise do not have. A
-    step of the numbers that is known from datasheets in the other unit distinguishes the two as well. Sensors that are
-    quieter than the quietest are in a larger unit than stated, and so are gyros as quiet as those that measure the Earth's
-    rotation, and do not measure it.
+    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros noisier than any gyro are in
+    deg/s or are raw counts. Gyros with a bias that gyros with so little noise do not have are in rad/s. A step that
+    datasheets state for the other unit distinguishes the two as well. Sensors quieter than the quietest are in a larger unit
+    than stated. So are gyros that are quiet enough to measure the Earth's rotation but have another mean.
     """
     if not has_plausible_values(stream):
         return []
@@ -151,7 +154,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     if by_step := _by_step(stream):
         return by_step
     if not _has_plausible_rate(stream) or hides_noise(stream) or stream.grid.source.kind == "simulated":
-        return []  # a noise density is as wrong as the rate that it was computed with; rounding says nothing of noise
+        return []  # a wrong rate makes the noise density wrong, and rounding hides the noise
     return _by_noise(stream)
 
 
@@ -181,7 +184,7 @@ def gravity(stream: Stream) -> list[Finding]:
 
 
 def mean_rate(stream: Stream) -> list[Finding]:
-    """A mean of gyros beyond the zero-rate offset of usual ones, or a steady rotation: at most one warning."""
+    """Report a mean of gyros above the zero-rate offset of usual gyros, or a steady rotation: at most one warning."""
     if stream.quantity != "angular_rate" or not _is_measured(stream):
         return []
     mean = _mean_vector(stream)
@@ -192,7 +195,7 @@ def mean_rate(stream: Stream) -> list[Finding]:
 
 
 def has_plausible_values(stream: Stream) -> bool:
-    """Whether the interval of increments is that of a sensor: rates over an interval that is wrong are wrong by as much."""
+    """Whether increments have a plausible interval: a wrong interval makes the rates wrong by the same factor."""
     return stream.samples.transforms[0].kind == "rate" or _has_plausible_rate(stream)
 
 
@@ -232,8 +235,8 @@ def _by_step(stream: Stream) -> list[Finding]:
 
 
 def _by_noise(stream: Stream) -> list[Finding]:
-    """Whether the noise is beyond that of any sensor, or below, or that of gyros with another mean."""
-    # White noise is no more than the least of τσ²(τ), and no less than the largest where a slow term hides it.
+    """Compare the noise with that of the noisiest and the quietest sensors, and with that of gyros with another mean."""
+    # White noise is at most the smallest τσ²(τ), and at least the largest unless a slow term hides it.
     bounds = [_levels(stream, channel) for channel in stream.channels]
     bounds = [pair for pair in bounds if not math.isnan(pair[0])]
     lowest = sorted(low for low, _ in bounds)
@@ -252,7 +255,7 @@ def _by_noise(stream: Stream) -> list[Finding]:
 
 
 def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
-    """Why white noise of up to some density is less than a sensor has; None if it is not."""
+    """Reason why a sensor cannot have so little white noise; None if it can."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
     if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < THRESHOLDS.earth_tolerance:
         return None
@@ -262,7 +265,7 @@ def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
 
 
 def _louder_unit(stream: Stream, noise: float) -> str:
-    """The likeliest larger unit that makes the noise that of a sensor for sale; empty if no unit does."""
+    """The likeliest larger unit in which the noise is that of an existing sensor; empty if there is none."""
     limits = SENSOR_CLASSES[stream.quantity]
     stated = _stated(stream)
     for likely in _MISTAKES.get(stated, ()):
@@ -290,7 +293,7 @@ def _finding(
     factor: float | None = None,
     **measured: Any,  # noqa: ANN401
 ) -> list[Finding]:
-    """The finding that all coefficients of a stream are wrong by a factor, by default that of the likely unit."""
+    """Report that all coefficients of a stream are wrong by one factor, by default that of the likely unit."""
     details = ImplausibleUnit(evidence=evidence, quantity=stream.quantity, stated=stated, likely=likely, **measured)
     if factor is None:
         factor = to_si(1.0, stated) / to_si(1.0, likely) if likely else 1.0
@@ -300,7 +303,7 @@ def _finding(
 
 
 def _stated(stream: Stream) -> str:
-    """The unit that all channels were read in, of those that are mistaken; empty for another, or several."""
+    """The unit of `_MISTAKES` in which all channels were read; empty for another unit, or several."""
     factors = [transform.factor for transform in stream.samples.transforms]
     units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
     alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < THRESHOLDS.same_factor for f in factors))
@@ -313,8 +316,9 @@ def _mean_vector(stream: Stream) -> float:
 
 
 def _levels(stream: Stream, channel: str) -> tuple[float, float]:
-    """A lower and an upper bound of the white noise: the least and the largest of √τ·σ(τ); NaN if no two samples follow
-    each other. [unit of the stream/√Hz]
+    """Lower and upper bound of the white noise: the smallest and the largest √τ·σ(τ). [unit of the stream/√Hz]
+
+    NaN if no two samples are consecutive.
     """
     x, tau0 = take_samples(stream, channel, count=THRESHOLDS.examined), stream.grid.tau0
     level, _ = white_level(x, tau0)

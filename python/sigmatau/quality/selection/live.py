@@ -1,4 +1,4 @@
-"""Live samples by stretches at rest and in motion: running sums of the longest stretch of each, in bounded memory."""
+"""Running sums of live samples, for the longest stretch at rest and the longest in motion, in bounded memory."""
 
 from __future__ import annotations
 
@@ -25,23 +25,24 @@ class LiveThresholds:
     """Lengths of the blocks of `LiveStretches`, which are judged with the blocks before and after."""
 
     block: float = 30.0
-    """Length of a block. [s] Judgement: three of them are longer than a block of `StillnessThresholds`."""
+    """Length of a block. [s] Judgement: three blocks are longer than a block of `StillnessThresholds`."""
 
     least_block: int = 64
-    """The same in samples, at least. [samples] Judgement: three of them are longer than the shortest record, see
-    `RestThresholds`."""
+    """Smallest length of a block. [samples] Judgement: three blocks are longer than the shortest record, see
+    `RestThresholds`.
+    """
 
     most_block: int = 1 << 18
-    """The same in samples, at most. [samples] Judgement: bounds the memory."""
+    """Largest length of a block. [samples] Judgement: limits the memory."""
 
 
 THRESHOLDS = LiveThresholds()
 
 
 class LiveStretches:
-    """Sums of live samples: those at rest and those in motion apart.
+    """Running sums of live samples, separate for stretches at rest and in motion.
 
-    A block is summed when the next one is there: a motion shows in the seconds before it too.
+    A block is summed only when the next block is complete, because a motion shows in the seconds before it too.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class LiveStretches:
         By channel.
     input : {"rate", "increments"}
     assumed : bool
-        Whether all samples are taken as at rest.
+        Whether all samples count as at rest.
     """
 
     def __init__(
@@ -70,16 +71,17 @@ class LiveStretches:
         self.input = input
         self.assumed = assumed
         self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
-        self.n: int = 0  # samples that came
-        self.motion: Motion | None = None  # the strongest
+        self.n: int = 0  # samples received so far
+        self.motion: Motion | None = None  # the strongest motion so far
         self._block = min(max(round(THRESHOLDS.block * rate), THRESHOLDS.least_block), THRESHOLDS.most_block)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
         self._waiting: list[Floats] = []
-        self._number = 0  # samples that wait
+        self._number = 0  # number of waiting samples
         self._moving = False
         self._current = self._new(0)
-        self._longest: dict[bool, Accumulator] = {}  # by whether it moves, of the stretches that have ended
-        self._stretches: list[tuple[int, int, bool]] = []  # first and last sample, and whether it moves
+        self._longest: dict[bool, Accumulator] = {}  # by whether the sensor moves: the longest stretch that has ended
+        # first and last sample of each ended stretch, and whether the sensor moves in it
+        self._stretches: list[tuple[int, int, bool]] = []
 
     def push(self, samples: Floats) -> None:
         """Take the next samples, shape (n, n_channels)."""
@@ -92,17 +94,17 @@ class LiveStretches:
         if self._number >= 2 * self._block:
             x = np.concatenate(self._waiting)
             while len(x) >= 2 * self._block:
-                self._sum(x[: self._block], x[self._block : 2 * self._block])
+                self._add_block(x[: self._block], x[self._block : 2 * self._block])
                 x = x[self._block :]
             self._waiting, self._number = [x], len(x)
 
     def finish(self) -> None:
-        """Sum the samples that wait for a next block."""
+        """Sum the samples that are waiting for a complete block."""
         if self._number:
             x = np.concatenate(self._waiting)
-            self._sum(x[: self._block], x[self._block :])
+            self._add_block(x[: self._block], x[self._block :])
             if len(x) > self._block:
-                self._sum(x[self._block :], x[:0])
+                self._add_block(x[self._block :], x[:0])
             self._waiting, self._number = [], 0
 
     @property
@@ -112,7 +114,7 @@ class LiveStretches:
 
     @property
     def sums(self) -> Accumulator:
-        """Sums of the longest stretch at rest; of the longest in motion if the sensor is not at rest."""
+        """Sums of the longest stretch at rest, or of the longest in motion if the sensor is not at rest."""
         moving = self.rest().verdict == "not_at_rest" and not self.assumed
         ended = self._longest.get(moving)
         if self._moving is not moving and not self.assumed:
@@ -120,7 +122,7 @@ class LiveStretches:
         return self._current if ended is None or self._current.n >= ended.n else ended
 
     def rest(self) -> Rest:
-        """The verdict on the samples that are summed."""
+        """The verdict on the samples summed so far."""
         spans = self._spans()
         still = tuple((a, b) for a, b, moves in spans if not moves)
         length = spans[-1][1] if spans else 0.0
@@ -159,17 +161,17 @@ class LiveStretches:
         stretches = [*self._stretches, *([(first, last, self._moving)] if last > first else [])]
         return [(a / self.rate, b / self.rate, moves) for a, b, moves in stretches]
 
-    def _sum(self, block: Floats, behind: Floats) -> None:
+    def _add_block(self, block: Floats, behind: Floats) -> None:
         motion = self._motion(block, behind)
         if motion is not None and (self.motion is None or motion.times > self.motion.times):
             self.motion = motion
         moving = motion is not None and not self.assumed
         if moving is not self._moving:
-            self._turn(moving)
+            self._begin_stretch(moving)
         self._current.push(block)
         self._before = block
 
-    def _turn(self, moving: bool) -> None:  # noqa: FBT001
+    def _begin_stretch(self, moving: bool) -> None:  # noqa: FBT001
         ended = self._current
         if ended.n:
             self._stretches.append((ended.start, ended.start + ended.n, self._moving))
@@ -180,7 +182,7 @@ class LiveStretches:
         self._moving = moving
 
     def _motion(self, block: Floats, behind: Floats) -> Motion | None:
-        """The motion of a block, judged with its two neighbours; None if all of it is at rest."""
+        """The strongest motion of a block, judged with both neighbours; None if the whole block is at rest."""
         x = np.concatenate([self._before, block, behind])
         if len(x) < MIN_SAMPLES:
             return None
@@ -189,13 +191,13 @@ class LiveStretches:
         verdict = rest(record)
         begins = len(self._before) / self.rate
         ends = begins + len(block) / self.rate
-        return None if any(_holds(span, begins, ends) for span in verdict.still) else verdict.motion
+        return None if any(_contains(span, begins, ends) for span in verdict.still) else verdict.motion
 
     def _new(self, start: int) -> Accumulator:
         stated = {channel: unit for channel, unit in self.unit.items() if channel in self.channels}
         return Accumulator(*self.channels, rate=self.rate, unit=stated, input=self.input, long="strided", start=start)
 
 
-def _holds(span: Span, begins: float, ends: float) -> bool:
+def _contains(span: Span, begins: float, ends: float) -> bool:
     slack = 1e-6 * (1 + ends)
     return span[0] <= begins + slack and ends <= span[1] + slack

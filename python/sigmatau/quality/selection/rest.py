@@ -1,7 +1,7 @@
 """The verdict on a record: at rest, partly at rest, not at rest, too short to tell; and the part that is analysed.
 
-A record at rest for a part is cut to the longest stretch at rest. Where a sensor has the same level before and after a
-motion, within what its own drift makes, only the motion is left out: its samples are taken for missing.
+A record that is partly at rest is cut to the longest stretch at rest. If a sensor has the same mean before and after a
+motion, to within its drift, only the motion is left out: its samples count as missing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell
 _AS_NOISE = command("analyze", Hint("at_rest", value=True))
 _NO_COEFFICIENTS = {
     "not_at_rest": (
-        f"the sensor was not at rest, so the result has no coefficients; {_AS_NOISE} takes motion for noise"
+        f"the sensor was not at rest, so the result has no coefficients; {_AS_NOISE} treats motion as noise"
     ),
     "too_short_to_tell": (
         "the record is too short to tell rest from motion, so the result has no coefficients; record for longer, or run"
@@ -46,46 +46,50 @@ class RestThresholds:
     """Thresholds of `rest` and `at_rest_only`."""
 
     least_still: float = 20.0
-    """Stretch at rest that is worth an analysis, at least. [s] Judgement: as the shortest record with accelerometers
-    alone, see `shortest`."""
+    """Shortest stretch at rest that is worth an analysis. [s] Judgement: as the shortest record with accelerometers alone,
+    see `shortest`.
+    """
 
     least_share: float = 0.25
-    """Part of the record that the longest stretch has, for the record to be partly at rest. [1] Judgement: less is
-    what a moving sensor does by chance."""
+    """Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: a moving sensor is at rest
+    for less by chance.
+    """
 
     least_sum: float = 0.5
-    """Part of the record that all stretches have, for the same. [1] Judgement: a record of several positions."""
+    """The same for the sum of all stretches. [1] Judgement: a record in several positions."""
 
     listed: int = 3
-    """Stretches at rest that a finding of a record in motion lists, at most. [1] Judgement: the longest are enough
-    to choose from."""
+    """Number of stretches at rest that a finding about motion lists. [1] Judgement: the longest are enough to choose
+    from.
+    """
 
     little: float = 0.1
-    """Part of the record whose loss is an info. [1] Judgement: intervals widen by 5 %."""
+    """Share of the record whose loss is only an info. [1] Judgement: intervals become 5 % wider."""
 
     mean: float = 60.0
-    """Length of the means beside a motion, at most. [s] Judgement: a drift over a minute is small."""
+    """Longest means that are compared before and after a motion. [s] Judgement: the drift over a minute is small."""
 
     part_of_stretch: float = 0.1
-    """The same over the longer of the stretches beside. [1] Judgement: each stretch then has several differences."""
+    """The same over the longer of both stretches. [1] Judgement: each stretch then has several differences."""
 
     other_position: float = 3.0
-    """Difference of the levels beside a motion over the root mean square of those elsewhere, from which on the
-    position is another. [1] Derived: noise has more in 0.3 % of the cases."""
+    """Difference of the means before and after a motion, over the root mean square of differences without motion, from which
+    on the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
+    """
 
     least_differences: int = 8
-    """Differences elsewhere, at least. [1] Judgement: their root mean square is known to a quarter."""
+    """Smallest number of differences without motion. [1] Judgement: their root mean square is known to a quarter."""
 
     shortest: ByQuantity = ByQuantity(angular_rate=10.0, acceleration=20.0)
-    """Length of the shortest record. [s] Study: docs/study/rest.md has the shares of moving records that shorter
-    ones hide."""
+    """Length of the shortest record that can be judged. [s] Study: docs/study/rest.md lists the shares of moving records
+    that shorter records hide.
+    """
 
     least_samples: int = 150
     """The same in samples. [samples] Study: docs/study/rest.md."""
 
     long_enough: float = 0.99
-    """Part of that length from which on a record is long enough. [1] Judgement: a record of 10 s may lack its last
-    samples."""
+    """Share of that length that is long enough. [1] Judgement: a record of 10 s may lack its last samples."""
 
 
 THRESHOLDS = RestThresholds()
@@ -103,7 +107,7 @@ class Rest:
     motion : Motion or None
         The strongest motion; None at rest.
     duration : float
-        Of the samples that were judged. [s]
+        Length of the samples that were judged. [s]
     shortest : float
         Shortest record that the test can judge. [s]
     """
@@ -121,12 +125,14 @@ class Rest:
 
     @property
     def reason(self) -> str:
-        """Why there are no coefficients: not at rest, or too short to tell; empty if there are."""
+        """Why there are no coefficients: not at rest, or too short to tell; empty if there are coefficients."""
         return _REASONS.get(self.verdict, "")
 
     @property
     def unit_in_doubt(self) -> bool:
-        """Whether a rate beyond any bias, or noise beyond that of any gyro, without other motion, may be in another unit."""
+        """Whether the only sign of motion is a rate beyond any bias or noise beyond any gyro, which a wrong unit explains
+        too.
+        """
         return self.motion is not None and self.motion.kind in ("turns", "loud")
 
     def to_dict(self) -> dict[str, Any]:
@@ -140,8 +146,9 @@ class Rest:
 
 
 def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str:
-    """Why a result has no fit: its sensor moved, its record is too short to tell, or coefficients were only read off; else
-    empty.
+    """Why a result has no fit: motion, a record that is too short to tell, or coefficients that were only read off.
+
+    Empty if it has one.
     """
     reason = "" if rest is None else _NO_COEFFICIENTS.get(rest.verdict, "")
     if has_read_off:
@@ -150,18 +157,18 @@ def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str
 
 
 def rest(record: Record, *, threads: int | None = None) -> Rest:
-    """The verdict on a record, by its angular rates and accelerations.
+    """Judge whether a record is at rest, from its angular rates and accelerations.
 
     Parameters
     ----------
     record : Record
-        Samples may be missing; spikes and runs of equal values are not motion.
+        Samples may be missing; spikes and runs of identical values do not count as motion.
     threads : int, optional
         Default: all processors.
     """
     begins, ends = _ends(record)
     movement = find_movement(record.streams, threads=threads)
-    if movement.spans:  # bad samples move means too
+    if movement.spans:  # bad samples shift means too
         movement = find_movement(map(_without_faults, record.streams), threads=threads)
     spans, motion = movement.spans, movement.motion
     if motion is None:
@@ -176,7 +183,7 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
 
 
 def partly(still: Sequence[Span], duration: float) -> bool:
-    """Whether a record of some length [s] that moves is at rest for long enough to be analysed in part."""
+    """Whether a record of `duration` [s] with motion is at rest for long enough to be analysed in part."""
     lengths = [stop - start for start, stop in still if stop - start >= THRESHOLDS.least_still]
     return bool(lengths) and (
         max(lengths) >= THRESHOLDS.least_share * duration or sum(lengths) >= THRESHOLDS.least_sum * duration
@@ -184,12 +191,12 @@ def partly(still: Sequence[Span], duration: float) -> bool:
 
 
 def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
-    """The part of a record that is analysed, and the finding about it: none at rest.
+    """The part of a record that is analysed, and the finding about it; no finding for a record at rest.
 
     Parameters
     ----------
     record : Record
-    found : Rest
+    resting : Rest
         Verdict on the record.
     assumed : bool
         Whether the record is analysed as it is, whatever the verdict.
@@ -221,7 +228,7 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
 def rest_findings(
     resting: Rest, *, assumed: bool, duration: float, parts: tuple[KeptOfStream, ...] = (), moved: tuple[Span, ...] = ()
 ) -> list[Finding]:
-    """The finding about a verdict: none at rest.
+    """The finding about a verdict; none for a record at rest.
 
     Parameters
     ----------
@@ -233,7 +240,7 @@ def rest_findings(
     parts : tuple of KeptOfStream
         What is analysed of each stream of a record partly at rest.
     moved : tuple of (float, float)
-        The other stretches of it. [s]
+        Stretches in motion. [s]
     """
     if resting.verdict == "too_short_to_tell":
         short = TooShortToTell(duration=resting.duration, shortest=resting.shortest)
@@ -259,12 +266,12 @@ def _ends(record: Record) -> Span:
 
 
 def _without_faults(stream: Stream) -> Stream:
-    """Without bad samples; shocks and the start of a filter may be motion."""
+    """Remove bad samples, but keep shocks and the start of a filter, which may be motion."""
     return without(stream, keep=("start", "shocks", "copies"))[0]
 
 
 def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
-    """The longest stretch at rest, with those on either side of it in which the stream has the same level."""
+    """The longest stretch at rest, extended by its neighbours as long as the stream has the same mean in them."""
     stretches = [(_sample_index(stream, start), _sample_index(stream, stop)) for start, stop in still]
     stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
     k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _sample_index(stream, longest[0])))
@@ -287,7 +294,7 @@ def _sample_index(stream: Stream, time: float) -> int:
 
 
 def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
-    """Whether every channel has the same level after the motion between stretches k and k + 1 as before it."""
+    """Whether every channel has the same mean after the motion between stretches k and k + 1 as before it."""
     (a, b), (c, d) = stretches[k], stretches[k + 1]
     length = min(THRESHOLDS.mean / stream.grid.tau0, THRESHOLDS.part_of_stretch * max(b - a, d - c), b - a, d - c)
     w = max(int(length), 1)
@@ -308,7 +315,7 @@ def _mean(stream: Stream, channel: int, start: int, stop: int) -> float:
 
 
 def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, lag: int) -> Floats:
-    """Differences of means of w samples that are `lag` samples apart, to a whole number of means."""
+    """Differences of means of w samples about `lag` samples apart: `lag` is rounded to a whole number of means."""
     n = (stop - start) // w
     apart = max(round(lag / w), 1)
     if n <= apart:
@@ -319,7 +326,7 @@ def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, la
 
 
 def shortest_record(streams: Sequence[Stream]) -> float:
-    """The length from which a record without motion is at rest: that of the sensor that shows it sooner. [s]
+    """Length from which a record can be judged, by the sensor that needs the shortest. [s]
 
     0 without a gyro or an accelerometer: no other quantity is judged.
     """
@@ -335,12 +342,12 @@ def shortest_length(quantities: Iterable[str], tau0: float) -> float:
 
 
 def judged_length(streams: Sequence[Stream]) -> float:
-    """The length of the samples that are present, of the stream with the most. [s]"""
+    """Length of the samples that are present, in the stream with the most. [s]"""
     return max(map(_present_length, filter(_is_judged, streams)), default=0.0)
 
 
 def is_too_short(duration: float, shortest: float) -> bool:
-    """Whether a record is shorter than the shortest that can be judged, by more than samples at its ends."""
+    """Whether a record is clearly shorter than the shortest that can be judged, not only by some samples at its ends."""
     return duration < THRESHOLDS.long_enough * shortest
 
 

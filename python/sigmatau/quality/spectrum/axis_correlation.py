@@ -1,9 +1,9 @@
 """Correlation of the noise of the axes of a stream.
 
-Each pair of axes is measured by the correlation of first differences, for fast common noise (vibration, a line, a common
-converter), and by those of differences of means over 1 s, 4 s, 16 s and so on, for slower common noise (supply, temperature,
-a rate random walk that white noise hides in shorter means). Differences are used because random walks and drifts are
-correlated by chance.
+Each pair of axes is measured by two kinds of correlation. That of first differences shows fast common noise: vibration, a
+line, a common converter. That of differences of means over 1 s, 4 s, 16 s and so on shows slow common noise: supply,
+temperature, a rate random walk that white noise hides in shorter means. Differences are used because random walks and drifts
+are correlated by chance.
 """
 
 from __future__ import annotations
@@ -31,27 +31,31 @@ class CorrelationThresholds:
     Judgement: one false alarm in 10⁴ records."""
 
     reported: float = 0.05
-    """Correlation from which on there is a finding. [1] Derived: a smaller one has no consequence; the variance of
-    the mean of two Allan variances grows by the factor 1 + r²."""
+    """Smallest correlation that is reported. [1] Derived: a smaller one has no consequence; the variance of the mean of two
+    Allan variances grows by the factor 1 + r².
+    """
 
     least_means: int = 60
-    """Means from which on their correlation is measured. [1] Judgement: it is known to 0.13."""
+    """Smallest number of means whose correlation is measured. [1] Judgement: it is known to 0.13."""
 
     longer: int = 4
-    """Factor from one length of means to the next; the last is the longest of which there are enough. [1] Judgement:
-    slow common noise shows within two octaves."""
+    """Factor from one length of means to the next; the last is the longest with `least_means` means. [1] Judgement: slow
+    common noise shows within two octaves.
+    """
 
     inflation: float = 1 + 2 * (4 / 9 + 1 / 36)
-    """Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags.
-    [1] Derived: Bartlett 1935; first differences of white noise have ρ = −1/2 at lag 1, 1.5; those of quantization
-    noise −2/3 and 1/6, 1.944, the most that any mixture of the five terms makes."""
+    """Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags. [1]
+    Derived: Bartlett 1935. First differences of white noise (ρ = −1/2 at lag 1) give 1.5; those of quantization noise (−2/3
+    and 1/6) give 1.944, the maximum over all mixtures of the five terms.
+    """
 
     stretches: int = 32
-    """Stretches whose correlations show, by Student's t, how much fast differences scatter, where neighbouring
-    samples are correlated. [1] Judgement: their spread is known to an eighth."""
+    """Number of stretches. The spread of their correlations, by Student's t, shows how much fast differences scatter if
+    neighbouring samples are correlated. [1] Judgement: the spread is known to an eighth.
+    """
 
     most_samples: int = 1 << 22
-    """Samples whose fast differences are used, in evenly spread stretches. [samples] Judgement: bounds the time."""
+    """Samples whose fast differences are used, in evenly spaced stretches. [samples] Judgement: limits the time."""
 
 
 THRESHOLDS = CorrelationThresholds()
@@ -60,9 +64,9 @@ THRESHOLDS = CorrelationThresholds()
 def cross_axis(stream: Stream) -> list[Finding]:
     """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
 
-    It is information for a filter, which needs the covariance of the axes; the intervals of each axis hold. Identical axes
-    are a warning of their own. Of more than 4.2·10⁶ samples, 32 evenly spread parts are used for neighbouring
-    samples.
+    It informs the designer of a filter, which needs the covariance of the axes; the intervals of each axis remain valid.
+    Identical axes are a separate warning. If there are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly
+    spaced parts.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * THRESHOLDS.stretches:
         return []
@@ -79,7 +83,7 @@ def cross_axis(stream: Stream) -> list[Finding]:
             copies = IdenticalAxes(samples=len(columns[first]))
             identical.append(Finding(details=copies, severity="warning", channels=(first, second)))
             continue
-        # Squares of extreme values overflow or vanish; a channel in the wrong unit is for another check.
+        # Squares of extreme values overflow or vanish; another check reports a channel in the wrong unit.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
             r, mean_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
@@ -101,14 +105,14 @@ def cross_axis(stream: Stream) -> list[Finding]:
 
 
 def _are_identical(first: Floats, second: Floats) -> bool:
-    """Whether two columns have the same samples and the same missing samples. Most columns differ in the first few."""
+    """Whether two columns are identical, with the same missing samples. Most columns already differ in the first few."""
     return np.array_equal(
         first[: THRESHOLDS.stretches], second[: THRESHOLDS.stretches], equal_nan=True
     ) and np.array_equal(first, second, equal_nan=True)
 
 
 def _lengths(stream: Stream) -> list[int]:
-    """Lengths of the means in samples: from 1 s up to the longest of which there are enough."""
+    """Lengths of the means in samples: from 1 s up to the longest with `least_means` means."""
     length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (THRESHOLDS.least_means + 1)
     lengths = []
     while length < longest:
@@ -131,13 +135,15 @@ def _differences(column: Floats) -> Floats:
 
 
 def _slow(column: Floats, length: int) -> Floats:
-    """Differences of means over `length` samples, 0 where half of them are missing, without a ramp."""
+    """Differences of means over `length` samples, without a ramp; 0 if half of the samples are missing."""
     count = len(column) // length
     return _centred(np.diff(row_means(column[: count * length].reshape(count, length))))
 
 
 def _centred(d: Floats) -> Floats:
-    """Differences without their mean, which is a ramp, and would be common to all axes that have one; 0 where missing."""
+    """Subtract the mean of the differences: it is a ramp, which axes have in common by chance. Missing differences become
+    0.
+    """
     mean = float(np.sum(d)) / max(int(d.size), 1)
     if not np.isnan(mean):
         return d - mean
@@ -148,7 +154,7 @@ def _centred(d: Floats) -> Floats:
 
 
 def _by_stretches(a: Floats, b: Floats, level: float) -> float:
-    """Correlation, 0 where that of the stretches scatters about 0 by chance."""
+    """Correlation of fast differences; 0 if the scatter of the stretches explains it."""
     both = np.einsum("ij,ij->i", a, b)
     power = np.einsum("ij,ij->i", a, a), np.einsum("ij,ij->i", b, b)
     if not (power[0].sum() > 0 and power[1].sum() > 0):
@@ -165,7 +171,7 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
 
 
 def _by_number(a: Floats, b: Floats, level: float) -> float:
-    """Correlation, 0 where its number of pairs makes as much by chance."""
+    """Correlation of slow differences; 0 if chance explains it with this number of pairs."""
     number = int(np.count_nonzero((a != 0) & (b != 0)))
     if number < THRESHOLDS.least_means:
         return 0.0

@@ -1,5 +1,7 @@
-"""Cells and rows that have more than a number: a unit in each cell (``0.01 sec``, MATLAB's timetables), a mark at the end
-of each row among other delimiters (``1,2,3;``). The text is read without them, and the unit is that of the column.
+"""Text tables whose cells or rows contain more than numbers.
+
+A unit in each cell (``0.01 sec``, MATLAB's timetables), or a mark at the end of each row besides the delimiters
+(``1,2,3;``). The marks and units are removed from the text; a unit becomes that of its column.
 """
 
 from __future__ import annotations
@@ -14,8 +16,8 @@ from sigmatau.io.read.formats.text_lines import COMMENTS
 from sigmatau.io.read.names import split_unit, stated_unit
 from sigmatau.io.read.table import Column, Table
 
-_LINES = 60  # lines at the end of which rows show how they are written
-_ROWS = 20  # the last of these lines
+_LINES = 60  # lines at the beginning of the text that are looked at
+_ROWS = 20  # only the last rows of these lines show how rows are written
 _ROW_ENDS = (";", "|")
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _CELL = re.compile(rf"\s*\"?{_NUMBER}[ \u00a0]*(?P<unit>[A-Za-zµμ°Ωω][^\s,;\t\"]{{0,15}})\"?\s*")
@@ -25,14 +27,14 @@ _DELIMITERS = (",", ";", "\t")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decoration:
-    """What the cells or rows of a text have beside their numbers."""
+    """What the cells or rows of a text contain besides numbers."""
 
     row_end: str = ""
     units: tuple[str | None, ...] = ()  # of the columns
     delimiter: str = ""  # between cells with units
 
     def strip(self, data: bytes) -> bytes:
-        """The text without it; raises `DataError` if the cells of a column have several units."""
+        """Remove the marks and units from a text. Raises `DataError` if the cells of one column have several units."""
         if self.row_end:
             data = re.sub(re.escape(self.row_end.encode()) + rb"(?=[ \t]*\r?$)", b"", data, flags=re.MULTILINE)
         if self.units:
@@ -55,7 +57,7 @@ class Decoration:
         return pattern.sub(b"", data)
 
     def apply(self, table: Table) -> Table:
-        """The table with the units of its cells; raises `DataError` if a name states another unit."""
+        """Set the units of the columns of a table. Raises `DataError` if the name of a column states another unit."""
         if not self.units:
             return table
         columns = tuple(_with_unit(column, unit) for column, unit in zip(table.columns, self.units, strict=False))
@@ -77,7 +79,7 @@ def _with_unit(column: Column, unit: str | None) -> Column:
 
 
 def find_decoration(text: str) -> Decoration | None:
-    """What the cells or rows of a text have beside their numbers, by its first lines; None if nothing."""
+    """Find what the rows of a text contain besides numbers, from its first lines; None if there is nothing."""
     lines = [line.strip() for line in text.split("\n", _LINES)[:_LINES]]
     rows = [line for line in lines if line and not line.startswith(COMMENTS)][-_ROWS - 1 : -1]
     if len(rows) < 2:
@@ -100,7 +102,7 @@ def _ends_with_only(row: str, mark: str) -> bool:
 
 
 def _units_of_cells(rows: Sequence[Sequence[str]]) -> tuple[str | None, ...]:
-    """The unit of each column whose cells all have a known one; empty if no column has one."""
+    """The unit of each column in which all cells have the same known unit; empty if there is no such column."""
     width = len(rows[0])
     if width < 2 or any(len(row) != width for row in rows):
         return ()

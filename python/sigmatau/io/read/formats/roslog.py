@@ -1,4 +1,4 @@
-"""MCAP files and ROS 1 bags: messages are defined by text and decoded by compiled code."""
+"""MCAP files and ROS 1 bags. Each file contains the definitions of its messages; compiled code decodes them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ _NOT_READ = "not read: "
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic, or type of a topic: numbers by the paths of their fields, times in nanoseconds."""
+    """Read a table for each topic, and for each message type if a topic has several. Columns are named by the path of a
+    field; times are in nanoseconds.
+    """
     kind: logs.LogKind = "mcap" if head.data.startswith(b"\x89MCAP") else "rosbag1"
     contents = logs.log_contents(str(path), kind, longest=largest_expansion(path.stat().st_size))
-    end = _within(path, contents.end)
+    end = _refuse_expanded(path, contents.end)
     where = f"{end.what} (byte {end.offset})"
     if not contents.channels:
         if end.kind:
@@ -58,7 +60,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def some_readable(tables: Sequence[Table]) -> tuple[Table, ...]:
-    """The tables; raises `DataError` with the reasons if none of them can be read."""
+    """Return the tables. Raises a `DataError` with the reasons if none of them can be read."""
     if all(table.columns[0].name.startswith(_NOT_READ) for table in tables):
         listed = "; ".join(f"{t.topic} ({t.columns[0].name.removeprefix(_NOT_READ)})" for t in tables[:3])
         raise DataError(f"has no topic that can be read: {listed}{' …' if len(tables) > 3 else ''}")
@@ -75,7 +77,7 @@ def message_table(
     *,
     ros1: bool = False,
 ) -> Table:
-    """The table of a topic, by the text that defines its messages."""
+    """Build the table of a topic from the definition of its messages."""
     try:
         layout = find_columns(definition, type_name, ros1=ros1)
     except DataError as error:
@@ -92,7 +94,7 @@ def message_table(
 
 
 def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
-    """The table of a topic that cannot be read; its only column names the reason."""
+    """Build a table for a topic that cannot be read. The name of its only column states the reason."""
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         raise DataError(f"topic {topic} cannot be read: {why}")
@@ -103,7 +105,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
 
 
 def end_findings(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
-    """Findings of how a file ends, and of messages that are missing."""
+    """Findings about how a file ends, and about missing messages."""
     if end.kind in ("filler", "behind"):
         return behind(path, end.offset, "the log")
     if not end.kind and declared in (None, rows):
@@ -120,8 +122,8 @@ def end_findings(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: 
     return (Finding(details=details, severity="warning" if end.kind == "no_end" else "error"),)
 
 
-def _within(path: Path, end: logs.LogEnd) -> logs.LogEnd:
-    """The end; raises `DataError` if the chunks unpack to more than is allowed."""
+def _refuse_expanded(path: Path, end: logs.LogEnd) -> logs.LogEnd:
+    """Return the end. Raises `DataError` if unpacking the chunks would exceed the allowed size."""
     if end.kind == "expanded":
         refuse_expansion(path.stat().st_size, None)
     return end
@@ -138,12 +140,12 @@ def _load(
     wanted: Sequence[int],
     exact: int | None,
 ) -> Loaded:
-    """The columns of a topic."""
+    """Load the columns of a topic."""
     largest = largest_expansion(path.stat().st_size)
     decoded, end = logs.log_messages(
         str(path), kind, ids, steps=layout.steps, cdr=cdr, wanted=wanted, exact=exact, longest=largest
     )
-    _within(path, end)
+    _refuse_expanded(path, end)
     if not decoded.rows and end.kind:
         raise DataError(
             f"{end.what} (byte {end.offset}): no message of {topic} could be read; copy or record the file again"

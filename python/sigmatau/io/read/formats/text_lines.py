@@ -1,4 +1,4 @@
-"""The lines at the beginning of a text: decoded, divided into fields, and told apart as rows, comments and other lines.
+"""The first lines of a text, decoded, split into fields, and classified as rows, comments and other lines.
 
 A number is what Python's ``float`` accepts, without underscores. A line is a row if at least half of its fields are numbers
 and it has as many fields as the table has columns.
@@ -19,18 +19,19 @@ COMMENTS = ("#", "%", "//")
 
 DELIMITERS: dict[str | None, str] = {",": "comma", ";": "semicolon", "\t": "tab", None: "space"}
 LINES = 2000  # number of lines that are tested
-_LONG_LINE = 64  # numbers on one line from which on it is said to be no row of samples
+_LONG_LINE = 64  # a line with more numbers than this is not one row of samples
 
 # Each pattern matches a text in only one way, so that failing lines take linear time.
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?")
-# Fast path: what of most rows leaves nothing
+# Fast path: removing these characters leaves nothing of most rows.
 _NUMERIC = {
     delimiter: str.maketrans("", "", f"0123456789+-.eE{marks}")
     for delimiter, marks in ((",", ","), (";", ";"), ("\t", "\t"), (None, " \t"))
 }
 _MISSING = re.compile(r"[+-]?(?:nan|inf|infinity)|na|n/a|null|none|nil|", re.IGNORECASE)
 EXCHANGED = str.maketrans(",.", ".,")
-ARROW = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,:]\d{1,9})?)\s*->")  # of the serial monitor of the Arduino IDE
+# time stamp written by the serial monitor of the Arduino IDE
+ARROW = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,:]\d{1,9})?)\s*->")
 
 
 @dataclass(slots=True)
@@ -42,7 +43,8 @@ class Line:
     comment: bool
     clock: str = ""  # the time before an arrow, which is not part of the text
     fields: dict[str | None, list[str]] = field(default_factory=dict)
-    plain: dict[str | None, list[float] | Literal[False]] = field(default_factory=dict)  # of a row of numbers alone
+    # numbers of a purely numeric row, by delimiter
+    plain: dict[str | None, list[float] | Literal[False]] = field(default_factory=dict)
 
     def split(self, delimiter: str | None) -> list[str]:
         if delimiter not in self.fields:
@@ -50,7 +52,7 @@ class Line:
         return self.fields[delimiter]
 
     def numbers_only(self, delimiter: str | None = ",") -> list[float] | Literal[False]:
-        """The numbers of a row of nothing but numbers with a delimiter between, as most are; False for any other line."""
+        """The numbers of a row that consists only of numbers and delimiters, as most rows do; False for any other line."""
         if delimiter not in self.plain:
             self.plain[delimiter] = False
             if not self.text.translate(_NUMERIC[delimiter]):
@@ -59,25 +61,27 @@ class Line:
         return self.plain[delimiter]
 
     def exchange(self) -> None:
-        """Take commas for points, and points for commas."""
+        """Exchange commas and points, for decimal commas."""
         self.text = self.text.translate(EXCHANGED)
         self.fields.clear()
         self.plain.clear()
 
     def is_data(self, delimiter: str | None, columns: int) -> bool:
-        """Whether the line is a row of so many columns, see `is_row`."""
+        """Whether the line is a row with this number of columns, see `is_row`."""
         if numbers := self.numbers_only(delimiter):
             return len(numbers) == columns
         return is_row(self.split(delimiter), columns)
 
     def values(self, delimiter: str | None) -> list[float]:
-        """The fields as numbers; NaN for others."""
+        """The fields as numbers; NaN for a field that is not a number."""
         if numbers := self.numbers_only(delimiter):
             return numbers
         return [float(f) if is_number(f) else math.nan for f in self.split(delimiter)]
 
     def numbers(self, delimiter: str | None) -> tuple[int, int, bool]:
-        """Number of fields, number of numeric fields, and whether the last is empty; 0 fields if the line is not a row."""
+        """Number of fields, number of numeric fields, and whether the last field is empty; 0 fields if the line is not a
+        row.
+        """
         if numbers := self.numbers_only():
             n = len(numbers)
             return (n, n, False) if n == 1 or delimiter == "," else (0, 0, False)
@@ -85,7 +89,7 @@ class Line:
             return len(numbers), len(numbers), False
         single = '"' not in self.text and len(self.text.split(delimiter, 1)) < 2
         if single and ("," in self.text or ";" in self.text or len(self.text.split(None, 1)) > 1):
-            return 0, 0, False  # one field, which is not a number because another delimiter is in it
+            return 0, 0, False  # the only field is not a number, because it contains another delimiter
         parts = self.split(delimiter)
         if not is_row(parts):
             return 0, 0, False
@@ -93,7 +97,7 @@ class Line:
 
 
 class NoRowsError(DataError):
-    """No line of numbers among the first lines of a text, which may have them further on.
+    """The first lines of a text contain no row of numbers; later lines may.
 
     Attributes
     ----------
@@ -107,7 +111,7 @@ class NoRowsError(DataError):
 
 
 def decode(data: bytes, *, whole: bool) -> tuple[str, str]:
-    """The whole lines of the beginning of a file as text, and a note on its encoding; raises `DataError`."""
+    """Decode the whole lines at the beginning of a file; return the text and a note on its encoding. Raises `DataError`."""
     if not whole:
         end = data.rfind(b"\n") + 1
         if not end:
@@ -134,7 +138,7 @@ def long_line(data: bytes, which: str, ends: str = "") -> DataError:
 
 
 def numbers_in_line(data: bytes, which: str) -> DataError | None:
-    """The error for a line that has nothing but numbers, too many for a sample; None for another line."""
+    """Build the error for an overlong line of nothing but numbers, which is not one sample; None for any other line."""
     begun = data[:1000].decode("latin-1").strip()
     fields = re.split(r"[,;\s]+", begun)[:-1]
     if len(fields) <= _LONG_LINE or not all(map(is_number, fields)):
@@ -143,7 +147,7 @@ def numbers_in_line(data: bytes, which: str) -> DataError | None:
     skipped = "tail -n +2 LOG | tr" if which == "the second line" else "tr"
     command = f"{skipped} -s '{marks}' '\\n'{'' if skipped != 'tr' else ' < LOG'} | paste -d, - - - > rows.csv"
     return DataError(
-        f"{which} is longer than {kibibytes(data)} KiB, all of it numbers, and a sample needs a line of its own;"
+        f"{which} is longer than {kibibytes(data)} KiB, all of it numbers. Write each sample on its own line;"
         f" for samples of 3 numbers: {command}"
     )
 
@@ -154,10 +158,10 @@ def kibibytes(data: bytes) -> int:
 
 
 def split_lines(text: str, skip: int) -> list[Line]:
-    """The first lines of a text that are not blank, numbered from `skip` + 1."""
+    """Split off the lines of a text that are not blank, at most `LINES` of them, numbered from `skip` + 1."""
     lines = []
     for number, raw in enumerate(text.split("\n")[:LINES], skip + 1):
-        # As in the reader of the rows: tabs may be empty fields, so only blank lines are skipped.
+        # As in the reader of the rows: leading tabs may delimit empty fields, so only spaces are removed.
         line = raw.strip(" \r") if "\t" in raw else raw.strip()
         if line:
             lines.append(Line(number, line, line.lstrip().startswith(COMMENTS) or _is_remark(line)))
@@ -170,7 +174,9 @@ def _is_remark(line: str) -> bool:
 
 
 def without_arrows(lines: list[Line]) -> tuple[list[Line], bool]:
-    """The lines without the time and the arrow before each, as a serial monitor writes them; and whether they have them."""
+    """Remove the time and arrow that a serial monitor writes before each line; return the lines, and whether arrows were
+    removed.
+    """
     arrows = [ARROW.match(line.text) if "->" in line.text else None for line in lines]
     if 2 * sum(match is not None for match in arrows) < max(len(lines), 1):
         return lines, False
@@ -183,7 +189,7 @@ def without_arrows(lines: list[Line]) -> tuple[list[Line], bool]:
 
 
 def bare_fields(text: str, delimiter: str | None) -> list[str]:
-    """The fields of a line, without spaces and quotes around them."""
+    """Split a line into fields, without the spaces and quotes around them."""
     if delimiter is None:
         fields = text.split()
     elif '"' in text:
@@ -197,13 +203,13 @@ def bare_fields(text: str, delimiter: str | None) -> list[str]:
 
 
 def bare(text: str) -> str:
-    """A field without spaces and quotes around it."""
+    """Remove the spaces and quotes around a field."""
     text = text.strip()
     return text[1:-1].strip() if len(text) >= 2 and text[0] == text[-1] == '"' else text
 
 
 def is_number(text: str) -> bool:
-    """Whether a field is a number in figures."""
+    """Whether a field is a decimal number."""
     return _NUMBER.fullmatch(text) is not None
 
 

@@ -1,7 +1,7 @@
-"""Samples as they come: lines of text on standard input, or at the end of a file that grows.
+"""Samples of a live log: lines of text on standard input, or at the end of a growing file.
 
-The layout is found out from the first lines, as it is for a whole file. A line that cannot be read is left out and
-counted, because one bad byte on a serial line should not end a night's record; nothing is put in its place.
+The layout is detected from the first lines, as in a whole file. A line that cannot be read is skipped and counted, because
+one bad byte on a serial line should not end a night's record. Nothing is put in its place.
 """
 
 from __future__ import annotations
@@ -50,23 +50,24 @@ from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 
-_PIECE = 1 << 18  # read at a time [bytes]
-_PAUSE = 0.05  # before a file that has ended is looked at again [s]
-_WAITING = 64  # pieces that may be read ahead
-_FIRST_ROWS = 4096  # that show whether several sensors take turns: 16 parts of 256
-_FIRST_LINES = 50  # that are waited for, to find out the layout and the rate
-_LONGEST_LINE = 1 << 20  # [bytes]
+_PIECE = 1 << 18  # size of a read [bytes]
+_PAUSE = 0.05  # pause before a file is read again after its end [s]
+_WAITING = 64  # number of pieces that may be read ahead
+_FIRST_ROWS = 4096  # rows that show whether several sensors take turns: 16 parts of 256
+_FIRST_LINES = 50  # number of lines needed to detect the layout and the rate
+_LONGEST_LINE = 1 << 20  # longest line [bytes]
 
 _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
-_MANY_BAD = 16  # lines of a piece, after which it is read line by line
-_MOST_BLOCKS = 4096  # mean intervals that are held
-_GAP = 20  # sample intervals, as in `sigmatau.io.read.time.stamps`
+_MANY_BAD = 16  # a piece with more bad lines is read line by line
+_MOST_BLOCKS = 4096  # largest number of mean intervals in memory
+_GAP = 20  # interval between stamps that is a gap, as in `sigmatau.io.read.time.stamps` [sample intervals]
 
 
 def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
-    """The bytes of standard input (``-``) or of a growing file, as they come. `every`: an empty piece is yielded
-    whenever nothing has come for so long [s]; `idle`: end if nothing has come for so long. [s] Without it, a file is
-    followed for ever and standard input to its end.
+    """Yield the bytes of standard input (``-``) or of a growing file as they arrive.
+
+    `every`: an empty piece is yielded after this time without data [s]; `idle`: time without data after which the input ends
+    [s]. Without `idle`, a file is followed for ever and standard input to its end.
     """
     pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
     stop = threading.Event()
@@ -92,7 +93,7 @@ def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[
 
 
 def _read(source: str, pieces: queue.Queue[bytes | DataError | None], stop: threading.Event) -> None:
-    """Put what comes into the queue; None at the end, a DataError if there is something wrong."""
+    """Put the data that arrive into the queue; None at the end, a DataError if reading fails."""
     try:
         if source == "-":
             while piece := os.read(sys.stdin.fileno(), _PIECE):
@@ -123,29 +124,30 @@ def _put(pieces: queue.Queue[bytes | DataError | None], piece: bytes | DataError
 
 @dataclass(slots=True)
 class Live:
-    """Lines into samples."""
+    """Converts lines to samples."""
 
-    options: Options  # What the user said of the columns
+    options: Options  # Options of the user about the columns
     skip: int = 0  # Lines to skip at the beginning
     rate: float = 0.0  # Sampling rate; 0 until the layout is known. [Hz]
     source_of_rate: RateSource = GIVEN_RATE
     unit: dict[str, str] = field(default_factory=dict)  # Unit by channel, as spelled
     lost: int = 0  # Lines that could not be read
-    lost_example: str = ""  # What was wrong with the last of them
+    lost_example: str = ""  # Reason why the last of these lines could not be read
     lines: int = 0  # Lines of data that were read
     repeated: int = 0  # Lines that repeat the line before, with its stamp
     leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
-    _marks: bool = False  # Whether the values have names, with marks between
-    _lines_needed: int = _FIRST_LINES  # before the layout is looked for
+    _marks: bool = False  # Whether names and delimiters stand between the values
+    _lines_needed: int = _FIRST_LINES  # lines needed before the layout is looked for
     _layout: Layout | None = None
     _choice: ColumnChoice | None = None
     _intervals: tuple[int, float] = (0, 0.0)
     _last_stamp: float | None = None
     _repeats: bool = False  # Whether lines with the stamp of the line before are skipped
     _last_row: NDArray[np.float64] | None = None
-    _first_rows: list[NDArray[np.float64]] | None = field(default_factory=list)  # stamps and samples; None once checked
-    _blocks: list[float] = field(default_factory=list)  # mean intervals of so many lines each [s]
+    # stamps and samples of the first rows; None once they are checked
+    _first_rows: list[NDArray[np.float64]] | None = field(default_factory=list)
+    _blocks: list[float] = field(default_factory=list)  # mean intervals of blocks of lines [s]
     _block: int = 16
     _pending: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
@@ -155,12 +157,12 @@ class Live:
         return () if self._choice is None else tuple(self._choice.channels)
 
     def rate_by_stamps(self) -> float | None:
-        """By the intervals between the stamps of lines that follow each other, if they have a unit; gaps left out. [Hz]"""
+        """Rate from the intervals between stamps of consecutive lines, if the stamps have a unit; gaps are left out. [Hz]"""
         count, total = self._intervals
         return count / total if count > 1 and total > 0 else None
 
     def rate_change(self) -> Finding | None:
-        """A finding of an abrupt change of the rate by the stamps."""
+        """A finding about an abrupt change of the rate, from the stamps."""
         blocks = np.array(self._blocks)
         change = rate_change(blocks)
         if change is None:
@@ -171,8 +173,9 @@ class Live:
         return rate_changed(time=float(times[place - 1]), end=float(times[-1]), details=details, empty=False)
 
     def push(self, piece: bytes, *, last: bool = False) -> NDArray[np.float64]:
-        """Rates or increments in the unit given, shape (n, n_channels), of the lines that `piece` completes. `last`
-        says that nothing will come after it. Until there are lines enough to find out the layout, n is 0.
+        """Rates or increments in the given unit, shape (n, n_channels), of the lines that `piece` completes.
+
+        n is 0 until there are enough lines to detect the layout. `last`: whether this is the last piece.
         """
         self._rest += piece
         while self.skip and b"\n" in self._rest:
@@ -198,10 +201,11 @@ class Live:
         return self._numbers(lines, last=last)
 
     def _find_out(self, head: bytes, *, wait: bool) -> bytes | None:
-        """Take layout, columns, units and rate from the first lines; what is left of them is data. `wait`: return None
-        if there are too few rows yet, because a device may print lines of text before its samples.
+        """Detect layout, columns, units and rate from the first lines; the lines after them are data.
+
+        `wait`: return None if there are too few rows yet, because a device may print lines of text before its samples.
         """
-        # A bad byte here and there is left out with its line.
+        # A line with a bad byte is skipped.
         if head.startswith((b"\x93NUMPY", b"\x1f\x8b", b"PK\x03\x04")) or len(
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
@@ -222,7 +226,7 @@ class Live:
         if wait and head.count(b"\n") < layout.skip_lines + _FIRST_LINES:
             self._lines_needed = layout.skip_lines + _FIRST_LINES
             return None
-        # Always the same lines, however many have come.
+        # Always the same lines, so that the result does not depend on how the input arrives.
         refuse_kinds(b"".join(split_lines(head)[: layout.skip_lines + _FIRST_LINES]))
         table = Table(
             format="text",
@@ -234,7 +238,7 @@ class Live:
         try:
             choice, unit, _ = resolve(table, self.options)
         except OptionError:
-            # The question may name columns by the samples that have come; without it nothing depends on how many have.
+            # The question may show values of the samples that have arrived; nothing else depends on their number.
             with contextlib.suppress(DataError):
                 text = Text(source=head, layout=layout, encoding="ascii", gzip=False, dates={})
                 resolve(replace(table, load=text.load), self.options)
@@ -253,7 +257,7 @@ class Live:
         stamps, bad = np.empty(0), list[str]()
         if choice.time is not None:
             time_place = self._wanted().index(choice.time)
-            # Always the same lines, however many have come: the rate must not depend on how the input is cut.
+            # Always the same lines: the rate must not depend on how the input arrives.
             good, bad = self._good(b"".join(split_lines(body)[:_FIRST_LINES]))
             good = [part for columns in good for part in without_absurd(columns, bad)]
             self._repeats = has_repeated_rows(good, time_place)
@@ -265,7 +269,7 @@ class Live:
             choice = replace(choice, time=None)
         self.rate, self.source_of_rate, counted = find_rate(table, choice, stamps, unit.get("time"), self.options)
         if choice.time is not None and self.options.rate is None and bad and not counted:
-            # As many samples more as there are lines that could not be read.
+            # Replace the lines that could not be read by further samples.
             self.rate *= (len(stamps) - 1 + len(bad)) / (len(stamps) - 1)
         return body
 
@@ -275,7 +279,7 @@ class Live:
         return tuple(dict.fromkeys((*self._choice.channels.values(), *time)))
 
     def _good(self, lines: bytes) -> tuple[list[list[NDArray[np.float64]]], list[str]]:
-        """Columns of the stretches between lines that cannot be read, and what is wrong with those."""
+        """Columns of the stretches between unreadable lines, and the reasons why those cannot be read."""
         good: list[list[NDArray[np.float64]]] = []
         bad: list[str] = []
         while lines.strip() and len(bad) < _MANY_BAD:
@@ -336,10 +340,10 @@ class Live:
         return samples
 
     def _refuse_interleaved(self) -> None:
-        """Raise `OptionError` if the first rows are of several sensors that take turns, or may be."""
+        """Raise `OptionError` if the first rows are, or may be, those of several sensors that take turns."""
         assert self._choice is not None
         assert self._layout is not None
-        rows = np.concatenate(self._first_rows or [])[:_FIRST_ROWS]  # always the same, however the input is cut
+        rows = np.concatenate(self._first_rows or [])[:_FIRST_ROWS]  # always the same rows, however the input arrives
         self._first_rows = None
         axes = {name: rows[:, k] for k, name in enumerate(self.channels, 1) if name.startswith(("gyro", "accel"))}
         interleaving = find_interleaving(axes, None if self._choice.time is None else rows[:, 0])
@@ -348,7 +352,7 @@ class Live:
             raise interleaving.error_of_live(repr(self._layout.columns[index].name or index + 1))
 
     def _skip_repeats(self, good: list[list[NDArray[np.float64]]]) -> list[list[NDArray[np.float64]]]:
-        """The stretches without lines that repeat the line before."""
+        """Remove lines that repeat the line before from the stretches."""
         stretches = []
         for columns in good:
             different = without_repeats(columns, self._last_row)
@@ -358,7 +362,7 @@ class Live:
         return stretches
 
     def _note_stamps(self, stretches: list[NDArray[np.float64]], *, broken: bool) -> None:
-        """Intervals within stretches; where a line was lost, none."""
+        """Note the intervals within stretches, but not those across a lost line."""
         from sigmatau.units import find
 
         second = find(self.unit["time"]).factor * float(self.options.scale.get("time", 1.0))
@@ -376,7 +380,7 @@ class Live:
             self._last_stamp = float(stretches[-1][-1]) * second
 
     def _note_blocks(self, intervals: NDArray[np.float64]) -> None:
-        """Mean intervals of blocks, of twice as many lines when there are too many blocks."""
+        """Note the mean intervals of blocks. If there are too many blocks, blocks of twice as many lines replace them."""
         held = np.concatenate((self._pending, intervals))
         whole = len(held) // self._block * self._block
         self._blocks += held[:whole].reshape(-1, self._block).mean(axis=1).tolist()

@@ -1,4 +1,4 @@
-"""Lines of live input: which of them are samples of one sensor, and which repeat the line before."""
+"""Lines of live input: samples of one sensor, and lines that repeat the line before."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sigmatau.io.read.table import ABSURD, Loaded
 
 
 def refuse_kinds(lines: bytes) -> None:
-    """Raise `DataError` if a column tells that the rows are of several sensors, which one rate does not fit."""
+    """Raise `DataError` if a column shows rows of several sensors, which one rate does not fit."""
     kinds = find_kinds(lines.decode("latin-1"))
     if kinds is None or len(kinds.labels) < 2:
         return
@@ -28,7 +28,7 @@ def refuse_kinds(lines: bytes) -> None:
 
 
 def find_named_layout(head: bytes) -> Layout | None:
-    """The layout of lines of names and values, with spaces for the marks between them; None for other lines."""
+    """Find the layout of lines of names and values, with spaces for the delimiters; None for other lines."""
     if b":" not in head and b"=" not in head:
         return None
     records = find_records(head)
@@ -40,13 +40,13 @@ def find_named_layout(head: bytes) -> Layout | None:
 
 
 def split_lines(piece: bytes) -> list[bytes]:
-    """Lines with their ends, as the reader of tables counts them: a carriage return alone ends none."""
+    """Split text into lines with their ends, as the reader of tables does: a carriage return alone ends no line."""
     lines = piece.split(b"\n")
     return [line + b"\n" for line in lines[:-1]] + ([lines[-1]] if lines[-1] else [])
 
 
 def without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[list[NDArray[np.float64]]]:
-    """The stretches between rows with a number that no sensor says, or without one; those rows are added to `bad`."""
+    """Split the samples at rows with an absurd or missing number; those rows are added to `bad`."""
     absurd = np.zeros(len(columns[0]), dtype=bool)
     for column in columns:
         absurd |= ~(np.abs(column) <= ABSURD)  # missing numbers too
@@ -60,7 +60,9 @@ def without_absurd(columns: list[NDArray[np.float64]], bad: list[str]) -> list[l
 
 
 def has_repeated_rows(good: list[list[NDArray[np.float64]]], time: int) -> bool:
-    """Whether some rows have the stamp of the row before, and then its values too, unlike coarse stamps."""
+    """Whether some rows repeat both the stamp and the values of the row before. Rows with coarse stamps repeat only the
+    stamp.
+    """
     same_stamp, same_row = 0, 0
     for columns in good:
         equal = np.stack([np.diff(column) == 0 for column in columns])
@@ -70,7 +72,7 @@ def has_repeated_rows(good: list[list[NDArray[np.float64]]], time: int) -> bool:
 
 
 def without_repeats(columns: list[NDArray[np.float64]], last: NDArray[np.float64] | None) -> list[NDArray[np.float64]]:
-    """The columns without rows that equal the row before; `last`: the row before the first."""
+    """Remove rows that equal the row before from the columns. `last`: the row before the first."""
     rows = np.stack(columns)
     if not rows.size:
         return columns
@@ -81,5 +83,5 @@ def without_repeats(columns: list[NDArray[np.float64]], last: NDArray[np.float64
 
 
 def not_loaded(*_: object) -> Loaded:
-    """Raise `DataError`: the loading of columns before their samples have come."""
+    """Raise `DataError`: there are no samples to load yet."""
     raise DataError("the samples have not come yet")  # columns are recognised by their names

@@ -1,7 +1,7 @@
 """Messages of ROS for a log: rows of an IMU as ``sensor_msgs/Imu`` and ``sensor_msgs/Temperature``, many at a time.
 
-All messages of a topic have the same length, so that a structured array is their bytes: CDR of ROS 2 (OMG DDS-RTPS 2.2,
-section 10, little-endian), or the serialization of ROS 1.
+All messages of a topic have the same length, so a structured array has the bytes of all messages: CDR of ROS 2 (OMG DDS-RTPS
+2.2, section 10, little-endian), or the serialization of ROS 1.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sigmatau.record.thermometers import CELSIUS
 FIRST_STAMP = 1_700_000_000
 """Time stamp of the first sample, 2023-11-14 22:13:20 UTC: a stamp of 0 means "not set" in ROS. [s]"""
 
-_LONGEST_RECORD = 1e8  # Times above are dates, not times since the start: three years [s]
+_LONGEST_RECORD = 1e8  # largest time since the start of a record: three years. Larger values are dates [s]
 
 _GYRO = [f"gyro_{axis}" for axis in "xyz"]
 _ACCEL = [f"accel_{axis}" for axis in "xyz"]
@@ -53,12 +53,12 @@ IMU_ROS2 = _text(_IMU, _HEADER_2, _TIME_2, _QUATERNION, _VECTOR)
 
 # 37 numbers of an Imu: orientation, its covariance, angular velocity, its covariance, linear acceleration, its covariance
 _NUMBERS = 37
-_VECTORS = {"gyro": 13, "accel": 25}  # Position of the vector of a sensor
+_VECTORS = {"gyro": 13, "accel": 25}  # position of the vector of each sensor
 _COVARIANCE = {
     "orientation": 4,
     "gyro": 16,
     "accel": 28,
-}  # Position of a covariance, whose first number -1 means "no data"
+}  # position of each covariance, whose first number −1 means "no data"
 
 
 @frozen
@@ -98,7 +98,9 @@ class Topic:
 
 
 def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
-    """The topics for the columns of a table, of which the first is the time; raises `DataError` for one without a place."""
+    """The topics for the columns of a table, the first of which is the time. Raises `DataError` for a column that has no
+    field.
+    """
     units = dict(columns[1:])
     for name, unit in units.items():
         if name not in _UNITS:
@@ -110,7 +112,7 @@ def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
     position = {name: k for k, (name, _) in enumerate(columns)}
     numbers = [0.0] * _NUMBERS
     numbers[3], numbers[_COVARIANCE["orientation"]] = 1.0, -1.0
-    fields: dict[int, int] = {}  # by column, its place among the numbers
+    fields: dict[int, int] = {}  # field number of each column
     for sensor, axes in (("gyro", _GYRO), ("accel", _ACCEL)):
         lacking = [name for name in axes if name not in units]
         if len(lacking) == len(axes):
@@ -150,7 +152,7 @@ def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
 
 
 def make_stamps(time: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Time stamps of a bag; times that are dates, in seconds since 1970, stay. [ns]"""
+    """Time stamps of a bag. Times that are dates, in seconds since 1970, are kept. [ns]"""
     start = 0 if time[0] > _LONGEST_RECORD else FIRST_STAMP
     seconds = np.floor(time)
     return (seconds.astype(np.int64) + start) * _NANO + np.round((time - seconds) * _NANO).astype(np.int64)
@@ -159,12 +161,12 @@ def make_stamps(time: NDArray[np.float64]) -> NDArray[np.int64]:
 def make_messages(
     topic: Topic, piece: Sequence[NDArray[np.float64]], stamps: NDArray[np.int64], *, ros1: bool = False, first: int = 0
 ) -> NDArray[Any]:
-    """Messages of a topic, one an element of a structured array. `first`: number of messages before, for ROS 1."""
+    """Build the messages of a topic as elements of a structured array. `first`: number of earlier messages, for ROS 1."""
     head: list[tuple[str, str]] = [("sec", "<u4"), ("nanosec", "<u4"), ("length", "<u4")]
     if ros1:
         head = [("seq", "<u4"), *head, ("frame", f"S{len(_FRAME)}")]
     else:
-        filled = 4 + 8 + len(_FRAME) + 1  # Bytes after the mark of CDR; numbers are aligned to 8 from there
+        filled = 4 + 8 + len(_FRAME) + 1  # bytes after the header of CDR, from which numbers are aligned to 8
         head = [("mark", "V4"), *head, ("frame", f"S{len(_FRAME) + 1}"), ("filler", f"V{-filled % 8}")]
     dtype = np.dtype([*head, ("numbers", "<f8", (len(topic.numbers),))])
     messages = np.zeros(len(stamps), dtype=dtype)

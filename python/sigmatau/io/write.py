@@ -1,6 +1,7 @@
-"""Writing records as tables, piece by piece, so that what is written need not fit in memory: one writer a format.
+"""Write records as tables, piece by piece, so that the data need not fit in memory. There is one writer per format.
 
-Each writer takes the columns' names and units, then pieces of all columns; the number of rows is not known before the end.
+Each writer takes the names and units of the columns, then pieces of all columns. It does not know the number of rows before
+the end.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from sigmatau.io.write_bags import Piece, Put
 from sigmatau.record.record import Record
 from sigmatau.record.streams import CHUNK
 
-_ROWS = 1 << 16  # of a group of rows
+_ROWS = 1 << 16  # number of rows of a row group
 
 
 def column_headers(columns: Sequence[tuple[str, str]]) -> list[str]:
@@ -50,7 +51,7 @@ def _lines(stream: IO[bytes], columns: Sequence[tuple[str, str]]) -> Put:
 
 @contextlib.contextmanager
 def _csv(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """Text, each number with as few digits as read back to the same bits."""
+    """Text. Each number has the fewest digits that read back to the same bits."""
     with path.open("wb") as stream:
         yield _lines(stream, columns)
 
@@ -68,7 +69,7 @@ def _csv_gz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
 @contextlib.contextmanager
 def _npy(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """A structured array, a field a column named with its unit."""
+    """A structured array. Each column is a field, named with its unit."""
     dtype = np.dtype([(header, "<f8") for header in column_headers(columns)])
     rows = 0
 
@@ -88,7 +89,7 @@ def _npy(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
 
 def _npy_head(dtype: np.dtype[Any], rows: int) -> bytes:
-    """The head of an array of so many rows; as long for any number, since NumPy leaves room for it."""
+    """The header of an array with this number of rows. NumPy pads it, so its length does not depend on the number."""
     memory = io.BytesIO()
     np.save(memory, np.empty(0, dtype=dtype), allow_pickle=False)
     empty = memory.getvalue()
@@ -101,7 +102,7 @@ def _npy_head(dtype: np.dtype[Any], rows: int) -> bytes:
 
 @contextlib.contextmanager
 def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """One array a column, named with its unit; they lie in files of their own until all rows are there."""
+    """One array per column, named with its unit. The arrays are written to separate files until all rows are there."""
     headers = column_headers(columns)
     dtype = np.dtype("<f8")
     rows = 0
@@ -123,7 +124,7 @@ def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
             stream.close()
         with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
             for header, part in zip(headers, parts, strict=True):
-                member = zipfile.ZipInfo(f"{header}.npy")  # of 1980: the same numbers give the same bytes
+                member = zipfile.ZipInfo(f"{header}.npy")  # dated 1980, so that the same numbers give the same bytes
                 with archive.open(member, "w", force_zip64=True) as packed, part.open("rb") as stored:
                     packed.write(_npy_head(dtype, rows))
                     shutil.copyfileobj(stored, packed, 1 << 20)
@@ -132,7 +133,7 @@ def _npz(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
 
 @contextlib.contextmanager
 def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """Columns named with their unit, pages with checksums."""
+    """Columns named with their unit, in pages with checksums."""
     try:
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -161,13 +162,14 @@ _BAGS: dict[str, _Writer] = {".bag": write_bags.bag, ".mcap": write_bags.mcap, "
 WRITERS = {**_TABLES, **_BAGS}
 """By the ending of the file's name. Columns are named with their units, as ``"gyro_x [rad/s]"``."""
 
-TABLE_ENDINGS = tuple(_TABLES)  # Endings of files with any columns
+TABLE_ENDINGS = tuple(_TABLES)  # Endings of files that may have any columns
 RECORD_ENDINGS = tuple(WRITERS)  # Endings of a record's file name, each with its format
 
 
 @contextlib.contextmanager
 def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
-    """What takes a table piece by piece; the file has its name when the block ends well, and is not there otherwise.
+    """Open a table that is written piece by piece. The file exists under its name only if the block succeeds.
+
     `path`: its ending is one of `RECORD_ENDINGS`.
     """
     target = Path(path)
@@ -179,7 +181,7 @@ def table_writer(path: str | Path, columns: Sequence[tuple[str, str]]) -> Iterat
 
 
 def _check_names(columns: Sequence[tuple[str, str]]) -> None:
-    """`DataError` for names that the reader would not give back, whatever the format."""
+    """Raise `DataError` for names that the reader would not return unchanged, whatever the format."""
     from sigmatau.io.read.names import LONGEST_NAME, recognise
     from sigmatau.io.read.table import Column
 
@@ -207,7 +209,7 @@ def _check_names(columns: Sequence[tuple[str, str]]) -> None:
 
 
 def find_ending(path: Path) -> str:
-    """Which of `RECORD_ENDINGS` a name has; raises `OptionError` if none."""
+    """Find the ending of a name among `RECORD_ENDINGS`. Raises `OptionError` if there is none."""
     ending = next((e for e in sorted(RECORD_ENDINGS, key=len, reverse=True) if path.name.endswith(e)), None)
     if ending is None:
         raise OptionError(f"{path}: a record is written as {', '.join(RECORD_ENDINGS)}", option="output")
@@ -215,7 +217,7 @@ def find_ending(path: Path) -> str:
 
 
 def write(record: Record, path: str | Path) -> None:
-    """Write a record as a table: time and every channel, rates in SI, each with its unit.
+    """Write a record as a table: time and every channel, rates in SI, with units in the names.
 
     Parameters
     ----------
@@ -260,7 +262,7 @@ def write(record: Record, path: str | Path) -> None:
     with table_writer(target, columns) as put:
         for start in range(0, grid.n, CHUNK):
             stop = min(start + CHUNK, grid.n)
-            # k/rate prints short (0.07) where k·tau0 does not (0.07000000000000001).
+            # Times are written as k/rate, which prints short (0.07); k·tau0 does not (0.07000000000000001).
             piece = [grid.start + np.arange(start, stop) / grid.rate]
             for stream in record.streams:
                 piece += [stream.samples.read(k, start, stop) for k in range(len(stream.channels))]

@@ -130,7 +130,7 @@ def _opened(name: str, layout: str | None, skip: int) -> Iterator[tuple[Path | N
         raise DataError(what).about(name) from None
     except OptionError as error:
         damage = [finding for table in tables for finding in table.findings if finding.severity == "error"]
-        if damage:  # the lost part may have held what was asked for, and no option restores it
+        if damage:  # the lost part may have contained the requested columns, and no option restores them
             raise DataError(f"{error} (the file is damaged: {sentence(damage[0])})").about(name) from None
         raise error.about(name) from None
     except DataError as error:
@@ -151,7 +151,7 @@ def _tables(file: Path, skip: int) -> Sequence[Table]:
         tables = read_translated(file, head)
     tables = separate_clocks(tables or find_reader(head, file).read(file, head))
     if len(tables) != 1 or tables[0].format == "text":
-        return tables  # the reader separates the rows of text
+        return tables  # the reader of text separates the rows itself
     from sigmatau.io.read.instance_tables import separate_instances
 
     return separate_instances(tables)

@@ -28,8 +28,9 @@ from sigmatau.record.streams import Stream
 
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options, thermometer: Table | None = None) -> Record:
-    """A record from the chosen tables of a file, and the table of its temperature. `file`: for its name and checksum; None
-    for a data frame.
+    """Build a record from the chosen tables of a file, and the table of its temperature.
+
+    `file`: for the name and the checksum; None for a data frame.
     """
     if len(tables) > 1 and options.channels and not _name_each_sensor(tables):
         topics = " and ".join(table.topic for table in tables)
@@ -56,7 +57,7 @@ def refuse_contradictions(parts: Sequence[Part], options: Options) -> None:
 
 
 def _measured_rates(parts: Sequence[Part]) -> dict[str, float]:
-    """Rates of the streams of a record by their time stamps, or as the file states them. [Hz]"""
+    """Rates of the streams of a record from their time stamps, or as the file states them. [Hz]"""
     with_samples = _without_empty_sensors(parts)
     return {
         stream.name: each.rates[stream.name]
@@ -67,7 +68,7 @@ def _measured_rates(parts: Sequence[Part]) -> dict[str, float]:
 
 
 def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
-    """Raise `OptionError` for one rate for sensors whose rates differ. `measured`: rates by stream."""
+    """Raise `OptionError` if one rate is given for sensors whose rates differ. `measured`: rates by stream."""
     if not measured or is_one_nominal_rate(max(measured.values()), min(measured.values())):
         return
     listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in measured.items())
@@ -79,7 +80,7 @@ def check_common_rate(rate: float, measured: Mapping[str, float]) -> None:
 
 
 def shift_to_one_clock(parts: Sequence[Part]) -> list[Part]:
-    """The parts with the times of their findings from the beginning of the earliest stream of all parts."""
+    """Shift the times of the findings of each part to the beginning of the earliest stream of all parts."""
     origin = min(stream.grid.start for stream in _one_temperature([s for each in parts for s in each.streams]))
     starts = [min(stream.grid.start for stream in each.streams) for each in parts]
     return [
@@ -89,7 +90,7 @@ def shift_to_one_clock(parts: Sequence[Part]) -> list[Part]:
 
 
 def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) -> Record:
-    """A record from the streams of its tables; raises `OptionError` if two tables have the same sensor."""
+    """Join the streams of several tables in a record. Raises `OptionError` if two tables have the same sensor."""
     parts = _without_empty_sensors(parts)
     checksum = None if file is None else Checksum(file)
     streams = _one_temperature([stream for each in parts for stream in each.streams])
@@ -116,7 +117,7 @@ def joined(parts: Sequence[Part], tables: Sequence[Table], file: Path | None) ->
 
 
 def with_topics(by_topic: Sequence[tuple[str, Sequence[Finding]]]) -> list[tuple[Finding, ...]]:
-    """The findings of several topics, each with its topic, except those that all topics have: they are about the file."""
+    """Add the topic to each finding, except to findings that all topics share, because those are about the file."""
     shared = set(by_topic[0][1]).intersection(*(findings for _, findings in by_topic[1:]))
     return [
         tuple(
@@ -132,14 +133,15 @@ def _names_topic(finding: Finding) -> bool:
 
 
 def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
-    """The parts without the sensors that are zero in them and are in another part: some drivers send the gyro and the
-    accelerometer in messages of their own, each with the fields of both.
+    """Remove sensors that are zero in one part if another part has their data.
+
+    Some drivers send gyro and accelerometer in separate messages, each with the fields of both.
     """
     names = [stream.name for each in parts for stream in each.streams]
     findings = []
     for each in parts:
         empty = tuple(stream for stream in each.streams if names.count(stream.name) > 1 and _is_zero(stream))
-        if len(empty) == len(each.streams):  # a sensor that is off is told later
+        if len(empty) == len(each.streams):  # another check reports a sensor that is off
             empty = ()
         ignored = tuple(f"{stream.name}: zero in all rows, and in another topic too" for stream in empty)
         streams = tuple(stream for stream in each.streams if stream not in empty)
@@ -148,7 +150,7 @@ def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
 
 
 def part_with_data(table: Table, options: Options) -> Part:
-    """The part of a table, without a sensor that is zero if the messages state that they have no data of it.
+    """Read a table without a sensor whose values are zero, if the messages state that they have no data of it.
 
     A sensor whose channels are named is not left out.
     """
@@ -168,7 +170,7 @@ def part_with_data(table: Table, options: Options) -> Part:
                     f"{stream.name} is left out: {column.name} is -1, so the messages have no data of it"
                 )
     streams = tuple(stream for stream in each.streams if stream.name not in absent)
-    if not streams:  # a sensor that is off is told later
+    if not streams:  # another check reports a sensor that is off
         return each
     return replace(each, streams=streams, conversions=(*each.conversions, *absent.values()))
 
@@ -179,14 +181,15 @@ def _is_zero(stream: Stream) -> bool:
 
 
 def _one_temperature(streams: list[Stream]) -> list[Stream]:
-    """The streams without the second and further temperatures, which were not asked for."""
+    """Remove all temperatures but the first, unless they were asked for."""
     first = next((stream for stream in streams if stream.quantity == "temperature"), None)
     return [stream for stream in streams if stream.quantity != "temperature" or stream is first]
 
 
 def options_for_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
-    """The options without units, scales, offsets and rates of sensors that only the other tables have. Of two topics of one
-    device each is read for the sensor that it is named for.
+    """Remove the units, scales, offsets and rates of sensors that only other tables have.
+
+    Of two topics of one device, each is read for the sensor in its name.
     """
     if len(tables) == 1:
         return options
@@ -215,13 +218,13 @@ def options_for_table(table: Table, tables: Sequence[Table], options: Options) -
 
 
 def _named_sensors(table: Table) -> set[str]:
-    """The sensor that the word of the rows of a table names."""
+    """The sensor that is named by the word that all rows of a table have."""
     sensor = None if table.kind is None else find_sensor(table.kind.label)
     return set() if sensor is None else {sensor}
 
 
 def _name_each_sensor(tables: Sequence[Table]) -> bool:
-    """Whether the words of the rows name a sensor for each table, and no sensor twice."""
+    """Whether the words of the rows name one sensor for each table, and no sensor twice."""
     named = [sensor for table in tables for sensor in _named_sensors(table)]
     return len(set(named)) == len(named) == len(tables)
 
@@ -231,9 +234,9 @@ def _sensors(table: Table) -> set[str]:
 
 
 _LISTED = 12
-_NO_DATA = -1  # first number of a covariance in sensor_msgs/Imu, whose vector is then without data
+_NO_DATA = -1  # first number of a covariance in sensor_msgs/Imu that declares the vector absent
 _COVARIANCES = {"gyro": "angular_velocity_covariance", "accel": "linear_acceleration_covariance"}
-_PROPOSED = 3  # devices whose topics a message proposes
+_PROPOSED = 3  # number of devices whose topics a message proposes
 
 
 def sensors(table: Table) -> tuple[str, ...]:
@@ -250,10 +253,11 @@ def describe(table: Table) -> str:
 
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Collection[str] = ()) -> list[Table]:
-    """The tables that were asked for, or else the only table or tables with a gyro and an accelerometer. `asked`:
-    topics by name. The name without the number of the instance, its end, or a part of it between slashes is enough if only
-    one topic matches; empty topics match if no other does. `channels`: the channels that are named; of rows whose words name
-    a sensor, those of their sensors are chosen.
+    """Choose the tables that are asked for, or else the only table or tables with a gyro and an accelerometer.
+
+    `asked`: topics by name. It is enough to give the name without the number of the instance, its end, or a part between
+    slashes, if only one topic matches. Empty topics match only if no other topic does. `channels`: channels named by the
+    user; if words in the rows name sensors, the tables of these sensors are chosen.
     """
     if asked:
         named = [name for spelled in asked for name in _split(tables, spelled)]
@@ -292,7 +296,7 @@ def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Colle
 
 
 def _no_imu(tables: Sequence[Table]) -> OptionError:
-    """The question for a file none of whose tables has a sensor: no table is proposed."""
+    """The question for a file in which no table has a sensor. No table is proposed."""
     counted = f"none of its {len(tables)} topics or tables has a column of a gyro or accelerometer"
     return OptionError(
         f"has no IMU: {counted}: {_listed(tables)}; record one, or name a topic and its columns by {{option}} and"
@@ -302,7 +306,7 @@ def _no_imu(tables: Sequence[Table]) -> OptionError:
 
 
 def _split(tables: Sequence[Table], spelled: str) -> list[str]:
-    """``a,b`` as two names, unless a topic has that name."""
+    """Split ``a,b`` into two names, unless a topic has that name."""
     if "," not in spelled or any(table.topic == spelled for table in tables):
         return [spelled]
     return [name.strip() for name in spelled.split(",") if name.strip()]
@@ -350,8 +354,9 @@ _WORDS = {
 
 
 def pair_topics(tables: Sequence[Table]) -> list[tuple[Table, Table]]:
-    """The topics of the gyro and of the accelerometer of each device. If a table has the fields of both sensors, its name
-    decides.
+    """Pair the topics of the gyro and of the accelerometer of each device.
+
+    A table that has the fields of both sensors is assigned by its name.
     """
     gyros: dict[str, list[Table]] = {}
     accels: dict[str, list[Table]] = {}
@@ -367,7 +372,7 @@ def pair_topics(tables: Sequence[Table]) -> list[tuple[Table, Table]]:
 
 
 def _without_sensor(topic: str, sensor: str) -> str | None:
-    """The name of a topic with a mark for the word of its sensor; None if the name has no such word, or more than one."""
+    """Replace the word for the sensor in the name of a topic by a mark; None if it has no such word or more than one."""
     words = re.findall(_WORDS[sensor], topic)
     return re.sub(_WORDS[sensor], "\0", topic).lower() if len(words) == 1 else None
 

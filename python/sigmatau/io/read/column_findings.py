@@ -17,12 +17,12 @@ from sigmatau.io.read.table import Column, Table
 from sigmatau.record.record import stream_name
 
 _SENSORS = ("gyro", "accel")
-_SIMILAR = 0.7  # smallest similarity of a damaged name with those of the other axes, of 1
+_SIMILAR = 0.7  # smallest similarity of a damaged name to those of the other axes; 1 is identical
 
-# Formats whose columns are the fields of declared messages: their further fields are known to those who read them.
+# Formats whose columns are fields of declared messages. Their users know the other fields.
 _MESSAGE_FORMATS = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
 
-# Columns beside the samples whose meaning is clear: no message names them.
+# Columns besides the samples whose meaning is clear, so that no message names them.
 _BESIDE_SAMPLES = (
     r"(?:.*_)?(?:index|n|id|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
     r".*(?:n?secs?|nanosec)|copy_of_.*|" + "|".join(TIMES)
@@ -30,7 +30,7 @@ _BESIDE_SAMPLES = (
 
 
 def column_findings(table: Table, choice: ColumnChoice, options: Options, *, by_name: bool) -> list[Finding]:
-    """Findings about the columns that are read, and about those that are left over if names tell which are read."""
+    """Findings about the columns that are read, and about unused columns if names decide which are read."""
     used = {*choice.columns, None if choice.temperature is None else choice.temperature.index}
     by_file = {
         channel: i
@@ -61,7 +61,7 @@ def column_findings(table: Table, choice: ColumnChoice, options: Options, *, by_
 
 
 def _is_numeric(column: Column) -> bool:
-    """Whether the first row of a column is a number, or not known."""
+    """Whether the first row of a column is a number or unknown."""
     try:
         return math.isfinite(float(column.first or 0))
     except ValueError:
@@ -69,7 +69,9 @@ def _is_numeric(column: Column) -> bool:
 
 
 def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[Finding]:
-    """Sensors of which exactly two axes are read, though another column has a similar name or the other sensor has three."""
+    """Sensors of which exactly two axes are read although another column has a similar name or the other sensor has three
+    axes.
+    """
     findings = []
     for sensor in _SENSORS:
         axes = {axis: channels[f"{sensor}_{axis}"] for axis in "xyz" if f"{sensor}_{axis}" in channels}
@@ -101,7 +103,7 @@ def _incomplete(columns: Sequence[Column], channels: Mapping[str, int], spare: S
 
 
 def _unread_sensors(columns: Sequence[Column], channels: Mapping[str, int], spare: Sequence[int]) -> list[UnreadSensor]:
-    """Sensors that three or more columns show by their names or units, and of which no channel is read."""
+    """Sensors of which no channel is read, although the names or units of three or more columns show them."""
     unread = []
     for sensor in _SENSORS:
         if any(stream_name(channel) == sensor for channel in channels):

@@ -1,9 +1,10 @@
-"""Columns by their values: time stamps, gravity on three columns, a gyro; what is not certain is not named.
+"""Identification of columns by their values: time stamps, gravity on three columns, a gyro.
 
 A column is a time if it grows along a line, and a counter if it grows by 1. Three consecutive columns are an accelerometer
-if their mean has the size of gravity and their noise is small beside it; a gyro if their mean is small beside their noise,
-or they are the only other sensor. Constant and slow columns (attitude, temperature, position), quaternions and unit vectors
-are none of these. All noisy columns must be explained: one triple without an explanation leaves everything open.
+if their mean has the size of gravity and their noise is small beside it. They are a gyro if their mean is small beside their
+noise, or if they are the only other sensor. Constant and slow columns (attitude, temperature, position), quaternions and
+unit vectors are none of these. Every noisy column must be explained: one unexplained triple makes the whole result
+uncertain, and uncertain columns are not named.
 """
 
 from __future__ import annotations
@@ -24,21 +25,23 @@ Kind = Literal["time", "counter", "constant", "slow", "noise", "unknown"]
 Triple = tuple[int, int, int]
 """Columns of x, y and z, counted from 0."""
 
-_MOST_COLUMNS = 100  # of a table whose values are judged; a wider one is a matrix of other data
-_MOST_TILINGS = 500  # ways to cut the noisy columns into triples that are tried
+# largest number of columns of a table whose values are tested; a wider one is a matrix of other data
+_MOST_COLUMNS = 100
+_MOST_TILINGS = 500  # largest number of ways in which the noisy columns are divided into triples
 
 _LINE = 0.02  # largest deviation of time stamps from a line, over their span: bunched stamps stay within it
-_REPEATED = 0.6  # largest share of equal neighbours of time stamps: whole seconds are no sampling time
+_REPEATED = 0.6  # largest share of equal neighbours among time stamps: whole seconds do not show sampling times
 _COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may wrap
 
 # Smallest ratio of the variance of differences to that of samples, in blocks: 1 for white noise, 0.012 for a random walk,
 # 0.05 behind a filter of a twentieth of the rate.
 _WHITE = 0.02
-_BLOCK = 256  # samples of a block for `_WHITE`
+_BLOCK = 256  # number of samples of a block for `_WHITE`
 
 _M_S2 = GRAVITY[1]
 _COUNTS_PER_G = (2048, 4096, 8192, 16384)  # whole numbers of 16 bits at 16, 8, 4 and 2 g: InvenSense, Bosch
-_COUNTS_ROOM = 0.08  # deviation of gravity in counts: bias of 60 mg and 3 % of scale of the MPU-6050's datasheet
+# relative deviation of gravity in counts: the MPU-6050's datasheet allows a bias of 60 mg and 3 % of scale
+_COUNTS_ROOM = 0.08
 
 _SCATTER = 0.05  # largest standard deviation of an accelerometer's axis, over the size of gravity
 _NOISE_OF_GRAVITY = 0.01  # largest noise of an axis, over the size of gravity; the MPU-6050 has 0.6 % at 260 Hz
@@ -48,7 +51,7 @@ _ONLY_OTHER_MEAN = 150.0  # largest mean of a gyro over its noise, if it is the 
 # Smallest and largest mean of a gyro over its noise, without an accelerometer: a rate without a bias may be an acceleration
 # without gravity.
 _ALONE_MEAN = (0.5, 20.0)
-_ALONE_NOISE = 3e-3  # largest noise of a gyro without an accelerometer: of a consumer one at 100 Hz [rad/s]
+_ALONE_NOISE = 3e-3  # largest noise of a gyro without an accelerometer: that of a consumer gyro at 100 Hz [rad/s]
 _MAGNETIC = (
     (0.2, 0.7),
     (20.0, 70.0),
@@ -56,8 +59,8 @@ _MAGNETIC = (
     (2e4, 7e4),
     (0.8, 1.2),
 )  # the Earth's field in G, uT, mG, nT, and as 1
-_ROUNDING = 2.0  # steps of the last digit that the length of a unit vector is off by, at most
-_UNIT = 1e-4  # what four digits leave of the length of a unit vector
+_ROUNDING = 2.0  # largest deviation of the length of a unit vector from 1, in steps of the last digit
+_UNIT = 1e-4  # the same with four digits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +76,7 @@ class Identified:
 
 
 def load_columns(table: Table) -> dict[int, NDArray[Any]]:
-    """The columns that are numbers, by index; of a table that cannot be loaded as a whole, one by one."""
+    """Load the columns that are numbers, by index. If the table cannot be loaded as a whole, they are loaded one by one."""
     wanted = range(len(table.columns))
     if len(wanted) > _MOST_COLUMNS:
         return {}
@@ -90,7 +93,7 @@ def load_columns(table: Table) -> dict[int, NDArray[Any]]:
 
 
 def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded: frozenset[int]) -> Identified | None:
-    """What the values of columns tell; None if they do not tell a sensor.
+    """Identify sensors from the values of columns; None if no sensor is identified.
 
     Parameters
     ----------
@@ -118,7 +121,7 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
     }
     both = {
         explained for explained in sensors if None not in explained
-    }  # gravity explains more than a magnetic field does
+    }  # gravity explains these values better than a magnetic field does
     sensors = both or sensors
     if len(sensors) != 1:
         return None
@@ -135,9 +138,9 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Column:
-    """A column, with what is told by it alone."""
+    """A column, and the properties that its own values show."""
 
-    values: NDArray[np.float64]  # without those that are missing
+    values: NDArray[np.float64]  # values that are present
     rows: NDArray[np.bool_]  # rows that have a value
     kind: Kind
     mean: float
@@ -164,7 +167,7 @@ class _Column:
 
 
 def _kind(values: NDArray[np.float64], steps: NDArray[np.float64]) -> Kind:
-    """The kind of a column by its values alone."""
+    """The kind of a column, from its own values alone."""
     if len(values) < MIN_ROWS:
         return "unknown"
     if not steps.any():
@@ -186,9 +189,9 @@ class _Tile:
 
     columns: Triple
     size: float  # length of the mean
-    noise: float  # of the noisiest axis
+    noise: float  # noise of the noisiest axis
     scatter: float
-    alike: bool  # whether the axes are equally noisy
+    alike: bool  # whether the noise of the axes is similar
     whole: bool
 
     @classmethod
@@ -206,7 +209,7 @@ class _Tile:
 
     @property
     def counts_per_g(self) -> int | None:
-        """Counts of gravity, if the columns are whole numbers of such a size."""
+        """Counts of 1 g, if the columns are integers whose mean fits a known scale."""
         if not self.whole:
             return None
         return next((counts for counts in _COUNTS_PER_G if abs(self.size / counts - 1) < _COUNTS_ROOM), None)
@@ -232,15 +235,17 @@ Sensors = tuple[_Tile | None, _Tile | None]
 
 
 def _sensors(tiles: Sequence[_Tile], *, singles: int) -> Sensors | None:
-    """The sensors of triples that explain all noisy columns, but for some single ones; None if a triple has no explanation,
-    or one has two. One sensor alone is less certain: with an accelerometer one more column may be noisy, with a gyro none.
+    """The sensors of triples that explain all noisy columns except some single ones; None if the explanation is missing or
+    ambiguous.
+
+    A single sensor is less certain: with an accelerometer, one more column may be noisy; with a gyro, none.
     """
     gravity = [tile for tile in tiles if tile.is_gravity]
     rest = [tile for tile in tiles if not tile.is_gravity]
     if len(gravity) > 1:
         return None
     if gravity and not rest:
-        alone = _M_S2[0] <= gravity[0].size <= _M_S2[1]  # other sensors have a mean of 1 or 1000 too
+        alone = _M_S2[0] <= gravity[0].size <= _M_S2[1]  # other sensors may have a mean of 1 or 1000 too
         return (None, gravity[0]) if alone and singles <= 1 else None
     if gravity and len(rest) == 1:
         return (rest[0], gravity[0]) if rest[0].is_gyro(_ONLY_OTHER_MEAN) else None
@@ -257,7 +262,7 @@ def _sensors(tiles: Sequence[_Tile], *, singles: int) -> Sensors | None:
 
 
 def _tilings(noisy: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
-    """All ways to cut runs of consecutive columns into triples, with as few single columns as possible."""
+    """All ways to divide runs of consecutive columns into triples, with as few single columns as possible."""
     starts = [k for k, index in enumerate(noisy) if k == 0 or noisy[k - 1] != index - 1]
     runs = [list(noisy[a:b]) for a, b in itertools.pairwise([*starts, len(noisy)])]
     ways = itertools.product(*(list(_tilings_of_run(run)) for run in runs))
@@ -279,7 +284,7 @@ def _tilings_of_run(run: Sequence[int]) -> Iterator[tuple[Triple, ...]]:
 
 
 def _unit_vectors(data: Mapping[int, _Column]) -> frozenset[int]:
-    """Columns of quaternions and unit vectors: four or three neighbours whose length is 1 to the last digit."""
+    """Columns of quaternions and unit vectors: four or three adjacent columns whose length is 1 to the last digit."""
     members: set[int] = set()
     for width in (4, 3):
         for first in data:
@@ -293,11 +298,12 @@ def _is_unit(columns: Sequence[_Column]) -> bool:
     if any(column.kind in ("time", "counter", "unknown") for column in columns):
         return False
     if all(column.kind == "constant" for column in columns):
-        return False  # they are no sensor anyway
+        return False  # constant columns are no sensor anyway
     constant = sum(float(column.mean) ** 2 for column in columns if column.kind == "constant")
     length = np.sqrt(sum(column.values**2 for column in columns))
     if not 0.9 < length[0] < 1.1 or abs(constant - 1) < _UNIT:
-        return False  # most columns end here; or beside constants of length 1 the others have no part in it
+        # most columns fail here; the last test rejects a vector of length 1 that one constant column makes alone
+        return False
     steps = [np.abs(np.diff(column.values)) for column in columns]
     digit = min(float(step[step > 0].min()) for step in steps if step.any())
     return bool(np.abs(length - 1).max() <= max(_ROUNDING * digit, _UNIT))

@@ -1,4 +1,4 @@
-"""The channels of a table, as the user names them or else by column names."""
+"""Assignment of the columns of a table to channels, as the user names them or else by column names."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class ColumnChoice:
     # Channel to column, counted from 0; the gyro first, then the accelerometer
     channels: dict[str, int] = field(default_factory=dict)
     time: int | None = None  # The column of the time stamps
-    notes: tuple[str, ...] = ()  # Decisions, for the provenance of the record
+    notes: tuple[str, ...] = ()  # Decisions, listed in the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
-    split: SplitStamp | None = None  # The two columns of the time stamps, if they are split; the first one is `time`
-    # Other columns that are time by their name, if `channels` does not name the one; or that which it ignores
+    split: SplitStamp | None = None  # Both columns of split time stamps; the first one is also `time`
+    # Other columns with the name of a time if the user does not name one, or the time column that `channels` ignores
     other_times: tuple[int, ...] = ()
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """All columns that are read, without the temperature."""
+        """All columns that are read, except the temperature."""
         times = () if self.time is None else (self.time,)
         return tuple(dict.fromkeys((*self.channels.values(), *times, *(self.split.columns if self.split else ()))))
 
@@ -57,9 +57,11 @@ def choose(
     ask: Callable[[], OptionError] | None = None,
     without_times: Collection[int] = (),
 ) -> ColumnChoice:
-    """The channels, as the user names them or else by column names. `asked`: channel to column, see
-    `sigmatau.io.read.read`; `increments`: whether increments are read where a log has rates too; `ask`: makes the question
-    that is raised if no name is known; `without_times`: columns that are not time, whatever their name.
+    """Assign columns to channels, as the user names them or else by column names.
+
+    `asked`: column by channel, see `sigmatau.io.read.read`; `increments`: whether increments are read if a log has rates
+    too; `ask`: builds the question that is raised if no name is known; `without_times`: columns that are not time, whatever
+    their name.
     """
     matches = recognise(columns)
     matches, kind_notes = _drop_second_kind(columns, matches, increments=increments)
@@ -141,7 +143,9 @@ def channels_hint(channels: Mapping[str, int]) -> Hint:
 def _drop_second_kind(
     columns: Sequence[Column], matches: list[tuple[str, str | None] | None], *, increments: bool
 ) -> tuple[list[tuple[str, str | None] | None], tuple[str, ...]]:
-    """What is recognised, without the increments of channels that have rates too, or the other way round; and a note."""
+    """Remove the increments of channels that also have rates, or the rates if increments are asked for. Return a note
+    too.
+    """
     kinds = [
         match is not None and match[0] != "time" and holds_increments(columns[i]) for i, match in enumerate(matches)
     ]
@@ -172,7 +176,7 @@ def _refuse_mixed(columns: Sequence[Column], channels: Mapping[str, int]) -> Non
 
 
 def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
-    """Whether ``time=none`` is asked for, and no column has the name ``none``."""
+    """Whether the user asks for ``time=none``, and no column has the name ``none``."""
     where = next((where for channel, where in asked.items() if channel.strip() == "time"), None)
     return (
         isinstance(where, str)
@@ -181,11 +185,11 @@ def no_time(columns: Sequence[Column], asked: Mapping[str, str | int]) -> bool:
     )
 
 
-_SENSOR_STAMP = re.compile(TIMES[1])  # the stamp of the sensor, which precedes that of the receiver
+_SENSOR_STAMP = re.compile(TIMES[1])  # the stamp made by the sensor has priority over that made by the receiver
 
 
 def is_clock(column: Column) -> bool:
-    """Whether a column of an unknown name is a clock by the unit that it states, ``Device clock [ms]``."""
+    """Whether the unit in the name of an otherwise unknown column makes it a clock: ``Device clock [ms]``."""
     name, unit = split_unit(column)
     return unit is not None and units.find(unit).si == "s" and not NOT_A_CLOCK.search(sensor_key(name))
 
@@ -197,8 +201,9 @@ def find_time(
     taken: Collection[int],
     strict: bool,
 ) -> ColumnChoice:
-    """A choice of the time column alone, if one is recognised by its name or is the only one of dates. `taken`: columns that
-    are something else; `strict`: whether several such columns are an error.
+    """Choose the time column, if one is recognised by its name or is the only column of dates.
+
+    `taken`: columns that are something else; `strict`: whether several such columns are an error.
     """
     keys = [sensor_key(split_unit(column)[0]) for column in columns]
     pairs = [pair for pair in find_split_stamps(columns) if not set(pair.columns) & set(taken)]
@@ -257,7 +262,7 @@ def _resolve(columns: Sequence[Column], asked: Mapping[str, str | int]) -> dict[
 
 
 def _places(columns: Sequence[Column], channel: str, where: str | int) -> list[tuple[str, int]]:
-    """One channel and its column, or three for a range."""
+    """Expand a channel and its column, or three channels and a range of columns."""
     text = str(where).strip()
     if not isinstance(where, int):
         for same in (
@@ -310,8 +315,9 @@ class Thermometer:
 
 
 def find_thermometer(columns: Sequence[Column], keys: Sequence[str], taken: set[int]) -> Thermometer | None:
-    """The column that is a temperature by its name and unit; None if there is none or more than one. `keys`: their
-    names as `sigmatau.io.read.names.name_key` returns them; `taken`: columns that are recognised as something else.
+    """Find the temperature column by its name and unit; None if there is none or more than one.
+
+    `keys`: names as `sigmatau.io.read.names.name_key` returns them; `taken`: columns that are recognised as something else.
     """
     thermometers: dict[int, list[Thermometer]] = {}
     for index, (column, key) in enumerate(zip(columns, keys, strict=True)):

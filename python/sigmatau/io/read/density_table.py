@@ -1,4 +1,6 @@
-"""A measured density from a table: its columns, its unit and its sides; what the table does not state is asked for."""
+"""Read a measured density from a table: its columns, its unit and its sides. The user is asked for what the table does not
+state.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ _EXPANDED = {"rad^2/s^2/Hz": "rad/s", "deg^2/s^2/Hz": "deg/s", "m^2/s^4/Hz": "m/
 _SI_RATES = ("rad/s", "m/s^2")
 _WALKS = {"rad/sqrt(s)": "rad/s", "m/s/sqrt(s)": "m/s^2"}
 _EXAMPLES = '"(rad/s)^2/Hz", mdps/rtHz, ug/rtHz or "nT^2/Hz"'
-_LISTED = 12  # columns in a message
+_LISTED = 12  # largest number of columns in a message
 
 
 @frozen(eq=False)
@@ -44,14 +46,14 @@ class MeasuredDensity:
     Attributes
     ----------
     name : str
-        Of its column.
+        Name of the column.
     frequency, density : ndarray, shape (n_f,)
-        Rising, above 0 [Hz]; [unit²/Hz]
+        Rising frequencies above 0 [Hz], and the density [unit²/Hz]
     unit : str
-        Of the rate: rad/s, m/s^2, or that of another signal.
+        Unit of the rate: rad/s, m/s^2, or that of another signal.
     sided : {"one", "two"}
     without_zero : bool
-        Whether the frequency 0 was left out.
+        Whether a value at frequency 0 was left out.
     """
 
     name: str
@@ -122,7 +124,7 @@ def read_density(
 
 
 def _chosen(table: Table, columns: Mapping[str, str]) -> dict[str, int]:
-    """Places of the columns of frequency and density; asks for those that the names do not tell."""
+    """Places of the columns of frequency and density. Raises the question for a column that no name identifies."""
     names = [column.name for column in table.columns]
     listed = ", ".join(name or f"column {k}" for k, name in enumerate(names[:_LISTED], 1))
     for key in columns:
@@ -176,7 +178,7 @@ def _bare(name: str) -> str:
 
 
 def _unit_in(name: str, unit: str | None) -> str:
-    """The unit of a column, by its row of units or in brackets behind its name; empty if there is none."""
+    """The unit of a column, from its row of units or in brackets after its name; empty if there is none."""
     if unit:
         return unit.strip()
     texts = [text for text in _IN_BRACKETS.findall(name) if not _SIDED.fullmatch(text.strip())]
@@ -184,7 +186,7 @@ def _unit_in(name: str, unit: str | None) -> str:
 
 
 def _hertz(name: str, unit: str | None) -> float:
-    """One unit of the frequencies in Hz; without a unit they are in Hz."""
+    """One unit of the frequencies, in Hz. Frequencies without a unit are in Hz."""
     text = _unit_in(name, unit)
     if text and text not in _HERTZ:
         matching = [symbol for symbol in _HERTZ if symbol.lower() == text.lower() and symbol != "mHz"]
@@ -199,9 +201,9 @@ class _DensityUnit:
     """The unit of a density or of its root."""
 
     rate_unit: str  # rad/s, m/s^2, or that of another signal
-    factor: float  # One unit of the rate in this one
-    is_root: bool  # Of a root, in unit/√Hz
-    is_walk: bool = False  # Of a random walk, in unit/√h: the root of the two-sided density
+    factor: float  # One unit of the rate, in this unit
+    is_root: bool  # Whether the values are roots of a density, in unit/√Hz
+    is_walk: bool = False  # Whether the values are a random walk, in unit/√h: the root of the two-sided density
 
     def density(self, values: Floats) -> Floats:
         """Densities in SI of values in this unit."""
@@ -209,7 +211,7 @@ class _DensityUnit:
 
 
 def _find_unit(name: str, column_unit: str | None, stated: str | None) -> _DensityUnit:
-    """The unit by the option or the header; asks for it without both."""
+    """The unit from the option or the header. Raises the question for the unit if both are absent."""
     header = _unit_in(name, column_unit)
     if not (header or stated):
         raise OptionError(
@@ -278,7 +280,7 @@ def _sides(name: str, stated: Sided | None, *, walk: bool) -> Sided:
 
 
 def _check(table: Table, frequency: Floats, density: Floats, name: str) -> None:
-    """Raise `DataError` for values that are not those of a density, with their row."""
+    """Raise `DataError`, with the row, for a value that a density cannot have."""
     zero = frequency == 0
     wrong = (
         (~np.isfinite(frequency), "the frequency is not a finite number. Remove this row"),

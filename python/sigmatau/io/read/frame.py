@@ -29,9 +29,9 @@ _Get = Callable[[], NDArray[Any]]
 def from_frame(frame: object, options: TableOptions) -> Record:
     """A static record from a data frame.
 
-    Columns are recognised by common names, as in `read`: ``gyro_x``, ``wx``, ``acc_x [g]``, ``t_ns`` … What the frame does
-    not state must be given by an argument. A variable of xarray has the samples along one dimension, and may have the axes
-    along another, whose labels are in the names: ``gyro`` with ``axis`` x, y, z.
+    Columns are recognised by common names, as in `read`: ``gyro_x``, ``wx``, ``acc_x [g]``, ``t_ns`` … Information that the
+    frame does not state must be given by an argument. A variable of xarray has samples along one dimension, and may have
+    axes along another one, whose labels become part of the names: ``gyro`` with ``axis`` x, y, z.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
         for name, values in frame.items():
             yield from _array_columns(str(name), _unmasked(values))
     elif hasattr(frame, "columns") and hasattr(frame, "__getitem__"):
-        for name in frame.columns:  # polars, and others of its kind
+        for name in frame.columns:  # polars and similar libraries
             yield from _array_columns(str(name), np.asarray(frame[name]))
     elif hasattr(frame, "__arrow_c_stream__"):
         if not hasattr(frame, "schema") and hasattr(frame, "dtype"):  # a series
@@ -150,7 +150,9 @@ def _pandas_columns(frame: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN40
 
 
 def _xarray_columns(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
-    """The coordinate of the samples, and the variables along it: of a Dataset, or a DataArray as a Dataset of one."""
+    """Find the coordinate of the samples, and the variables along it. A DataArray is treated as a Dataset with one
+    variable.
+    """
     if not hasattr(data, "data_vars"):
         data = data.to_dataset(name=data.name if data.name is not None else "signal")
     lengths = {dimension: size for variable in data.data_vars.values() for dimension, size in variable.sizes.items()}
@@ -175,25 +177,26 @@ def _xarray_columns(data: Any) -> Iterator[tuple[Column, _Get]]:  # noqa: ANN401
 
 
 def _labelled(name: str, variable: Any, samples: Any, array: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:  # noqa: ANN401
-    """The columns of a variable by the labels of its other dimension, if it has texts there."""
+    """Split a variable into columns named by the labels of its other dimension, if it has text labels."""
     across = [dimension for dimension in variable.dims if dimension != samples]
     labels = variable.coords[across[0]].to_numpy() if len(across) == 1 and across[0] in variable.coords else None
     if labels is None or labels.dtype.kind not in "OUT":
         yield name, array
         return
     for k, label in enumerate(labels):
-        whole = len(str(label)) > 1 and name == "signal"  # of an array without a name: gyro_x
+        # the whole name of a column of an array without a name: gyro_x
+        whole = len(str(label)) > 1 and name == "signal"
         yield str(label) if whole else f"{name}_{label}", array[:, k]
 
 
 def _stated_unit(variable: Any) -> str | None:  # noqa: ANN401
-    """The attribute of a variable that the conventions of netCDF call units."""
+    """The unit attribute of a variable, as defined by the conventions of netCDF."""
     unit = variable.attrs.get("units")
     return unit if isinstance(unit, str) else None
 
 
 def _naive(values: Any) -> NDArray[Any]:  # noqa: ANN401
-    """The numbers or dates of a series: missing ones as NaN, times of a zone in UTC."""
+    """Convert a series to plain numbers or dates: NaN for missing ones, UTC for times with a zone."""
     clock = getattr(values, "dt", values)
     if getattr(clock, "tz", None) is not None:
         values = clock.tz_convert(None)
@@ -227,7 +230,7 @@ def _unmasked(values: Any) -> NDArray[Any]:  # noqa: ANN401
 
 
 def _stamp_unit(dtype: Any) -> str | None:  # noqa: ANN401
-    """The unit of dates or durations; None for other types."""
+    """The resolution of dates or durations; None for other types."""
     if not isinstance(dtype, np.dtype) or dtype.kind not in "mM":
         return None
     unit, step = np.datetime_data(dtype)

@@ -1,4 +1,4 @@
-"""Gravity on the columns of a log: the unit in which the accelerometer shows it, and gravity on a gyro."""
+"""Detection of gravity in the columns of a log: the unit that it shows, and gravity on a gyro."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from sigmatau.errors import DataError
 from sigmatau.io.read.table import Table, all_without_absurd
 
 MIN_ROWS = 100
-"""Fewest rows whose values are judged."""
+"""Smallest number of rows whose values are judged."""
 
 ROWS_TESTED = 100_000
-"""Rows that are judged."""
+"""Largest number of rows that are judged."""
 
 GRAVITY = ((0.9, 1.1), (9.3, 10.3), (900.0, 1100.0))
-"""Sizes of gravity in g, m/s^2 and mg, with room for biases and scale errors."""
+"""Sizes of gravity in g, m/s^2 and mg, with margins for biases and scale errors."""
 
 GYRO_MEAN = 0.2
-"""Largest mean of a gyro beside gravity that is read without a question, over the size of gravity."""
+"""Largest mean of a gyro that is read without a question, over the size of gravity."""
 
 _GRAVITY_UNITS = ("g", "m/s^2", "mg")
 _SCATTER = 0.05  # largest standard deviation of an axis, over the size of gravity
 
 
 def unit_of_gravity(table: Table, channels: Mapping[str, int]) -> str | None:
-    """The unit in which three axes of an accelerometer have the mean of gravity; None if there is none."""
+    """Find the unit in which the mean of the three axes of an accelerometer is gravity; None if there is none."""
     axes = [channels[name] for name in ("accel_x", "accel_y", "accel_z") if name in channels]
     if len(axes) < 3:
         return None
@@ -44,7 +44,9 @@ def unit_of_gravity(table: Table, channels: Mapping[str, int]) -> str | None:
 
 
 def gravity_on_gyro(gyro: Sequence[NDArray[Any]], accel: Sequence[NDArray[Any]]) -> tuple[float, float] | None:
-    """Sizes of the means of the two sensors, if gravity is on the gyro and not on the accelerometer; in units of the log."""
+    """Sizes of the means of both sensors in units of the log, if gravity is on the gyro and not on the accelerometer; else
+    None.
+    """
     step = max(len(gyro[0]) // ROWS_TESTED, 1)
     with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
         triples = [np.stack([np.asarray(c[::step], dtype=np.float64) for c in sensor]) for sensor in (gyro, accel)]

@@ -28,7 +28,7 @@ from sigmatau.record.sampling import RateSource
 from sigmatau.results import Printed, duration_text, lines_text, plain
 
 _LISTED = 40
-_FEWEST_IN_ONE_LINE = 3  # elements of an array
+_FEWEST_IN_ONE_LINE = 3  # smallest number of elements of an array that share a line
 _ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
@@ -39,13 +39,13 @@ class ColumnInfo:
     Attributes
     ----------
     name : str
-        As the file has it; empty if it has none.
+        Name as the file spells it; empty if the column has none.
     channel : str or None
-        The channel it is recognised as, ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
+        Channel that the column is recognised as, ``"gyro_x"``, ``"time"`` …; None if it is not recognised.
     unit : str or None
-        As the file spells it; None if it states none.
+        Unit as the file spells it; None if the file states none.
     first : str
-        Its value in the first row, where no name tells what it is; else empty.
+        Value in the first row, if no name identifies the column; else empty.
     """
 
     name: str
@@ -76,7 +76,7 @@ class TableInfo:
     chosen : bool
         Whether the table is read by default.
     question : OptionError or None
-        What must be stated before it can be analysed; `wanting` has it in words.
+        Options that must be given before the table can be analysed; `wanting` describes them in words.
     """
 
     topic: str
@@ -114,7 +114,7 @@ class Inspection(Printed):
     tables : tuple of TableInfo
         In the order of the file.
     question : OptionError or None
-        What must be stated before the file can be analysed, such as the topic; `wanting` has it in words.
+        Options that must be given before the file can be analysed, such as the topic; `wanting` describes them in words.
     checks : tuple of Finding
         Findings about the samples of the tables that are read by default.
     record : Record or None
@@ -184,8 +184,8 @@ def _lines(table: TableInfo, *, several: bool) -> list[str]:
 
 
 def _runs(columns: Sequence[ColumnInfo]) -> list[tuple[str, str, ColumnInfo]]:
-    """Number, name and column of each line: elements of an array that are no channels, ``covariance[0]`` to
-    ``covariance[8]``, are one line.
+    """Number, name and column of each line. Elements of an array that are not channels share a line: ``covariance[0]`` to
+    ``covariance[8]``.
     """
     lines: list[tuple[str, str, ColumnInfo]] = []
     start = 0
@@ -213,8 +213,9 @@ def _shown(column: ColumnInfo) -> str:
 
 
 def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
-    """Contents and faults of a file, without options. Tables that have a sensor, or that `topic` or `channels` ask for,
-    are read. Of other tables only the names are listed.
+    """Inspect the contents and faults of a file, without options.
+
+    Tables with a sensor, and tables that `topic` or `channels` ask for, are read. Other tables are only listed by name.
     """
     options = how.checked()
     with opened(path, how) as (file, tables):
@@ -264,7 +265,7 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
 def _look_into(
     table: Table, info: TableInfo, tables: Sequence[Table], options: Options, *, chosen: bool
 ) -> tuple[TableInfo, Part | None]:
-    """The table with what its samples tell, and its streams, if it can be read without further options."""
+    """Add to a table what its samples show, and read its streams if no further options are needed."""
     info = replace(info, chosen=chosen)
     try:
         made = assemble.part_with_data(table, assemble.options_for_table(table, tables, options))
@@ -274,7 +275,7 @@ def _look_into(
         by_mean = None if options.channels else by_gravity(table)
         return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except DataError as error:
-        # An empty topic beside the one that is read is not a fault.
+        # An empty topic beside a topic that is read is not a fault.
         return (info if isinstance(error, RecordTooShortError) and not chosen else _unusable(info, error)), None
     return _by_gravity(_with_part(info, made), made.findings), made
 
@@ -288,7 +289,7 @@ def _with_part(info: TableInfo, made: Part) -> TableInfo:
 
 
 def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
-    """The table with its findings, and with the channels that gravity tells if one of them says so."""
+    """Add the findings of a table, and the channels that gravity identifies if a finding reports them."""
     channels: dict[int, str] = {}
     for details in (finding.details for finding in findings):
         if isinstance(details, ColumnsByGravity):
@@ -302,8 +303,8 @@ def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:
 
 
 def _count_rows(table: Table, info: TableInfo) -> TableInfo:
-    """The table with its number of rows, the first value of each column if no name tells what it is, and the findings
-    made in loading them.
+    """Add the number of rows to a table, the first value of each column if no name identifies it, and the findings of
+    loading them.
     """
     recognised = [i for i, match in enumerate(recognise(table.columns)) if match is not None]
     wanted = recognised[:1] or list(range(min(len(table.columns), _LISTED)))
@@ -325,7 +326,7 @@ def _unusable(info: TableInfo, error: DataError) -> TableInfo:
 
 
 def _list_columns(table: Table) -> TableInfo:
-    """A table that is not read."""
+    """List the columns of a table that is not read."""
     columns = []
     for column, match in zip(table.columns, recognise(table.columns), strict=True):
         stated = split_unit(column)[1] or (match[1] if match else None)

@@ -1,7 +1,7 @@
 """Rows of several instances or kinds of a sensor in a table of columns: MATLAB, HDF5, Parquet, NumPy, data frames.
 
-In text the rows of a kind are chosen while the text is read (`sigmatau.io.read.formats.row_kinds`). Here the column that
-tells the kinds is loaded, and the rows of the other columns are chosen by it.
+In text, the rows of a kind are selected while the text is read (`sigmatau.io.read.formats.row_kinds`). Here, the column that
+shows the kinds is loaded, and the rows of the other columns are selected by it.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, RowKind, Table
 
 _FORMATS = ("npy", "npz", "matlab", "hdf5", "parquet", "arrow", "tdms", "frame", "json")
-_IN_MEMORY = ("npy", "npz", "matlab", "frame", "json")  # a column is at hand without a pass over the file
-_HEAD = 2000  # rows that show whether a column tells kinds
-_MAX_KINDS = 16  # different values of such a column
-_MAX_COLUMNS = 16  # columns without the name of an instance that are tested
+# formats in which a column is available without reading the whole file
+_IN_MEMORY = ("npy", "npz", "matlab", "frame", "json")
+_HEAD = 2000  # number of rows that show whether a column contains kinds
+_MAX_KINDS = 16  # largest number of distinct values of such a column
+_MAX_COLUMNS = 16  # largest number of columns without the name of an instance that are tested
 _MAX_LABEL = 9999  # largest number of an instance
-_COVERED = 0.97  # share of all rows that have the values of the head
+_COVERED = 0.97  # smallest share of all rows whose values occur in the head
 
 
 def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
-    """The tables, with one for each kind of rows in place of a single table that has rows of several kinds."""
+    """Replace a single table with rows of several kinds by one table for each kind."""
     if len(tables) != 1 or tables[0].format not in _FORMATS or tables[0].kind is not None:
         return tables
     table = tables[0]
@@ -51,7 +52,7 @@ def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
 
 
 def _candidates(table: Table) -> Iterator[tuple[str, int, Callable[[], NDArray[np.generic]]]]:
-    """Name, place and values of the columns that may tell kinds; columns of words have the place -1."""
+    """Name, place and values of the columns that may show kinds; columns of words have the place −1."""
     for name, words in table.words.items():
         yield name, -1, words
     used = recognise(table.columns)
@@ -63,7 +64,7 @@ def _candidates(table: Table) -> Iterator[tuple[str, int, Callable[[], NDArray[n
 
 
 def _labels(head: NDArray[np.generic]) -> dict[str, object]:
-    """The values of a column by their texts, if they are few words or small whole numbers; none otherwise."""
+    """The values of a column as texts, if there are few words or small integers; else empty."""
     values = np.asarray(head)
     if values.dtype.kind not in "iuf":
         texts = list(dict.fromkeys(values.astype(str).tolist()))
@@ -90,7 +91,7 @@ def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic]
 
 
 def _have_fields_of_their_kind(table: Table, order: Sequence[str], labels: Collection[str]) -> bool:
-    """Whether rows of each word have other fields than those of another, as messages do."""
+    """Whether rows of each word fill different fields, as messages do."""
     present = np.isfinite(_values(table, np.arange(min(len(order), _HEAD))))
     words = np.array(order[: len(present)])
     fields = [present[words == label] for label in labels]
@@ -113,13 +114,13 @@ def _values(table: Table, rows: NDArray[np.intp]) -> NDArray[np.float64]:
 
 
 def _take_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
-    """The rows of a table where `mask` is true."""
+    """Select the rows of a table for which `mask` is true."""
     part = table.take_rows(np.flatnonzero(mask), kind.topic, kind.describe_rows())
     columns, notes = table.columns, tuple[str, ...]()
     if kind.column < 0:
         values = _values(part, np.arange(min(len(np.flatnonzero(mask)), _HEAD)))
         empty = [table.format == "json" and bool(np.isnan(column).all()) for column in values.T]
-        # Rows of another kind have other fields.
+        # Rows of another kind fill other fields.
         columns = tuple(
             replace(c, name="", unit=None, first="") if e else c for c, e in zip(columns, empty, strict=True)
         )
@@ -127,8 +128,8 @@ def _take_kind(table: Table, kind: RowKind, mask: NDArray[np.bool_]) -> Table:
     return replace(part, columns=columns, notes=(*part.notes, *notes), kind=kind)
 
 
-_LEAST_ROWS = 16  # rows that must show what the columns without names are
-_ALWAYS = 0.999  # share of the intervals in which a clock goes forward
+_LEAST_ROWS = 16  # number of rows needed to identify columns without names
+_ALWAYS = 0.999  # smallest share of the intervals in which a clock goes forward
 _GRAVITY = ((0.85, 1.15), (9.0, 10.5), (900.0, 1100.0))  # length of three means [g, m/s^2, mg]
 _SCATTER = 0.05  # largest standard deviation of an axis at rest, over the size of gravity
 
@@ -136,8 +137,9 @@ _SCATTER = 0.05  # largest standard deviation of an axis at rest, over the size 
 def with_sensor_names(
     columns: Sequence[Column], label: str, values: NDArray[np.float64]
 ) -> tuple[tuple[Column, ...], tuple[str, ...]]:
-    """The columns with the sensor in the names of its three axes, and a note; unchanged if they are not certain.
-    `values`: shape (n, columns), the first rows of this kind, NaN where there is no number.
+    """Add the sensor to the names of its three axes, with a note. The columns are unchanged if the sensor is not certain.
+
+    `values`: shape (n, columns), the first rows of this kind, NaN for a missing number.
     """
     sensor = find_sensor(label)
     if sensor is None:
@@ -166,7 +168,9 @@ def _snake(name: str) -> str:
 
 
 def _axes_by_name(columns: Sequence[Column], sensor: str) -> tuple[int | None, list[Column]]:
-    """The first of three columns whose names differ only in x, y, z, and all columns with the sensor in these names."""
+    """The first of three columns whose names differ only in x, y, z, and all columns with the sensor added to these
+    names.
+    """
     for first in range(len(columns) - 2):
         parts = [re.fullmatch(rf"(.*?)(?<![a-z])({axis})(?![a-z])(.*)", columns[first + k].name, re.IGNORECASE)
                  for k, axis in enumerate("xyz")]  # fmt: skip
@@ -183,8 +187,8 @@ def _axes_by_name(columns: Sequence[Column], sensor: str) -> tuple[int | None, l
 def _axes_by_values(
     columns: Sequence[Column], sensor: str, values: NDArray[np.float64]
 ) -> tuple[int | None, list[Column]]:
-    """The only three columns that are neither a clock, a counter nor constant, if gravity is on an accelerometer and not
-    on a gyro; and all columns with names.
+    """The only three columns that are not a clock, a counter or constant, if gravity shows the accelerometer; with all
+    columns renamed.
     """
     named = list(columns)
     if len(values) < _LEAST_ROWS:
@@ -218,6 +222,6 @@ def _axes_by_values(
 
 
 def _is_same_clock(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
-    """Whether two clocks have the same unit and run together."""
+    """Whether two clocks have the same unit and run at the same rate."""
     intervals, second_intervals = np.diff(first), np.diff(second)
     return bool(np.abs(intervals - second_intervals).max() <= 0.01 * np.median(intervals))

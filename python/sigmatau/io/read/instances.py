@@ -1,4 +1,4 @@
-"""Rows of several instances of a sensor in one table: a column of instances, as against a flag, a counter or a signal."""
+"""Detection of a column of instances, with rows of several sensors, as opposed to a flag, a counter or a signal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SENSORS = {
 }
 """Patterns of words that name the sensor of a row."""
 
-# Names of a column that tells instances; a lower-case i may be an index of samples.
+# Names of a column of instances; a lower-case i may be an index of samples.
 _NAMES = (
     r"(?:.*_)?(?:imu|inst|instance|sensor|device|dev|node|board|chip|source|src|topic|frame|addr|address|tag|kind|type|unit|label)"
     r"(?:_?(?:id|no|nr|num|number|index|idx|name))?|frame_?id|id"
@@ -31,21 +31,25 @@ _NOT_INSTANCES = (
     r"|batt.*|volt.*|fix|sats?|pps)"
 )
 _SENSOR_WORDS = (
-    r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"  # in words
+    # the same as parts of a word
+    r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
 )
-_MIN_RUNS = 5  # runs of rows of each kind in the head
-_REGULAR_RUNS = 0.95  # share of the runs up to twice the median: 0.88 for a fair random flag
-_SMALLEST_SHIFT = 0.3  # difference of two means, over the scatter of the rows of one kind
-_SHIFT_ERRORS = 8.0  # the same, over its standard error; differences of neighbours make the error too small by 1.4
-_MIN_DISTINCT = 5  # different values of a signal in the rows of one kind
-_MIN_COLUMNS = 2  # columns whose means, or scatters, must differ
-_SCATTERS = 2.0  # ratio of the scatters of two sensors: 8 standard errors for 100 rows of a kind
-_SCATTER_ERROR = 1.17 * 2**0.5  # of the logarithm of such a ratio, times the root of the rows of a kind
-_SCATTER_ERRORS = 4.0  # the same ratio, in standard errors: matters for fewer than 100 rows of a kind
-_ROWS_OF_BLOCK = 20  # rows of the average block of one sensor
-_TOGETHER = 0.25  # interval between rows of one instant, over the mean interval
-_GROUPED = 0.2  # share of such intervals from which on several sensors are sampled together
-_PARTS = 4  # parts of the head in which they must differ alike: the beat of a line changes its sign
+_MIN_RUNS = 5  # smallest number of runs of rows of each kind in the head
+_REGULAR_RUNS = 0.95  # share of the runs up to twice the median: a fair random flag has 0.88
+_SMALLEST_SHIFT = 0.3  # smallest difference of two means, over the scatter of the rows of one kind
+# the same over its standard error, which differences of neighbours make too small by a factor of 1.4
+_SHIFT_ERRORS = 8.0
+_MIN_DISTINCT = 5  # smallest number of distinct values of a signal in the rows of one kind
+_MIN_COLUMNS = 2  # smallest number of columns whose means or scatters must differ
+_SCATTERS = 2.0  # smallest ratio of the scatters of two sensors: 8 standard errors for 100 rows of a kind
+# standard error of the logarithm of such a ratio, times the root of the number of rows of a kind
+_SCATTER_ERROR = 1.17 * 2**0.5
+_SCATTER_ERRORS = 4.0  # smallest ratio in standard errors: relevant for fewer than 100 rows of a kind
+_ROWS_OF_BLOCK = 20  # smallest mean length of a block of one sensor [rows]
+_TOGETHER = 0.25  # longest interval between rows of one instant, over the mean interval
+_GROUPED = 0.2  # smallest share of such intervals if several sensors are sampled together
+# number of parts of the head in which the difference must have one sign: the beat of a line changes its sign
+_PARTS = 4
 
 
 _single_sensor = ContextVar("single_sensor", default=False)
@@ -53,7 +57,9 @@ _single_sensor = ContextVar("single_sensor", default=False)
 
 @contextmanager
 def state_single_sensor(*, single: bool) -> Iterator[None]:
-    """State whether all rows are of a single sensor, whatever a column counts, for the readers that are called within."""
+    """State whether all rows are of a single sensor, whatever a column counts, for the readers that are called within the
+    block.
+    """
     token = _single_sensor.set(single)
     try:
         yield
@@ -80,7 +86,7 @@ def has_instance_name(name: str) -> bool:
 
 
 def has_device_name(name: str) -> bool:
-    """Whether a column has the name of a device, as against a label or a type, which may describe a part of a log."""
+    """Whether a column has the name of a device. Labels and types do not count, because they may name a part of a log."""
     return has_instance_name(name) and re.fullmatch(_DEVICES, name.strip()) is not None
 
 
@@ -94,10 +100,10 @@ def may_be_instance(name: str) -> bool:
 def tells_kinds(
     name: str, labels: Sequence[str], order: Sequence[str], values: Callable[[], NDArray[np.float64]], *, words: bool
 ) -> bool:
-    """Whether a column of few words or whole numbers tells the kinds of rows.
+    """Whether a column of few words or integers distinguishes the kinds of rows.
 
-    `name`: of the column, empty if it has none; `labels`: what it has; `order`: what it has in each row, shape (n,);
-    `values`: makes the numbers of these rows, shape (n, columns), NaN where there is none.
+    `name`: name of the column, empty if it has none; `labels`: its distinct values; `order`: its value in each row, shape
+    (n,); `values`: returns the numbers of these rows, shape (n, columns), with NaN for missing ones.
     """
     if words and (by_sensor := tell_sensors(labels, order)) is not None:
         return by_sensor
@@ -113,17 +119,17 @@ def tells_kinds(
     samples = values()
     codes = {label: k for k, label in enumerate(labels)}
     row_codes = np.array([codes[label] for label in order])
-    if len(samples) != len(row_codes):  # columns of several lengths
+    if len(samples) != len(row_codes):  # the columns have several lengths
         return is_named
-    if is_named:  # such a name may be that of a counter, of frames for example
+    if is_named:  # such a name may also be that of a counter, for example of frames
         return not has_single_sensor(samples, row_codes)
     return means_differ(samples, row_codes) or (words and scatters_differ(samples, row_codes))
 
 
 def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
-    """Whether words tell the sensors of the rows, whose words are `order`; None if no word names a sensor.
+    """Whether the words in `order` name sensors and distinguish the rows; None if no word names a sensor.
 
-    Words of one sensor, one after the other, are a table of results, axis after axis.
+    A table of results, axis after axis, also has words of one sensor one after the other.
     """
     sensors = [sensor for label in labels if (sensor := find_sensor(label)) is not None]
     if not sensors:
@@ -132,8 +138,9 @@ def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
 
 
 def cycles_with_rows(labels: Sequence[str]) -> bool:
-    """Whether each label comes in runs of about one length, with about one distance: sensors with fixed rates do, random
-    flags, coarse signals and clocks do not.
+    """Whether each label comes in runs of about the same length and distance, as for sensors with fixed rates.
+
+    Random flags, coarse signals and clocks do not.
     """
     names, codes = np.unique(np.array(labels), return_inverse=True)
     if len(names) < 2:
@@ -152,15 +159,15 @@ def cycles_with_rows(labels: Sequence[str]) -> bool:
 
 
 def comes_in_blocks(labels: Sequence[str]) -> bool:
-    """Whether each label comes in blocks of rows: sensors that are logged one after the other, in turns of many rows."""
+    """Whether each label comes in blocks of rows, as for sensors that are logged one after the other for many rows."""
     names, codes = np.unique(np.array(labels), return_inverse=True)
     blocks = int(np.count_nonzero(np.diff(codes))) + 1
     return len(names) > 1 and len(labels) >= _ROWS_OF_BLOCK * blocks
 
 
 def scatters_differ(values: NDArray[np.float64], codes: NDArray[np.intp]) -> bool:
-    """Whether the noise of several signals depends on the kind of the row, as that of different sensors does; arguments as
-    in `means_differ`.
+    """Whether the noise of several signals depends on the kind of the row, as for different sensors. Arguments as in
+    `means_differ`.
     """
     ratios = []
     fewest = int(np.bincount(codes).min())
@@ -208,7 +215,7 @@ def has_single_sensor(values: NDArray[np.float64], codes: NDArray[np.intp]) -> b
 
 
 def _has_simultaneous_rows(values: NDArray[np.float64]) -> bool:
-    """Whether a column that never goes back, the time, has groups of rows of one instant."""
+    """Whether a column that never decreases, the time, has groups of rows of one instant."""
     for column in values.T:
         intervals = np.diff(column)
         if len(intervals) == 0 or not np.isfinite(column).all() or intervals.min() < 0:
@@ -220,7 +227,7 @@ def _has_simultaneous_rows(values: NDArray[np.float64]) -> bool:
 
 
 def _is_shifted(differences: NDArray[np.float64]) -> bool:
-    """Whether differences of neighbouring rows have a mean, and the same one in all parts."""
+    """Whether differences of neighbouring rows have a significant mean, the same in all parts."""
     middle, scatter = median_and_spread(differences)
     scatter = scatter or float(np.std(differences))
     if not abs(middle) > max(_SHIFT_ERRORS / len(differences) ** 0.5, _SMALLEST_SHIFT * 2**0.5) * scatter:

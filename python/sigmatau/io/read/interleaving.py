@@ -1,9 +1,10 @@
-"""Rows of several sensors in turn, without a column that tells them: found from means, scatter and stamps by turn.
+"""Detection of rows of several sensors that take turns without a column that shows them, from means, scatter and stamps by
+turn.
 
-Each sensor has its bias, so the means of the rows differ from turn to turn and stay so. A line at half, a third or a quarter
-of the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors of one bias are found by
-their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turns`): rows of one sensor have it
-in common. What the rows do not tell is asked.
+Each sensor has a bias, so the means of the rows differ from turn to turn throughout. A line at half, a third or a quarter of
+the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors with equal biases are
+detected by their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turns`): rows of one sensor have it
+in common. If the rows leave it open, the user is asked.
 """
 
 from __future__ import annotations
@@ -21,15 +22,16 @@ from sigmatau.hints import Hint, command
 from sigmatau.io.read import turns
 from sigmatau.io.read.turns import MIN_PARTS, ROWS, SlowNoise, compare_slow_noise, find_groups
 
-_PARTS = 16  # parts of the log that are tested, over its whole length: a line that is not locked to the samples drifts
-_ALL_PARTS = 256  # the same, if the first ones show several sensors
-_PERIODS = (4, 3, 2)  # sensors in turn
+# number of parts of the log that are tested, over its whole length: a line that is not locked to the samples drifts
+_PARTS = 16
+_ALL_PARTS = 256  # the same if the first parts show several sensors
+_PERIODS = (4, 3, 2)  # numbers of sensors in turn that are tested
 _BUNCHED_SHIFT = 1.2  # smallest difference of the means over the scatter, if stamps come in groups of the period
-_EVEN_SHIFT = 2.0  # the same for even stamps, or none: twice the largest step of converters with two phases
+_EVEN_SHIFT = 2.0  # the same for even or absent stamps: twice the largest step of converters with two phases
 _UNEQUAL = 0.15  # smallest relative difference of two axes of one sensor: a simulated line has one size on all axes
-_PAIR = 2  # sensors of different rates that are told apart
-_EVEN_AXES = 2  # axes that must differ
-_NEIGHBOURS = 6.0  # correlation of neighbouring rows beyond that of rows of one turn, over its standard error
+_PAIR = 2  # number of sensors of different rates that can be distinguished
+_EVEN_AXES = 2  # smallest number of axes that must differ
+_NEIGHBOURS = 6.0  # correlation of neighbouring rows minus that of rows of one turn, over its standard error
 _SCATTERS = 1.3  # smallest ratio of the scatters of two sensors: 6 standard errors for 16 parts
 _TURN_NAMES = {2: "second", 3: "third", 4: "fourth"}
 _FRACTIONS = {2: "half", 3: "a third of", 4: "a quarter of"}
@@ -39,17 +41,17 @@ Sign = Literal["means", "scatter", "stamps", "groups"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interleaving:
-    """Sensors whose rows take turns."""
+    """Detected sensors whose rows take turns."""
 
     sensors: int
     period: int  # rows after which the sensors repeat; more than sensors if they have different rates, 0 if they do not
     sign: Sign  # what depends on the turn
-    channel: str  # with the largest difference
+    channel: str  # channel with the largest difference
     size: float = (
-        0.0  # of this channel: difference of the means [unit of the log], or ratio of the scatters; 0 for stamps
+        0.0  # difference of the means of this channel [unit of the log], or ratio of its scatters; 0 for stamps
     )
-    means: tuple[float, ...] = ()  # of this channel, by turn; in the unit of the log
-    certain: bool = False  # False if one sensor may make such rows
+    means: tuple[float, ...] = ()  # means of this channel by turn [unit of the log]
+    certain: bool = False  # False if one sensor may make such rows too
 
     def error(self, label: str, topic: str) -> OptionError:
         """The question for a log with such rows. `label`: column of the channel; `topic`: that of the table, or empty."""
@@ -68,7 +70,7 @@ class Interleaving:
         return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
 
     def error_of_count(self, label: str, topic: str, count: int) -> OptionError:
-        """The error of a stated number of sensors that leaves rows of several in a topic."""
+        """The error for a stated number of sensors if a topic still has rows of several sensors."""
         advice = "State another number" if self.period else "Save each to its own file"
         return OptionError(
             f"{{option}} {count} leaves rows of several sensors in {topic}: {self._sign(label)}. {advice}",
@@ -76,7 +78,7 @@ class Interleaving:
         )
 
     def _reading(self) -> str:
-        """Words for the reading of the rows, and for the other one if it is possible."""
+        """Words for the detected meaning of the rows, and for the alternative if it is possible."""
         if self.sign == "groups":
             return "has rows of several sensors in no fixed order, or of one that leaps between two states"
         other_reading = {
@@ -88,7 +90,7 @@ class Interleaving:
         return several if self.certain else f"{several}, or of {other_reading}"
 
     def _sign(self, label: str) -> str:
-        """Words for the sign of several sensors: the difference between rows of different turns."""
+        """Words for the observed difference between rows of different turns."""
         if self.sign == "groups":
             return f"the rows are in groups, {self.size:.3g} apart in {self.channel} (column {label})"
         rows = f"of every {_TURN_NAMES[self.period]} row of {self.channel} (column {label})"
@@ -100,15 +102,15 @@ class Interleaving:
 
 
 def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any] | None) -> Interleaving | None:
-    """The sensors whose rows take turns; None if all rows are of one sensor, or nothing shows several.
+    """Find the sensors whose rows take turns; None if all rows are of one sensor, or if nothing shows several.
 
     `channels`: columns of gyro and accelerometer, each of shape (n,), in the order of the file; `stamps`: shape (n,).
 
-    If stamps come in groups (``0, 0.06, 10, 10.06 ms``), two axes must have means that depend on the turn, or the groups
-    alone make a question. If stamps are even, or absent, the means must differ by twice the scatter on two axes, not by one
-    amount on axes of one sensor, and neighbouring rows must not be more alike than rows of one turn; or the rows must be in
-    groups, in no fixed order; or the scatter must depend on the turn. All parts of the log must show the same means. Rows of
-    several turns that have their slow noise in common are of one sensor.
+    If stamps come in groups (``0, 0.06, 10, 10.06 ms``), the means of two axes must depend on the turn; the groups alone
+    raise a question. If stamps are even or absent, one of three conditions must hold. The means differ by twice the scatter
+    on two axes, not by the same amount on both axes of a sensor, and neighbouring rows are not more alike than rows of one
+    turn; or the rows form groups in no fixed order; or the scatter depends on the turn. All parts of the log must show the
+    same means. Rows of several turns that have their slow noise in common are of one sensor.
     """
     names = list(channels)
     if not names or len(channels[names[0]]) < MIN_PARTS * ROWS:
@@ -124,13 +126,13 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
 class Turns:
     """Turns of a stated number of sensors."""
 
-    slow_turn: int | None  # the only turn that is not of the same sensor as the others
+    slow_turn: int | None  # the only turn whose sensor differs from that of the others
     period: int  # turns after which the means repeat
-    lost: tuple[int, int] | None  # rows between which the sensors change turns
+    lost: tuple[int, int] | None  # row numbers between which a row was lost, so that the turns shift
 
 
 def find_turns(channels: Mapping[str, NDArray[Any]], count: int) -> Turns | None:
-    """The turns of sensors whose number is stated; None if the means do not show them. `channels`: as in
+    """Find the turns of a stated number of sensors; None if the means do not show them. `channels`: as in
     `find_interleaving`.
     """
     rows = min(map(len, channels.values()))
@@ -162,7 +164,8 @@ def _find_by_means(
             return None
     elif not _is_large(names, shift, relative, in_proportion=slow_turn is not None) or _are_neighbours_alike(parts):
         return None
-    by_turn = turns.means_by_turn(_parts(channels, period, _ALL_PARTS))  # the first parts may have one phase by chance
+    # the first parts may have the same phase by chance
+    by_turn = turns.means_by_turn(_parts(channels, period, _ALL_PARTS))
     if by_turn is None:
         return None
     shift, _ = _over_scatter(by_turn)
@@ -187,7 +190,7 @@ def _find_by_means(
 def _find_by_groups(
     channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any] | None, period: int
 ) -> Interleaving | None:
-    """Sensors of one bias whose stamps come in groups."""
+    """Test for sensors with equal biases whose stamps come in groups."""
     if not _has_groups(stamps, period):
         return None
     name, column = next(iter(channels.items()))
@@ -204,7 +207,7 @@ def _find_by_groups(
 
 
 def _find_by_order(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
-    """Sensors in no fixed order."""
+    """Test for sensors in no fixed order."""
     names = list(channels)
     starts = turns.starts_of_parts(len(channels[names[0]]), 1, _PARTS)
     parts = np.concatenate([turns.rows_by_turn(column, starts, 1) for column in channels.values()], axis=2)
@@ -221,7 +224,7 @@ def _find_by_order(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
 
 
 def _find_by_scatter(channels: Mapping[str, NDArray[Any]]) -> Interleaving | None:
-    """Two sensors of one bias whose noise differs."""
+    """Test for two sensors with equal biases and different noise."""
     ratios = turns.ratio_of_scatters(_parts(channels, _PAIR, _PARTS))
     if np.count_nonzero(ratios >= _SCATTERS) < _EVEN_AXES:
         return None
@@ -241,7 +244,7 @@ def _find_by_scatter(channels: Mapping[str, NDArray[Any]]) -> Interleaving | Non
 
 
 def _has_several_means(channels: Mapping[str, NDArray[Any]]) -> bool:
-    """Whether the means of every fourth row differ, as those of sensors of different rates do."""
+    """Whether the means of every fourth row differ, as for sensors of different rates."""
     by_turn = turns.means_by_turn(_parts(channels, 2 * _PAIR, _PARTS))
     return by_turn is not None and bool(np.any(_over_scatter(by_turn)[0] >= _BUNCHED_SHIFT))
 
@@ -257,14 +260,14 @@ def _has_groups(stamps: NDArray[Any] | None, period: int) -> bool:
 
 
 def _over_scatter(by_turn: turns.TurnMeans) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Largest difference of the means, and the means, over the scatter."""
+    """Largest difference of the means, and the means, both over the scatter."""
     scatter = by_turn.scatter
     shift = np.divide(np.ptp(by_turn.means, axis=1), scatter, out=np.zeros(len(scatter)), where=scatter > 0)
     return shift, by_turn.means / np.where(scatter > 0, scatter, 1.0)[:, None]
 
 
 def _longest_stretch(rows: int, period: int, first_turns: NDArray[np.intp]) -> slice:
-    """The rows of the longest stretch in which no row is lost, by the first turn of each part."""
+    """The rows of the longest stretch without a lost row, from the first turn of each part."""
     starts = np.array(turns.starts_of_parts(rows, period, len(first_turns)))
     changes = np.flatnonzero(np.diff(first_turns)) + 1
     borders = [0, *changes.tolist(), len(first_turns)]
@@ -278,7 +281,7 @@ def _longest_stretch(rows: int, period: int, first_turns: NDArray[np.intp]) -> s
 def _slow_noise(
     channels: Mapping[str, NDArray[Any]], period: int, stretch: slice, *, pair: tuple[int, int]
 ) -> SlowNoise:
-    """Whether rows of two turns have their slow noise in common."""
+    """Compare the slow noise of rows of two turns."""
     series = []
     for turn in pair:
         turn_rows = [
@@ -291,7 +294,7 @@ def _slow_noise(
 
 
 def _without_missing(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The series with the median in place of missing samples; 0 in a channel without samples."""
+    """Replace missing samples by the median; by 0 in a channel without samples."""
     missing = ~np.isfinite(x)
     if not missing.any():
         return x
@@ -302,8 +305,9 @@ def _without_missing(x: NDArray[np.float64]) -> NDArray[np.float64]:
 def _is_large(
     names: Sequence[str], shift: NDArray[np.float64], means: NDArray[np.float64], *, in_proportion: bool
 ) -> bool:
-    """Whether the means differ by much on enough axes, and not as a line would make them. `means`: over the scatter;
-    `in_proportion`: whether the means of all axes may have the same proportions.
+    """Whether the means differ enough on enough axes, and not as a line would make them.
+
+    `means`: over the scatter; `in_proportion`: whether the means of all axes may be proportional.
     """
     large = shift >= _EVEN_SHIFT
     axes = [np.array([name.startswith(sensor) for name in names]) & large for sensor in ("gyro", "accel")]
@@ -313,13 +317,14 @@ def _is_large(
         return False
     if in_proportion:
         return True
-    # A line has one phase on all axes of a rigid body, and three turns or more then have means in one proportion.
+    # On a rigid body a line has one phase on all axes, so the means of three or more turns are proportional between
+    # axes.
     sizes = np.linalg.svd(means[large], compute_uv=False)
     return bool(np.count_nonzero(sizes >= _EVEN_SHIFT / 2) >= means.shape[1] - 1)
 
 
 def _are_neighbours_alike(parts: NDArray[np.float64]) -> bool:
-    """Whether neighbouring rows are more alike than rows of one turn, as those of one filtered sensor are."""
+    """Whether neighbouring rows are more alike than rows of one turn, as for one filtered sensor."""
     count, rows, period, channels = parts.shape
     x = (parts - parts.mean(axis=1, keepdims=True)).reshape(count, rows * period, channels)
     x = x[np.isfinite(x).all(axis=(1, 2))]

@@ -12,17 +12,18 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-# In front of a name, without effect on its meaning.
+# Prefixes that do not change the meaning of a name.
 PREFIXES = r"field|data|msgs?|message|imu\d*|imu_data|imu_raw|sensors?|sensor_combined|values?"
 
-# The same, in front of the name of a sensor or a time only.
+# Prefixes that do not change the name of a sensor or a time.
 SENSOR_PREFIXES = (
     r"raw|cal|calibrated|uncalibrated",
     r"shimmer_[0-9a-f]{4}",  # Shimmer: serial number of the device
-    r"(?:lsm|ism|iis|asm|lis|mpu|icm|iim|bmi|bma|bmx|bno|adis|adxl|fxos|fxas|mma|l3g|itg|kmx|scha)\d[0-9a-z]{2,8}",  # part
+    # name of the part
+    r"(?:lsm|ism|iis|asm|lis|mpu|icm|iim|bmi|bma|bmx|bno|adis|adxl|fxos|fxas|mma|l3g|itg|kmx|scha)\d[0-9a-z]{2,8}",
 )
 
-# Behind the name of a sensor or a time, without effect on its meaning.
+# Suffixes that do not change the name of a sensor or a time.
 SUFFIXES = r"cal|uncal|raw|calibrated|uncalibrated|out"  # Shimmer: CAL in units, RAW in counts; Analog Devices: OUT
 
 # Stems before an axis, with or without an underscore: ``gyro_x``, ``gyrox``.
@@ -54,7 +55,7 @@ STEMS = {
         "rot",
         "w",
         "w_rs_s",  # EuRoC
-        "g",  # see `names`: only with all three axes
+        "g",  # see `names`: only if all three axes exist
         "d_?theta|delta_?theta|d_?angle|delta_?angle",  # increments, see INCREMENTS
     ),
     "accel": (
@@ -81,7 +82,7 @@ STEMS = {
         "linear_?accel",
         "lin_?acc",
         "specific_?force",
-        "a",  # see `names`: only with all three axes
+        "a",  # see `names`: only if all three axes exist
         "a_rs_s",  # EuRoC
         "f(?=_)",  # specific force, but not ``fx``
         "d_?vel|delta_?vel|d_?velocity|delta_?velocity|dv|delta_?v",  # increments
@@ -91,9 +92,8 @@ STEMS = {
 # Stems after an axis: ``xgyro`` (MAVLink), ``X Accel`` (MicroStrain).
 AFTER_AXIS = {"gyro": "gyro|gyr|gyroscope|angular_?rate", "accel": "accel|accl?|accelerometer|acceleration"}
 
-# Names that both ROS (with gravity) and phones (without) use. With a space between the words they are a phone's, unless an
-# angular velocity stands beside them; and a plain accelerometer in the log is preferred to them.
-WITHOUT_GRAVITY = re.compile(r"(?:linear_?acc(?:el|eleration)?|lin_?acc(?:el)?)_?[xyz]")
+# Names that both ROS (with gravity) and phones (without gravity) use. Names with a space between the words are a
+# phone's, unless the log also has an angular velocity. A plain accelerometer in the log has priority.
 PHONE_NAMES = re.compile(r"(?i)linear acceleration [xyz]\b")
 
 # Names of increments.
@@ -101,7 +101,7 @@ INCREMENTS = re.compile(r"^(?:delta_?(?:theta|angle|vel|velocity|v)|d_?(?:theta|
 
 ANGLE_INCREMENTS = re.compile(r"(?:delta|d)_?(?:theta|angle)_?[xyz]")
 
-# A desired velocity (ArduPilot NTUN.DVelX) unless increments of angle are beside it: increments come in pairs.
+# This may be a desired velocity (ArduPilot NTUN.DVelX). It counts as an increment only beside increments of angle.
 DESIRED_VELOCITY = re.compile(r"d_?vel(?:ocity)?_?[xyz]")
 
 # Time columns by priority: the time stamp of the sensor before that of the receiver.
@@ -121,7 +121,7 @@ SECONDS = re.compile(r"^(?:seconds_elapsed|elapsed_seconds|seconds)$")
 # One half of a time stamp that is split into two columns.
 SPLIT_STAMP = re.compile(r"(?:^|_)(?:n?secs?|nanosec(?:onds)?|usecs?)$")
 
-# Words in names of columns in a unit of time that are not a clock: intervals, delays, a time of the flight of light.
+# Words in names of columns with a unit of time that are not clocks: intervals, delays, a time of flight of light.
 NOT_A_CLOCK = re.compile(
     r"(?:^|_)(?:dt|delta[a-z]*|diff|period|interval|duration|latency|delay|lag|age|exposure|integration|flight|tof|jitter|error|bias"
     r"|std|sigma|week|uncertainty|accuracy|width|pulse|gate|load|processing|shutter|readout)(?=_|$)"
@@ -182,13 +182,13 @@ ROS_PATH = re.compile(r"(?:.*[./])?(?P<vector>angular_velocity|linear_accelerati
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A program whose log is recognised by the names of all its columns."""
+    """A program whose log is identified by the names of all its columns."""
 
     keys: frozenset[str]  # All names of the log, as keys
     units: Mapping[str, str]  # Unit by sensor, and of the time
     channels: Mapping[str, str] = field(
         default_factory=dict
-    )  # Channel by key, for names that mean another thing elsewhere
+    )  # Channel by key, for names that mean something else in other logs
 
 
 def _program(names: str, units: Mapping[str, str], **channels: str) -> Program:
@@ -209,7 +209,7 @@ PROGRAMS = (
     ),
 )
 
-# Words in the path before a vector that is not that of the sensor, ``/filter/bias/gyro/x``.
+# Words in the path before a vector that mean it is not the sensor's: ``/filter/bias/gyro/x``.
 OTHER_VECTORS = (
     r"(?i)(?:^|[\W_])(?:bias\w*|cov\w*|std\w*|sigma|noise|errors?|estimat\w*|setpoints?|targets?|desired|odom\w*|pose|twist"
     r"|ref\w*|gt|truth)(?=[\W_]|$)"
@@ -218,13 +218,13 @@ OTHER_VECTORS = (
 # Words of an inertial quantity, also of those that `NOT_A_SENSOR` excludes: increments of velocity, gravity.
 INERTIAL = re.compile(r"(?i)acc|vel|grav|force|^d?v[_\[ ]?[xyz012]")
 
-# Words in names of columns that are probably samples of a sensor, though the whole name is not known.
+# Words in names that probably belong to samples of a sensor, even if the whole name is not known.
 SENSOR_WORDS = {
     "gyro": re.compile(r"(?i)gyr|ang\w*[_ ]?(?:rate|vel)|rot\w*[_ ]?(?:rate|vel)|omega"),
     "accel": re.compile(r"(?i)acc(?:el|l|\b|_|[xyz])|g[_ -]?force"),
 }
 
-# Words in names of columns that are not samples of a gyro or accelerometer, wherever their values lie.
+# Words in names of columns that are not samples of a gyro or accelerometer, whatever their values.
 NOT_A_SENSOR = (
     r"(?i)mag|compass|quat|orient|euler|roll|pitch|yaw|heading|attitude|temp|press|baro|alt|lat|lon|gps|gnss|cov|bias|std"
     r"|sigma|noise|grav|user|free|lin_?acc|linear acc|seq|count|tick|index|frame|status|flag|volt|batt|current|vel|pos|speed"

@@ -1,4 +1,4 @@
-"""Channel and unit of a column by its name.
+"""Recognition of the channel and unit of a column from its name.
 
 Only unambiguous names are recognised: a wrong column gives a wrong result without a warning, while an unrecognised column
 only costs the user an option. The names are in the tables of `sigmatau.io.read.name_tables`.
@@ -58,7 +58,7 @@ _UNIT_END = re.compile(
     + r")(?P<axis>_[xyz])?$"
 )
 
-# A name with an axis and no known stem, ``X (rad/s)``: the unit tells the sensor.
+# A name with an axis but no known stem, ``X (rad/s)``: the unit identifies the sensor.
 _AXIS_OF_NAME = re.compile(r"(?P<stem>.*?)_?(?P<axis>[xyz])")
 _BY_KIND = {"rad/s": "gyro", "m/s^2": "accel"}
 _AXIS_WORD = re.compile(r"_?axis(?=_|$)|(?<=^)axis_")
@@ -68,12 +68,12 @@ _BY_STEM = {
     for sensor, stems in STEMS.items()
 }
 
-# What brackets hold if it is an axis or a number and not a unit: ``Gyroscope (z)``, ``gyro[0]``.
+# Content of brackets that is an axis or a number, and not a unit: ``Gyroscope (z)``, ``gyro[0]``.
 _AXIS_IN_BRACKETS = re.compile(r"\d+|[xyzXYZ]")
 _LETTERS = dict(zip("012", "xyz", strict=True))
 _BRACKETS = re.compile(r"^(?P<name>.*?)[\s_]*[\[({]\s*(?P<unit>[^\[\](){}]*(?:\([^()]*\)[^\[\](){}]*)?)\s*[\])}]\s*$")
 LONGEST_NAME = 200  # Longest column name, with its unit in brackets. [characters]
-_LONGEST_END = 40  # longest end of a name that is searched for a unit [characters]
+_LONGEST_END = 40  # length of the end of a name that is searched for a unit [characters]
 SPELLED = {
     **dict.fromkeys(("degc", "°c", "℃", "c", "celsius", "deg c", "° c", "deg_c", "degrees celsius"), "degC"),
     **dict.fromkeys(("k", "kelvin", "degk", "°k"), "K"),
@@ -82,7 +82,7 @@ SPELLED = {
 
 
 def split_unit(column: Column) -> tuple[str, str | None]:
-    """The name of a column without its unit, and its unit if that is known; as the file spells them."""
+    """Split the name of a column into the name and a known unit, as the file spells them."""
     name, unit = column.name.strip(), column.unit
     # The pattern takes quadratic time on text that it does not match, so long names are not matched.
     match = _BRACKETS.match(name) if len(name) <= LONGEST_NAME else None
@@ -104,7 +104,7 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
     names = set(keys)
     program = next((each for each in PROGRAMS if each.keys == names), None)
     keys = _lettered(keys)
-    # Beside the g-force of Physics Toolbox, ax is the acceleration without gravity.
+    # Beside the g-force of Physics Toolbox, ax is an acceleration without gravity.
     short = ("g", "g_") if {"gfx", "gfy", "gfz"} <= names else ("a", "a_", "g", "g_")
     log = _Log(
         complete=frozenset(stem for stem in short if {stem + axis for axis in "xyz"} <= set(keys)),
@@ -120,17 +120,17 @@ def recognise(columns: Sequence[Column]) -> list[Match | None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Log:
-    """Facts of all columns of a log, by which a single name is understood."""
+    """Facts about all columns of a log that decide the meaning of a single name."""
 
-    complete: frozenset[str]  # Short stems of which all three axes exist
+    complete: frozenset[str]  # Short stems for which all three axes exist
     program: Program | None
     ros_imu: bool  # Whether the columns are those of ``rostopic echo -p``
-    ros_paths: bool  # Whether both vectors of a sensor_msgs/Imu are in it, as paths
-    phone: bool  # Whether a linear acceleration is one without gravity
-    turns: bool  # Whether it has increments of angle
+    ros_paths: bool  # Whether the log has both vectors of a sensor_msgs/Imu as paths
+    phone: bool  # Whether linear accelerations are without gravity, as on phones
+    turns: bool  # Whether the log has increments of angle
 
     def unit(self, column: Column, sensor: str) -> str | None:
-        """The unit of a sensor or of the time by the program or message that wrote the log."""
+        """The unit of a sensor or of the time that the program or message implies."""
         name = column.name.strip()
         if self.program is not None and sensor in self.program.units:
             return self.program.units[sensor]
@@ -142,7 +142,7 @@ class _Log:
 
 
 def _match(column: Column, key: str, log: _Log) -> Match | None:
-    """The channel of a column by its name, the unit that it states, and the other columns."""
+    """Find the channel of a column from its name, the unit in the name, and the other columns."""
     name, stated = split_unit(column)
     if temperature_unit(column) or _clock_in_another_unit(column, key) or (log.phone and PHONE_NAMES.match(name)):
         return None
@@ -167,7 +167,7 @@ def _match(column: Column, key: str, log: _Log) -> Match | None:
 
 
 def _stems(key: str) -> tuple[str, ...]:
-    """The readings of a key without their units."""
+    """The possible stems of a key, without units."""
     return tuple(stem for stem, _ in readings(key, None))
 
 
@@ -191,7 +191,7 @@ def _is_ros_imu(columns: Sequence[Column]) -> bool:
 
 
 def _without_linear(keys: Sequence[str], matches: list[Match | None]) -> list[Match | None]:
-    """The matches without linear accelerations where a plain accelerometer has the same channel."""
+    """Remove the matches of linear accelerations for which a plain accelerometer has the same channel."""
     linear = [
         match is not None and WITHOUT_GRAVITY.fullmatch(key) is not None
         for key, match in zip(keys, matches, strict=True)
@@ -204,9 +204,9 @@ def _without_linear(keys: Sequence[str], matches: list[Match | None]) -> list[Ma
 
 
 def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: list[Match | None]) -> list[Match | None]:
-    """The matches with three axes that only their unit tells: rad/s makes a gyro, m/s^2 an accelerometer.
+    """Add matches of three axes that only their unit identifies: rad/s for a gyro, m/s^2 for an accelerometer.
 
-    Nothing is added for a sensor that is recognised by name, nor where two triples have such a unit.
+    Nothing is added for a sensor that is recognised by name, or if two triples have such a unit.
     """
     triples: dict[str, dict[str, dict[str, int]]] = {"gyro": {}, "accel": {}}
     for index, (column, key, match) in enumerate(zip(columns, keys, matches, strict=True)):
@@ -228,7 +228,7 @@ def _by_unit_of_axes(columns: Sequence[Column], keys: Sequence[str], matches: li
 
 
 def _lettered(keys: Sequence[str]) -> list[str]:
-    """The keys with the axes 0, 1, 2 of a sensor as x, y, z."""
+    """Replace the axes 0, 1, 2 of a sensor by x, y, z in the keys."""
     axes: dict[str, set[str]] = {}
     matches = [_NUMBERED.fullmatch(key) for key in keys]
     for match in matches:
@@ -256,7 +256,7 @@ def signal_name(column: Column, *, taken: Collection[str]) -> str:
 
 
 def _clock_in_another_unit(column: Column, key: str) -> bool:
-    """Whether a column ``T`` is not a time: it has another unit, or no unit and may be a temperature."""
+    """Whether a column ``T`` is not a time: it has another unit, or it has no unit and may be a temperature."""
     text = stated_unit(column)
     if key != "t":
         return False
@@ -272,7 +272,7 @@ def holds_increments(column: Column) -> bool:
 
 
 def names_sensor(column: Column) -> str:
-    """The sensor whose samples a column has by its unit or by a word in its name, "gyro" or "accel"; "" for others."""
+    """The sensor that the unit or a word in the name of a column suggests, "gyro" or "accel"; empty for none."""
     name, unit = split_unit(column)
     if len(name) > LONGEST_NAME or re.search(NOT_A_SENSOR, name):
         return ""
@@ -290,20 +290,20 @@ def bare_name(column: Column) -> str:
 
 
 def name_key(name: str) -> str:
-    """A name in the form that is compared: in lower case, with underscores, without prefixes."""
+    """The form of a name that is compared: lower case, with underscores, without prefixes."""
     key = re.sub(r"[\[(]([012xyz])[\])]$", lambda m: " " + _LETTERS.get(m[1], m[1]), name.strip().lower())
     key = re.sub(r"[\s./:%\-]+", "_", key).strip("_")
     return _PREFIX.sub("", key)
 
 
 def sensor_key(name: str) -> str:
-    """The key of a name without what may surround that of a sensor."""
+    """Remove the prefixes and suffixes around the key of a sensor."""
     key = _SUFFIX.sub("", _SENSOR_PREFIX.sub("", name_key(name)))
     return _AXIS_WORD.sub("", key) if "axis" in key else key
 
 
 def readings(key: str, stated: str | None) -> list[tuple[str, str | None]]:
-    """The readings of a name, with and without a unit at its end."""
+    """The possible readings of a name, with and without a unit at its end."""
     readings: list[tuple[str, str | None]] = [(key, stated)]
     match = _UNIT_END.match(key)
     if match:

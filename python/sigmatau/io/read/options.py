@@ -193,7 +193,7 @@ class ReadOptions(TableOptions):
 class Options:
     """Checked options of reading columns, see `TableOptions`."""
 
-    rate: float | None  # Of all sensors without one of their own. [Hz]
+    rate: float | None  # Rate of all sensors that have no entry in `rates`. [Hz]
     unit: Mapping[str, str]
     channels: Mapping[str, str | int]
     input: InputKind
@@ -203,8 +203,8 @@ class Options:
     rates: Mapping[str, float] = field(default_factory=dict)  # By sensor. [Hz]
     sensors: tuple[
         str, ...
-    ] = ()  # The gyro or the accelerometer alone of a topic with the fields of both; all if empty
-    interleaved: int | None = None  # Sensors whose rows take turns; None if the samples are to tell
+    ] = ()  # Sensors to read from a topic with the fields of both; all if empty
+    interleaved: int | None = None  # Number of sensors whose rows take turns; None if the samples decide
 
     @property
     def states_rate(self) -> bool:
@@ -212,7 +212,9 @@ class Options:
         return self.rate is not None or bool(self.rates)
 
     def for_streams(self, streams: Sequence[str]) -> Options:
-        """The options of streams in the same rows, which have one rate; raises `OptionError` if several are given."""
+        """Combine the options of streams in the same rows, which have one rate. Raises `OptionError` if several rates are
+        given.
+        """
         if not self.rates:
             return self
         rates = {stream: self.rates[stream] for stream in streams if stream in self.rates}
@@ -224,7 +226,7 @@ class Options:
         return replace(self, rate=next(iter(rates.values()), self.rate), rates={})
 
 
-_MAX_IN_TURN = 16  # sensors whose rows take turns: as many as instances in a column
+_MAX_IN_TURN = 16  # largest number of sensors whose rows take turns: the same as that of instances in a column
 _EXAMPLES = {
     "unit": '{"gyro": "deg/s"}',
     "channels": '{"gyro_x": 2}',

@@ -20,22 +20,22 @@ NOT_LOGS = (
     *(".json", ".toml", ".yaml", ".yml", ".md", ".rst", ".ini", ".cfg", ".py", ".sh", ".m"),
     *(".png", ".svg", ".pdf", ".html", ".jpg", ".jpeg", ".gif", ".mp4", ".mov", ".doc", ".docx", ".odt"),
 )
-"""Endings of files in folders of logs that are not logs."""
+"""File name endings in folders of logs that do not belong to logs."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """A format."""
+    """A format and its reader."""
 
     module: str
-    what: str  # Name for errors
+    what: str  # Description for errors
     likely: Callable[[bytes], bool]  # Fast test of the first bytes; True for all files of the format
-    gzip: bool = False  # Whether files compressed by gzip are read
+    gzip: bool = False  # Whether gzip-compressed files are read
     binary: bool = True  # Whether the file is not text
-    sniffs: bool = False  # Whether the first bytes do not decide, but `sniff` of the reader
+    sniffs: bool = False  # Whether the first bytes do not decide, so that the reader's `sniff` is asked
 
     def accept(self, head: bytes, path: Path) -> Format | None:
-        """The reader, imported; None if the file is not of this format."""
+        """Import the reader; None if the file is not of this format."""
         if not self.likely(head):
             return None
         reader = cast("Format", import_module(f"sigmatau.io.read.formats.{self.module}"))
@@ -53,17 +53,17 @@ _PAIR = rb"(?:[A-Za-z_)\]][ \t]*[:=][ \t]*|\d[ \t]*=[ \t]*|\d:[ \t]+)[-+.]?\d"
 
 
 def _has_matlab_header(head: bytes) -> bool:
-    """Whether the head is that of MATLAB's version 5, or of version 7.3: HDF5 behind a block of 512 bytes."""
+    """Whether the head is that of MATLAB's version 5 or 7.3. Version 7.3 is HDF5 after a block of 512 bytes."""
     return head[124:128] in (b"\0\1IM", b"\1\0MI") or head[512:520] == _HDF5
 
 
 def _has_objects(head: bytes) -> bool:
-    """Whether the head begins with a JSON object or array, or a line of it with an object."""
+    """Whether the head, or a line in it, begins with a JSON object or array."""
     return re.match(_OBJECT, head) is not None or (b"{" in head and re.search(_OBJECT_ON_A_LINE, head) is not None)
 
 
 def _has_pairs(head: bytes) -> bool:
-    """Whether names with numbers stand on two lines of the head, after a colon or an equals sign."""
+    """Whether two lines of the head contain names with numbers, separated by a colon or an equals sign."""
     if b":" not in head and b"=" not in head:
         return False  # fast path: most tables
     pairs = re.finditer(_PAIR, head)
@@ -104,7 +104,7 @@ _FORMATS = (
     _Format("text", "text", lambda _: True, gzip=True, binary=False, sniffs=True),
 )
 
-# Texts that are saved in place of a log.
+# Texts that are saved by mistake in place of a log.
 _INSTEAD = (
     (
         re.compile(rb"version https://git-lfs\.github\.com/"),
@@ -116,7 +116,7 @@ _INSTEAD = (
     ),
 )
 
-# Compressed files, also within gzip: signature, name, and command to decompress them.
+# Compressed files, also inside gzip: signature, name, and command to decompress them.
 _COMPRESSED = (
     (re.compile(rb"\x28\xb5\x2f\xfd"), "compressed by zstd", "zstd -d"),
     (re.compile(rb"\xfd7zXZ\0"), "compressed by xz", "xz -d"),
@@ -132,8 +132,10 @@ _FIGURES = b"0123456789+-.eE,;\t \r\n"
 
 
 def may_need_translation(head: bytes) -> bool:
-    """Whether the rows of a text may have to be changed before they are read: False for most tables, whose last rows have
-    figures and one delimiter alone, and whose header has a name for each column.
+    """Whether the rows of a text may need a translation before they are read.
+
+    Fast path: False for most tables, whose last rows contain only digits and one delimiter, and whose header names each
+    column.
     """
     first, rows = head[:4096].split(b"\n")[:2], head[-4096:]
     rows = rows[rows.find(b"\n") + 1 :]
@@ -148,7 +150,7 @@ def may_need_translation(head: bytes) -> bool:
 
 
 def require_text(head: Head, path: Path) -> None:
-    """Raise `OptionError` if a file of which lines are to be skipped is not text, by its first bytes."""
+    """Raise `OptionError` if lines are to be skipped in a file that is not text, judged by its first bytes."""
     for each in _FORMATS:
         if each.binary and each.likely(head.data):
             raise OptionError(f"{{option}} is for text tables, and this is {each.what}", option="skip")
@@ -166,7 +168,7 @@ def find_text_reader(head: Head, path: Path) -> TextFormat | None:
 
 
 def find_reader(head: Head, path: Path) -> Format:
-    """The reader of a file; raises `DataError` that names the kind of file if no reader accepts it."""
+    """Find the reader of a file. If there is none, raises a `DataError` that names the kind of file."""
     for mark, what, command in _COMPRESSED:
         if mark.match(head.data):
             twice = " compressed by gzip" if head.gzip and "tar" in what else ""

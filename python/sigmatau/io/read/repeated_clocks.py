@@ -1,6 +1,6 @@
 """Tables with a time column for each signal or sensor, as Delsys writes them: ``X[s],ACC.X (g),X[s],ACC.Y (g) …``.
 
-Signals of one clock are a table. Clocks are the same if all their stamps are: rates of signals may differ.
+Signals with one clock form a table. Clocks are the same if all their stamps are equal, because rates of signals may differ.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sigmatau.io.read.columns import is_clock
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, Table, select_columns
 
-_COPY = re.compile(r"\.\d+$")  # pandas numbers columns of one name: ``X[s]``, ``X[s].1``
+_COPY = re.compile(r"\.\d+$")  # pandas appends a number to repeated names: ``X[s]``, ``X[s].1``
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class _Clock:
 
 
 def separate_clocks(tables: Sequence[Table]) -> Sequence[Table]:
-    """The tables, with one for each clock in place of a single table that has several."""
+    """Split a single table with several clocks into one table for each clock."""
     clocks = _clocks(tables[0].columns) if len(tables) == 1 else []
     if not clocks:
         return tables
@@ -53,8 +53,9 @@ def separate_clocks(tables: Sequence[Table]) -> Sequence[Table]:
 
 
 def _clocks(columns: Sequence[Column]) -> list[_Clock]:
-    """The clocks of a table: the first column and others, of one name or each before as many columns; none if it has one
-    clock at most.
+    """The time columns of a table: the first column, and others that have its name or stand before equal numbers of columns.
+
+    Empty if the table has at most one clock.
     """
     names = [_COPY.sub("", column.name.strip()) for column in columns]
     bare = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
@@ -75,13 +76,13 @@ def _is_time(column: Column) -> bool:
 
 
 def _without_end(times: NDArray[Any]) -> NDArray[Any]:
-    """The stamps up to the last that is present: a slower signal leaves its last rows empty."""
+    """Cut the stamps after the last one that is present: a slower signal leaves its last rows empty."""
     present = np.flatnonzero(~np.isnan(np.asarray(times, dtype=np.float64)))
     return times[: present[-1] + 1] if len(present) else times[:0]
 
 
 def _keep_first_clock(table: Table, clocks: Sequence[_Clock]) -> Table:
-    """The table with its first time column as the only one."""
+    """Keep only the first time column of a table."""
     first, *further = (clock.column for clock in clocks)
     columns = list(table.columns)
     columns[first] = _named_time(columns[first])
@@ -92,7 +93,7 @@ def _keep_first_clock(table: Table, clocks: Sequence[_Clock]) -> Table:
 
 
 def _named_time(column: Column) -> Column:
-    """A time column by a name that is recognised, with its unit."""
+    """Rename a time column so that it is recognised, with its unit."""
     if _is_time(column):
         return column
     unit = re.search(r"[\[(]\s*(\w+)\s*[\])]", column.name)
@@ -100,7 +101,7 @@ def _named_time(column: Column) -> Column:
 
 
 def _part(table: Table, clocks: Sequence[_Clock], rows: int, number: int) -> Table:
-    """The signals of one clock as a table."""
+    """Take the signals of one clock as a table."""
     places = (clocks[0].column, *(k for clock in clocks for k in clock.signals))
     columns = (_named_time(table.columns[places[0]]), *(table.columns[k] for k in places[1:]))
     selected = replace(table, columns=columns, load=select_columns(table.load, places))

@@ -25,7 +25,7 @@ from sigmatau.record.streams import Stream
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unread:
-    """Streams whose samples have not been looked at: one that is missing is NaN when it is read."""
+    """Streams whose samples have not been read yet. A missing sample is NaN when it is read."""
 
     streams: tuple[Stream, ...]
     source: Provenance
@@ -34,7 +34,7 @@ class Unread:
 
 @keywords_of(ReadOptions)
 def unread(path: str | os.PathLike[str], how: ReadOptions) -> Unread:
-    """The streams of a log whose columns stay in it: a Zarr store, ``.npy``, or raw binary with `layout`.
+    """Open the streams of a log whose columns stay in the file: a Zarr store, ``.npy``, or raw binary with `layout`.
 
     Raises
     ------

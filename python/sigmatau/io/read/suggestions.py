@@ -1,4 +1,4 @@
-"""Columns that no name tells: read if gravity is certain, suggested if their values confirm it, and asked for otherwise."""
+"""Columns whose names identify nothing: read if gravity is certain, suggested if their values confirm it, else asked for."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from sigmatau.io.read.time.dates import is_date
 _EXAMPLE_SIGNALS = 4  # largest number of signals that an example names
 _ROWS_SHOWN = 3
 _COLUMNS_SHOWN = 16
-_WIDTH = 80  # characters of a line of a terminal
+_WIDTH = 80  # width of a terminal line [characters]
 _DIGITS_SHOWN = 6
-_WHOLE_SHOWN = 1e19  # numbers below have their last digit shown if they are whole
-_WORD_SHOWN = 12  # characters of a text
+_WHOLE_SHOWN = 1e19  # integers below this size are shown with all digits
+_WORD_SHOWN = 12  # largest number of characters of a text that is shown
 
 
 def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
-    """Channels of a table of six or seven columns without names, as `read` takes them; None if they are not certain."""
+    """Channels of a table of six or seven unnamed columns, as the option of `read`; None if they are not certain."""
     count = len(table.columns)
     if count not in (6, 7) or any(column.name for column in table.columns):
         return None
@@ -60,14 +60,15 @@ def by_gravity(table: Table) -> tuple[dict[str, str | int], Finding] | None:
 
 
 def _places(identified: Identified) -> dict[str, tuple[int, int, int]]:
-    """First, second and last column of each sensor; the last counted from 1, as in an option."""
+    """First, second and last column of each sensor; the last one is counted from 1, as in an option."""
     sensors = {"gyro": identified.gyro, "accel": identified.accel}
     return {name: (axes[0], axes[1], axes[2] + 1) for name, axes in sensors.items() if axes is not None}
 
 
 def ask_for_columns(table: Table) -> OptionError:
-    """The question for the columns of a table, none of which is recognised as a sensor: with the columns that their values
-    confirm, or else with the first rows.
+    """The question for the columns of a table in which no sensor is recognised.
+
+    It shows the columns that values confirm, or else the first rows.
     """
     what = (
         "has no column names" if not any(column.name for column in table.columns) else "has no column with a known name"
@@ -97,7 +98,7 @@ class _Suggestion:
 
 
 def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | None:
-    """The columns that values confirm and names do not contradict."""
+    """Suggest the columns that the values confirm and the names do not contradict."""
     matches = recognise(table.columns)
     excluded = {
         index
@@ -109,7 +110,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
     if identified is None:
         return None
     if identified.accel is None and any(INERTIAL.search(table.columns[index].name) for index in excluded):
-        return None  # a gyro alone beside another inertial quantity would drop it
+        return None  # a command for the gyro alone would drop another inertial quantity
     channels: dict[str, int] = {}
     for sensor, axes in (("gyro", identified.gyro), ("accel", identified.accel)):
         if axes is None:
@@ -138,8 +139,9 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
 
 
 def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[str, int] | None:
-    """The axes of three columns: by the letters of their names, or in their order if they have no names; None if their names
-    contradict.
+    """The order of the axes of three columns, from the letters in their names, or as they stand if they have no names.
+
+    None if the names contradict each other.
     """
     names = [columns[index].name.strip() for index in axes]
     if not any(names):
@@ -156,7 +158,7 @@ def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[
 
 
 def _signals(columns: Sequence[Column]) -> dict[str, int]:
-    """Numbers of columns with names and units that are no sensor's; none if they are many."""
+    """Numbers of the columns that have a name and a unit but no sensor; empty if there are many."""
     matches = recognise(columns)
     if any(names_sensor(column) for column in columns):
         return {}  # an option for the signals alone would drop the sensor
@@ -168,7 +170,7 @@ def _signals(columns: Sequence[Column]) -> dict[str, int]:
 
 
 def _first_rows(table: Table, loaded: Mapping[int, NDArray[Any]]) -> str:
-    """The first rows as a small table, below the numbers of the columns; a line for each column if they are too wide."""
+    """The first rows as a small table below the numbers of the columns; one line per column if they are too wide."""
     shown = range(min(len(table.columns), _COLUMNS_SHOWN))
     rows = [[str(index + 1) for index in shown]]
     rows += [[_cell(table.columns[index], loaded.get(index), row) for index in shown] for row in range(_ROWS_SHOWN)]
@@ -186,7 +188,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _cell(column: Column, values: NDArray[Any] | None, row: int) -> str:
-    """A number of the first rows, whole ones with all digits; a text as it is, in the first row only."""
+    """Text of a number in the first rows, integers with all digits. Other text is shown in the first row only."""
     if values is None:
         return column.first[:_WORD_SHOWN] if row == 0 and column.first else "text"
     if row >= len(values):

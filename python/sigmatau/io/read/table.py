@@ -58,10 +58,10 @@ class Column:
 class Loaded:
     """Columns that were asked for."""
 
-    # shape (n,); raw numbers by column, counted from 0, all of one length: finite, or NaN where one is missing. In a
-    # column of integers, such as time stamps, the smallest 64-bit integer marks a missing one.
+    # Raw numbers by column, counted from 0; shape (n,), all of one length, finite or NaN for a missing one. In a column
+    # of integers, such as time stamps, the smallest 64-bit integer marks a missing one.
     columns: Mapping[int, NDArray[Any]]
-    # Faults of the data, such as where they break off; severity error if rows are missing
+    # Faults of the data, such as truncation; severity error if rows are missing
     findings: tuple[Finding, ...] = ()
 
 
@@ -69,7 +69,7 @@ Load = Callable[[Sequence[int], int | None], Loaded]
 
 
 def select_columns(load: Load, places: Sequence[int]) -> Load:
-    """The loading of some columns of a table, by their places in it."""
+    """A function that loads some columns of a table, by their places in it."""
 
     def load_selected(wanted: Sequence[int], exact: int | None) -> Loaded:
         loaded = load([places[k] for k in wanted], None if exact is None else places[exact])
@@ -80,12 +80,12 @@ def select_columns(load: Load, places: Sequence[int]) -> Load:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowKind:
-    """The kind of the rows of a table, which is a part of a larger one: those with one text in one column."""
+    """The kind of the rows of a table that is part of a larger one: the rows with one text in one column."""
 
     column: int  # counted from 0; -1 for a column of words that is not one of the table's
-    name: str  # of the column, empty if it has none
-    label: str  # what the column has in these rows
-    labels: tuple[str, ...]  # what it has in all rows
+    name: str  # name of the column; empty if it has none
+    label: str  # text of the column in these rows
+    labels: tuple[str, ...]  # texts of the column in all rows
 
     @property
     def topic(self) -> str:
@@ -94,7 +94,7 @@ class RowKind:
         return f"imu{int(float(text))}" if text.replace(".", "").isdigit() else text
 
     def place(self) -> str:
-        """The column and what it has, for messages."""
+        """The column and its text, for messages."""
         *labels, last = self.labels[:_LISTED]
         shown = ", ".join(labels)
         if len(self.labels) > _LISTED:
@@ -130,7 +130,7 @@ class Table:
     rows: int | None = None  # Number of rows, if it is known before they are loaded
     findings: tuple[Finding, ...] = ()  # Faults of the file that are known before it is loaded
     rate: float | None = None  # Sampling rate that the format states, for a table without a time column. [Hz]
-    rate_source: RateSource = STATED  # What states this rate
+    rate_source: RateSource = STATED  # Where the file states this rate
     words: Mapping[str, Callable[[], NDArray[Any]]] = field(default_factory=dict)  # Columns of words, by name
     kind: RowKind | None = None  # The kind of its rows, if the table of the file has rows of several kinds
 
@@ -144,12 +144,12 @@ class Table:
         return repr(name) if name else str(index + 1)
 
     def take_rows(self, rows: NDArray[np.intp] | slice, topic: str, note: str) -> Table:
-        """The table of some of its rows, as a topic of this name below its own."""
+        """Select some rows of a table, as a subordinate topic with this name."""
 
         def load(wanted: Sequence[int], exact: int | None) -> Loaded:
             loaded = self.load(wanted, exact)
             size = min((len(column) for column in loaded.columns.values()), default=0)
-            chosen = rows if isinstance(rows, slice) else rows[rows < size]  # rows may be missing in a damaged file
+            chosen = rows if isinstance(rows, slice) else rows[rows < size]  # a damaged file may have fewer rows
             return replace(loaded, columns={k: np.asarray(column)[chosen] for k, column in loaded.columns.items()})
 
         def where(row: int) -> str:
@@ -170,7 +170,9 @@ class Format(Protocol):
     """A module that reads one format."""
 
     def sniff(self, head: bytes, path: Path) -> bool:
-        """Whether a file whose first bytes may be of this format is of it; only called of an entry with ``sniffs``."""
+        """Whether a file is of this format. It is only called for entries with ``sniffs``, if the first bytes allow the
+        format.
+        """
         ...
 
     def read(self, path: Path, head: Head) -> Sequence[Table]:
@@ -179,7 +181,7 @@ class Format(Protocol):
 
 
 class TextFormat(Format, Protocol):
-    """A module that reads a format of text, also from memory."""
+    """A module that reads a text format, also from memory."""
 
     def read_tables(self, source: Path | bytes, head: Head, name: str, topic: str = "") -> Sequence[Table]:
         """The tables of a file, or of text in memory. `name`: name of the file without its suffix; `topic`: name of the
@@ -189,7 +191,9 @@ class TextFormat(Format, Protocol):
 
 
 def listing(columns: Sequence[Column]) -> str:
-    """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers."""
+    """The first twelve columns of a file in one line: ``1 't', 2 'wx'``, or with their first numbers if they have no
+    names.
+    """
     shown = ", ".join(_shown(i, column) for i, column in enumerate(columns[:_LISTED], 1))
     return shown if len(columns) <= _LISTED else f"{shown}, … {len(columns)} in all"
 
@@ -206,11 +210,11 @@ _CHUNK = 1 << 15  # fits in a processor's cache
 
 
 ABSURD = 1e60
-"""A number that no sensor says, in any unit; its fourth power overflows a double."""
+"""A number that no sensor outputs, in any unit; its fourth power overflows a double."""
 
 
 def without_absurd(array: NDArray[Any]) -> NDArray[Any]:
-    """The column with NaN, which marks a missing value, in place of infinite values and of those beyond `ABSURD`."""
+    """Replace infinite values and values beyond `ABSURD` in a column by NaN, which marks a missing value."""
     return all_without_absurd({0: array})[0]
 
 
@@ -244,7 +248,7 @@ def _stamps(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def need(module: str, extra: str, what: str) -> ModuleType:
-    """Import a library that only some formats need; raises `DataError` that says how to install it."""
+    """Import a library that only some formats need. Raises a `DataError` that says how to install it."""
     try:
         return importlib.import_module(module)
     except ImportError:

@@ -50,14 +50,15 @@ class Part:
     rows: int
     conversions: tuple[str, ...]
     ignored: tuple[str, ...]
-    units_stated: tuple[str, ...]  # channels whose unit the file states and no option overrules
+    units_stated: tuple[str, ...]  # channels with a unit from the file that no option overrules
     findings: tuple[Finding, ...]
-    rates: Mapping[str, float]  # By stream, of the time stamps or stated by the file. [Hz]
-    contradictions: Mapping[str, RateContradiction]  # By stream, of the given rate and that of the log
+    rates: Mapping[str, float]  # Rates by stream, from time stamps or stated by the file. [Hz]
+    # Contradictions, by stream, between the given rate and that of the log
+    contradictions: Mapping[str, RateContradiction]
 
 
 def part(table: Table, options: Options) -> Part:
-    """Streams, conversions and findings of one table; raises as `assemble` does."""
+    """Read the streams of one table, with conversions and findings. Raises as `assemble` does."""
     resolved, loaded = _resolved(table, options)
     choice = resolved[0]
     raw, unwritten = without_unwritten(loaded.columns, choice.time, [table.label(i) for i in range(len(table.columns))])
@@ -76,7 +77,7 @@ def part(table: Table, options: Options) -> Part:
 
 
 def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) -> Part:
-    """The streams of loaded columns."""
+    """Build the streams from loaded columns."""
     choice, unit, overruled = resolved
     notes: list[str] = []
     raw = loaded.columns
@@ -224,7 +225,7 @@ def _check_rate(name: str, table: Table, choice: ColumnChoice, timing: Timing, r
 
 
 def _resolved(table: Table, options: Options) -> tuple[Resolved, Loaded]:
-    """Columns and units, and the columns, with the time stamps of another column if the first choice has none."""
+    """Resolve columns and units. If the first choice of a time column has no time stamps, another one is used."""
     resolved = resolve(table, options)
     loaded, choice = _loaded(table, resolved[0])
     if choice.split is not None:
@@ -257,14 +258,14 @@ def _is_constant(array: NDArray[Any]) -> bool:
 
 
 def _loaded(table: Table, choice: ColumnChoice) -> tuple[Loaded, ColumnChoice]:
-    """The columns, infinite values as missing ones, with the temperature if it can be read."""
+    """Load the columns. Infinite values become missing ones; the temperature is included if it can be read."""
     wanted = set(choice.columns)
     loaded: Loaded | None = None
     warm = choice.temperature
     if warm is not None and warm.index not in wanted:
         try:
             loaded = load_stamped(table, sorted({*wanted, warm.index}), choice.time)
-        except DataError:  # it must not make the log unusable
+        except DataError:  # an unreadable temperature must not make the log unusable
             choice = replace(choice, notes=(*choice.notes, f"column {table.label(warm.index)} cannot be read"))
     if loaded is None:
         loaded, choice = load_stamped(table, sorted(wanted), choice.time), replace(choice, temperature=None)
@@ -304,8 +305,9 @@ def _conversions(unit: Mapping[str, str], options: Options) -> list[str]:
 def temperature_stream(
     label: str, thermometer: Thermometer, raw: Mapping[int, NDArray[Any]], timing: Timing, *, missing: bool
 ) -> tuple[tuple[Stream, ...], str]:
-    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`. A
-    thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
+    """The temperature stream and a note; no stream if the numbers are not temperatures. Never raises `DataError`.
+
+    A thermometer with a lower rate than the sensors leaves its column empty in between; these samples are missing.
     """
     column = raw[thermometer.index]
     values = column[~np.isnan(column)] if missing else column
@@ -333,8 +335,9 @@ def temperature_stream(
 
 _MOST_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are others
 _MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
-_RUN_RATIO = 4  # its length over that of the longest such run before: coarse counts of a sensor at rest are 0 at times
-_CHUNK = 1 << 16  # [rows]
+# the smallest ratio of its length to the longest such run before it: coarse counts of a sensor at rest are sometimes 0
+_RUN_RATIO = 4
+_CHUNK = 1 << 16  # rows that are read at a time
 
 
 def without_unwritten(
@@ -351,7 +354,7 @@ def without_unwritten(
         return trimmed, ()
     zeros = {index: _zeros_at_end(array[:n]) for index, array in trimmed.items()}
     together = min(zeros.values())
-    if together >= n:  # other checks report a log of nothing but zeros
+    if together >= n:  # other checks report a log of zeros
         return trimmed, ()
     if time is not None and 0 < zeros[time] < n and trimmed[time][n - zeros[time] - 1] > 0:
         return _cut(trimmed, n - zeros[time], labels[time])

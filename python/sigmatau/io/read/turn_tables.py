@@ -1,4 +1,4 @@
-"""Tables of the sensors whose rows take turns, as the option says, and the refusal of such rows without it."""
+"""Tables whose rows are those of several sensors in turn: separated if an option states it, refused otherwise."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from sigmatau.record.record import stream_name
 
 
 def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]:
-    """The tables, with one for each sensor in place of each table whose rows take turns, if the option says so: the topics
-    ``imu0``, ``imu1`` … Raises `DataError` if a row is lost, so that the sensors change turns.
+    """Replace each table whose rows take turns by one table for each sensor, if the option says so: topics ``imu0``,
+    ``imu1`` …
+
+    Raises `DataError` if a row is lost, because the sensors then change turns.
     """
     count = options.interleaved
     if count is None or count == 1:
@@ -37,7 +39,9 @@ def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]
 
 
 def refuse_interleaved(table: Table, choice: ColumnChoice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
-    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: sensors by the option."""
+    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: number of sensors in the
+    option.
+    """
     axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
     interleaving = find_interleaving(axes, None if choice.time is None else raw[choice.time])
     if interleaving is None:
@@ -54,7 +58,7 @@ def refuse_shared_times(table: Table, column: int) -> None:
     """Raise `OptionError` if blocks of rows have the same times in a column of stamps that is ignored."""
     try:
         stamps = load_stamped(table, [column], column).columns[column]
-    except (DataError, OptionError):  # perhaps why it is ignored
+    except (DataError, OptionError):  # the failure may be the reason why the column is ignored
         return
     if shares_times(stamps):
         single = Hint("interleaved", value=1)
@@ -94,7 +98,7 @@ def _check_turns(table: Table, options: Options, count: int) -> None:
 
 
 def _take_turn(table: Table, turn: int, count: int) -> Table:
-    """The rows of one of `count` sensors whose rows are in turn: every `count`-th, from row `turn`."""
+    """Take every `count`-th row from row `turn` on, which are those of one sensor."""
     note = f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn"
     part = table.take_rows(slice(turn, None, count), f"imu{turn}", note)
     return replace(part, rate=None if table.rate is None else table.rate / count, words={})

@@ -52,7 +52,7 @@ class Leaf:
 
 
 def parts(name: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Names and indices of the columns of an array of shape (n, *shape)."""
+    """Names and indices of the columns into which an array of shape (n, *shape) is split."""
     if len(shape) == 0 or shape == (1,):
         yield name, (0,) * len(shape)
     elif len(shape) == 1:
@@ -70,7 +70,8 @@ def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
 
 def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
     """The shape (n,) or (n, k) of the columns of an array, and whether it is transposed; None if it has no columns.
-    `lying`: whether vectors may be rows, as in MATLAB: then (k, n) with small k and large n is read as (n, k).
+
+    `lying`: whether vectors may be rows, as in MATLAB. An array (k, n) with small k and large n is then read as (n, k).
     """
     if len(shape) == 1:
         return (int(shape[0]),), False
@@ -87,7 +88,9 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
 
 
 def real_columns(raw: Mapping[int, NDArray[Any]], columns: Sequence[Column]) -> dict[int, NDArray[Any]]:
-    """The columns as real numbers of native byte order; raises `DataError` for other types, or unequal lengths."""
+    """Convert the columns to real numbers of native byte order. Raises `DataError` for other types and for unequal
+    lengths.
+    """
     checked: dict[int, NDArray[Any]] = {}
     for index, array in raw.items():
         if array.dtype.kind not in "iuf":
@@ -111,7 +114,7 @@ def table_of_columns(
     notes: tuple[str, ...],
     findings: tuple[Finding, ...] = (),
 ) -> Table:
-    """The table of columns that are loaded one by one."""
+    """Build a table whose columns are loaded one by one."""
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         return Loaded(columns=real_columns({index: getters[index]() for index in wanted}, columns))
@@ -128,8 +131,10 @@ def gather(
     notes: tuple[str, ...] = (),
     findings: tuple[Finding, ...] = (),
 ) -> tuple[Table, ...]:
-    """The tables of a container: the arrays of one group and one length are a table. `root`: what the names of topics
-    begin with; it is the name of what is in no group; `notes, findings`: of the file; every table gets them.
+    """Build the tables of a container: the arrays of one group and one length are a table.
+
+    `root`: beginning of the names of topics, and name of the topic of arrays that are in no group; `notes`, `findings`:
+    facts about the file that every table gets.
     """
     long = [leaf for leaf in leaves if leaf.shape[0] >= MIN_SAMPLES]
     left_out = [leaf for leaf in leaves if leaf.shape[0] < MIN_SAMPLES]
@@ -163,8 +168,9 @@ def _is_axis(leaf: Leaf) -> bool:
 
 
 def _home(leaf: Leaf, present: set[tuple[tuple[str, ...], int]]) -> tuple[str, ...]:
-    """The group whose table an array joins: the highest group above it that has arrays of its length. One time vector
-    then serves all sensors in the groups below it.
+    """The group whose table an array joins: the highest group above it that has arrays of its length.
+
+    One time vector thus serves all sensors in the groups below it.
     """
     for depth in range(len(leaf.group)):
         if (leaf.group[:depth], leaf.shape[0]) in present:
@@ -203,7 +209,8 @@ def _table(
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
-            for index in indices:  # a view keeps the whole array in memory: used only if all columns are wanted
+            # a view would keep the whole array in memory, so it is used only if all columns are wanted
+            for index in indices:
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()
         return Loaded(columns=real_columns(raw, columns))

@@ -18,8 +18,8 @@ _FILE = b"ARROW1\0\0"  # first bytes of a file
 _STREAM = b"\xff\xff\xff\xff"  # first bytes of a stream
 _END = b"ARROW1"
 _END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
-_NUMBER = 8  # of a column [bytes]
-_LONGEST_SCHEMA = 1 << 24  # a stream begins with its schema [bytes]
+_NUMBER = 8  # size of a number in a column [bytes]
+_LONGEST_SCHEMA = 1 << 24  # largest size of the schema, with which a stream begins [bytes]
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -87,8 +87,9 @@ def _ipc(path: Path, head: Head) -> Table:
 
 
 def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
-    """Findings of the bytes after the batches. A stream ends with an end mark; a file with a directory, its length and
-    a mark.
+    """Findings about bytes after the batches.
+
+    A stream ends with an end mark; a file ends with a directory, its length and a mark.
     """
     size = path.stat().st_size
     if not is_file:
@@ -152,12 +153,12 @@ def parquet(path: Path) -> Table:
 
 
 def _is_joined(path: Path) -> bool:
-    """Whether other Parquet files come first; the directory at the end is that of the last one only."""
+    """Whether other Parquet files precede this one. The directory at the end of the file is only that of the last one."""
     with path.open("rb") as stream:
         for place in find_mark(path, PARQUET * 2):
             stream.seek(max(place - 4, 0))
             if (
                 0 < int.from_bytes(stream.read(4), "little") < place
-            ):  # the length of a directory; else the mark is in the data
+            ):  # the length of a directory precedes the mark; otherwise the mark is part of the data
                 return True
     return False

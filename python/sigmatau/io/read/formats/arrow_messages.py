@@ -1,4 +1,4 @@
-"""Sizes that the messages of an Arrow stream declare: the library takes memory for them before it unpacks."""
+"""Sizes that the messages of an Arrow stream declare. The library allocates memory for them before it unpacks."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from typing import BinaryIO
 
 _SCHEMA, _DICTIONARY, _BATCH = 1, 2, 3  # kinds of messages
 _CONTINUED = 0xFFFFFFFF
-_LONGEST_HEAD = 1 << 24  # [bytes]
+_LONGEST_HEAD = 1 << 24  # largest size of the head of a message [bytes]
 
 
 def next_unpacked(path: Path, start: int) -> int:
-    """Bytes that the next batch and the dictionaries before it unpack to by their own words; up to what makes no sense,
-    which the library refuses. `start`: where the first of these messages begins. [bytes]
+    """Declared unpacked size of the next batch and of the dictionaries before it. [bytes]
+
+    The sum stops at an invalid message, which the library refuses. `start`: where the first of these messages begins
+    [bytes].
     """
     total = 0
     with path.open("rb") as file:
@@ -52,7 +54,7 @@ def _message(file: BinaryIO) -> tuple[int, int]:
 
 
 def _declared(file: BinaryIO, start: int, stored: int) -> int:
-    """Size of a compressed buffer by the number before it; -1 there means that it is not compressed."""
+    """Size of a compressed buffer, declared by the number before it; −1 there means that it is not compressed."""
     if stored < 8 or start < 0:
         return 0
     file.seek(start)
@@ -61,14 +63,14 @@ def _declared(file: BinaryIO, start: int, stored: int) -> int:
 
 
 class _FlatTable:
-    """A table of FlatBuffers; raises `struct.error` where it leaves its bytes."""
+    """A table of FlatBuffers; raises `struct.error` for an offset outside its bytes."""
 
     def __init__(self, data: bytes, start: int) -> None:
         self.data, self.start = data, start
         self.offsets = start - self._read("<i", start)
 
     def place(self, field: int) -> int | None:
-        """Where a field is; None if it is left out."""
+        """Offset of a field; None if the field is absent."""
         slot = 4 + 2 * field
         if slot + 2 > self._read("<H", self.offsets):
             return None
@@ -76,7 +78,7 @@ class _FlatTable:
         return self.start + offset if offset else None
 
     def number(self, field: int, form: str) -> int:
-        """A number; 0 if it is left out."""
+        """The number in a field; 0 if the field is absent."""
         position = self.place(field)
         return 0 if position is None else self._read(form, position)
 
@@ -85,7 +87,7 @@ class _FlatTable:
         return None if position is None else _FlatTable(self.data, position + self._read("<I", position))
 
     def pairs(self, field: int) -> Iterator[tuple[int, int]]:
-        """A vector of two numbers each."""
+        """The pairs of numbers in a vector field."""
         position = self.place(field)
         if position is not None:
             position += self._read("<I", position)

@@ -19,7 +19,7 @@ from sigmatau.io.read.formats.damage import fault, first_line
 from sigmatau.io.read.table import Column, Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP
 
-_INDEX = re.compile(r"^__index_level_\d+__$")  # pandas, of an index without a name
+_INDEX = re.compile(r"^__index_level_\d+__$")  # pandas' name of an index without a name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +65,7 @@ def find_numeric_columns(schema: Any) -> tuple[list[ArrowColumn], list[str]]:  #
 
 
 def numbers(array: Any, column: ArrowColumn, *, exact: bool = False) -> NDArray[Any]:  # noqa: ANN401
-    """The numbers of a column; a null is NaN, or the smallest integer in times and in an exact column."""
+    """Read the numbers of a column. A null becomes NaN, or the smallest integer in times and in an exact column."""
     import pyarrow as pa
 
     if isinstance(array, pa.ChunkedArray):
@@ -116,7 +116,9 @@ def make_table(
     *,
     truncated: bool = False,
 ) -> Table:
-    """The table of these columns, read batch by batch; `truncated`: whether that is why a batch cannot be read."""
+    """Build the table of these columns, read batch by batch. `truncated`: whether truncation explains an unreadable
+    batch.
+    """
     if not chosen:
         raise DataError(f"has no column of numbers (columns: {', '.join(skipped[:12]) or 'none'})")
     twice = sorted({c.path[0] for c in chosen if sum(o.path == c.path and o.part == c.part for o in chosen) > 1})
@@ -153,7 +155,8 @@ def make_table(
                 broken = BatchError(place, first_line(error))
                 break
             for index, values in got.items():
-                # A copy: the file is closed later, and an array of three columns is not kept for one.
+                # A copy, because the file is closed later, and so that a column does not keep an array of three columns
+                # in memory.
                 pieces[index].append(np.array(values))
             row += batch.num_rows
         if broken is not None:

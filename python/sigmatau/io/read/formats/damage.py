@@ -1,4 +1,4 @@
-"""Damage as readers of several formats report it: errors of libraries, message chains that break off, bytes after the end.
+"""Damage that readers of several formats report: errors of libraries, truncated message chains, bytes after the end.
 
 Formats that declare their length are read up to it. Their libraries ignore the bytes that follow (filler, or another log
 that was appended by ``cat``) without a warning.
@@ -58,8 +58,9 @@ def fault(**fields: Any) -> Finding:  # noqa: ANN401  those of `Damaged`
 
 
 def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
-    """A finding of where the chain of messages is truncated; nothing if it reaches the end of the file. `scan`: of
-    `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
+    """A finding about where the chain of messages is truncated; none if the chain reaches the end of the file.
+
+    `scan`: result of `sigmatau._native.logs`, with ``messages`` and ``broken``; `size`: size of the file [bytes].
     """
     if scan["broken"] is None:
         return ()
@@ -73,13 +74,13 @@ def broken(scan: Mapping[str, Any], size: int) -> tuple[Finding, ...]:
 EXPANSION = 100.0
 """Largest size of unpacked content over that of the file, by default; text logs are compressed to a third or a twentieth."""
 
-_LEAST_EXPANDED = 1 << 26  # content of this size is unpacked whatever its ratio [bytes]
+_LEAST_EXPANDED = 1 << 26  # content up to this size is unpacked whatever its ratio [bytes]
 _expansion = ContextVar("expansion", default=EXPANSION)
 
 
 @contextmanager
 def expansion_limit(times: float | None) -> Iterator[None]:
-    """Set the largest size of unpacked content over that of a file, for the readers that are called within."""
+    """Set the largest ratio of unpacked to packed size for the readers that are called within the block."""
     token = _expansion.set(EXPANSION if times is None else times)
     try:
         yield
@@ -88,12 +89,12 @@ def expansion_limit(times: float | None) -> Iterator[None]:
 
 
 def largest_expansion(stored: int) -> int:
-    """Bytes that so many bytes may be unpacked to."""
+    """Largest size to which a file of this size may be unpacked. [bytes]"""
     return int(min(max(_LEAST_EXPANDED, _expansion.get() * stored), 1 << 62))
 
 
 def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
-    """Raise `DataError` if content is unpacked to more than is allowed; `unpacked` is None if its size is not known."""
+    """Raise `DataError`: the content unpacks to more than is allowed. `unpacked` is None if the size is not known."""
     largest = largest_expansion(stored)
     if unpacked is not None and unpacked <= largest:
         return
@@ -108,12 +109,13 @@ def refuse_expansion(stored: int, unpacked: int | None, what: str = "") -> None:
 _CHUNK = 1 << 20
 _END_RECORD = b"PK\x05\x06"  # first bytes of the last record of a zip archive
 _END_LENGTH = 22  # length of that record [bytes]
-_COMMENT = 1 << 16  # largest length of the comment behind it [bytes]
+_COMMENT = 1 << 16  # largest length of the comment after that record [bytes]
 
 
 def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
-    """A finding of the bytes after the end of the contents; nothing if the file ends there. `end`: where the contents
-    end [bytes]; `what`: what ends there: ``"the array"``.
+    """A finding about bytes after the end of the contents; none if the file ends there.
+
+    `end`: where the contents end [bytes]; `what`: name of the contents: ``"the array"``.
     """
     size = path.stat().st_size
     if size <= end:
@@ -128,9 +130,9 @@ def not_read(number: int, start: int, *, after: str = "", padding: bool = False)
 
 
 def find_mark(path: Path, mark: bytes) -> Iterator[int]:
-    """Where a mark is in a file, in order. [bytes]"""
+    """Find the places of a mark in a file, in order. [bytes]"""
     with path.open("rb") as stream:
-        start, held = 0, b""  # place of the first byte that is held
+        start, held = 0, b""  # place of the first byte in memory
         while piece := stream.read(_CHUNK):
             held += piece
             place = held.find(mark)
@@ -152,8 +154,9 @@ def _is_padding(path: Path, start: int) -> bool:
 
 
 def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
-    """Findings of bytes before and after a zip archive; of several archives the library reads the last. `first`: where
-    the first member begins [bytes].
+    """Findings about bytes before and after a zip archive. If there are several archives, the library reads the last.
+
+    `first`: where the first member begins [bytes].
     """
     findings: tuple[Finding, ...] = ()
     if first > 0:
@@ -172,15 +175,17 @@ def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contents:
-    """The bytes of a file, and what is wrong with its compression."""
+    """The bytes of a file, and the damage of its compression."""
 
     data: bytes
     findings: tuple[Finding, ...] = ()
 
 
 def read_contents(source: Path | bytes, head: Head, *, copies: int) -> Contents:
-    """The contents of a file, or of one that is in memory already; raises `DataError` if `copies` of them do not fit in
-    memory, or if they are damaged. Of a truncated stream, what can be unpacked is returned with a finding.
+    """Read and decompress a file, or one that is already in memory.
+
+    Raises `DataError` if the contents are damaged, or if `copies` of them do not fit in memory. If a stream is truncated,
+    the part before the damage is returned with a finding.
     """
     if isinstance(source, bytes):
         return Contents(data=source)

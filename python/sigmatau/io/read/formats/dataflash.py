@@ -24,7 +24,7 @@ from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats.damage import behind, broken
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
-# By letter of the type; text and arrays are not read.
+# Format of each type letter. Text and arrays are not read.
 _TYPES = {
     "b": "i1",
     "B": "u1",
@@ -44,9 +44,9 @@ _TYPES = {
     "E": "<u4",
     "L": "<i4",
 }
-_HUNDREDTHS = "cCeE"  # integers in hundredths
+_HUNDREDTHS = "cCeE"  # letters of integers in hundredths
 
-# Units of older logs, which define none, by ArduPilot's documentation.
+# Units of older logs, which define no units, from ArduPilot's documentation.
 _DEFAULT_UNITS = {
     "TimeUS": "us",
     "SampleUS": "us",
@@ -54,7 +54,7 @@ _DEFAULT_UNITS = {
     **dict.fromkeys(("AccX", "AccY", "AccZ"), "m/s^2"),
 }
 _ESTIMATOR = re.compile(r"[ENX]K[A-Z]?\d+")  # EKF1, NKF2, XKF1 … of ArduPilot's Kalman filters
-_BIASES = ("GX", "GY", "GZ", "AX", "AY", "AZ")  # of gyros and accelerometers, in these messages
+_BIASES = ("GX", "GY", "GZ", "AX", "AY", "AZ")  # biases of gyros and accelerometers in the messages of estimators
 _SENSORS = ("IMU", "GYR", "ACC")
 _SECONDS = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
 _SPELLED = {"m/s/s": "m/s^2"}
@@ -139,13 +139,13 @@ def _tables(
 
 
 def _name(kind: str, field: str, unit: str | None) -> str:
-    """The name of a column, with its unit; biases that a filter estimates have axes for names and are not samples."""
+    """The name of a column, with its unit. Biases estimated by a filter are named by axes only; they are not samples."""
     name = f"{field} bias" if _ESTIMATOR.fullmatch(kind) and field in _BIASES else field
     return name if unit is None else f"{name} [{unit}]"
 
 
 def _units(kinds: Sequence[_MessageKind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
-    """Units by kind and field, if they are defined and the numbers need no factor."""
+    """Units by kind and field. A unit is used if it is defined and the numbers need no factor."""
     by_number = {kind.number: kind for kind in kinds}
     names: dict[str, str] = {}
     factors: dict[str, float] = {}
@@ -176,7 +176,7 @@ def _units(kinds: Sequence[_MessageKind], definitions: Sequence[tuple[int, bytes
             elif spelled and factor == 1:
                 by_field[name] = _SPELLED.get(spelled, spelled)
             elif spelled:
-                by_field.pop(name, None)  # not the default unit, and its factor has no name
+                by_field.pop(name, None)  # remove the default unit: the defined factor has no name
     return units
 
 

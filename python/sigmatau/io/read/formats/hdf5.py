@@ -20,8 +20,8 @@ from sigmatau.io.read.table import Head, Table, need
 
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
 _UNITS = ("unit", "units")
-_MAX_OBJECTS = 10_000  # in a file; a log has far fewer
-_MAX_DEPTH = 32  # of nested groups
+_MAX_OBJECTS = 10_000  # largest number of objects in a file; a log has far fewer
+_MAX_DEPTH = 32  # largest depth of nested groups
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
@@ -56,7 +56,7 @@ def declared_end(path: Path, start: int) -> int:
     version = block[8] if len(block) == 64 else 0
     if (
         len(block) < 64 or block[13 if version < 2 else 9] != 8
-    ):  # only offsets of 8 bytes, which all current libraries write
+    ):  # only offsets of 8 bytes are read, which all current libraries write
         return path.stat().st_size
     position = 40 if version == 0 else 44 if version == 1 else 28
     return int.from_bytes(block[position : position + 8], "little")
@@ -81,7 +81,7 @@ def damaged(error: Exception) -> DataError:
 
 
 def walk(file: Any) -> Iterator[tuple[tuple[str, ...], Any]]:  # noqa: ANN401
-    """Datasets with their path of names; each object once, without links to other files."""
+    """Datasets with their path of names. Each object is listed once, and links to other files are not followed."""
     import h5py
 
     visited: set[bytes] = set()
@@ -142,7 +142,7 @@ def _scale(dataset: Any) -> tuple[float, float]:  # noqa: ANN401
 
 
 def _number(item: Any, key: str) -> float | None:  # noqa: ANN401
-    """An attribute with a single number."""
+    """The value of an attribute with a single number."""
     value = _attribute(item, key) if key in item.attrs else None
     return float(value.item()) if value is not None and value.dtype.kind in "iuf" else None
 
@@ -216,7 +216,7 @@ def _attribute(item: Any, key: str) -> NDArray[Any] | None:  # noqa: ANN401
 
         if (
             h5py.check_string_dtype(handle.dtype) is None
-        ):  # references and lists are not units, and damage can turn words into them
+        ):  # references and lists are not units, and damage can turn text into them
             return None
         check_heaps(Path(item.file.filename))
     value = np.asarray(item.attrs[key])

@@ -24,18 +24,19 @@ from sigmatau.io.read.time.dates import NO_STAMP, is_date, parse_stamps
 _BOM = b"\xef\xbb\xbf"
 _BLANK = re.compile(r"[\s,]*")
 _OBJECT_LINE = re.compile(rb"^[ \t]*\{[ \t]*(?:\"|\})", re.MULTILINE)
-_FIRST_ROWS = 100  # whose fields are the columns
-_COPIES = 12  # of the file in memory: a number of 8 characters is an object of 24 bytes with its place in a list
-_CHUNK = 1 << 16  # rows that are held as objects
-_DEEPEST = 8  # fields within fields
-_LONGEST_ARRAY = 64  # numbers in an array that is a field of a row
+_FIRST_ROWS = 100  # rows whose fields become the columns
+# copies of the file in memory: a number of 8 characters becomes an object of 24 bytes and its place in a list
+_COPIES = 12
+_CHUNK = 1 << 16  # largest number of rows held as objects
+_DEEPEST = 8  # largest depth of nested fields
+_LONGEST_ARRAY = 64  # longest array in a field whose numbers become columns
 _RESULT = b'"sigmatau":'
 
 _Path = tuple[str | int, ...]
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file has rows as JSON, or one object of arrays, and is not a result of this package."""
+    """Whether the file contains JSON rows or one object of arrays, and is not a result of this package."""
     start = head.removeprefix(_BOM).lstrip()
     if _RESULT in start[:200] or truncation.BREAK.search(head[:200]):
         return False
@@ -83,18 +84,18 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
 
 @dataclass(frozen=True, slots=True)
 class _JsonField:
-    """A field of all rows."""
+    """The values of one field in all rows."""
 
     name: str
     values: NDArray[Any]  # float64 or int64 if all are numbers; else objects: None, numbers and words
 
     def column(self) -> Column:
-        """Its name, and its first value."""
+        """The column, with its first value."""
         first = str(self.values[0])[:40] if len(self.values) and self.values[0] is not None else ""
         return Column(name=self.name, unit="ns" if is_date(first) else None, first=first)
 
     def has_words(self) -> bool:
-        """Whether its first values are words, not dates or numbers in quotes."""
+        """Whether its first values are words, rather than dates or quoted numbers."""
         words = [value for value in self.values[:_FIRST_ROWS] if isinstance(value, str)]
         return bool(words) and not any(is_date(word) or _is_number(word) for word in words)
 
@@ -141,7 +142,7 @@ def _collect_fields(rows: Sequence[Any]) -> dict[_Path, _JsonField]:
 
 
 def _paths(rows: Sequence[Any]) -> list[_Path]:
-    """Where the fields are, in their order: of the first rows, and of the first of each kind of rows with other names."""
+    """The paths of the fields, in order: those of the first rows, and of the first row of each kind with other names."""
     later = {tuple(row): row for row in reversed(rows[_FIRST_ROWS:]) if isinstance(row, Mapping)}
     return list(
         dict.fromkeys(path for row in (*rows[:_FIRST_ROWS], *reversed(later.values())) for path, _ in _fields(row))
@@ -153,7 +154,7 @@ def _parts(rows: Sequence[Any], paths: Sequence[_Path]) -> dict[_Path, NDArray[A
 
 
 def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _JsonField]:
-    """The fields from their parts, as integers only if all parts are; NaN in the parts that lack a field."""
+    """Join the parts of the fields, as integers only if all parts are integers; NaN for a part without the field."""
     fields = {}
     for path in dict.fromkeys(path for part in parts for path in part):
         arrays = [
@@ -166,7 +167,7 @@ def _joined(parts: Sequence[Mapping[_Path, NDArray[Any]]]) -> dict[_Path, _JsonF
 
 
 def _fields(row: object, path: _Path = ()) -> Iterator[tuple[_Path, Any]]:
-    """The numbers and words of a row, with the names that lead to them."""
+    """Walk the numbers and words of a row, with the path of names of each."""
     if isinstance(row, Mapping) and len(path) < _DEEPEST:
         for name, value in row.items():
             yield from _fields(value, (*path, name))
@@ -179,12 +180,12 @@ def _fields(row: object, path: _Path = ()) -> Iterator[tuple[_Path, Any]]:
 
 
 def _name(path: _Path) -> str:
-    """``imu.gyro.x``; elements of an array of three are x, y and z by ``[0]`` in `sigmatau.io.read.names`."""
+    """Column name of a path: ``imu.gyro.x``. `sigmatau.io.read.names` reads ``[0]`` of an array of three as x."""
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
 
 
 def _whole(text: str) -> Any:  # noqa: ANN401
-    """The only object or array of a text; None if it has several, or is truncated."""
+    """Parse a text that is one object or array; None if it has several, or is truncated."""
     start = _BLANK.match(text)
     first = text[start.end() if start else 0 :][:1]
     end = text.rstrip()[-1:]
@@ -199,7 +200,7 @@ def _whole(text: str) -> Any:  # noqa: ANN401
 
 
 def _find_rows(whole: object) -> list[Any]:
-    """The rows of an array, or of the only array of objects in an object."""
+    """The rows in an array, or in the only array of objects within an object."""
     if isinstance(whole, list):
         return whole
     nested = [v for v in whole.values() if _has_objects(v)] if isinstance(whole, Mapping) else []
@@ -219,7 +220,7 @@ def _arrays(whole: Mapping[str, Any], path: _Path = ()) -> Iterator[tuple[_Path,
 
 
 def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _JsonField]]:
-    """The fields of an object of arrays of one length; of rows of numbers, each place in a row is a field."""
+    """The fields of an object of arrays of one length. In rows of numbers each position is a field."""
     arrays = dict(_arrays(whole))
     lengths = [len(array) for array in arrays.values() if not _has_objects(array)]
     rows = _find_rows(whole)
@@ -241,13 +242,13 @@ def _columns_of_arrays(whole: Mapping[str, Any]) -> Iterator[tuple[_Path, _JsonF
 
 
 def _first_object(text: str) -> int:
-    """Where the first row begins, after the bracket of an array or after lines of text."""
+    """Offset of the first row, after the bracket of an array or after lines of text."""
     match = re.search(r"^[ \t]*\[?\s*(?=[\[{])|^[ \t]*(?=\{)", text, re.MULTILINE)
     return match.end() if match else len(text)
 
 
 def _find_columns(text: str) -> tuple[dict[_Path, _JsonField], tuple[Finding, ...]]:
-    """The fields of rows up to the end, or up to the damage, which is a finding if it ends the file or is not text."""
+    """Read the fields of rows up to the end or up to damage. Damage is a finding if it ends the file or is not text."""
     rows: list[Any] = []
     parts: list[dict[_Path, NDArray[Any]]] = []
     begin = _first_object(text)
@@ -295,12 +296,12 @@ def _find_columns(text: str) -> tuple[dict[_Path, _JsonField], tuple[Finding, ..
 
 
 def _is_cut(text: str, begin: int) -> bool:
-    """Whether the object that begins here does not end: no line below it begins another."""
+    """Whether the object that begins here is incomplete, and no later line begins another one."""
     return re.search(r"\n[ \t]*\{", text[begin + 1 :]) is None
 
 
 def _trailing(text: str, begin: int, rows: int) -> tuple[Finding, ...]:
-    """A finding of text after the end of an array."""
+    """A finding about text after the end of an array."""
     if not text[begin:].strip(" \t\r\n\0"):
         return ()
     return (

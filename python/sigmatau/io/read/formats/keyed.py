@@ -35,10 +35,10 @@ from sigmatau.io.read.table import Column, Head, Loaded, Table
 _ANY_NUMBER = re.compile(rb"(?<![A-Za-z_\d.])" + NUMBER + rb"(?![\w.])")
 _WORDS_FOR_NUMBERS = re.compile(rb"[eE]|nan|inf|null|none", re.IGNORECASE)
 _ONE_DIGIT = b"0123456789+-. "
-_LINES = 400  # of the head in which records are looked for
+_LINES = 400  # lines of the head in which records are looked for
 _COMMENTS = (b"#", b"%", b"//")  # marks of lines that are not records
 _LONGEST_RECORD = 12  # lines of a record that is not YAML
-_COPIES = 5  # of the file in memory while it is read
+_COPIES = 5  # copies of the file in memory while it is read
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -76,7 +76,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
 
 
 def find_records(head: bytes) -> Records | None:
-    """How the records in the head of a text are written; None if it has none."""
+    """Detect how the records in the head of a text are written; None if it has no records."""
     if b"\n---" in head and (records := yaml_records(head)) is not None:
         return records
     lines = head.split(b"\n")[:_LINES]
@@ -86,7 +86,7 @@ def find_records(head: bytes) -> Records | None:
     paired = [k for k in filled if PAIR.search(lines[k])]
     if len(paired) < LEAST_RECORDS or 2 * len(paired) < len(filled):
         return None
-    # The last of the lines show what repeats: text above the records does not.
+    # The last lines show what repeats; text above the records does not.
     tail = [(skeletons[k], k) for k in filled]
     for count in range(1, _LONGEST_RECORD + 1):
         cycle = [skeleton for skeleton, _ in tail[-count:]]
@@ -97,7 +97,7 @@ def find_records(head: bytes) -> Records | None:
             alike += 1
         if alike >= LEAST_RECORDS and any(PAIR.search(lines[k]) for _, k in tail[-count:]):
             texts = [skeleton for skeleton, _ in tail]
-            # Records above other lines are records too: what is between is damage, not a text above them.
+            # Matching lines above these are records too, and lines between records are damage, not a text above them.
             start = next(k for k in range(len(tail)) if texts[k : k + count] == cycle)
             if count > 1:
                 start = find_start(lines, tail, start, count)
@@ -108,14 +108,14 @@ def find_records(head: bytes) -> Records | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Loader:
-    """The reading of the records of a file."""
+    """Reads the records of a file."""
 
     source: Path | bytes
     head: Head
     records: Records
 
     def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        """Columns of the records, each the sum of its words."""
+        """Columns of the records. A value is the weighted sum of its words."""
         values = self.records.values
         words = sorted({word for k in wanted for word in values[k].words})
         contents = read_contents(self.source, self.head, copies=_COPIES)
@@ -133,7 +133,7 @@ class _Loader:
         return Text(source=lines, layout=self.records.layout(), encoding="ascii", gzip=False, dates={})
 
     def _pair_lines(self, data: bytes) -> bytes:
-        """The text with spaces for marks, and each record on its first line."""
+        """Replace the marks by spaces, and join each record on its first line."""
         if self.records.glued:
             data = GLUED.sub(b" ", data)
         data = data.translate(SPACES)
@@ -161,7 +161,7 @@ class _Loader:
             lead = document[: len(document) - len(body)].count(b"\n")
             pieces.append(b"\n" * lead + body.replace(b"\n", b" ") + b"\n" * body.count(b"\n"))
         whole = b"\n".join(pieces[:-1])
-        # Without the mark that follows it, the last document may be cut in its last number.
+        # Without the mark that follows it, the last document may end within its last number.
         return whole + b"\n" + pieces[-1].rstrip() if pieces[-1].strip() else whole + b"\n"
 
     def _refuse_other_names(self, source: Path | bytes, rows: int) -> None:

@@ -18,11 +18,11 @@ _IN_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]")
 _CLOCK = re.compile(rb"[ \t]*(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)[ \t]*(?:->)?[ \t]*(?=[A-Za-z])")
 GLUED = re.compile(rb"(?<=[0-9.])(?=(?![eE][-+0-9])[A-Za-z\xb0\xc2\xb5])")
 _AXES = ("x", "y", "z")
-_NAMED = 0.5  # smallest share of the numbers of a record that have names: an address within a table is not a name
+_NAMED = 0.5  # smallest share of the numbers of a record that have names: an address in a table is not a name
 
 
 def find_start(lines: list[bytes], tail: list[tuple[bytes, int]], start: int, count: int) -> int:
-    """The first line of a record of several lines: the one after a blank line, if there are blank lines among them."""
+    """Find the first line of a record of several lines: the line after a blank one, if blank lines separate the records."""
     for begin in range(max(start - count + 1, 0), start + count):
         record = [skeleton for skeleton, _ in tail[begin : begin + count]]
         after = [k for _, k in tail[begin + count : begin + count + 1]]
@@ -34,7 +34,7 @@ def find_start(lines: list[bytes], tail: list[tuple[bytes, int]], start: int, co
 
 
 def pair_records(record: list[bytes], first_line: int, count: int) -> Records | None:
-    """The records whose first has these lines; None if too few of its numbers have names."""
+    """Find the layout of records whose first one has these lines; None if too few of its numbers have names."""
     glued = any(GLUED.search(line) for line in record)
     values: list[Value] = []
     place = 0
@@ -59,7 +59,7 @@ def _word_count(line: bytes, clock: re.Match[bytes] | None) -> int:
 
 
 def _find_values(line: bytes, place: int) -> list[Value]:
-    """The named numbers of a line whose first word has this place."""
+    """The named numbers of a line. `place` is that of its first word."""
     values: list[Value] = []
     stem, begun = "", 0
     for match in PAIR.finditer(line):
@@ -94,7 +94,7 @@ def _without_brackets(name: str) -> tuple[str, str]:
 
 
 def _unit_and_name(between: str, *, after_value: bool) -> tuple[str, str]:
-    """The unit of the value before, and the name of the next one, from the text between both."""
+    """Split the text between two values into the unit of the first and the name of the second."""
     text = between.rstrip(" \t:=").strip(" \t\r")
     parts = [part.strip(" \t{}\"'").lstrip("([)]").lstrip() for part in re.split(r"[,;|\t]|\s{2,}", text)]
     if len(parts) > 1:
@@ -110,7 +110,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _same_units(values: list[Value]) -> list[Value]:
-    """The values with the unit behind the last axis of a sensor for its other axes."""
+    """Copy the unit behind the last axis of a sensor to its other axes."""
     units = {_stem(value.name): value.unit for value in values if value.unit}
     return [replace(v, unit=v.unit or units.get(_stem(v.name))) if _stem(v.name) else v for v in values]
 
@@ -128,7 +128,7 @@ _SPACES_TEXT = str.maketrans(MARKS.decode(), " " * len(MARKS))
 
 
 def yaml_records(head: bytes) -> Records | None:
-    """The documents of a YAML text that are all alike, by the first whole one."""
+    """Find the layout of YAML documents that all have the names of the first complete one."""
     documents = LOST.sub(b"", head).replace(b"\r", b"").split(DOCUMENT)
     whole = [d for d in documents[:-1] if d.strip()]
     if len(whole) < LEAST_RECORDS:
@@ -136,7 +136,7 @@ def yaml_records(head: bytes) -> Records | None:
     first = next((d for d in whole if b":" in d and len(d.translate(SPACES).split()) == _typical(whole)), None)
     if first is None:
         return None
-    # Above the first document there may be messages of the program.
+    # Messages of the program may precede the first document.
     lines = head.replace(b"\r", b"").split(b"\n")
     names = _yaml_names(first.decode("utf-8", "replace"))
     if not names:
@@ -158,7 +158,7 @@ def _typical(documents: list[bytes]) -> int:
 
 
 def _yaml_names(document: str) -> list[Value]:
-    """The numbers of a document with their paths, and the places of their words."""
+    """Paths of the numbers of a document, and the places of their words."""
     values: list[Value] = []
     path: list[tuple[int, str]] = []  # indentation and name
     place, item = 0, 0
@@ -190,7 +190,7 @@ def _path(path: Sequence[tuple[int, str]]) -> str:
 
 
 def _joined_stamps(values: list[Value]) -> tuple[Value, ...]:
-    """The values with each pair of seconds and nanoseconds as one time in nanoseconds."""
+    """Join each pair of seconds and nanoseconds into one time in nanoseconds."""
     joined: list[Value] = []
     for value in values:
         stem, _, name = value.name.rpartition(".")

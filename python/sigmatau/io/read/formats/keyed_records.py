@@ -1,4 +1,4 @@
-"""The records of a text whose values have names: where a record begins, and which of its words are values."""
+"""Layout of the records of a text with named values: where a record begins, and which of its words are values."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from sigmatau.io.read.table import Column
 
 MARKS = b":=,;|{}[]()\"'<>\t\r"
 SPACES = bytes.maketrans(MARKS, b" " * len(MARKS))
-LEAST_RECORDS = 3  # that must be alike
+LEAST_RECORDS = 3  # smallest number of records that must be alike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
-    """A column: the words of a record whose sum, each with its weight, is its value."""
+    """A column. Its value is the weighted sum of some words of a record."""
 
     name: str
     unit: str | None = None
-    words: tuple[int, ...]  # counted from 0
+    words: tuple[int, ...]  # positions of the words, counted from 0
     weights: tuple[int, ...] = (1,)
 
     @property
     def is_stamp(self) -> bool:
-        """Whether it is seconds and nanoseconds."""
+        """Whether the value is a time of seconds and nanoseconds."""
         return self.weights == (1_000_000_000, 1)
 
 
@@ -32,16 +32,17 @@ class Value:
 class Records:
     """How the records of a text are written."""
 
-    first_line: int  # of the first record, counted from 1
-    words: int  # of a record
+    first_line: int  # first line of the first record, counted from 1
+    words: int  # number of words of a record
     values: tuple[Value, ...]
-    lines: int = 1  # of a record, blank ones not counted
+    lines: int = 1  # number of lines of a record that are not blank
     yaml: bool = False
     glued: bool = False  # Whether units follow their numbers without a space
-    firsts: Mapping[int, str] = field(default_factory=dict)  # Word of the first record by place
+    # words of the first record by place, to recognise the beginning of records
+    firsts: Mapping[int, str] = field(default_factory=dict)
 
     def layout(self) -> Layout:
-        """The records as a table of words, each a column: that of a value has its name and unit."""
+        """Describe the records as a table of words. The column of a value has its name and unit."""
         alone = {value.words[0]: value for value in self.values if len(value.words) == 1}
         columns = tuple(
             Column(name=alone[k].name, unit=alone[k].unit, first=self.firsts.get(k, ""))
@@ -53,5 +54,5 @@ class Records:
 
 
 def in_words(text: bytes) -> bytes:
-    """The text with spaces for the marks between names and values."""
+    """Replace the marks between names and values by spaces."""
     return text.translate(SPACES)

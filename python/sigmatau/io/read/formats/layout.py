@@ -40,13 +40,13 @@ from sigmatau.io.read.formats.text_programs import (
 )
 from sigmatau.io.read.table import FORMATS, Column
 
-_MOST_LYING = 16  # rows of a table that has a row for each channel
-_LYING_SAMPLES = 512  # columns that such a table has at least; no sensor's log has as many
-_LEAST_SAMPLES = 100  # rows that follow one with other numbers
-_OUTLYING = 10  # times the range of a column that a number is outside of it, if it is not one of a sample
-_HEAD_OF_RESULT = 100  # characters of a JSON of sigmatau within which its version is
-_SENTENCE = re.compile(r"\$[A-Z]{3,},[^*]*\*[0-9A-Fa-f]{2}")  # of NMEA 0183
-_SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # for Excel
+_MOST_LYING = 16  # largest number of rows of a table that has one row per channel
+_LYING_SAMPLES = 512  # smallest number of columns of such a table; no log of a sensor has as many
+_LEAST_SAMPLES = 100  # number of rows that must follow an odd first row
+_OUTLYING = 10  # distance of a number from the range of its column, in ranges, beyond which it is not a sample
+_HEAD_OF_RESULT = 100  # beginning of a JSON of sigmatau that contains its version [characters]
+_SENTENCE = re.compile(r"\$[A-Z]{3,},[^*]*\*[0-9A-Fa-f]{2}")  # sentence of NMEA 0183
+_SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # line that states the delimiter for Excel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,11 +58,11 @@ class Layout:
     columns: tuple[Column, ...]
     notes: tuple[str, ...]  # Properties of the table, for the provenance of the record
     decimal_comma: bool = False  # Whether 0,5 is one half
-    arrow: bool = False  # Whether ``15:00:00.010 ->`` stands before each row; that clock is the last column
-    rate: StatedRate | None = None  # What a line above the table states
+    arrow: bool = False  # Whether ``15:00:00.010 ->`` precedes each row; that clock becomes the last column
+    rate: StatedRate | None = None  # Rate that a line above the table states
     last: int = 0  # Number of the last line that was searched
     counts_per_second: int | None = (
-        None  # Of the column SampleTimeFine, if there is one and the stated rate confirms it
+        None  # Rate of the counter in the column SampleTimeFine, if the stated rate confirms it
     )
 
     def fits(self, line: str) -> bool:
@@ -74,7 +74,7 @@ class Layout:
         return not text.strip() or len(fields) == columns or (len(fields) == columns + 1 and not fields[-1])
 
     def has_same_rows(self, layout: Layout) -> bool:
-        """Whether another layout has the same delimiter and as many columns."""
+        """Whether another layout has the same delimiter and the same number of columns."""
         return (self.delimiter, len(self.columns)) == (layout.delimiter, len(layout.columns))
 
 
@@ -169,7 +169,7 @@ def _refuse_sentences(rows: list[Line]) -> None:
 
 
 def _refuse_lying(rows: list[Line]) -> None:
-    """Raise `DataError` for a table with a row of numbers for each channel, and a column for each sample."""
+    """Raise `DataError` for a table with one row of numbers per channel and one column per sample."""
     if len(rows) > _MOST_LYING:
         return
     delimiter = max(DELIMITERS, key=lambda d: len(rows[-1].split(d)))
@@ -185,11 +185,12 @@ def _refuse_lying(rows: list[Line]) -> None:
 
 
 def _first_sample(rows: list[Line], data: list[Line], delimiter: str | None, columns: int) -> tuple[Line, list[Line]]:
-    """The first row of samples, and the rows of numbers before it: above the header, or with other numbers than all rows
-    that follow, as scales or a position.
+    """The first row of samples, and the rows of numbers before it.
+
+    Those rows are above the header, or differ from all later rows, as scales or a position do.
     """
     numbers = {line.number for line in data}
-    latest = data[min(HEADERS, len(data) - 1)].number  # a later header is one among the samples
+    latest = data[min(HEADERS, len(data) - 1)].number  # a later header is part of the samples
     words = (line for line in rows if line.number <= latest and line.number not in numbers)
     headers = [line for line in words if names_something(names_in(line, delimiter, columns))]
     above = [line for line in data if headers and line.number < headers[-1].number]
@@ -201,7 +202,9 @@ def _first_sample(rows: list[Line], data: list[Line], delimiter: str | None, col
 
 
 def _is_odd(rows: list[Line], delimiter: str | None, columns: int) -> bool:
-    """Whether most numbers of the first row are far outside those of all others, or broken among whole ones."""
+    """Whether most numbers of the first row are far outside the range of all others, or have decimals where others are
+    whole.
+    """
     table = [row.values(delimiter)[:columns] for row in rows]
     first, rest = table[0], list(zip(*table[1:], strict=True))
     if not any(first):
@@ -232,7 +235,7 @@ def _refuse_cut_rows(before: list[Line], header: int | None, first: Line, delimi
 
 
 def header_fields(text: str, layout: Layout) -> list[str]:
-    """The names in a comment line among the rows; nothing if it is not a header."""
+    """The names in a comment line among the rows; empty if the line is not a header."""
     columns = len(layout.columns) - layout.arrow
     fields = names_in(Line(0, text, comment=True), layout.delimiter, columns)
     return fields if names_something(fields) else []

@@ -1,4 +1,4 @@
-"""Tables with a row for each value, ``0.01,gyro_x,0.002``: each channel becomes a column behind a time of its own."""
+"""Tables with one row per value, ``0.01,gyro_x,0.002``. Each channel becomes a column with a separate time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from sigmatau.io.read.table import Column, Loaded, Table
 
 
 def join_channels(tables: Sequence[Table]) -> Sequence[Table]:
-    """A table of the times and values of all kinds of rows, if the word of each kind is the name of a channel; else the
-    tables. `sigmatau.io.read.repeated_clocks` joins equal times.
+    """Join the kinds of rows into a table of times and values, if the word of each kind is the name of a channel.
+
+    Other tables are returned as they are. `sigmatau.io.read.repeated_clocks` joins equal times.
     """
     labels = [table.kind.label for table in tables if table.kind is not None]
     channels = {match[0] for match in recognise([Column(name=label) for label in labels]) if match is not None}
@@ -35,7 +36,7 @@ def join_channels(tables: Sequence[Table]) -> Sequence[Table]:
 
 
 def _find_value(table: Table) -> tuple[int, int] | None:
-    """The only time and the only value of a kind of rows; None if it has others."""
+    """The only time column and the only value column of a kind of rows; None if it has others."""
     matches = recognise(table.columns)
     times = [k for k, match in enumerate(matches) if match is not None]
     values = [k for k, match in enumerate(matches) if match is None and (table.kind is None or k != table.kind.column)]

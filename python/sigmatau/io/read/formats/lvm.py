@@ -27,8 +27,8 @@ from sigmatau.record.sampling import RateSource
 MARK = b"LabVIEW Measurement"
 _END = b"***End_of_Header***"
 _SPECIAL = re.compile(rb"\*\*\*Start_Special\*\*\*.*?\*\*\*End_Special\*\*\*[^\n]*", re.DOTALL)
-_COPIES = 3  # of the file in memory while it is read
-_TAG_LINES = 64  # lines of a segment's header at most; the specification has 13 tags
+_COPIES = 3  # copies of the file in memory while it is read
+_TAG_LINES = 64  # largest number of lines of a segment's header; the specification has 13 tags
 _DIGITS = b"0123456789+-.,eE\t\r\n ;"
 
 
@@ -36,23 +36,23 @@ _DIGITS = b"0123456789+-.,eE\t\r\n ;"
 class _Segment:
     """A header of tags and the rows below it."""
 
-    names: tuple[str, ...]  # Of the columns, without that of comments
+    names: tuple[str, ...]  # Names of the columns, except that of comments
     tags: Mapping[str, tuple[str, ...]]  # Values by tag, one for each channel
     start: int  # First byte of its rows
     end: int  # Byte after its rows
     rows: int  # Lines that are not blank
 
     def number(self, tag: str, point: str) -> float | None:
-        """The value of a tag for the first channel; None if it has none."""
+        """The value of a tag for the first channel; None if the tag is absent."""
         values = _numbers(self.tags.get(tag, ()), point)
         return values[0] if values else None
 
     def units(self) -> tuple[str, ...]:
-        """The units of its columns of Y."""
+        """Units of the Y columns."""
         return self.tags.get("Y_Unit_Label", ())
 
     def began(self) -> float | None:
-        """Seconds since 1970 of the date and time in the header; None without them."""
+        """Date and time in the header as seconds since 1970; None if they are absent."""
         try:
             day = dt.date.fromisoformat(self.tags["Date"][0].replace("/", "-"))
             hours, minutes, seconds = self.tags["Time"][0].replace(",", ".").split(":")
@@ -62,7 +62,7 @@ class _Segment:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The segments of the file; those of the same columns and units are one table."""
+    """Read the segments of a file. Segments with the same columns and units form one table."""
     return read_tables(path, head, path.stem)
 
 
@@ -119,7 +119,7 @@ def _line_end(data: bytes, start: int) -> int:
 
 
 def _header_start(data: bytes, mark: int) -> int:
-    """Where the lines of tags above the end of a header begin."""
+    """Offset of the lines of tags above the end of a header."""
     start = mark
     for _ in range(_TAG_LINES):
         above = data.rfind(b"\n", 0, max(start - 1, 0)) + 1
@@ -131,7 +131,7 @@ def _header_start(data: bytes, mark: int) -> int:
 
 
 def _segments(data: bytes, start: int, separator: bytes) -> list[_Segment]:
-    """The segments below the header of the file; without a header of a segment, all rows are one."""
+    """Find the segments below the header of the file. If no segment has a header, all rows are one segment."""
     marks = []
     mark = data.find(_END, start)
     while mark >= 0:
@@ -211,7 +211,7 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
 
 
 def _columns(segment: _Segment, names: Sequence[str]) -> tuple[Column, ...]:
-    """Names and units; the first column of X is the time, if X is one."""
+    """Names and units of the columns. The first X column is the time, if X is a time."""
     units = list(segment.units())
     in_time = segment.tags.get("X_Dimension", ("Time",))[0].lower() in ("time", "")
     columns = []
@@ -224,7 +224,7 @@ def _columns(segment: _Segment, names: Sequence[str]) -> tuple[Column, ...]:
 
 
 def _rows_in_place(data: bytes, segments: list[_Segment], separator: bytes, columns: int) -> bytes:
-    """The file with blank lines for headers and for other segments, so that lines keep their numbers; without comments."""
+    """Blank out headers and other segments, so that lines keep their numbers, and remove comments."""
     pieces, end = [], segments[0].start
     pieces.append(b"\n" * data[:end].count(b"\n"))
     comment = re.compile(rb"^((?:[^%b\r\n]*%b){%d})[^\r\n]*" % (separator, separator, columns), re.MULTILINE)
@@ -247,7 +247,7 @@ class _SegmentRows:
     without_x: bool
 
     def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        """Columns, the first of which has the times since the beginning of the first segment."""
+        """Load the columns. The first one has times since the beginning of the first segment."""
         loaded = self.text.load(wanted, None if self.without_x else exact)
         if 0 not in loaded.columns or len(self.segments) == 1:
             return loaded
@@ -255,7 +255,7 @@ class _SegmentRows:
         return replace(loaded, columns={**loaded.columns, 0: self._times(x)})
 
     def _times(self, x: NDArray[np.float64]) -> NDArray[Any]:
-        """Times of the rows of all segments: X, or X after the beginning of its segment if it starts again in each."""
+        """Times of the rows of all segments. X is offset by the start of its segment if it starts again in each."""
         ends = np.minimum(np.cumsum([segment.rows for segment in self.segments]), len(x))
         parts = [slice(a, b) for a, b in zip((0, *ends[:-1].tolist()), ends.tolist(), strict=True) if b > a]
         if self.without_x:

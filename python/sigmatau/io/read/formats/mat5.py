@@ -34,12 +34,12 @@ _COMPLEX = 0x0800
 _LOGICAL = 0x0200
 _HEADER_OF_VARIABLE = 1 << 12  # enough for the header of a variable [bytes]
 _BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
-_DEEPEST = 16  # structs within structs
-_MOST_STRUCTS = 16  # in an array of structs
+_DEEPEST = 16  # largest depth of nested structs
+_MOST_STRUCTS = 16  # largest number of structs in an array
 
 
 class _BrokenError(Exception):
-    """A variable that cannot be decoded, for the reason that is its text."""
+    """A variable that cannot be decoded; the text is the reason."""
 
 
 class MatContents:
@@ -187,7 +187,7 @@ def _variable(path: Path, element: _Bytes, *, compressed: bool, contents: MatCon
 
 
 def _unpacked(element: _Bytes, size: int) -> _Bytes:
-    """Decompress a variable and verify its checksum; raises `DataError` if it expands too far."""
+    """Decompress a variable and verify its checksum. Raises `DataError` if it unpacks to more than is allowed."""
     refuse_expansion(len(element.data), size, "a variable")
     decoder = zlib.decompressobj()
     data = decoder.decompress(element.data.data, size + 8)

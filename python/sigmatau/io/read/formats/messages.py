@@ -1,7 +1,8 @@
 """Definitions of ROS messages, as columns and as steps for the compiled decoder.
 
-A definition is text: one type and name per line, then the definitions of the types it uses, each after a line of ``=`` and
-``MSG: package/Type``. A column is named by the path of its field (``angular_velocity.x``). Strings and sequences have none.
+A definition is text: one type and name per line, then the definitions of the types that it uses, each after a line of ``=``
+and ``MSG: package/Type``. A column is named by the path of its field (``angular_velocity.x``). Strings and sequences do not
+become columns.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ _FIELD = re.compile(
 class MessageLayout:
     """A message as columns."""
 
-    columns: tuple[Column, ...]  # The last is `LOG_TIME`
+    columns: tuple[Column, ...]  # The last column is `LOG_TIME`
     steps: tuple[Step, ...]  # For the decoder
 
 
@@ -87,7 +88,7 @@ class _Builder:
     ros1: bool
     columns: list[Column] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
-    open: bool = False  # the offsets of further fields are unknown
+    open: bool = False  # whether the offsets of further fields are unknown
 
     @property
     def numbers(self) -> Mapping[str, str]:
@@ -95,7 +96,7 @@ class _Builder:
         return _ROS1 if self.ros1 else _ROS2
 
     def add_message(self, name: str, path: str, unit: str | None, *, depth: int, columns: bool) -> None:
-        """Add the fields of a message; without `columns` they are passed over."""
+        """Add the fields of a message. Without `columns`, the decoder skips them."""
         if name not in self.types:
             raise DataError(f"the definition of {name} is missing")
         if depth > _DEPTH or len(self.steps) > _STEPS:

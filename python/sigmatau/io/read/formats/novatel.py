@@ -53,16 +53,16 @@ _DTYPE = np.dtype([("time", "i8"), ("type", "i8"), ("counts", "i8", (6,))])
 
 @dataclass(slots=True)
 class _Scan:
-    """Rows by name of the log, and bytes that are not part of a whole message."""
+    """Rows by the name of the log, and the places of bytes that are not part of a complete message."""
 
     rows: dict[str, list[tuple[int, int, tuple[int, ...]]]] = field(default_factory=dict)
     broken: list[int] = field(default_factory=list)  # positions
     end: int = 0  # end of the last whole message
-    whole: int = 0  # number of whole messages; of any name if they are binary
+    whole: int = 0  # number of complete messages; in binary logs, of all names
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    """Whether the file begins with a RAWIMU log, or with other NovAtel logs and has a RAWIMU further on."""
+    """Whether the file begins with a RAWIMU log, or with other NovAtel logs and contains a RAWIMU later."""
     has_other_logs = any(b"RAWIMU" not in match[0][:8] for match in _ANY.finditer(head))
     if _BEGUN.search(head) is None and _SYNC.search(head) is None and not has_other_logs:
         return False
@@ -74,7 +74,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """The logs of a file, each name a topic, of messages whose CRC-32 is right."""
+    """Read the logs of a file. Each name is a topic; only messages with a valid CRC-32 are used."""
     data = file_bytes(path).tobytes()
     scan = _scan(data)
     rest = data[scan.end : scan.end + 400]

@@ -23,7 +23,7 @@ from sigmatau.record.record import MIN_SAMPLES
 
 _NPY = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
-_LONGEST_HEADER = 10_000  # as NumPy has it [bytes]
+_LONGEST_HEADER = 10_000  # largest header, as in NumPy [bytes]
 _MAX_COLUMNS = 64  # an array with more columns than this and than rows is probably transposed
 
 
@@ -54,7 +54,7 @@ class _Array:
     shape: tuple[int, ...]
     order: Literal["C", "F"]
     dtype: np.dtype[Any]
-    start: int  # of its first number [bytes]
+    start: int  # offset of the first number [bytes]
 
     @classmethod
     def read_header(cls, path: Path, stream: IO[bytes]) -> _Array:
@@ -63,7 +63,7 @@ class _Array:
 
     @property
     def row(self) -> int:
-        """Bytes of a row."""
+        """Size of a row. [bytes]"""
         return self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=object))
 
     @property
@@ -110,7 +110,7 @@ def _npy(path: Path) -> Table:
 
 
 def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
-    """The arrays of a file, all of one type: ``np.save`` to an open file appends arrays. `np.load` returns only the
+    """Read the arrays of a file, all of one type. ``np.save`` to an open file appends arrays; `np.load` returns only the
     first.
     """
     size = path.stat().st_size
@@ -135,7 +135,7 @@ def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
 
 
 def _keep_whole_rows(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, ...]]:
-    """The whole rows of an array that is truncated; raises `DataError` if there are none, or it is stored by columns."""
+    """Cut a truncated array to its complete rows. Raises `DataError` if there are none, or if it is stored by columns."""
     rows = (size - array.start) // max(array.row, 1)
     if not array.shape or (array.order == "F" and len(array.shape) > 1) or not MIN_SAMPLES <= rows < array.shape[0]:
         raise _damaged(ValueError(f"{size} bytes, but {array.end} are declared"))
@@ -144,7 +144,7 @@ def _keep_whole_rows(array: _Array, size: int) -> tuple[list[_Array], tuple[Find
 
 
 def _joined(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """The pieces of a column, joined; a single piece stays in its file."""
+    """Join the pieces of a column. A single piece stays in its file."""
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
@@ -191,7 +191,7 @@ def _npz(path: Path) -> Table:
 
 
 class _Member:
-    """One column of an archive; an array is decompressed for each of its columns, and not kept."""
+    """One column of a member of an archive. The array is decompressed again for each column and not kept in memory."""
 
     def __init__(self, path: Path, name: str, part: tuple[int, ...]) -> None:
         self.path, self.name, self.part = path, name, part
@@ -206,7 +206,7 @@ class _Member:
 
 
 class _Whole(io.RawIOBase):
-    """A member that is read to its end, where zipfile verifies the checksum; read_array stops before the end."""
+    """Reads a member to its end, where zipfile verifies the checksum; read_array stops before the end."""
 
     def __init__(self, member: IO[bytes]) -> None:
         self._data = io.BytesIO(member.read())
@@ -228,7 +228,7 @@ def _table(
 def _header(member: IO[bytes]) -> tuple[tuple[int, ...], Literal["C", "F"], np.dtype[Any]]:
     """Shape, order and type of the array that begins here."""
     version = np.lib.format.read_magic(member)
-    if version == (3, 0):  # as the version before, in UTF-8, where that has no more than Latin-1
+    if version == (3, 0):  # version 3 is version 2 in UTF-8, which is the same if no name is beyond Latin-1
         count = int.from_bytes(member.read(4), "little")
         text = member.read(min(count, _LONGEST_HEADER)).decode()
         head = text.encode("ascii", "backslashreplace")

@@ -22,7 +22,7 @@ _HEADER = re.compile(r"header\s+(\d+)")
 _SKIPPED = re.compile(r"(\d*)x")
 _FIELD = re.compile(r"([<>]?)\s*(\d*)\s*([iufIUF][1248])\s+([^\s\[\],](?:[^\[\],]*[^\s\[\],])?)\s*(?:\[([^\[\]]*)\])?")
 _TYPES = ("i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8")
-_LONGEST_ROW = 1 << 20  # [bytes]
+_LONGEST_ROW = 1 << 20  # largest size of a row [bytes]
 
 
 def parse_layout(text: str) -> tuple[int, np.dtype[Any], tuple[tuple[Column, str, int | None], ...]]:
@@ -81,7 +81,7 @@ def _wrong(part: str, why: str) -> OptionError:
 
 
 def read(path: Path, head: Head, layout: object) -> tuple[Table]:
-    """The columns of a raw file, which stays in its file."""
+    """Read the columns of a raw file. The numbers stay in the file until they are used."""
     if not isinstance(layout, str) or not layout.strip():
         raise OptionError(f"{{option}} must be text such as {_EXAMPLE}, not {layout!r}", option="layout")
     if head.gzip:

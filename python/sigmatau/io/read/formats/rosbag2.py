@@ -23,12 +23,12 @@ from sigmatau.io.read.table import Head, Loaded, Table
 from sigmatau.io.ros_messages import IMU_ROS2
 
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_BATCH = 1 << 14  # messages that are decoded together
+_BATCH = 1 << 14  # number of messages that are decoded together
 _DEFINITIONS = {"sensor_msgs/msg/Imu": IMU_ROS2}
 
 
 def read(path: Path, head: Head) -> tuple[Table, ...]:
-    """A table for each topic: the numbers of its messages by the paths of their fields, times in nanoseconds."""
+    """Read a table for each topic. Columns are named by the path of a field; times are in nanoseconds."""
     try:
         with closing(_open(path)) as base:
             topics, definitions = _topics(base)
@@ -64,7 +64,7 @@ class _Topic:
 
 
 def _open(path: Path) -> sqlite3.Connection:
-    """The database, opened for reading; no file is written beside it unless a journal exists."""
+    """Open the database for reading. No file is written beside it unless a journal exists."""
     has_journal = any(path.with_name(path.name + end).exists() for end in ("-wal", "-journal"))
     mode = "mode=ro" if has_journal else "mode=ro&immutable=1"
     base = sqlite3.connect(f"file:{quote(str(path.resolve()))}?{mode}", uri=True)
@@ -150,7 +150,7 @@ class _Batch:
     data: bytes
     ends: NDArray[np.int64]
     times: NDArray[np.int64]
-    fault: str  # The fault after them; empty if there is none
+    fault: str  # The fault after these messages; empty if there is none
     doubt: int  # Number of messages before the fault that may be damaged
 
 
@@ -161,7 +161,7 @@ class _Reader:
     path: Path
     topic: _Topic
     declared: int | None
-    compressed: bool  # each message by zstd
+    compressed: bool  # whether each message is compressed by zstd
 
     def load(self, layout: MessageLayout, wanted: Sequence[int], exact: int | None) -> Loaded:
         parts: list[logs.Decoded] = []

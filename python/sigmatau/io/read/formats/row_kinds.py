@@ -21,15 +21,15 @@ from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
 from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, tells_kinds
 from sigmatau.io.read.table import RowKind
 
-_LINES = 2000  # lines of the head that are tested
+_LINES = 2000  # number of lines of the head that are tested
 _FIRST_LINES = 64  # lines in which a column of numbers must show two kinds to be tested further
-_FIRST_COLUMNS = 24  # columns in which a kind is looked for
+_FIRST_COLUMNS = 24  # number of columns in which a kind is looked for
 _HEADERS = 20  # lines above the rows that may be a header
-_MAX_KINDS = 16  # different texts of a column that tells kinds
+_MAX_KINDS = 16  # largest number of distinct texts in a column that shows kinds
 _MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
 _RARE = 0.03  # share of the rows that may have rarer texts
 _CONSTANT_WIDTH = 0.98  # share of the rows of a kind that have its number of fields: the last one may be cut
-_MIN_NUMBERS = 2  # numbers in a row, beside its kind
+_MIN_NUMBERS = 2  # smallest number of numbers in a row besides its kind
 _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 
 
@@ -39,7 +39,7 @@ class Kinds:
 
     column: int  # counted from 0
     name: str  # of the column; empty if it has none
-    labels: tuple[str, ...]  # texts of the column, in the order of the file
+    labels: tuple[str, ...]  # distinct texts of the column, in the order of the file
     delimiter: str | None
     are_late: bool = False  # Whether the rows of some kinds begin below the head
 
@@ -49,15 +49,14 @@ class Kinds:
 
 
 def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
-    """The kinds of the rows of a text that begins so, by any column but `without`; None if all its rows are of one kind and
-    no word names its sensor.
+    """Find the kinds of the rows of a text from its beginning; None if all rows are of one kind and no word names a sensor.
 
-    A column of words tells kinds if the rows of each word have a number of fields of their own, or if a word names a gyro or
-    an accelerometer. Any other column of few words or whole numbers must cycle with the rows, or come in blocks of rows
-    and have the name of a device. If it cycles, it must have the name of a device (``I``, ``imu``, ``sensor_id``), or divide
-    the rows into groups whose means differ, or for words whose scatters do. Under the name of an instance (``frame``,
-    ``id``) words need no more, and numbers only rows that are not alike. A statement that all rows are of a single sensor
-    outranks all but words that name a gyro or an accelerometer.
+    Any column except `without` may show the kinds. A column of words does if rows with different words have different
+    numbers of fields, or if a word names a gyro or an accelerometer. Any other column of few words or integers must cycle
+    with the rows, or come in blocks of rows and have the name of a device. If it cycles, it must have the name of a device
+    (``I``, ``imu``, ``sensor_id``), or divide the rows into groups whose means differ or, for words, whose scatters differ.
+    If it has the name of an instance (``frame``, ``id``), words are enough, and numbers need rows that differ. If the user
+    states that all rows are of a single sensor, only words that name a gyro or an accelerometer still count.
     """
     lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1]) or _row_lines(text.split("\n", _LINES)[:_LINES])
     delimiter = _delimiter(lines[:_FIRST_LINES])
@@ -72,7 +71,7 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
         return None
     late = any(
         not is_number(first[0][column]) or len({row[column] for row in first}) == 1 for column in columns
-    )  # rows of another word or number may begin late
+    )  # rows of another word or number may begin later
     lines = _row_lines(text.split("\n") if late else text.split("\n", _LINES)[:_LINES])
     split += [bare_fields(line, delimiter) for line in lines[_FIRST_LINES:]]
     rows = [fields for fields in split if _is_row(fields)]
@@ -85,8 +84,9 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
 
 
 def find_device_column(text: str) -> Kinds | None:
-    """The column with the name of a device that has one whole number in all rows of a text that begins so: rows of another
-    device may come after them, in blocks. None if there is none.
+    """Find the column with the name of a device, if all rows at the beginning of a text have one integer in it; else None.
+
+    Rows of another device may follow in blocks.
     """
     lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1])
     delimiter = _delimiter(lines[:_FIRST_LINES])
@@ -105,16 +105,16 @@ def _row_lines(lines: Sequence[str]) -> list[str]:
 
 
 def _is_sensor(labels: Sequence[str]) -> bool:
-    """Whether all rows have one word, which names a sensor: rows of another one may follow."""
+    """Whether all rows have one word, which names a sensor. Rows of another sensor may follow."""
     return len(labels) == 1 and find_sensor(labels[0]) is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KindText:
-    """The lines of a text without the rows of other kinds."""
+    """The lines of a text, without the rows of other kinds."""
 
     text: str
-    numbers: tuple[int, ...]  # of each line in the whole text, counted from 1
+    numbers: tuple[int, ...]  # number of each line in the whole text, counted from 1
 
 
 def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
@@ -141,10 +141,10 @@ def rows_of_kind(text: str, kinds: Kinds, label: str) -> KindText:
 
 
 def _names_of_kind(line: str, kinds: Kinds, label: str) -> str | None:
-    """A line above the rows that may name the columns of a kind; None if it has the word of another kind only.
+    """A line above the rows that may name the columns of a kind; None if it only has the word of another kind.
 
-    Names may follow the word of their kind, ``% Gyroscope data: 'GYRO;AppTimestamp(s);…`` or ``$COL,IMU,time,wx``: then
-    what is before the word is left out.
+    Names may follow the word of their kind: ``% Gyroscope data: 'GYRO;AppTimestamp(s);…`` or ``$COL,IMU,time,wx``. The part
+    before that word is then left out.
     """
     words = {label: RowKind(column=0, name="", label=label, labels=()).topic for label in kinds.labels}
     named = {each for each, word in words.items() if _is_word(word) and re.search(rf"\b{re.escape(word)}\b", line)}
@@ -177,7 +177,7 @@ _NO_DELIMITER = "none"
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
-    """The delimiter that gives rows of at least three fields; `_NO_DELIMITER` if none does."""
+    """The delimiter that splits rows into at least three fields; `_NO_DELIMITER` if there is none."""
     for delimiter in (";", "\t", ",", None):
         rows = sum(
             _is_row(fields) and 2 * _numbers(fields) > len(fields)
@@ -189,7 +189,7 @@ def _delimiter(lines: Sequence[str]) -> str | None:
 
 
 def _is_row(fields: Sequence[str]) -> bool:
-    """Whether a line with these fields is a row: it has some numbers, and not fewer than a third of its fields are."""
+    """Whether a line with these fields is a row: at least a third of the fields, and at least some, are numbers."""
     numbers = _numbers(fields)
     return numbers >= _MIN_NUMBERS and 3 * numbers >= len(fields)
 
@@ -199,7 +199,9 @@ def _numbers(fields: Sequence[str]) -> int:
 
 
 def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int, names: Sequence[str]) -> bool:
-    """Whether a column of the first rows has words, or small whole numbers: two, or one and the name of a device."""
+    """Whether the first rows of a column have words, or small integers: two, or one if the column has the name of a
+    device.
+    """
     texts = {row[column] for row in rows}
     if "" in texts:
         return False
@@ -225,14 +227,14 @@ def _labels(rows: Sequence[Sequence[str]], column: int) -> tuple[str, ...]:
 
 
 def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> Sequence[str]:
-    """The fields of the header, which may be a comment; none if there is none."""
+    """The fields of the header, which may be a comment; empty if there is no header."""
     headers: list[Sequence[str]] = []
     for fields in split[:_HEADERS]:
         if _is_row(fields):
             break
         if not any(map(is_number, fields)):
             headers.append(fields)
-    if headers:  # not a row of units below it
+    if headers:  # a row of units may be below the header
         return next((fields for fields in headers if names_something(fields)), headers[-1])
     first = text.lstrip().split("\n", 1)[0].strip()
     if first.startswith(COMMENTS):

@@ -28,8 +28,8 @@ def zarr_head(folder: Path) -> Path | None:
 
 
 def bag_files(folder: Path) -> tuple[Path, ...]:
-    """The files of a bag in the order in which they were recorded, or the file that describes a Zarr store; none if the
-    folder is not one log.
+    """The files of a bag in the order of recording, or the file that describes a Zarr store; empty if the folder is not one
+    log.
     """
     if (head := zarr_head(folder)) is not None:
         return (head,)
@@ -46,7 +46,7 @@ def bag_files(folder: Path) -> tuple[Path, ...]:
 
 
 def missing_parts(file: Path) -> tuple[Finding, ...]:
-    """A finding if the metadata beside a file name it as one of several parts."""
+    """A finding if metadata beside a file list it as one of several parts."""
     names = [part.name for part in bag_files(file.parent)]
     if len(names) < 2 or file.name not in names:
         return ()
@@ -78,7 +78,7 @@ def joined(folder: Path, files: Sequence[Path], read: Callable[[Path], Sequence[
 
 
 def _in_part(name: str, findings: Sequence[Finding]) -> list[Finding]:
-    """The findings, with the name of the part that they are about."""
+    """Add the name of the part to its findings."""
     return [
         replace(finding, details=replace(finding.details, part=name))
         for finding in findings
@@ -87,9 +87,9 @@ def _in_part(name: str, findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _table(held: Sequence[tuple[PartMissing, Table]], lost: tuple[Finding, ...], parts: int) -> Table:
-    """The table of the parts of one topic; with each part goes the finding that would report its loss."""
+    """Join the parts of one topic in a table. Each part is passed with the finding that would report its loss."""
     first = held[0][1]
-    lengths: list[int] = []  # of the parts as they were loaded
+    lengths: list[int] = []  # number of rows of each loaded part
 
     def load(wanted: Sequence[int], exact: int | None) -> Loaded:
         columns: dict[int, list[NDArray[Any]]] = {index: [] for index in wanted}

@@ -38,9 +38,10 @@ from sigmatau.io.read.time.dates import date_columns
 from sigmatau.record.sampling import STATED
 
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
-_COPIES = 3  # of a file in memory whose cells have more than numbers
-_MOST_DEVICES = 16  # in one file
-_MIN_LINES = 16  # lines before the first bytes that are not text, to be a damaged table and not a binary file
+_COPIES = 3  # copies in memory of a file whose cells contain more than numbers
+_MOST_DEVICES = 16  # largest number of devices in one file
+# a table that is damaged has at least this many lines before bytes that are not text; a binary file has fewer
+_MIN_LINES = 16
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -60,8 +61,8 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path, head: Head, *, skip: int = 0) -> tuple[Table, ...]:
-    """The columns of a text table below `skip` lines, which are read on demand; a table for each kind of rows, if it has
-    several.
+    """Read the columns of a text table below `skip` lines; rows are read on demand. If the rows are of several kinds, each
+    kind becomes a table.
     """
     return read_tables(path, head, path.name.split(".")[0], skip=skip)
 
@@ -76,7 +77,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "", *,
     try:
         lines, _ = decode(beginning.data, whole=beginning.whole)
     except DataError:
-        lines = ""  # said by `find_layout`
+        lines = ""  # `find_layout` reports the reason
     if beginning.encoding == "ascii" and (decoration := find_decoration(lines)) is not None:
         contents = read_contents(source, head, copies=_COPIES)
         data = decoration.strip(contents.data)
@@ -93,7 +94,9 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "", *,
 
 
 def _find_blocks(source: Path | bytes, head: Head, beginning: Beginning, lines: str) -> Kinds | None:
-    """The kinds of rows of devices that are logged one after the other, if the last line is of another than the first."""
+    """The kinds of rows of devices that are logged one after the other, if the first and the last line are of different
+    kinds.
+    """
     kinds = find_device_column(lines)
     last = None if kinds is None else last_line(source, beginning.encoding)
     if kinds is None or last is None or kinds.labels == (*bare_fields(last, kinds.delimiter)[kinds.column :], "")[:1]:
@@ -112,7 +115,7 @@ def _find_blocks(source: Path | bytes, head: Head, beginning: Beginning, lines: 
 def _read_kinds(
     source: Path | bytes, head: Head, beginning: Beginning, lines: str, kinds: Kinds, topic: str
 ) -> Iterator[Table]:
-    """The tables of the kinds of rows that have a layout."""
+    """Read a table for each kind of rows that has a layout."""
     from sigmatau.io.read.instance_tables import with_sensor_names
 
     first: Layout | None = None
@@ -122,7 +125,7 @@ def _read_kinds(
         try:
             layout = find_layout(kind_text.encode(), whole=beginning.whole, encoding=beginning.called, skip=skip)
         except DataError:
-            if first is not None and kinds.are_late:  # the rows of this device are below the beginning
+            if first is not None and kinds.are_late:  # the rows of this device begin below the head
                 late = kinds.find_kind(label)
                 described = replace(first, notes=(*first.notes, late.describe_rows()))
                 yield _make_table(

@@ -14,8 +14,9 @@ from sigmatau.io.read.table import HEAD
 
 _UTF16 = {b"\xff\xfe": ("utf-16-le", "UTF-16 LE"), b"\xfe\xff": ("utf-16-be", "UTF-16 BE")}
 _BOM = b"\xef\xbb\xbf"
-_OVERLAP = 50  # lines that are searched twice, since names and units of columns are above the samples
-_MOST_PREAMBLES = 64  # parts of 256 KiB or 2000 lines that are searched for a table, 16 MiB of text above it
+_OVERLAP = 50  # lines that are searched twice, because the names and units of columns are above the samples
+# largest number of parts (256 KiB or 2000 lines) that are searched for a table: 16 MiB of text above it
+_MOST_PREAMBLES = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +27,7 @@ class Beginning:
     whole: bool
     encoding: str
     called: str  # name of the encoding for the notes; empty if it is ASCII or not known yet
-    skip: int = 0  # lines of the file above it
+    skip: int = 0  # number of lines of the file above this text
 
     @classmethod
     def decode(cls, head: bytes, *, whole: bool) -> Beginning:
@@ -50,10 +51,10 @@ def skip_lines(source: Path | bytes, beginning: Beginning, skip: int) -> Beginni
 
 
 def find_first_layout(source: Path | bytes, beginning: Beginning) -> Layout:
-    """The layout of the first table in a text, however many lines are above it; raises `DataError`.
+    """Find the layout of the first table in a text, however many lines precede it. Raises `DataError`.
 
-    Lines above a table may look like rows of a table of their own. Thus a layout that does not fit the last line is only
-    taken if the text goes on in it, or if no other is found.
+    Lines above a table may look like rows of another table. A layout that does not fit the last line is therefore only used
+    if the text continues in it, or if no other layout is found.
     """
     first: Layout | NoRowsError
     try:

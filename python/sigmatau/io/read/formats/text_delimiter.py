@@ -24,7 +24,7 @@ from sigmatau.io.read.formats.text_lines import (
 from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.table import Column
 
-HEADERS = 20  # lines above the samples that may have numbers
+HEADERS = 20  # number of lines above the samples that may contain numbers
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
 
@@ -67,7 +67,7 @@ def find_delimiter(rows: list[Line], with_comments: list[Line]) -> tuple[str | N
 
 
 def _named_tabs(rows: list[Line], lines: list[Line], filled: int) -> int | None:
-    """The number of columns between tabs, if a header names more of them than the rows fill; None if not."""
+    """The number of columns between tabs, if a header names more columns than the rows fill; else None."""
     row = next((r for r in rows if len(r.split(None)) == filled and is_row(r.split(None))), None)
     if row is None or "\t\t" not in f"\t{row.text}\t":
         return None
@@ -84,13 +84,13 @@ def _named_tabs(rows: list[Line], lines: list[Line], filled: int) -> int | None:
 
 
 def _names_last(rows: list[Line], delimiter: str | None, columns: int) -> bool:
-    """Whether a line names the last of so many columns, whose samples may begin later than those of the others."""
+    """Whether a line names the last column, whose samples may begin later than those of the others."""
     split = (row.split(delimiter) for row in rows)
     return any(len(f) == columns and f[-1].strip() and not is_row(f, columns) for f in split)
 
 
 def exchange_decimal_commas(rows: list[Line]) -> bool:
-    """Whether numbers have decimal commas; then commas and points of those rows are exchanged, as in the reader."""
+    """Exchange commas and points of rows with decimal commas, as in the reader; return whether there are any."""
     candidates = [row for row in rows if "," in row.text and not row.numbers_only()]
     for delimiter in (";", "\t", None):
         first = next((row for row in candidates if _has_decimal_commas(row, delimiter)), None)
@@ -163,7 +163,8 @@ def refuse_other_delimiters(first: Line, delimiter: str | None) -> None:
 
 
 _UNIT_GAP = re.compile(r"(?<!\s)\s++(?=[\[(])")
-# Before the names in a comment: its mark (%time is a name, of rostopic), and a word for them, ``;Headers, Time,Ax``.
+# Text before the names in a comment: its mark (%time is a name in rostopic), and a word for names, ``;Headers,
+# Time,Ax``.
 _MARK = re.compile(r"^\s*(?:#+|%+(?!time\b)|//+|;)\s*(?:(?:headers?|columns|fields|names)\s*[:=,]\s*)?", re.IGNORECASE)
 _IN_BRACKETS = re.compile(r"[\[(][^\])]{0,80}[\])]")
 
@@ -204,7 +205,7 @@ def names_something(fields: Sequence[str]) -> bool:
 
 
 def names_in(line: Line, delimiter: str | None, columns: int) -> list[str]:
-    """The names in a line, if it has one for each column and no numbers; else nothing."""
+    """The names in a line with one name for each column and no numbers; else empty."""
     text = line.text
     if line.comment:
         text = _MARK.sub("", text)
@@ -225,14 +226,14 @@ def names_in(line: Line, delimiter: str | None, columns: int) -> list[str]:
 
 
 def _is_axis_row(fields: list[str]) -> bool:
-    """Whether a line has the axes of the columns that the line above it names."""
+    """Whether a line contains the axes of the columns that the line above names."""
     axes = [f.lower() for f in fields if f.lower() in ("x", "y", "z")]
     rest = [f for f in fields if f and f.lower() not in ("x", "y", "z")]
     return len(axes) >= 3 and len(rest) <= 1
 
 
 def _with_axes(stems: list[str], axes: list[str]) -> list[str]:
-    """Names with their axes; a name may stand above the first axis only."""
+    """Add the axes to the names. A name may stand above the first axis only."""
     names, last = [], ""
     for stem, axis in zip(stems, axes, strict=True):
         last = stem or last

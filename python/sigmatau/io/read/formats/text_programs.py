@@ -1,4 +1,4 @@
-"""Facts that the programs which write text tables state above them or mean by their columns: rates, scales, units, names."""
+"""What the writer of a text table states above it or implies by its columns: rates, scales, units, names."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _SENSOR_LOGGER = {
     "accelerometeruncalibrated": "accelerometer",
     "totalacceleration": "accelerometer",
 }
-_COUNTED = {1_000_000: "us", 10_000: "0.1 ms"}  # what one count of SampleTimeFine is, by counts in a second
+_COUNTED = {1_000_000: "us", 10_000: "0.1 ms"}  # unit of a count of SampleTimeFine, by counts per second
 
 
 def name_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Column, ...], tuple[str, ...]]:
-    """Columns of the app Sensor Logger with the sensor in their names: the columns of each file are x, y and z."""
+    """Add the sensor to the names of the columns of the app Sensor Logger, which are x, y and z in each file."""
     sensor = _SENSOR_LOGGER.get(name.lower())
     if sensor is None or {"seconds_elapsed", "x", "y", "z"} - {column.name for column in columns}:
         return columns, ()
@@ -34,7 +34,7 @@ def name_sensor_logger(columns: tuple[Column, ...], name: str) -> tuple[tuple[Co
 
 
 def time_mt_manager(columns: tuple[Column, ...], load: Load, per_second: int) -> tuple[tuple[Column, ...], Load, str]:
-    """The columns and their loading with the counter SampleTimeFine as nanoseconds."""
+    """Load the counter SampleTimeFine as nanoseconds."""
     fine = next(k for k, column in enumerate(columns) if column.name.lower() == SAMPLE_TIME)
 
     def load_times(wanted: Sequence[int], exact: int | None) -> Loaded:
@@ -52,7 +52,7 @@ def time_mt_manager(columns: tuple[Column, ...], load: Load, per_second: int) ->
 _GCSV_TITLE = re.compile(rb"(?:\xef\xbb\xbf)?(?:GYROFLOW|CAMERA) IMU LOG\b")
 _GCSV_SCALE = re.compile(rb"^(?P<key>[tga])scale[,;\t ][ \t]*(?P<size>[0-9.eE+-]+)", re.MULTILINE)
 _GCSV_SENSORS = {"t": ("time", "s"), "g": ("gyro", "rad/s"), "a": ("accel", "g")}
-_LONGEST_HEAD = 1 << 14  # in which the scales are searched [bytes]
+_LONGEST_HEAD = 1 << 14  # beginning of a file in which the scales are searched [bytes]
 GCSV_NOTE = "counts times the scales of the head (gcsv)"
 
 
@@ -65,7 +65,7 @@ class Scale:
 
 
 def find_scales(head: bytes) -> dict[str, Scale]:
-    """The scales of the time, gyro and accelerometer that the head of a log states; empty if it is not one of Gyroflow."""
+    """Find the scales of time, gyro and accelerometer in the head of a log of Gyroflow; empty for other logs."""
     if not _GCSV_TITLE.match(head):
         return {}
     scales: dict[str, Scale] = {}
@@ -85,7 +85,7 @@ def scale_columns(
     load: Load,
     scales: Mapping[str, Scale],
 ) -> tuple[tuple[Column, ...], Load]:
-    """The columns with their units, and their loading times the scales."""
+    """Add units to the columns, and multiply them by the scales when they are loaded."""
     sensors = {
         index: scales[match[0].split("_")[0]]
         for index, match in enumerate(recognise(columns))
@@ -118,14 +118,14 @@ _FIELDS = tuple(
         *((f"{vector}_covariance[{k}]", None) for k in range(9)),
     )
 )
-_STAMP = 3  # columns of the header: seconds, nanoseconds, name of the frame
-_UNIT_TOLERANCE = 0.01  # of the length of the quaternion, which drivers round
+_STAMP = 3  # number of columns of the header: seconds, nanoseconds, name of the frame
+_UNIT_TOLERANCE = 0.01  # largest deviation of the length of a quaternion from 1, because drivers round
 _NO_ORIENTATION = -1.0  # first covariance of an orientation that is not estimated (definition of the message)
 ROS_CSV_NOTE = "columns of sensor_msgs/Imu, as ros2 topic echo --csv writes them"
 
 
 def is_imu(columns: Sequence[Column]) -> bool:
-    """Whether columns without names are those of the message, by their number and the values of the first row."""
+    """Whether unnamed columns are those of the message, judged by their number and the values of the first row."""
     if len(columns) != _STAMP + len(_FIELDS) or any(column.name for column in columns):
         return False
     first = [column.first for column in columns]
@@ -146,7 +146,7 @@ def _as_numbers(texts: Sequence[str]) -> list[float]:
 
 
 def name_imu(columns: Sequence[Column], load: Load) -> tuple[tuple[Column, ...], Load]:
-    """The columns with their names, the stamp as one column in nanoseconds, and their loading."""
+    """Name the columns of the message, and join its stamp into one column in nanoseconds."""
 
     def load_message(wanted: Sequence[int], exact: int | None) -> Loaded:
         places = {k: k + 1 for k in wanted if k > 0}
@@ -173,8 +173,8 @@ SAMPLE_TIME = "sampletimefine"
 _WRAP = 1 << 32  # counts of SampleTimeFine, an unsigned 32-bit counter (Xsens, MT Low Level Communication Protocol)
 # Counts in a second: 10 kHz in the MT series (the same source), 1 MHz in Movella DOT (its BLE services specification).
 _COUNTS_PER_SECOND = (10_000, 1_000_000)
-_RATE_TOLERANCE = 0.01  # of the counts between two rows, which are rounded to whole counts
-_ROWS = 20  # rows whose counts are compared with the stated rate; fewer cannot show a regular interval
+_RATE_TOLERANCE = 0.01  # relative tolerance of the counts between two rows, which are whole numbers
+_ROWS = 20  # number of rows whose counts are compared with the stated rate; fewer cannot show a regular interval
 
 
 # Units of MT Manager's exports, which do not state them: Xsens, MT Manager User Manual, table of exported data.
@@ -190,7 +190,9 @@ class StatedRate:
 
 
 def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
-    """The sampling rate in Hz that the numbered lines state; None if no line does, or if they contradict each other."""
+    """Find the sampling rate in Hz that the numbered lines state; None if no line states it, or if lines contradict each
+    other.
+    """
     stated: dict[float, StatedRate] = {}
     for number, text in lines:
         match = re.search(_RATE, text, re.IGNORECASE) if "hz" in text.lower() else None
@@ -206,15 +208,16 @@ def find_rate(lines: Sequence[tuple[int, str]]) -> StatedRate | None:
 def units_of_mt_manager(
     lines: Sequence[tuple[int, str]], names: Sequence[str], units: Sequence[str | None]
 ) -> tuple[str | None, ...]:
-    """The units of the columns, with those of MT Manager's manual if a numbered line names that program."""
+    """Units of the columns, including those of MT Manager's manual if a numbered line names that program."""
     if not any("MT Manager" in text for _, text in lines):
         return tuple(units)
     return tuple(unit or _MT_MANAGER_UNITS.get(name.lower()[:4]) for name, unit in zip(names, units, strict=True))
 
 
 def counts_per_second(counts: Sequence[float], rate: float) -> int | None:
-    """How many counts of SampleTimeFine are a second, by the counts of the first rows and the stated rate; None if the
-    counts are not regular, or fit neither of the two clocks.
+    """Counts of SampleTimeFine per second, from the counts of the first rows and the stated rate.
+
+    None if the counts are irregular or fit neither of the two clocks.
     """
     values = np.asarray(counts, dtype=np.float64)
     if len(values) < _ROWS or not np.isfinite(values).all():
@@ -224,8 +227,8 @@ def counts_per_second(counts: Sequence[float], rate: float) -> int | None:
 
 
 def unwrapped(counts: NDArray[np.int64], per_second: int) -> NDArray[np.int64]:
-    """Nanoseconds from the counts of a 32-bit counter that starts again from 0; missing counts, the smallest 64-bit
-    integer, stay missing.
+    """Unwrap a 32-bit counter, and convert its counts to nanoseconds. Missing counts, the smallest 64-bit integer, stay
+    missing.
     """
     missing = counts == np.iinfo(np.int64).min
     present = counts[~missing]

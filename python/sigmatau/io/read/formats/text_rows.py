@@ -1,4 +1,6 @@
-"""The rows of a text table whose layout is known: compiled code reads them, and damage is told from mistakes."""
+"""The rows of a text table with a known layout: compiled code reads them; damage and mistakes of the user are
+distinguished.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued,
 from sigmatau.record import memory
 
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
-_TAIL = 1 << 10  # [bytes]
+_TAIL = 1 << 10  # size of the end of a file that is looked at [bytes]
 
 
 def read_rows(
@@ -35,7 +37,7 @@ def read_rows(
     wanted: Sequence[int],
     **options: Any,  # noqa: ANN401  of `formats.read_text`
 ) -> formats.TextColumns:
-    """Columns of a text of this layout, without its first lines that are not rows; raises `formats.TextReadError`."""
+    """Read the columns of a text of this layout, below the lines before its first row. Raises `formats.TextReadError`."""
     return formats.read_text(
         source,
         delimiter=layout.delimiter,
@@ -50,7 +52,7 @@ def read_rows(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """A text whose layout is known, and the reading of its columns."""
+    """A text with a known layout. Loads its columns."""
 
     source: Path | bytes
     layout: Layout
@@ -90,7 +92,7 @@ class Text:
         return Loaded(columns=raw, findings=findings)
 
     def _with_days(self, column: int, stamps: NDArray[np.int64], lines: int | None) -> NDArray[np.int64]:
-        """Times of day with the days of the column that has them, and counted on after midnight; other stamps unchanged."""
+        """Add days to times of day, from the column of days, and count on after midnight. Other stamps are unchanged."""
         date = self.dates.get(column)
         if date is None or not date.period:
             return stamps
@@ -123,7 +125,7 @@ class Text:
             farthest = max(broken, key=lambda order: broken[order])
             if stamps or min(broken.values()) < max(broken.values()) or lines is not None:
                 break
-            lines = broken[farthest] - 1  # the same damage in both orders
+            lines = broken[farthest] - 1  # both orders fail at the same damage
         if not stamps:
             return farthest
         named = repr(self.layout.columns[column].name) if self.layout.columns[column].name else str(column + 1)
@@ -168,7 +170,7 @@ class Text:
         """The line of the first header that names other columns."""
         names = [column.name for column in self.layout.columns[: len(self.layout.columns) - self.layout.arrow]]
         for line, text in read.headers:
-            # In text with decimal commas the decoder exchanges commas and points.
+            # In text with decimal commas the decoder has exchanged commas and points.
             fields = header_fields(text.translate(EXCHANGED) if self.layout.decimal_comma else text, self.layout)
             named = [Column(name=name) for name in fields]
             if fields and fields != names and recognise(named) != recognise(self.layout.columns):
@@ -192,11 +194,11 @@ class Text:
         )
 
     def _in_figures(self, text: str) -> str:
-        """A text of the file as the decoder makes it: with commas and points exchanged where numbers have decimal commas."""
+        """A text of the file as the decoder sees it: commas and points are exchanged if numbers have decimal commas."""
         return text.translate(EXCHANGED) if self.layout.decimal_comma else text
 
     def _largest_size(self) -> int:
-        """Bytes that compressed text may be unpacked to: numbers take about as much memory as their text."""
+        """Largest size of unpacked text: its numbers take about as much memory as the text. [bytes]"""
         if not (self.gzip and isinstance(self.source, Path)):
             return largest_expansion(1 << 62)
         free = memory.available()
@@ -204,7 +206,7 @@ class Text:
         return allowed if free is None else min(allowed, free)
 
     def _break(self, error: formats.TextReadError, exact: int | None) -> tuple[int, Damaged]:
-        """The number of lines before the damage, and what it is; raises `DataError` for any other mistake in the file."""
+        """Number of lines before the damage, and the damage. Raises `DataError` for any other mistake in the file."""
         if error.kind == "too_large" and isinstance(self.source, Path):
             if (allowed := self._largest_size()) < largest_expansion(stored := self.source.stat().st_size):
                 raise DataError(
@@ -230,7 +232,7 @@ class Text:
         raise _explained(error, self.layout, dates=self._has_dates(error.column)) from None
 
     def line(self, row: int) -> int:
-        """The line of a row; the text is read again, so this is only used for errors and findings."""
+        """The line number of a row. The text is read again, so this is only used for errors and findings."""
         blank = b" \r\n" if self.layout.delimiter == "\t" else b" \t\r\n"
         comments = tuple(c.encode() for c in COMMENTS)
         rows = -1
@@ -276,7 +278,7 @@ def _no_time(error: formats.TextReadError, layout: Layout) -> DataError:
 def _explained(error: formats.TextReadError, layout: Layout, *, dates: bool = False) -> DataError:
     place = f"line {error.line}"
     if layout.decimal_comma:
-        error.text = error.text.translate(EXCHANGED)  # as in the file
+        error.text = error.text.translate(EXCHANGED)  # the text as it is in the file
     if error.kind == "ragged":
         last = " (the file was truncated, if it is the last)" if error.got < error.expected else ""
         return DataError(

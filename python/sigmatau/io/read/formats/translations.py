@@ -1,4 +1,4 @@
-"""Texts of programs whose rows need a change before they are read as a table, as names with values, or as JSON.
+"""Translations of texts that other programs write: their rows are changed so that they can be read as table, names or JSON.
 
 A translation keeps the number of lines, so that messages name the lines of the file. It is chosen by the last lines of the
 head, or by the first ones, so that ordinary logs take no time.
@@ -15,7 +15,7 @@ from sigmatau.io.read.formats.damage import read_contents
 from sigmatau.io.read.registry import find_text_reader
 from sigmatau.io.read.table import HEAD, Head, Table
 
-_COPIES = 4  # of the file in memory
+_COPIES = 4  # copies of the file in memory
 _FIRST = 4096  # length of the beginning of the head by which a translation is chosen [bytes]
 _LAST = 8192  # length of the end of the head by which a translation is chosen [bytes]
 _NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -39,7 +39,7 @@ _VECTOR = re.compile(
     + rb")+)\s*[)}]"
 )
 _UNITS_OF_GAZEBO = {b"angular_velocity": b" [rad/s]", b"linear_acceleration": b" [m/s^2]"}
-_BRACE = re.compile(rb"^[ \t]*(?:\w+ \{|\}|\w+\((?=\w+=))[ \t]*", re.MULTILINE)  # that holds other fields
+_BRACE = re.compile(rb"^[ \t]*(?:\w+ \{|\}|\w+\((?=\w+=))[ \t]*", re.MULTILINE)  # a brace that contains other fields
 _STAMP = re.compile(rb"\bstamp\s*\{(?P<parts>[^{}]*)\}")
 _PART = re.compile(rb"(\w+)\s*[=:]\s*(" + _NUMBER + rb")")
 _MESSAGE = re.compile(
@@ -51,12 +51,12 @@ _KEY = re.compile(rb"(?:^|, )(\w+) : ")
 @dataclass(frozen=True, slots=True)
 class _Translation:
     note: str
-    applies: Callable[[bytes, bytes], bool]  # by the first and the last lines of the head
+    applies: Callable[[bytes, bytes], bool]  # tests the first and the last lines of the head
     apply: Callable[[bytes], bytes]
 
 
 def read_translated(path: Path, head: Head) -> tuple[Table, ...]:
-    """The tables of a text that needs a translation; none for other files."""
+    """Read the tables of a text that needs a translation; None for other files."""
     last = head.data[-_LAST:]
     last = last[last.find(b"\n") + 1 : last.rfind(b"\n") + 1] if not head.whole or len(head.data) > _LAST else last
     chosen = [each for each in _TRANSLATIONS if each.applies(head.data[:_FIRST], last)]
@@ -76,7 +76,7 @@ def read_translated(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _on_most_lines(pattern: re.Pattern[bytes]) -> Callable[[bytes, bytes], bool]:
-    """Whether most of the last lines have a pattern."""
+    """Whether most of the last lines match a pattern."""
 
     def applies(first: bytes, last: bytes) -> bool:
         lines = [line for line in last.split(b"\n") if line.strip()]
@@ -86,7 +86,7 @@ def _on_most_lines(pattern: re.Pattern[bytes]) -> Callable[[bytes, bytes], bool]
 
 
 def _blank(text: bytes) -> bytes:
-    """The line ends of a text alone."""
+    """Keep only the line ends of a text."""
     return b"\n" * text.count(b"\n")
 
 
@@ -95,7 +95,7 @@ def _has_rule(first: bytes, last: bytes) -> bool:
 
 
 def _without_rules(data: bytes) -> bytes:
-    """Rows between bars, as databases print them, with tabs."""
+    """Replace the bars between cells, as databases print them, by tabs."""
     data = _BORDER.sub(b"", _ROW_COUNT.sub(b"", _RULE.sub(b"", data)))
     return _BARS.sub(b"\t", data)
 
@@ -121,14 +121,14 @@ def _without_thousands(data: bytes) -> bytes:
 
 
 def _name_attributes(data: bytes) -> bytes:
-    """The head of an ARFF file as a line of names."""
+    """Replace the head of an ARFF file by a line of names."""
     head, _, rows = re.split(rb"(?im)^(@data[^\n]*)", data, maxsplit=1)
     names = [match[1].strip(b"'\"") for line in head.split(b"\n") if (match := _ATTRIBUTE.match(line.strip()))]
     return _blank(head) + b",".join(names) + rows.replace(b"?", b"nan")
 
 
 def _lacks_row_name(first: bytes, last: bytes) -> bool:
-    """Whether the first line has a name less than the rows, which begin with their numbers, as R writes them."""
+    """Whether the first line has one name fewer than the rows, because rows begin with their numbers, as in R."""
     names, *rows = (line.split() for line in first.split(b"\n")[:4])
     numbers = [row[0].strip(b'"') for row in rows if len(row) == len(names) + 1]
     return (
@@ -144,13 +144,13 @@ def _has_station(first: bytes, last: bytes) -> bool:
 
 
 def _without_station(data: bytes) -> bytes:
-    """Names and units of TOA5, without the lines of the station and of the processing."""
+    """Remove the lines of the station and of the processing from TOA5, and keep names and units."""
     _, names, units, _, rows = (*data.split(b"\n", 4), b"", b"", b"", b"")[:5]
     return b"\n".join([b"", names, units, b"", rows])
 
 
 def _flatten(data: bytes) -> bytes:
-    """Vectors within braces or brackets as a name with three numbers, and a stamp as seconds."""
+    """Write vectors in braces or brackets as a name with three numbers, and a stamp as seconds."""
 
     def write_stamp(match: re.Match[bytes]) -> bytes:
         parts = dict(_PART.findall(match["parts"]))
@@ -171,7 +171,7 @@ def _flatten(data: bytes) -> bytes:
 
 
 def _as_json(data: bytes) -> bytes:
-    """Messages of MAVLink as JSON."""
+    """Convert MAVLink messages to JSON."""
 
     def write_message(match: re.Match[bytes]) -> bytes:
         fields = _KEY.sub(rb', "\1": ', match["fields"]).removeprefix(b", ")

@@ -19,7 +19,7 @@ from sigmatau.errors import DataError
 # Bytes that text does not have; 0x1a is allowed, because it ends files of old systems
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 _CHUNK = 1 << 20  # [bytes]
-_TAIL = 1 << 14  # of a text whose last line is looked at [bytes]
+_TAIL = 1 << 14  # end of a text that is searched for its last line [bytes]
 _MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
 
 
@@ -33,7 +33,7 @@ class FileLine:
 
 
 def iterate_lines(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The lines of a text, or of a file that may be compressed, with their ends, in pieces of at most some MiB."""
+    """The lines of a text, or of a file that may be compressed, with their ends. Long lines come in pieces of some MiB."""
     rest = b""
     for block in _iterate_blocks(source, encoding):
         *lines, rest = (rest + block).split(b"\n")
@@ -46,8 +46,8 @@ def iterate_lines(source: Path | bytes, encoding: str) -> Iterator[bytes]:
 
 
 def _iterate_blocks(source: Path | bytes, encoding: str) -> Iterator[bytes]:
-    """The same text in blocks that end anywhere, in UTF-8. Damaged compressed data end without an error, which was
-    raised before.
+    """The same text in blocks of any length, in UTF-8. Damaged compressed data end silently here; the error has been raised
+    before.
     """
     if isinstance(source, bytes):
         yield source
@@ -64,7 +64,9 @@ def _iterate_blocks(source: Path | bytes, encoding: str) -> Iterator[bytes]:
 
 
 def last_line(source: Path | bytes, encoding: str) -> str | None:
-    """The last line of a text that ends, or the only one; None for compressed text, which would have to be unpacked."""
+    """The last line of a text that has a line end, or its only line; None for compressed text, which would have to be
+    unpacked.
+    """
     if isinstance(source, Path):
         with source.open("rb") as stream:
             if stream.read(2) == b"\x1f\x8b":
@@ -78,7 +80,7 @@ def last_line(source: Path | bytes, encoding: str) -> str | None:
 
 
 def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -> bytes:
-    """The text below `skip` lines, in UTF-8: its first `size` bytes, and one byte more if it goes on."""
+    """The first `size` bytes of the text below `skip` lines, in UTF-8, and one more byte if the text continues."""
     text, lines = b"", skip
     for block in _iterate_blocks(source, encoding):
         rest = block
@@ -96,7 +98,7 @@ def beginning_below(source: Path | bytes, skip: int, encoding: str, size: int) -
 
 
 def find_line(source: Path | bytes, number: int, encoding: str) -> FileLine:
-    """A line, counted from 1; raises `DataError` if there is none."""
+    """Find a line, counted from 1. Raises `DataError` if it does not exist."""
     line, end, rest = beginning_below(source, number - 1, encoding, _CHUNK).partition(b"\n")
     if not line + end:
         raise DataError("changed while it was read")
@@ -104,10 +106,10 @@ def find_line(source: Path | bytes, number: int, encoding: str) -> FileLine:
 
 
 def damaged(line: bytes, encoding: str) -> bool:
-    """Whether a line that is not a row is not text either."""
+    """Whether a line that is not a row is damaged: it is not text either."""
     if BREAK.search(line):
         return True
-    if encoding != "ascii":  # two random bytes are mostly a valid character
+    if encoding != "ascii":  # two random bytes often form a valid character
         text = line.decode("utf-8", errors="replace")
         not_ascii = sum(not c.isascii() for c in text)
         return not_ascii >= _MIN_NOT_ASCII and 2 * not_ascii >= len(text)

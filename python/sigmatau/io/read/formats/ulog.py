@@ -38,7 +38,7 @@ _TYPES = {
     "char": "S1",
 }
 _FIELD = re.compile(r"([A-Za-z_][\w/\-]*)(?:\[(\d{1,5})\])? +([A-Za-z_]\w*)")
-_LONGEST_MESSAGE = 65535  # [bytes]
+_LONGEST_MESSAGE = 65535  # length of the longest message [bytes]
 
 # A file does not define units, but PX4's message definitions do. Axes that are named by a letter get the name of their
 # message. Increments get a name that is not recognised as a rate.
@@ -88,7 +88,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     for number, instance, name, rows, width in topics:
         if not rows or name in unusable:
             continue
-        # Where PX4 has an instance for each sensor, its number is always part of the name.
+        # If PX4 has one instance per sensor, its number is always part of the name.
         numbered = name in several or name in _AXES or name == "vehicle_imu"
         label = f"{name}:{instance}" if numbered else name
         label = f"{label}#{number}" if label in labels else label
@@ -154,7 +154,7 @@ def _plain(source: _Source, name: str, fields: Sequence[_ULogField], findings: t
 
 
 def _fifo(source: _Source, name: str, fields: Sequence[_ULogField], findings: tuple[Finding, ...]) -> Iterator[Table]:
-    """Samples of a sensor's buffer: up to 32 integers in a message, with one scale."""
+    """Samples of a sensor's buffer: up to 32 integers in a message, with one common scale."""
     places = {f.name: f for f in fields}
     depth = sum(f.name.startswith("x[") for f in fields)
     needed = ("timestamp_sample", "dt", "scale", "samples", "x[0]", "y[0]", "z[0]")
@@ -248,7 +248,7 @@ class _Layout:
     wrong: str = ""
 
     def misfit(self, size: int) -> str:
-        """Why messages of this size cannot be read; empty if they can."""
+        """Why messages of this size cannot be read; empty if they can be read."""
         if self.wrong or self.smallest <= size <= self.largest:
             return self.wrong
         return f"it gives {self.largest} bytes, but the messages have {size}"
@@ -260,13 +260,13 @@ def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     except _UnusableError as error:
         return _Layout(wrong=str(error))
     while fields and fields[-1].name.startswith("_padding"):
-        fields.pop()  # not written at the end
+        fields.pop()  # a last field that the file does not contain
     smallest = max((f.offset + np.dtype(f.kind).itemsize for f in fields), default=0)
     return _Layout([f for f in fields if "_padding" not in f.name], smallest, largest)
 
 
 def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_ULogField], int]:
-    """Fields in the order of their bytes, and their total length."""
+    """Order the fields by their bytes; return their total length too."""
     if message not in formats:
         raise _UnusableError(f"{message!r} is not defined")
     if depth > 8:
@@ -295,7 +295,7 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
 
 def _skipped(scan: Mapping[str, Any]) -> list[Finding]:
     skipped = [SkippedMessages(count=scan["unknown"], other=True)] if scan["unknown"] else []
-    if scan["unfinished"]:  # before data were appended
+    if scan["unfinished"]:  # chain that is incomplete before the appended data
         skipped.append(SkippedMessages(count=len(scan["unfinished"]), place=Place("byte", scan["unfinished"][0][0])))
     return [Finding(details=details, severity="warning") for details in skipped]
 

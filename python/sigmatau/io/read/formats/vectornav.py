@@ -110,7 +110,8 @@ def _findings(sentences: formats.Sentences, rows: int) -> tuple[Finding, ...]:
         )
         findings.append(Finding(details=details, severity="error" if sentences.inner else "info"))
     if sentences.others:
-        # Alternating sentences are spread evenly. A run longer than their shares explain shows a switch of the sensor.
+        # Sentences that alternate are spread evenly. A longer run than their shares explain means that the sensor was
+        # switched.
         longest, line = sentences.gap
         switched = longest > _ALTERNATING + 4 * -(-sentences.others // max(rows, 1))
         place = Place("line", line) if switched else None

@@ -22,7 +22,7 @@ from sigmatau.record import memory
 
 _WORKBOOK = "xl/workbook.xml"
 _NOT_IN_TEXT = str.maketrans("\t\r\n", "   ")
-_COPIES = 10  # bytes of memory for a byte of XML: objects of cells, and their text
+_COPIES = 10  # bytes of memory per byte of XML: objects of cells, and their text
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -66,7 +66,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _with_date(table: Table) -> Table:
-    """The table with its only column of dates as the time, if no other column is recognised as that."""
+    """Use the only column of dates as the time, if no other column is recognised as a time."""
     dated = [k for k, column in enumerate(table.columns) if is_date(column.first)]
     if len(dated) != 1 or any(match is not None and match[0] == "time" for match in recognise(table.columns)):
         return table
@@ -90,7 +90,7 @@ def _check_size(path: Path) -> tuple[Any, ...]:
 
 
 def _sheets(calamine: Any, path: Path) -> Iterator[tuple[str, list[list[Any]]]]:  # noqa: ANN401
-    """Name and rows of each sheet, from its first row and column on."""
+    """Name and rows of each sheet, beginning at its first used row and column."""
     with library_faults(_damaged):
         try:
             book = calamine.CalamineWorkbook.from_path(str(path))
@@ -99,7 +99,7 @@ def _sheets(calamine: Any, path: Path) -> Iterator[tuple[str, list[list[Any]]]]:
                     rows = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
                     yield sheet.name, rows if any(any(cell != "" for cell in row) for row in rows) else []
         except BaseException as error:
-            if type(error).__name__ == "PanicException":  # of the library, which is not an Exception
+            if type(error).__name__ == "PanicException":  # an error of the library that is not an Exception
                 raise _damaged(RuntimeError("the library failed")) from None
             raise
 
@@ -109,7 +109,7 @@ def _damaged(error: Exception) -> DataError:
 
 
 def _line(row: Sequence[Any]) -> str:
-    """The cells of a row with tabs between."""
+    """Join the cells of a row with tabs."""
     return "\t".join([repr(cell) if type(cell) is float else _cell(cell) for cell in row])
 
 

@@ -32,10 +32,10 @@ from sigmatau.record.on_disk import StoredRows
 
 _RATES = ("rate", "rate_hz", "sample_rate", "sampling_rate", "sample_rate_hz", "fs")
 _UNITS = ("unit", "units")
-_MAX_ARRAYS = 10_000  # of a store; a log has far fewer
-_BLOCK_BYTES = 1 << 20  # read at a time, at least: a call of the library takes half a millisecond
-_KEPT_BLOCKS = 4  # decoded blocks of an array that are kept: what reads it in parallel reads different ones
-_KEPT_BYTES = 1 << 25  # of them, beyond one
+_MAX_ARRAYS = 10_000  # largest number of arrays of a store; a log has far fewer
+_BLOCK_BYTES = 1 << 20  # smallest size of a read: a call of the library takes half a millisecond [bytes]
+_KEPT_BLOCKS = 4  # number of decoded blocks of an array in memory: parallel readers read different blocks
+_KEPT_BYTES = 1 << 25  # memory of these blocks beyond one [bytes]
 
 
 def read(place: str) -> tuple[Table, ...]:
@@ -75,8 +75,9 @@ def _damaged(error: Exception) -> DataError:
 
 
 def _members(root: Any) -> tuple[list[tuple[str, Any]], tuple[Finding, ...]]:  # noqa: ANN401
-    """Arrays and groups with their paths, and a finding of each array whose metadata are not there: the library knows
-    nothing of it but a warning, which other files of the folder cause too.
+    """Arrays and groups with their paths, and a finding for each array without metadata.
+
+    The library reports a missing array only by a warning, which other files in the folder cause too.
     """
     from zarr.core.sync import sync
 
@@ -102,7 +103,7 @@ def _members(root: Any) -> tuple[list[tuple[str, Any]], tuple[Finding, ...]]:  #
 
 
 def _arrays(members: list[tuple[str, Any]]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Arrays that may be columns, with their path of names, by name."""
+    """Arrays that may become columns, by name, with their path of names."""
     for name, array in sorted(members, key=lambda member: member[0]):
         if (
             hasattr(array, "shape")
@@ -140,7 +141,7 @@ def _rate(
     names: tuple[str, ...],
     attributes: Mapping[str, Any],
 ) -> tuple[float | None, str]:
-    """The rate stated by an array, or by the nearest group above it that states one, and the key of it. [Hz]"""
+    """The rate of an array, or of the nearest group above it that states one, and the key that states it. [Hz]"""
     groups = (
         [] if hasattr(root, "shape") else [root["/".join(names[:k])] for k in range(len(names) - 1, 0, -1)] + [root]
     )
@@ -163,7 +164,7 @@ def _scale(attributes: Mapping[str, Any]) -> tuple[float, float]:
 
 
 def _missing_chunks(array: Any) -> tuple[Finding, ...]:  # noqa: ANN401
-    """A finding of chunks that are not stored; raises `DataError` if none is."""
+    """A finding about chunks that are not stored. Raises `DataError` if no chunk is stored."""
     from zarr.core.sync import sync
 
     store, prefix = array.store_path.store, array.store_path.path
@@ -188,7 +189,7 @@ async def _keys(store: Any, prefix: str) -> set[str]:  # noqa: ANN401
 
 
 class ChunkedRows(StoredRows):
-    """Rows of an array in chunks; some decoded chunks are kept.
+    """Rows of an array in chunks; some decoded chunks stay in memory.
 
     Parameters
     ----------
@@ -225,11 +226,11 @@ class ChunkedRows(StoredRows):
 
     @property
     def step(self) -> int:
-        """Rows that are read at a time: whole chunks."""
+        """Number of rows that are read at a time: whole chunks."""
         return self._step
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
-        """Rows, which are not kept; those of chunks that are not stored are NaN."""
+        """Read rows. Those of chunks that are not stored are NaN."""
         pieces = []
         while start < stop:
             first = start // self._step * self._step
@@ -256,7 +257,7 @@ class ChunkedRows(StoredRows):
             gone = np.zeros(len(raw), dtype=bool)
             for first in range(start, stop, self._chunk):
                 part = slice(first - start, min(first + self._chunk, stop) - start)
-                # A row is missing if any of its chunks is, for chunks may divide columns too.
+                # A row is missing if any of its chunks is missing, because chunks may divide columns too.
                 if not raw[part].any(axis=0).all():
                     again = self._stored(1, first, min(first + self._chunk, stop))
                     gone[part] = (again != raw[part]).reshape(len(again), -1).any(axis=1)
@@ -277,7 +278,7 @@ class ChunkedRows(StoredRows):
         except (MemoryError, KeyboardInterrupt):
             raise
         except Exception as error:
-            if stop - start > self._chunk:  # which of the chunks
+            if stop - start > self._chunk:  # determine which of the chunks are missing
                 for first in range(start, stop, self._chunk):
                     self._stored(twin, first, min(first + self._chunk, stop))
             key = next(self._chunk_keys(start, stop))
@@ -287,7 +288,7 @@ class ChunkedRows(StoredRows):
             ) from None
 
     def _chunk_keys(self, start: int, stop: int) -> Iterator[str]:
-        """The stored chunks of rows."""
+        """Keys of the stored chunks that contain some rows."""
         rows, *columns = getattr(self._array, "shards", None) or self._array.chunks
         across = (range(-(-n // size)) for n, size in zip(self._shape, columns, strict=True))
         for place in itertools.product(range(start // rows, (stop - 1) // rows + 1), *across):
@@ -300,7 +301,7 @@ def _by_blosc(array: Any) -> bool:  # noqa: ANN401
 
 
 def _check_length(array: Any, key: str) -> None:  # noqa: ANN401
-    """Raise `ValueError` for a chunk of Blosc that is truncated: the decoder goes on with the bytes behind it.
+    """Raise `ValueError` for a truncated chunk of Blosc: the decoder would read beyond its end.
 
     Bytes 12 to 15 of a Blosc buffer are its length (C-Blosc, README_CHUNK_FORMAT).
     """
@@ -318,7 +319,7 @@ def _check_length(array: Any, key: str) -> None:  # noqa: ANN401
 
 
 def _with_fill(array: Any, fill: float) -> Any:  # noqa: ANN401
-    """A view of an array that has `fill` where chunks are not stored; the attributes in the store are not changed."""
+    """A view of an array in which missing chunks read as `fill`. The attributes in the store are not changed."""
     import zarr
 
     wrapped = array.async_array

@@ -79,7 +79,7 @@ def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> li
 def _on_demand(
     shown: Table, number: int, path: Path, member: zipfile.ZipInfo, head: Head, name: str, reader: TextFormat
 ) -> Table:
-    """A table of a member that is unpacked when it is read."""
+    """A table of a member that is unpacked each time it is read."""
 
     def whole_table() -> Table:
         return reader.read_tables(_unpacked(path, member), head, name, member.filename)[number]
@@ -95,7 +95,7 @@ def _on_demand(
 
 
 def _unpacked(path: Path, member: zipfile.ZipInfo) -> bytes:
-    """The bytes of a member, whose checksum is verified."""
+    """Unpack a member and verify its checksum."""
     import zipfile
 
     refuse_expansion(path.stat().st_size, member.file_size, member.filename)

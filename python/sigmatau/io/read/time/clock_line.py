@@ -11,26 +11,26 @@ from numpy.typing import NDArray
 
 from sigmatau.arrays import distinct, median
 
-BLOCK = 64  # Stamps whose phase on the grid is averaged
-_JITTER_BLOCKS = 512  # blocks from which the jitter is computed
-_PARTS = 10  # equal parts of a record whose rates are compared
+BLOCK = 64  # number of stamps whose phase on the grid is averaged
+_JITTER_BLOCKS = 512  # number of blocks from which the jitter is computed
+_PARTS = 10  # number of equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
-_LEAST_CHANGE = 1.05  # times the rate: an abrupt change
-_LEAST_SIDE = 16  # intervals before and after it
+_LEAST_CHANGE = 1.05  # smallest ratio of the rates for an abrupt change
+_LEAST_SIDE = 16  # smallest number of intervals before and after the change
 _EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on the wrong one
-_LEAST_INDEPENDENT = 3.0  # independent stamps in a part: two of them determine a line without scatter
+_LEAST_INDEPENDENT = 3.0  # smallest number of independent stamps in a part: two determine a line without scatter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClockDrift:
-    """Mean rates of ten equal parts relative to the rate of the record, and the standard error of one of them."""
+    """Mean rates of ten equal parts relative to the rate of the record, and the standard error of each."""
 
     rates: NDArray[np.float64]
     error: float
 
     @property
     def size(self) -> float:
-        """Range of the rates."""
+        """Range of the relative rates."""
         return float(np.ptp(self.rates))
 
 
@@ -41,7 +41,7 @@ class GridFit:
     kind: Literal["grid", "coarse", "host"]
     interval: float  # Sample interval
     error: float  # Standard error of the interval
-    start: int  # The stamps in use: all, or those of the longest piece between long pauses
+    start: int  # First of the stamps in use: of all, or of the longest piece between long pauses
     stop: int
     # shape (stop - start,); the place of each stamp on the grid, increasing from 0; None if every place has a stamp
     places: NDArray[np.int64] | None
@@ -50,8 +50,8 @@ class GridFit:
     short: float  # Share of intervals under half the sample interval
     median: float  # Median of the intervals
     drift: ClockDrift | None  # None if there are too few stamps
-    # Pieces between pauses with more places than the record has samples; 1 if there is no such pause, 0 if there are so
-    # many pauses that the stamps are not used and all samples are taken as evenly spaced
+    # Number of pieces between pauses that are longer than the samples of the record. 1 if there is no such pause; 0 if
+    # there are so many pauses that the stamps are not used and all samples are taken as evenly spaced
     pieces: int
     period: int = 0  # Rows after which the pattern of intervals repeats; 0 if it does not
     bound: float = 0.0  # Largest relative error of the interval on a coarse clock
@@ -71,8 +71,10 @@ def about_line(
 
 
 def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | None:
-    """The first interval after an abrupt change of the sampling rate, and the intervals before and after; None unless they
-    change once and for good, as after a new setting of the sensor. Lost samples and bunches do not.
+    """The first interval after an abrupt change of the sampling rate, and the mean intervals before and after it; None if
+    there is none.
+
+    The rate must change once and for good, as after a new setting of the sensor. Lost samples and bunches do not count.
     """
     n = len(intervals)
     ends = max(n // 100, _LEAST_SIDE)
@@ -125,7 +127,7 @@ def finished(
     short = 0.0
     if intervals is not None:
         short = float(np.count_nonzero(intervals < _SHORT_INTERVAL * slope)) / len(intervals)
-    apart = (1 - short) * n  # independent stamps: those of one bunch are late or early together
+    apart = (1 - short) * n  # number of independent stamps: those of one bunch are late or early together
     scatter = math.sqrt(float(rest @ rest) / min(float(len(rest)), max(apart, 1.0)))
     return GridFit(
         kind=kind,
@@ -156,7 +158,7 @@ def _counted_by_blocks(n: int) -> NDArray[np.float64]:
 
 
 def _jitter(t: NDArray[np.float64], places: NDArray[np.int64] | None, slope: float) -> float:
-    """Standard deviation about the line of each block of 64, from at most 512 evenly spread blocks."""
+    """Standard deviation about the line of each block of 64, from at most 512 evenly spaced blocks."""
     size = min(BLOCK, len(t))
     if size < 4:
         return 0.0

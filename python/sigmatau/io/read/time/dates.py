@@ -15,34 +15,35 @@ from sigmatau.hints import WITHOUT_STAMPS
 from sigmatau.io.read.table import Column
 
 ORDERS: tuple[DayOrder, DayOrder] = ("day_first", "month_first")
-NO_STAMP = np.iinfo(np.int64).min  # Stands for a missing stamp, as NumPy's NaT does
+NO_STAMP = np.iinfo(np.int64).min  # a missing stamp, as NumPy's NaT
 _DAY = 86_400_000_000_000  # [ns]
-_PERIODS = {"clock": _DAY, "minutes": _DAY // 24}  # after which a time without a day begins again [ns]
-_LONGEST_STEP = 1.5 * _DAY  # of a log that runs over midnight: with day and month exchanged the step is 27 days or more
+_PERIODS = {"clock": _DAY, "minutes": _DAY // 24}  # times after which a clock without a day begins again [ns]
+# longest step of a log that runs over midnight: with day and month exchanged, a step is at least 27 days
+_LONGEST_STEP = 1.5 * _DAY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DateColumn:
     """A column of dates or of times of day."""
 
-    day: int | None = None  # The column of the day, if this one has the time only
+    day: int | None = None  # The column of the day, if this column has only the time
     period: int = 0  # The time after which its stamps begin again; 0 for dates. [ns]
 
 
 def is_date(text: str) -> bool:
-    """Whether a field is a time of day, with or without its date; they are read to the nanosecond."""
+    """Whether a field is a time of day, with or without a date. Times are read to the nanosecond."""
     stamp = _stamp(text)
     return stamp is not None and stamp.form != "day"
 
 
 def is_ordered(text: str) -> bool:
-    """Whether a field is a date with day and month in an order that another program may exchange: ``07/08/2026``."""
+    """Whether a field is a date whose day and month another program may exchange: ``07/08/2026``."""
     stamp = _stamp(text)
     return stamp is not None and stamp.ordered
 
 
 def date_columns(columns: Sequence[Column]) -> tuple[tuple[Column, ...], Mapping[int, DateColumn]]:
-    """The columns, those of dates and times in nanoseconds; and how these are read, by their number."""
+    """Convert the columns of dates and times to nanoseconds; return how each is read, by its number."""
     stamps = [_stamp(column.first) for column in columns]
     days = [index for index, stamp in enumerate(stamps) if stamp is not None and stamp.form == "day"]
     dates: dict[int, DateColumn] = {}
@@ -63,10 +64,10 @@ def _stamp(text: str) -> formats.Stamp | None:
 
 
 def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
-    """Times of a clock that begins again after a period, counted on: 00:00:00 after 23:59:59 is the next day.
+    """Unwrap a clock that begins again after a period: 00:00:00 after 23:59:59 is the next day.
 
-    A step back by more than half the period is the beginning of the next one, and a step ahead by as much goes back into
-    the period before, if there was one: a row that comes late over midnight.
+    A step back by more than half the period begins the next period. A step ahead by as much returns to the period before, if
+    there was one: it is a row that comes late around midnight.
     """
     present = stamps[stamps != NO_STAMP]
     steps = np.diff(present)
@@ -84,7 +85,8 @@ def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
 
 
 def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
-    """Dates or times of day in nanoseconds, counted on after midnight; the smallest integer for a text that is neither.
+    """Convert dates or times of day to nanoseconds, unwrapped at midnight; the smallest integer for any other text.
+
     Raises `OptionError` as `find_order` does.
     """
     first = next((text for text in texts if isinstance(text, str) and is_date(text)), "")
@@ -105,8 +107,10 @@ def parse_stamps(name: str, texts: Sequence[object]) -> NDArray[np.int64]:
 
 
 def find_order(name: str, first: str, stamps: Mapping[DayOrder, NDArray[np.int64]]) -> DayOrder:
-    """The order of day and month in a column that can be read in these orders; raises `OptionError` if its values do
-    not show it. It does not matter if the intervals are the same.
+    """Find the order of day and month in a column that can be read in both orders. The order does not matter if it does not
+    change the intervals.
+
+    Raises `OptionError` if the values do not show it.
     """
     if len(stamps) == 1:
         return next(iter(stamps))

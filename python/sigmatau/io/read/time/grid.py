@@ -1,8 +1,9 @@
 """The grid of time stamps: its interval, and its empty places.
 
 There are three kinds of stamps. Stamps of a sensor lie on a regular grid, with jitter, and with holes where samples were
-lost. Stamps of a clock that is coarser than the sampling repeat, but lie within one step of the clock of a straight line.
-Stamps of a host come in bunches: then the samples are taken as evenly spaced, and the stamps give their mean rate only.
+lost. Stamps of a clock that is coarser than the sampling repeat, but deviate from a straight line by at most one step of the
+clock. Stamps of a host come in bunches: then the samples are taken as evenly spaced, and the stamps only give their mean
+rate.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finishe
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
-_EVEN_INTERVALS = (0.5, 1.5)  # times the mean: nothing is lost if no interval is outside,
+_EVEN_INTERVALS = (0.5, 1.5)  # relative limits of the intervals: nothing is lost if all are inside,
 _EVEN_SCATTER = 0.12  # and the standard deviation of the intervals is less than this share of the mean
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
 _MAX_SHORT = 0.05  # share of short intervals above which stamps are of a host: jitter of 0.2 intervals makes 0.039
 # Mean resultant length of the phases of a grid: 0.45 for jitter of 0.2 intervals, 0.11 for 64 random phases.
 _LEAST_COHERENCE = 0.4
 _MAX_MOVED = 0.05  # share of stamps that may be closer to another place than to their own
-_NEAR_MULTIPLE = 0.35  # of an interval: distance from a whole multiple up to which a difference counts intervals
+_NEAR_MULTIPLE = 0.35  # distance from an integer multiple up to which a difference counts intervals [intervals]
 _PAUSE_RARITY = 1000  # stamps of a host have at most one pause in this many intervals,
 _PAUSE_LENGTH = 20.0  # and a pause is at least this many times as long as the other intervals
 _EQUAL_INTERVALS = 1e-3  # relative difference up to which two intervals are taken as equal
@@ -35,11 +36,11 @@ _LEAST_FIT = 0.5  # mean cosine of the intervals from which on a grid fits them
 _FINER = 0.8  # a finer grid has at most this share of the interval
 _MAX_PAUSES = 64
 _EXACT_STAMPS = 0.05  # root mean square distance from the grid up to which stamps are of the sensor's clock [intervals]
-_MAX_LOSSES = 4  # times the samples present: losses at random that exact stamps may show
-_SHARE_ERROR = 0.25  # largest relative error of the share of whole intervals, of losses at random
-_INTERVAL_CORRELATION = 0.15  # largest correlation of neighbouring intervals, of losses at random
-_COARSE = 2.0  # intervals in a step of a clock that makes bunches by itself
-_ONE_STEP = 1.05  # steps of the clock within which stamps of evenly spaced samples lie, with a little jitter
+_MAX_LOSSES = 4  # largest number of random losses that exact stamps may show, over the number of samples
+_SHARE_ERROR = 0.25  # largest relative error of the share of single intervals, if losses are random
+_INTERVAL_CORRELATION = 0.15  # largest correlation of neighbouring intervals, if losses are random
+_COARSE = 2.0  # length of a clock step that makes bunches by itself [intervals]
+_ONE_STEP = 1.05  # deviation of evenly spaced samples, with a little jitter, from a line [steps of the clock]
 _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses must have
 
 
@@ -126,9 +127,11 @@ def fit_grid(
 
 
 def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float) -> tuple[float, float] | None:
-    """The interval by the first and the last step of a clock that makes few steps, and its largest relative error; None
-    for other stamps. A step is one sample wide, whereas a staircase changes the slope of the least-squares line by up to
-    1/steps². After a single step the interval is the longest one, without a lower limit.
+    """The interval between the first and the last step of a clock with few steps, and its largest relative error; None for
+    other stamps.
+
+    A step is one sample wide, whereas a staircase changes the slope of the least-squares line by up to 1/steps². After a
+    single step the interval is the longest possible one; it has no lower limit.
     """
     n, up = len(t), np.flatnonzero(intervals) + 1
     if not (step > 0 and len(up) ** 2 < n):
@@ -140,13 +143,15 @@ def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float)
     width = float(np.ptp(t - interval * np.arange(n)))
     if width > _ONE_STEP * step + interval:
         return None
-    late = (width - step) / interval  # samples by which ticks come late, beside one that any staircase may show
+    # number of samples by which ticks come late, beyond the one that any staircase may show
+    late = (width - step) / interval
     return interval, max(1.0, late) / (last - first)
 
 
 def _by_ticks(fitted: GridFit, t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
-    """Bunches that a coarse clock makes: the interval by the samples between its first and its last tick. Others, and
-    those of a piece with pauses, are returned as they are.
+    """Correct the interval of bunches that a coarse clock makes: use the samples between its first and last tick.
+
+    Other bunches, and those of a piece with pauses, are not changed.
     """
     ticks = np.flatnonzero(intervals) + 1
     single = np.abs(intervals[ticks - 1] - step) < 0.5 * step
@@ -237,7 +242,7 @@ def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool
 
 
 def _scattered(lost: NDArray[np.float64]) -> bool:
-    """Whether most places are empty outside of pauses: bunches whose inner interval was taken as the sample interval."""
+    """Whether most places outside of pauses are empty: the interval within bunches was mistaken for the sample interval."""
     n = len(lost)
     if lost[-1] - lost[0] <= n:
         return False
@@ -246,13 +251,13 @@ def _scattered(lost: NDArray[np.float64]) -> bool:
 
 
 def _coarsely(late: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Losses without a phase, for stamps too far apart for one."""
+    """Losses estimated without a phase, for stamps that are too far apart to have one."""
     lost: NDArray[np.float64] = np.rint(np.minimum.accumulate(late[::-1])[::-1] - late[0])
     return lost
 
 
 def _refined(t: NDArray[np.float64], interval: float) -> float:
-    """The interval from differences over increasing lags, with the intervals in each lag counted."""
+    """Refine the interval by differences over increasing lags; the intervals in each lag are counted."""
     n = len(t)
     lag = 1
     while 4 * lag <= max(n - 1, 4) and lag < n:
@@ -305,7 +310,9 @@ def _pauses(intervals: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
-    """The longest piece after cutting at pauses until at most half of the places are empty; the pieces, 0 if too many."""
+    """The longest piece after cutting at pauses until at most half of the places are empty; the number of pieces, 0 if too
+    many.
+    """
     start, stop, pieces = 0, len(lost), 1
     while lost[stop - 1] - lost[start] > stop - start:
         if pieces > _MAX_PAUSES:
@@ -318,7 +325,7 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
     return start, stop, pieces
 
 
-_WINDOW = 4  # rows on each side whose median decides on the place of a stamp
+_WINDOW = 4  # number of rows on each side whose median decides on the place of a stamp
 _LOSS_PRIOR = 8.0  # -ln of the probability of a loss at a given row; a loss needs jitter less likely than that
 _MAX_JITTER = 0.45  # of the interval: bunches of two rows have 0.5, larger ones more; such jitter swaps 5 % of the rows
 _MAX_CORRELATION = 0.15  # of neighbours: sorted jitter of 0.4 has 0.06, bunches of two rows -1, of three -0.5
@@ -369,7 +376,7 @@ def _at_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], believed: flo
 
 
 def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Correct late or early stamps so that losses do not decrease, in the way that moves fewer stamps."""
+    """Correct late or early stamps so that losses never decrease, and so that few stamps move."""
     late = np.minimum.accumulate(lost[::-1])[::-1]
     early = np.maximum.accumulate(lost)
     return late if np.count_nonzero(late != lost) <= np.count_nonzero(early != lost) else early
@@ -395,8 +402,9 @@ def _outvoted(
     return mended
 
 
-_MAX_PERIOD = 32  # rows; a longer pattern is attributed to a clock coarser than the samples
-_LEAST_LENGTH = 20  # rows, times the square of the period: the beat of two clocks is not periodic for so long
+_MAX_PERIOD = 32  # longest period [rows]; a longer pattern is attributed to a clock coarser than the samples
+# shortest pattern over the square of its period [rows]: the beat of two clocks is not periodic for so long
+_LEAST_LENGTH = 20
 _LEAST_SINGLE = 0.3  # share of intervals that are one interval of the sensor
 
 

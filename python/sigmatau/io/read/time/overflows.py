@@ -1,4 +1,4 @@
-"""Stamps of counters that overflow, of clocks that begin again, and of clocks written as digits: counted on."""
+"""Unwrapping of stamps: counters that overflow, clocks that begin again, and clocks written as digits."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from sigmatau.findings.stamps import CounterOverflows
 _COUNTERS = tuple(2.0**bits * ticks for bits in (16, 24, 32) for ticks in (1.0, 1e-3, 1e-6))
 # and of clocks in s, ms, us and ns: seconds of a minute, an hour, a day and a week.
 _CLOCKS = tuple(period * ticks for period in (60.0, 3600.0, 86400.0, 604800.0) for ticks in (1.0, 1e3, 1e6, 1e9))
-_LONGEST_INTERVAL = 4.0  # across an overflow: up to three samples may be lost there [intervals]
-_SHORTEST_INTERVAL = 0.1  # across an overflow: jitter [intervals]
-_RESTART = 10.0  # a clock that begins below it is one that is set to zero at the start of a log [intervals]
+_LONGEST_INTERVAL = 4.0  # longest interval across an overflow: up to three samples may be lost there [intervals]
+_SHORTEST_INTERVAL = 0.1  # shortest interval across an overflow, because of jitter [intervals]
+_RESTART = 10.0  # a clock that begins below this value was set to zero at the start of the log [intervals]
 _ROUNDING = 1e-9  # relative error of a period
 
 
 def continue_overflows(
     stamps: NDArray[Any], where: Callable[[int], str], name: str
 ) -> tuple[NDArray[Any], Finding] | None:
-    """Stamps that step back, counted on where the step back is the period of a counter or a clock, and a finding; None if
-    any step back has another cause. `where`: place of a row, for the finding; `name`: the column.
+    """Unwrap stamps whose steps back are the period of a counter or a clock, and report a finding; None if a step back has
+    another cause.
+
+    `where`: place of a row, for the finding; `name`: the column.
     """
     values = stamps.astype(np.float64)
     steps = np.diff(values)
@@ -56,15 +58,17 @@ def continue_overflows(
 
 
 _DAY = 86400.0  # [s]
-_LAST_CLOCK = 240000.0  # HHMMSS
-_DATES = (19990101000000.0, 20421231235960.0)  # YYYYMMDDHHMMSS
-_TESTED = 4096  # stamps that are tested first: a log in seconds shows digits above 59 in them
-_JUMP = 40.0  # from 59 to 100, and beyond it from 5959 to 10000
+_LAST_CLOCK = 240000.0  # last time of the form HHMMSS
+_DATES = (19990101000000.0, 20421231235960.0)  # first and last date of the form YYYYMMDDHHMMSS
+_TESTED = 4096  # number of stamps that are tested first: a log in seconds has digits above 59 in them
+_JUMP = 40.0  # step from 59 to 100, and a multiple of it from 5959 to 10000
 
 
 def read_clock_digits(stamps: NDArray[Any]) -> NDArray[np.float64] | None:
-    """Seconds of stamps that are written as HHMMSS.sss or YYYYMMDDHHMMSS.sss; None if they are not, or if no full minute
-    shows it: within a minute they count seconds anyway. Shape (n,) [s].
+    """Convert stamps written as HHMMSS.sss or YYYYMMDDHHMMSS.sss to seconds; None if they are not of this form. Shape (n,)
+    [s].
+
+    None also if no full minute shows the form: within a minute such stamps count seconds anyway.
     """
     if len(stamps) < 2 or stamps.dtype.kind not in "iuf":
         return None
@@ -85,7 +89,7 @@ def read_clock_digits(stamps: NDArray[Any]) -> NDArray[np.float64] | None:
             return None
         seconds += days * _DAY
     intervals = np.diff(seconds)
-    intervals[intervals < -_DAY / 2] += _DAY  # over midnight
+    intervals[intervals < -_DAY / 2] += _DAY  # intervals over midnight
     fits = (intervals > 0) & (intervals <= _LONGEST_INTERVAL * median(intervals))
     return seconds if fits[jumps].all() else None
 

@@ -1,4 +1,4 @@
-"""Units of time that the stamps show, sample numbers in place of stamps, and rates and lengths that no log has."""
+"""Units of time implied by the stamps, sample numbers in place of stamps, and rates and lengths that no log has."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _RARE_UNITS = ("min", "h", "d")
 _EPOCH = (9.4e8, 2.3e9)  # years 1999 to 2042, counted from 1970. [s]
 _EXCEL_DAYS = (36161, 52232)  # years 1999 to 2042, counted from 1899 as in Excel. [d]
 _MATLAB_DAYS = (730120, 746191)  # years 1999 to 2042, counted from year 0 as in MATLAB. [d]
-SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes it a usual one [s]
-_LEAST_SAMPLES = 100  # fewer samples may be a cut of a log, however short
-SLOW = 1.0  # rate below which a log is of averages, or its unit of time is wrong [Hz]
-_FREQUENT = 100.0  # rate near which most logs are: what is closer to it is offered first [Hz]
-_FIRST_NUMBERS = (0, 1)  # of the samples of a log
+SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes its length usual [s]
+_LEAST_SAMPLES = 100  # a log with fewer samples may be an excerpt, and is accepted however short
+SLOW = 1.0  # rate below which a log contains averages or its unit of time is wrong [Hz]
+_FREQUENT = 100.0  # typical rate of logs: units that give a rate closest to it are offered first [Hz]
+_FIRST_NUMBERS = (0, 1)  # possible numbers of the first sample of a log
 _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
-_ROUNDING = 1e-6  # relative difference up to which two rates are of one unit
+_ROUNDING = 1e-6  # relative difference up to which two rates belong to one unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +51,7 @@ class RateByUnit:
 
     @property
     def from_frequent(self) -> float:
-        """How far the rate is from that of most logs, as the logarithm of a ratio."""
+        """Distance of the rate from that of most logs, as the logarithm of a ratio."""
         return abs(math.log(self.rate / _FREQUENT))
 
     def __str__(self) -> str:
@@ -64,20 +64,22 @@ def is_possible(rate: float) -> bool:
 
 
 def readings(interval: float, n: int) -> list[RateByUnit]:
-    """Rate and length of a log of n samples with this interval of its stamps, by unit of time."""
+    """Rate and length of a log of n samples whose stamps have this interval, by unit of time."""
     sizes = [(unit, units.find(unit).factor) for unit in (*UNITS, *_RARE_UNITS)]
     return [RateByUnit(unit=unit, rate=1 / (interval * size), length=n * interval * size) for unit, size in sizes]
 
 
 def epoch_unit(stamp: float) -> str | None:
-    """The unit in which a stamp counts from 1970 to a date of our days; None if there is none."""
+    """The unit in which a stamp, counted from 1970, is a present-day date; None if there is none."""
     return next((unit for unit in UNITS if _EPOCH[0] <= stamp * units.find(unit).factor <= _EPOCH[1]), None)
 
 
 def unit_by_size(first: float, last: float, interval: float, n: int) -> str | None:
-    """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds;
-    or days, of the day numbers of Excel and MATLAB. None if they do not, or if no log has the rate that this unit gives; or
-    if it gives less than 1 Hz and another one a usual log: nanoseconds of a phone that is on for weeks have 16 digits too.
+    """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds; or
+    days, for the day numbers of Excel and MATLAB.
+
+    None if the stamps do not count from 1970, or if no log has the rate that this unit gives. None also if it gives less
+    than 1 Hz and another unit gives a usual log: nanoseconds since a phone was started weeks ago have 16 digits too.
     """
     by_unit = {reading.unit: reading for reading in readings(interval, n)}
     possible = {unit for unit, reading in by_unit.items() if reading.is_possible}
@@ -128,8 +130,8 @@ def ask_for_unit(stamps: NDArray[Any], intervals: NDArray[np.float64], name: str
 
 
 def find_stride(stamps: NDArray[Any], intervals: NDArray[np.float64]) -> int:
-    """From one stamp to the next, if stamps may be the numbers of the samples: whole numbers from 0 or 1 that go up by this
-    stride, but for lost samples; 0 if not.
+    """Step from one stamp to the next, if stamps may be sample numbers: integers from 0 or 1 that grow by this step, except
+    at lost samples. Else 0.
     """
     stride = intervals[0]
     if len(stamps) < _LEAST_SAMPLES or stamps[0] not in _FIRST_NUMBERS or not stride >= 1 or stride % 1:
@@ -149,8 +151,9 @@ def ask_for_sample_numbers(name: str, stamps: NDArray[Any]) -> OptionError:
 
 
 def slow_rate(rate: float, n: int, second: float, stride: int) -> tuple[Finding, ...]:
-    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; none if no smaller one is plausible.
-    `stride`: of the stamps, if they may be the numbers of samples.
+    """A finding about a rate below 1 Hz, with the rate in a smaller unit of time; None if no smaller unit is plausible.
+
+    `stride`: that of the stamps, if they may be sample numbers.
     """
     if rate >= SLOW:
         return ()
@@ -168,7 +171,7 @@ def _number(value: float) -> str:
 
 
 NOMINAL_RATIO = 1.1
-"""Largest ratio of two rates that are one nominal rate by two clocks.
+"""Largest ratio of two rates that may be one nominal rate measured by two clocks.
 
 The oscillators of MEMS sensors are within 10 % of their nominal rate, and the rates that a datasheet lists differ by more
 (1000 and 1125 Hz). At this ratio a random walk is off by 5 %, which a finding states. A larger ratio is a contradiction.
@@ -177,12 +180,12 @@ The oscillators of MEMS sensors are within 10 % of their nominal rate, and the r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RateContradiction:
-    """A stated rate and the other rate, which are not one nominal rate."""
+    """A stated rate and another rate that cannot be the same nominal rate."""
 
     stated: float  # [Hz]
-    logged: float  # By the time stamps, or stated by the file. [Hz]
-    source: RateSource  # What gives the other one
-    sensor: str = ""  # The sensor whose rate is stated; empty if the rate is that of all
+    logged: float  # The other rate, from the time stamps or stated by the file. [Hz]
+    source: RateSource  # Source of the other rate
+    sensor: str = ""  # The sensor whose rate is stated; empty if it is the rate of all sensors
     unit: str = ""  # The unit of time in use, if it follows from the stated rate or the size of the stamps
     other_unit: str = ""  # The unit of time in which the stamps give the stated rate; empty if there is none
     names_time: bool = False  # Whether the user named the time column

@@ -1,4 +1,4 @@
-"""Time stamps that are split into columns: whole seconds, the part of a second, and perhaps minutes and hours."""
+"""Time stamps in several columns: whole seconds, fractions of a second, and perhaps minutes and hours."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ _LARGER = {
     3600: frozenset(("h", "hr", "hour", "hours")),
 }  # seconds of the units above
 _NANOSECONDS = 10**9  # per second
-_MAX_OUTSIDE = 0.01  # share of the rows whose part may be a second or more: damaged ones
-_LARGEST = 1 << 62  # of joined stamps [ns]
+_MAX_OUTSIDE = 0.01  # largest share of damaged rows, in which the fraction is a second or more
+_LARGEST = 1 << 62  # largest joined stamp [ns]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SplitStamp:
-    """Columns that hold a time stamp together."""
+    """Columns that together contain a time stamp."""
 
     seconds: int
-    part: int  # The column of the part of a second
-    per_second: int  # Its unit: 10⁹, 10⁶ or 10³ in a second
-    larger: tuple[tuple[int, int], ...] = ()  # Columns of minutes and hours, each with its seconds
+    part: int  # The column of the fraction of a second
+    per_second: int  # Number of its units in a second: 10⁹, 10⁶ or 10³
+    larger: tuple[tuple[int, int], ...] = ()  # Columns of minutes and hours, each with its length in seconds
 
     @property
     def columns(self) -> tuple[int, ...]:
@@ -49,7 +49,7 @@ class SplitStamp:
 
 
 def find_split_stamps(columns: Sequence[Column]) -> list[SplitStamp]:
-    """Pairs of columns whose names are the halves of one time stamp: ``stamp.sec`` and ``stamp.nanosec``."""
+    """Find pairs of columns whose names are the halves of one time stamp: ``stamp.sec`` and ``stamp.nanosec``."""
     keys = [_key(column).rpartition("_") for column in columns]
     pairs: list[SplitStamp] = []
     for index, (stem, _, word) in enumerate(keys):
@@ -81,8 +81,9 @@ def _key(column: Column) -> str:
 
 
 def join(split: SplitStamp, columns: Mapping[int, NDArray[Any]]) -> NDArray[np.int64] | None:
-    """The stamps in nanoseconds, counted on after an hour or midnight, the smallest integer for a missing one; None if the
-    second column is not the part of a second, but a clock of its own.
+    """Join the stamps in nanoseconds, unwrapped after an hour or midnight; the smallest integer for a missing one.
+
+    None if the second column is a separate clock and not the fraction of a second.
     """
     arrays = [columns[k] for k in split.columns]
     missing = np.logical_or.reduce([_is_missing(array) for array in arrays])

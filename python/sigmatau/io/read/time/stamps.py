@@ -1,4 +1,4 @@
-"""Sampling rate and grid from time stamps, which may be coarse, bunched, in any unit, and wrong in places."""
+"""Sampling rate and grid of time stamps, which may be coarse, bunched, in any unit, and partly wrong."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from sigmatau.noise.terms import TERMS
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 from sigmatau.record.streams import InputKind
 
-_LARGEST_START = 1e8  # 3 years: stamps beyond it count from an epoch, whole seconds are subtracted. [s]
+_LARGEST_START = 1e8  # stamps beyond 3 years count from an epoch; whole seconds are subtracted [s]
 
 # Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk
 _EQUAL_RATES = 1e-3
-_NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # times a power of ten: rates that datasheets state. [Hz]
+_NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # rates that datasheets state, times a power of ten [Hz]
 _NEAR_NOMINAL = (
     0.02  # relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %
 )
 # The range of ten equal rates is 3.1 ± 0.8 standard errors: more than 8 once in 1e7 records.
 _DRIFT_ERRORS = 8.0
-# Relative range of the rate from which on it is told; coefficients are off by up to half of it.
+# Relative range of the rate from which on a finding reports it; coefficients are off by up to half of it.
 _DRIFT_INFO = 1e-4
 _DRIFT_WARNING = 1e-3
 _RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is off by half of it
 _LISTED_GAPS = 3
-_FEW_LOST = 1e-3  # share of the samples, and of the record for the longest gap, up to which gaps are no warning
+_FEW_LOST = 1e-3  # share of missing samples, and of the record in the longest gap, up to which gaps are no warning
 
-# Powers of (given / true rate) in the factors on coefficients of rates. All have the form coefficient² = avar·τ^(−2·slope),
-# and a rate that is too high makes the averaging times too short by the ratio. Increments are divided by an interval that
-# is too short as well, which adds 1.
+# Exponents of (given / true rate) in the factors on coefficients of rates. All have the form coefficient² =
+# avar·τ^(−2·slope), and a rate that is too high makes the averaging times too short by the ratio. Increments are also
+# divided by an interval that is too short, which adds 1.
 _POWERS = {name: term.slope for name, term in TERMS.items()}
 
 
@@ -53,7 +53,7 @@ class Timing:
     """Sampling times of a stream."""
 
     rate: float  # Sampling rate. [Hz]
-    measured: float | None = None  # By the time stamps, or stated by the file; None if neither has one. [Hz]
+    measured: float | None = None  # Rate from the time stamps, or stated by the file; None if neither exists. [Hz]
     second: float | None = None  # One unit of the stamps; None without stamps, or if their unit is not known. [s]
     # Time of the first sample; without whole seconds if the stamps count from an epoch. [s]
     start: float = 0.0
@@ -62,16 +62,17 @@ class Timing:
     places: NDArray[np.int64] | None = None  # Places of the rows on the grid; None if no place is empty
     n: int | None = None  # Places; None without stamps
     jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
-    step: float = 0.0  # Resolution of their clock; 0 if they show none. [s]
+    step: float = 0.0  # Resolution of the clock of the stamps; 0 if they show none. [s]
     on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
-    is_regular: bool = False  # Whether the stamps show a rate: they have steps, and no more pauses than can be cut out
-    stride: int = 0  # From one stamp to the next, if they may be the numbers of the samples
-    contradiction: RateContradiction | None = None  # The given rate against that of the log, if they contradict
+    # Whether the stamps show a rate: they increase, and have no more pauses than can be cut out
+    is_regular: bool = False
+    stride: int = 0  # Step from one stamp to the next, if the stamps may be sample numbers
+    contradiction: RateContradiction | None = None  # The given rate and that of the log, if they contradict each other
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
     def laid(self, column: NDArray[Any]) -> NDArray[Any]:
-        """A column of the table on this grid, NaN in empty places; the array itself if nothing changes."""
+        """Put a column of the table on this grid, with NaN in empty places. An unchanged array is returned as it is."""
         if self.rows is not None:
             column = column[self.rows]
         if self.places is None or self.n is None:
@@ -84,16 +85,17 @@ class Timing:
 def fit(
     used: OrderedRows, second: float | None, where: Callable[[int], str], name: str, *, rate: float | None = None
 ) -> Timing:
-    """Grid and sampling rate by the stamps, see `sigmatau.io.read.time.grid`. `second`: one unit of the stamps; if
-    None, it follows from `rate` [s]; `where`: place of a row in the file, for the messages; `name`: the column, as
-    messages name it; `rate`: sampling rate given by the user [Hz].
+    """Fit grid and sampling rate to the stamps, see `sigmatau.io.read.time.grid`.
+
+    `second`: one unit of the stamps; if None, it follows from `rate` [s]; `where`: place of a row in the file, for the
+    messages; `name`: the column, as messages name it; `rate`: sampling rate given by the user [Hz].
     """
     stamps = used.stamps
     with np.errstate(over="ignore"):
         t = (stamps - stamps[0]).astype(np.float64, copy=False)
     if not np.isfinite(t[-1]):
         raise StampError(f"stamps in column {name} are too far apart: {stamps[0]} to {stamps[-1]}")
-    # Consecutive rows as well: rows at a regular stride may hide a pattern.
+    # Consecutive rows are used too: rows at a regular stride may hide a pattern.
     some = np.concatenate((np.diff(stamps[:2048]), np.diff(stamps[:: max(len(stamps) // 4096, 1)])))
     step = resolution(some, float(max(abs(stamps[0]), abs(stamps[-1]))))
     stated = 1 / (rate * second) if rate and second else None
@@ -156,7 +158,7 @@ def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa:
 
 
 def mismatch(rate: float, reference: float, kind: InputKind = "rate", *, stated: bool = False) -> tuple[Finding, ...]:
-    """A finding if the rate that was given is not that of the stamps, or not that which the file states."""
+    """A finding if the given rate differs from that of the stamps or from that which the file states."""
     ratio = rate / reference
     if abs(1 / ratio - 1) <= _EQUAL_RATES:
         return ()
@@ -215,7 +217,7 @@ def _gaps(
 
 
 def _pauses(grid: GridFit, used: OrderedRows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
-    """A finding about pauses that are cut out, or about more pauses than can be cut out."""
+    """A finding about pauses that are cut out, or about too many pauses to cut out."""
     if grid.pieces == 1:
         return ()
     row = int(np.argmax(used.intervals))
@@ -265,7 +267,7 @@ def _is_single_precision(used: OrderedRows, step: float) -> bool:
 
 
 def _rate_change(grid: GridFit, used: OrderedRows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
-    """A finding of an abrupt change of the rate, with those of the gaps if there are longer ones than it makes."""
+    """A finding about an abrupt change of the rate. The gaps are included if some are longer than the change makes."""
     change = rate_change(used.intervals)
     if change is None or grid.pieces != 1:
         return ()
@@ -287,8 +289,9 @@ def _rate_change(grid: GridFit, used: OrderedRows, second: float, place: Callabl
 
 
 def rate_changed(*, time: float, end: float, details: RateChange, empty: bool) -> Finding:
-    """A finding of a change of the rate at a `time` of a log that ends at `end` [s]. Where places are left `empty`, the
-    coefficients allow for it; else they are those of a mixture.
+    """A finding about a change of the rate at `time` in a log that ends at `end` [s].
+
+    If places are left `empty`, the coefficients allow for the change; else they belong to a mixture.
     """
     ratio = max(details.before, details.after) / min(details.before, details.after)
     factors = () if empty else (("random_walk", math.sqrt(ratio)),)
@@ -296,7 +299,7 @@ def rate_changed(*, time: float, end: float, details: RateChange, empty: bool) -
 
 
 def later(finding: Finding, by: float) -> Finding:
-    """A finding about stamps of a sensor that begins so many seconds after the whole record."""
+    """A finding about a sensor whose stamps begin later than the whole record."""
     details = finding.details
     if by == 0:
         return finding

@@ -1,4 +1,4 @@
-"""Sampling times of a table: by its stamps, by the rate that the file states, or by the rate that the user gives."""
+"""Sampling times of a table, from its stamps, from the rate that the file states, or from the rate that the user gives."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def timed(
     stream: str = "",
     stream_rows: NDArray[np.int64] | None = None,
 ) -> Timing:
-    """Sampling times of all rows, or of the rows `stream_rows` that only one stream fills."""
+    """Sampling times of all rows, or of the rows `stream_rows` if only one stream fills these."""
     if choice.time is None:
         if options.rate is None and table.rate is None:
             raise OptionError(f"has no time column: give {RATE}, or name the column with {TIME_COLUMN}", option="rate")
@@ -116,7 +116,7 @@ def timed(
         findings = tuple(f if f.channels else replace(f, channels=(stream,)) for f in findings)
         notes = (*notes, f"{stream} in {len(stream_rows)} of {len(stamps_raw)} rows, with the stamps of these")
     source, stated = fitted.source, options.rate
-    if stated is not None:  # "given" alone: the log does not confirm it
+    if stated is not None:  # "given" alone means that the log does not confirm the rate
         confirmed = second is not None and not stamps.mismatch(stated, fitted.rate)
         source = replace(source, kind="given", confirmed=True) if confirmed else GIVEN_RATE
     start = 0.0 if second is None else fitted.start
@@ -135,14 +135,14 @@ def timed(
 
 
 def _may_count_samples(spelled: str | None, choice: ColumnChoice, options: Options) -> bool:
-    """Whether stamps of an inertial sensor are in seconds by the file alone."""
+    """Whether the file alone says that the stamps of an inertial sensor are in seconds."""
     if spelled is None or "time" in options.unit or "time" in options.scale or units.find(spelled).factor != 1:
         return False
     return any(stream_name(channel) in SI for channel in choice.channels)
 
 
 def _by_statement(table: Table, options: Options, rows: NDArray[np.int64] | None) -> Timing:
-    """Sampling times by the given rate alone, in a log without time stamps or with `channels` that ignore them."""
+    """Sampling times from the given rate alone: the log has no time stamps, or `channels` ignores them."""
     rate = cast("float", options.rate)
     if table.rate is None:
         return Timing(rate=rate, rows=rows)
@@ -152,7 +152,7 @@ def _by_statement(table: Table, options: Options, rows: NDArray[np.int64] | None
 
 
 def find_stated_contradiction(table: Table, options: Options) -> RateContradiction | None:
-    """The contradiction of the given rate and that of the file, unless the options ignore the times of the file."""
+    """The contradiction between the given rate and that of the file, unless the options ignore the times of the file."""
     rate, stated = options.rate, table.rate
     if rate is None or stated is None or no_time(table.columns, options.channels) or is_one_nominal_rate(rate, stated):
         return None
@@ -162,8 +162,9 @@ def find_stated_contradiction(table: Table, options: Options) -> RateContradicti
 def _contradiction(
     timing: Timing, second: float, choice: ColumnChoice, options: Options, name: str, assumed: str
 ) -> RateContradiction | None:
-    """The contradiction of the given rate and the stamps, if they show a rate. `assumed`: the unit of the stamps, if
-    neither the file nor the user states it.
+    """The contradiction between the given rate and the stamps, if these show a rate.
+
+    `assumed`: the unit of the stamps, if neither the file nor the user states it.
     """
     rate = cast("float", options.rate)
     if not timing.is_regular or is_one_nominal_rate(rate, timing.rate):
@@ -188,7 +189,7 @@ def _contradiction(
 
 
 _LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
-_SHARE_FILLED = 0.95  # share of these empty rows that other streams must fill
+_SHARE_FILLED = 0.95  # smallest share of these empty rows that other streams must fill
 
 
 def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set[int]:
@@ -199,7 +200,7 @@ def with_missing(raw: Mapping[int, NDArray[Any]], indices: Sequence[int]) -> set
     doubted = {i for i in indices if not all_finite.get(i, False) and raw[i].dtype.kind == "f"}
     missing: set[int] = set()
     for start in range(0, max((len(raw[i]) for i in doubted), default=0), CHUNK):
-        for i in doubted - missing:  # together: columns of one file share its rows
+        for i in doubted - missing:  # checked together, because columns of one file share its rows
             with np.errstate(over="ignore", invalid="ignore"):
                 if np.isnan(np.sum(np.asarray(raw[i][start : start + CHUNK]), dtype=np.float64)):
                     missing.add(i)
@@ -259,8 +260,9 @@ def missing_in(
     return missing_values(missing_by_channel, where, tau0, totals=counts, dropped=dropped)
 
 
-_LEAST_JITTER = 0.03  # share of the sample interval from which on jitter is a finding
-_ROUNDING_FACTOR = 1.3  # times the scatter that the resolution of the clock makes: up to it, jitter is rounding
+_LEAST_JITTER = 0.03  # smallest jitter that is reported, over the sample interval
+# jitter up to this multiple of the scatter that the resolution of the clock makes counts as rounding
+_ROUNDING_FACTOR = 1.3
 _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
 
 

@@ -201,9 +201,7 @@ class Options:
     offset: Mapping[str, float]
     topic: tuple[str, ...] = ()
     rates: Mapping[str, float] = field(default_factory=dict)  # By sensor. [Hz]
-    sensors: tuple[
-        str, ...
-    ] = ()  # Sensors to read from a topic with the fields of both; all if empty
+    sensors: tuple[str, ...] = ()  # Sensors to read from a topic with the fields of both; all if empty
     interleaved: int | None = None  # Number of sensors whose rows take turns; None if the samples decide
 
     @property

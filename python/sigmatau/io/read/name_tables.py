@@ -94,6 +94,7 @@ AFTER_AXIS = {"gyro": "gyro|gyr|gyroscope|angular_?rate", "accel": "accel|accl?|
 
 # Names that both ROS (with gravity) and phones (without gravity) use. Names with a space between the words are a
 # phone's, unless the log also has an angular velocity. A plain accelerometer in the log has priority.
+WITHOUT_GRAVITY = re.compile(r"(?:linear_?acc(?:el|eleration)?|lin_?acc(?:el)?)_?[xyz]")
 PHONE_NAMES = re.compile(r"(?i)linear acceleration [xyz]\b")
 
 # Names of increments.

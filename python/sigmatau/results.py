@@ -213,6 +213,16 @@ def _plain(value: Any) -> Any:  # noqa: ANN401
     return value if convert is None else convert()
 
 
+SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")
+"""Notes of `analyze` that name the unit, the first one that is there."""
+
+
+def noted_unit(notes: Mapping[str, str]) -> str:
+    """The unit that the notes of a result name; empty if none does."""
+    by_key = {key.strip().lower(): text for key, text in notes.items()}
+    return next((by_key[key] for key in SERIAL_NOTES if by_key.get(key)), "")
+
+
 def lines_text(lines: Iterable[str]) -> str:
     """Lines of a printed form, each as `printable` returns it: names from files do not add lines."""
     return "\n".join(map(printable, lines))

@@ -9,6 +9,7 @@ import pytest
 from report_records import NAMES, six_axes
 
 import sigmatau as st
+from known import seed_of
 from sigmatau.errors import OptionError
 from sigmatau.record.mask import only_used
 from sigmatau.reporting.charts import digits, packed
@@ -222,3 +223,16 @@ def test_rest_is_told_of_inertial_sensors(analysis):
 def test_notes(analysis):
     content = collect_content(analysis, None, notes={"serial number": "A123\n"})
     assert content.notes == (("serial number", "A123\\n"),)
+    assert (content.title, content.file_name) == ("A123\\n", "Record in memory")
+    assert collect_content(analysis, None, notes={"operator": "N. N."}).title == "Record in memory"
+
+
+@pytest.mark.parametrize(
+    ("name", "level", "columns"), [("quantization", 20.0, ("quantization",)), ("angle random walk", 0.02, ())]
+)
+def test_a_dominant_term_has_a_column(name, level, columns):
+    rng = np.random.default_rng(seed_of(f"dominant {name}"))
+    angle = np.diff(rng.standard_normal(8001)) * level
+    record = st.Record.from_arrays(rate=100.0, gyro_x=(angle + rng.standard_normal(8000)) * 1e-4)
+    head = collect_content(st.analyze(record), None).overview[0]
+    assert head[1:-1] == ("random walk", "bias instability", "rate random walk", *columns)

@@ -109,10 +109,10 @@ def test_axes_can_be_hidden_in_all_charts_of_a_sensor(opened, page):
 def test_options_change_the_picture(opened, page):
     tab = opened(page)
     shown = figure(tab, "deviation")
-    plain = ink(shown.locator(".plot"))
+    with_intervals = shown.locator(".plot").screenshot()
     shown.get_by_role("checkbox", name="Intervals").uncheck()
+    assert shown.locator(".plot").screenshot() != with_intervals
     without = ink(shown.locator(".plot"))
-    assert without < plain
     shown.get_by_role("checkbox", name="Terms").check()
     assert ink(shown.locator(".plot")) > without
     shown.get_by_role("checkbox", name="Slopes").check()
@@ -290,6 +290,15 @@ def test_paper_has_all_charts(opened, page):
     assert not tab.get_by_role("button", name="PNG").first.is_visible()
     tab.emulate_media(media="screen")
     until(tab, "getComputedStyle(document.body).backgroundColor === 'rgb(18, 22, 28)'")
+
+
+def test_the_curve_is_beside_the_summary(opened, page):
+    tab = opened(page, viewport={"width": 1280, "height": 900})
+    summary, curve = (tab.locator(f"#{name}").bounding_box() for name in ("summary", "deviation"))
+    assert curve["y"] == summary["y"]
+    assert curve["x"] >= summary["x"] + summary["width"]
+    table = tab.locator("#summary .scrolled")
+    assert table.evaluate("(element) => element.scrollWidth <= element.clientWidth")
 
 
 def test_phone(opened, page):

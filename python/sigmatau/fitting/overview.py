@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import Literal
 
@@ -61,24 +61,39 @@ def overview(
     return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
 
+def dominant_columns(fits: Mapping[str, NoiseFit]) -> tuple[str, ...]:
+    """`COLUMNS`, then the terms that are the largest at the shortest or longest averaging time of a fitted curve."""
+    dominant: set[str] = set()
+    for fitted in fits.values():
+        values = {name: term.value for name, term in fitted.items() if term.value is not None}
+        for tau in (fitted.tau_min, fitted.tau_max):
+            if values and tau is not None:
+                dominant.add(max(values, key=lambda name: float(abs(values[name]) * TERMS[name].deviation([tau])[0])))
+    return *COLUMNS, *(name for name in TERMS if name in dominant.difference(COLUMNS))
+
+
 def overview_rows(
-    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, form: Form = "full"
+    fits: Mapping[str, NoiseFit],
+    findings: Iterable[Finding] = (),
+    *,
+    columns: Sequence[str] = COLUMNS,
+    form: Form = "full",
 ) -> list[tuple[str, ...]]:
     """The cells of `overview`: a head, for each sensor a row of units, and a row a channel, or two with intervals below."""
     findings = tuple(findings)
-    labels = (TERMS[term].label("signal") for term in COLUMNS) if form == "full" else _SHORT_LABELS
+    labels = (TERMS[term].label("signal") for term in columns) if form == "full" else _SHORT_LABELS
     levels = {f"{100 * fitted.level:g} %" for fitted in fits.values()}
     rows: list[tuple[str, ...]] = [(levels.pop() if len(levels) == 1 else "", *labels, "trust")]
     for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
         members = list(group)
         units = {
             term: display_units(term, quantity, unit, [_printed_number(fitted, term) for _, fitted in members])[-1]
-            for term in COLUMNS
+            for term in columns
         }
         texts = (text for text, _ in units.values())
         rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *texts, ""))
         for channel, fitted in members:
-            values = [_value(fitted, term, units[term][1]) for term in COLUMNS]
+            values = [_value(fitted, term, units[term][1]) for term in columns]
             grade = trust(fitted, findings, channel)
             if form == "below":
                 rows.append((channel, *(value if isinstance(value, str) else value.value for value in values), grade))

@@ -18,7 +18,7 @@ from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import overview_rows
+from sigmatau.fitting.overview import dominant_columns, overview_rows
 from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
@@ -27,7 +27,7 @@ from sigmatau.record.mask import only_used
 from sigmatau.record.record import QUANTITIES, Record
 from sigmatau.record.sampling import sampling_text
 from sigmatau.reporting.charts import LONGEST, collect_charts
-from sigmatau.results import duration_text, printable, seconds
+from sigmatau.results import duration_text, noted_unit, printable, seconds
 
 _LARGEST_FILE = 20_000  # characters of a filter's file that is shown
 _SLOW = ("state-space",)  # approximates flicker noise by states, which takes as long as the rest of a report
@@ -69,7 +69,8 @@ class FilterFile:
 class Content:
     """A report without its form."""
 
-    title: str
+    title: str  # the unit, if a note names it, or the file
+    file_name: str
     headline: str
     verdict: str  # of the record: "at_rest" …
     date: str
@@ -115,13 +116,14 @@ def collect_content(
         used = _used(analysis, record)
     files, no_files = _files(analysis)
     return Content(
-        title=printable(_title(analysis)),
+        title=printable(noted_unit(notes or {}) or _file_name(analysis)),
+        file_name=printable(_file_name(analysis)),
         headline=analysis.headline(name=False, rest=False),
         verdict=_verdict(analysis),
         date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
         made_by=f"sigmatau {__version__}",
         notes=tuple((printable(str(key)), printable(str(text))) for key, text in (notes or {}).items()),
-        overview=tuple(overview_rows(analysis.fits, analysis.findings)) if analysis.fits else (),
+        overview=tuple(_overview(analysis)),
         findings=tuple(_finding_text(finding) for finding in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
         legend=analysis.legend(),
@@ -161,9 +163,14 @@ def _used(analysis: Analysis, record: Record) -> Record:
     return used
 
 
-def _title(analysis: Analysis) -> str:
+def _file_name(analysis: Analysis) -> str:
     path = analysis.source.path
     return "Record in memory" if path is None else path.replace("\\", "/").rstrip("/").rpartition("/")[2] or path
+
+
+def _overview(analysis: Analysis) -> list[tuple[str, ...]]:
+    fits = analysis.fits
+    return overview_rows(fits, analysis.findings, columns=dominant_columns(fits)) if fits else []
 
 
 def _verdict(analysis: Analysis) -> str:

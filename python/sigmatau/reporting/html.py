@@ -107,10 +107,11 @@ def section(id_: str, title: str, *children: str | Iterable[str]) -> Section:
 def _head(content: Content) -> Markup:
     word, mark = VERDICTS.get(content.verdict, ("", ""))
     chip = [element("span", word, class_=f"chip {mark}")] if word else []
+    has_unit = content.title != content.file_name
     theme = element("button", "Dark", type="button", id="theme", class_="quiet", hidden=True)
     return element(
         "header",
-        element("p", "Sensor noise report", class_="kind"),
+        element("p", "Sensor noise report", [" of ", name(content.file_name)] if has_unit else [], class_="kind"),
         element("h1", name(content.title)),
         element("p", element("span", content.headline), chip, class_="headline"),
         _notes(content),
@@ -146,7 +147,7 @@ def _overview(content: Content) -> Markup:
             length = f"over {row[0].strip('[]')}"
             groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
             continue
-        values = (element("td", text, class_="value") for text in row[1:-1])
+        values = (element("td", _interval_below(text), class_="value") for text in row[1:-1])
         trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=TRUST.get(row[-1], "")))
         groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
     legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in explain_trust(rows).items())}."
@@ -155,6 +156,11 @@ def _overview(content: Content) -> Markup:
         f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."
     )
     return joined(_scrolled(table), element("p", f"{about} {legend}" if content.level else legend, class_="legend"))
+
+
+def _interval_below(text: str) -> Markup:
+    value, bracket, interval = text.partition(" [")
+    return joined(value, element("span", bracket, interval, class_="interval") if bracket else [])
 
 
 def _scrolled(table: Markup) -> Markup:

@@ -79,6 +79,7 @@ def _values(content: Content) -> dict[str, Any]:
     return {
         "title": _cut(content.title, _MOST_TITLE),
         "foot": _cut(content.title, _MOST_NAME),
+        "file": _cut(content.file_name, _MOST_TITLE) if content.file_name != content.title else "",
         "headline": _cut(content.headline, _MOST_MESSAGE),
         "verdict": VERDICTS.get(content.verdict, ("", "")),
         "date": content.date,

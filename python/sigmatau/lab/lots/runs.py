@@ -20,6 +20,7 @@ from sigmatau.arrays import Floats, Ints
 from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.quality import Mark, collect_marks, reason_without_fits
+from sigmatau.results import noted_unit
 
 MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
@@ -34,9 +35,8 @@ OBSERVED, LIMITED, WITHOUT_ERROR, WITHOUT_INTERVAL = range(4)
 """Status of a row: value with error; upper limit; value whose error is not known, or that was read off (δ is no standard
 error); value of a model that does not fit."""
 
-SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")
 RUN_NOTES = ("run", "day", "test", "date")
-"""Notes of `analyze` that name the unit and the run, the first one that is there."""
+"""Notes of `analyze` that name the run, the first one that is there."""
 
 
 @frozen
@@ -288,4 +288,4 @@ def _named(name: str, notes: Mapping[str, str], serial: str | None) -> tuple[str
     run = next((by_key[key] for key in RUN_NOTES if by_key.get(key)), name)
     if serial is not None:
         return run, serial
-    return run, next((by_key[key] for key in SERIAL_NOTES if by_key.get(key)), "")
+    return run, noted_unit(notes)

@@ -14,8 +14,9 @@ from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
-from sigmatau.lab.lots.runs import RUN_NOTES, SERIAL_NOTES
+from sigmatau.lab.lots.runs import RUN_NOTES
 from sigmatau.lab.store.rows import Entry, in_utc
+from sigmatau.results import noted_unit
 
 if TYPE_CHECKING:
     from sigmatau import Analysis
@@ -45,7 +46,7 @@ class Naming:
         Name of the unit of all results.
     unit_from : str or None
         ``"folder"`` of the file, ``"log-folder"`` of its log, or a regular expression for the path of the log, whose first
-        group is the unit. Default: the note "serial number" or "unit", see `sigmatau.lab.lots.runs.SERIAL_NOTES`.
+        group is the unit. Default: the note "serial number" or "unit", see `sigmatau.results.SERIAL_NOTES`.
     folders : bool
         Whether a result without such a note has the name of its folder.
     model : str
@@ -140,7 +141,7 @@ class Naming:
         if self.unit is not None:
             return self.unit
         if self.unit_from is None:
-            unit = next((notes[key] for key in SERIAL_NOTES if notes.get(key)), "")
+            unit = noted_unit(notes)
             unit = unit or (file.absolute().parent.name if self.folders else "")
         elif self.unit_from == FOLDER:
             unit = file.absolute().parent.name

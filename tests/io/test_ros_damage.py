@@ -61,6 +61,15 @@ def test_cut_off(tmp_path, kind, share):
         assert rows == len(values)
 
 
+@pytest.mark.parametrize("missing", [1, 40, 700])
+def test_database_cut_inside_its_last_page(tmp_path, missing):
+    path, values = made("db3", tmp_path)
+    path.write_bytes(path.read_bytes()[:-missing])
+    rows, found = outcome(path, values)
+    assert found == ("error", "damaged")
+    assert 0.98 < rows / len(values) < 1
+
+
 @pytest.mark.parametrize("kind", ALL)
 def test_a_flipped_page(tmp_path, kind):
     path, values = made(kind, tmp_path)

@@ -195,6 +195,7 @@ class _Reader:
                 (self.topic.id,),
             )
             fault, last, intact = "", None, None
+            shortest = page
             stored, unpacked = self.path.stat().st_size, 0
             while not fault:
                 blobs: list[bytes] = []
@@ -227,8 +228,11 @@ class _Reader:
                             break
                 except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
                     fault = f"the database cannot be read further ({error})"
+                if not count and not fault and _cut(self.path):  # SQLite reads an incomplete page as if zeros followed
+                    fault = "the last page of the database is incomplete"
+                shortest = min(map(len, blobs), default=shortest)
                 # The messages before the fault may come from an incomplete page.
-                doubt = 1 + page // max(1, min(map(len, blobs), default=page)) if fault else 0
+                doubt = 1 + page // max(1, shortest) if fault else 0
                 lengths = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
                 yield _Batch(
                     data=b"".join(blobs),

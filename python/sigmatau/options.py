@@ -37,7 +37,7 @@ Form = Literal[
     "text", "texts", "flag", "count", "number", "seconds", "times", "ranges", "span", "spans", "names", "rates", "pairs",
     "numbers", "bandwidths", "time", "factors",
 ]  # fmt: skip
-"""How a value is typed on the command line; see `sigmatau.cli.declared`."""
+"""How a value is typed on the command line; see `sigmatau.typed.forms`."""
 
 _NUMBERS: tuple[Form, ...] = ("number", "seconds", "times", "rates", "numbers")
 _WIDTH = 120  # of docstrings

@@ -8,8 +8,8 @@ import pytest
 from known import seed_of
 from sigmatau import Choices, NoiseModel, export
 from sigmatau.cli import main
-from sigmatau.cli.earlier import is_result
 from sigmatau.exporting.targets import NAMES, target
+from sigmatau.io.written import is_result
 
 OUTPUTS = {"--json": "r.json", "--csv": "r.csv", "--plot": "r.png", "--stability": "r.pdf", "--export": "kalibr=r.yaml"}
 WRITTEN = {"r.json", "r.csv", "r-curves.csv", "r.png", "r.pdf", "r.yaml"}

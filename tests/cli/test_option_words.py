@@ -6,11 +6,12 @@ import pytest
 
 from sigmatau.cli import main
 from sigmatau.cli.app import app
-from sigmatau.cli.options import key_numbers
-from sigmatau.cli.rates import assign_rates, parse_rate
+from sigmatau.cli.rates import assign_rates
 from sigmatau.cli.reading import ReadingOptions, assign_readings
 from sigmatau.cli.words import repeat_options
 from sigmatau.errors import OptionError
+from sigmatau.typed.pairs import key_numbers
+from sigmatau.typed.rates import parse_rate
 
 # Words behind the command, and the same with the option in front of each value.
 LINES = {

@@ -14,7 +14,7 @@ from sigmatau.lab.store.naming import Naming
 
 PACKAGE = ROOT / "python" / "sigmatau"
 MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
-BELOW_CLI = [name for name in MODULES if not name.startswith("cli/")]
+BELOW_CLI = [name for name in MODULES if not name.startswith(("app/", "cli/"))]
 
 
 def calls(tree):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from sigmatau.analysis import pipeline
 from sigmatau.analysis.options import AnalysisOptions, Method
@@ -65,6 +65,27 @@ def analyze(record: Record | object, options: AnalysisOptions) -> Analysis:
     True
     """
     return pipeline.run(record, options)
+
+
+def analyze_in_stages(record: Record, options: AnalysisOptions, *, begin: Callable[[str], None]) -> Analysis:
+    """`analyze`, for those who show how far it is.
+
+    Parameters
+    ----------
+    record : Record
+    options : AnalysisOptions
+    begin : callable
+        Takes the name of each stage before it: those of `STAGE_NAMES`, in their order.
+
+    See Also
+    --------
+    analyze : describes the result and the errors.
+    """
+    return pipeline.run(record, options, begin=begin)
+
+
+STAGE_NAMES = tuple(stage.__name__ for stage in pipeline.STAGES)
+"""Names of the stages of an analysis."""
 
 
 def of_curves(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from sigmatau.analysis import stages
 from sigmatau.analysis.options import AnalysisOptions
@@ -13,29 +13,30 @@ from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record
 
-if TYPE_CHECKING:
-    pass
-
-
 STAGES = (stages.choose, stages.check, stages.mask, stages.curves, stages.fit, stages.judge)
 """From the record that was read to the state that `stages.assemble` makes an `Analysis` of."""
 
 
-def run(source: object, options: AnalysisOptions) -> Analysis:
-    """The analysis of a record, a path or a data frame; in bounded memory if there is not enough for all of it after all."""
+def run(source: object, options: AnalysisOptions, *, begin: Callable[[str], None] | None = None) -> Analysis:
+    """The analysis of a record, a path or a data frame; in bounded memory if there is not enough for all of it after all.
+
+    `begin`: is called with the name of each stage before it.
+    """
     record = stages.read(source)
     try:
-        return _through_stages(record, options)
+        return _through_stages(record, options, begin)
     except MemoryError:
         if options.long != "auto" or any(stream.mask is not None for stream in record.streams):
             raise
-    return _through_stages(record, replace(options, long="strided"))
+    return _through_stages(record, replace(options, long="strided"), begin)
 
 
 @keep_facts()
-def _through_stages(record: Record, options: AnalysisOptions) -> Analysis:
+def _through_stages(record: Record, options: AnalysisOptions, begin: Callable[[str], None] | None) -> Analysis:
     record = from_the_start(record)
     state = State(options=options, record=record, whole=record, findings=tuple(record.findings))
     for stage in STAGES:
+        if begin is not None:
+            begin(stage.__name__)
         state = stage(state)
     return stages.assemble(state)

@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from sigmatau.cli.app import app
     from sigmatau.cli.earlier import settled
     from sigmatau.cli.symbols import plain_streams
-    from sigmatau.cli.words import repeat_options
+    from sigmatau.cli.words import repeat_options, with_config
     from sigmatau.errors import DataError, OptionError
 
     plain_streams()
@@ -77,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         with _termination(), settled():
             result = copy_context().run(  # units that are shown end with the command
                 app,
-                [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, words),
+                [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, with_config(words)),
                 exit_on_error=False,
                 print_error=False,
                 result_action="return_value",

@@ -18,7 +18,7 @@ from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Choosing, Exports, targets_for_shell
 from sigmatau.cli.declared import Flag, InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts, Verbose
-from sigmatau.cli.earlier import expect, is_result
+from sigmatau.cli.earlier import expect
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import (
     ENDINGS,
@@ -40,15 +40,18 @@ from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
 from sigmatau.cli.ranges import lines_by_hand, refused_by_hand, slope_range, slopes
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.cli.settings import AnalysisSettings
+from sigmatau.cli.words import configured_logs
 from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import Curves
 from sigmatau.findings.finding import Finding, exit_code
 from sigmatau.findings.wording import causes
 from sigmatau.io.read.formats.split import bag_files
+from sigmatau.io.written import is_result
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import channel_quantities, stream_name
+from sigmatau.typed.config import parse_notes
 
 _MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
 
@@ -58,6 +61,7 @@ def analyze_command(
     reading: ReadingOptions | None = None,
     settings: AnalysisSettings | None = None,
     report: Annotated[Path | None, InMain] = None,
+    config: Annotated[Path | None, InMain] = None,
     note: Annotated[list[str] | None, Texts, InOutput] = None,
     plot: Annotated[Path | None, InMain] = None,
     overlay: Annotated[Path | None, InOutput] = None,
@@ -85,6 +89,9 @@ def analyze_command(
     report
         Write a report with curves, coefficients, findings and processing steps: .html opens offline, .pdf is for
         printing; for several logs, a folder for one .html each.
+    config
+        Options from a TOML file, such as sigmatau app saves: rate = 100, window = "0s:2h"; and log = "static.csv" if no log
+        is named here. Options that are typed replace those of the file. Default: none.
     note
         Information about the record for the report and the JSON, "serial number=A123"; may be repeated. sigmatau
         compare groups results by serial number and run.
@@ -121,6 +128,8 @@ def analyze_command(
     quiet
         Print only errors on standard error.
     """
+    if not logs and config is not None:
+        logs = configured_logs(config)
     if not logs:
         raise OptionError("name a log, several logs, or a folder of logs", option="log")
     logs = matched(logs)
@@ -183,13 +192,7 @@ def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict
     """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a file for it."""
     if texts and report is None and json is None:
         raise OptionError("--note needs --report r.html or --json r.json", option="note")
-    notes = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise OptionError(f'--note {text!r}: must be NAME=TEXT, e.g. --note "serial number=A123"', option="note")
-        notes[name] = value
-    return notes
+    return parse_notes(texts)
 
 
 def _analyze_log(

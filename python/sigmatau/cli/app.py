@@ -133,6 +133,12 @@ sigmatau datasheet show ism330dhcx --model --sided one --bias minimum""",
 sigmatau fleet analyze 'logs/**' --store lab.db --workers 2
 sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' --model ICM-42688-P --method gls""",
     ),
+    "app": (
+        "Open the workbench in the browser: choose columns and units, analyse, read off by eye, export.",
+        """\
+sigmatau app static.csv
+sigmatau app logs --port 8765 --no-browser""",
+    ),
     "demo": (
         "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",
         """sigmatau demo --output demo
@@ -172,9 +178,12 @@ sigmatau store export --store lab.db --what runs -o runs.csv""",
     ),
 }
 
+_MODULES = {"app": "workbench"}  # where a module has another name than its command
+
 # Usage of commands with optional arguments, whose names the library does not print.
 _USAGE = {
     "analyze": "LOGS...",
+    "app": "[PATHS...]",
     "bandwidth": "LOGS...",
     "export": "[SOURCE]",
     "watch": "[SOURCE]",
@@ -208,7 +217,7 @@ app: App = App(
 app.register_install_completion_command(name="--install-completion")
 for _name, (_summary, _examples) in _COMMANDS.items():
     app.command(
-        f"sigmatau.cli.{_name}:{_name}_command",
+        f"sigmatau.cli.{_MODULES.get(_name, _name)}:{_name}_command",
         name=_name,
         help=_summary,
         help_epilogue=f"Examples:\n\n```\n{_examples}\n```\n\n{_EXIT_CODES}",

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigmatau.analysis import Analysis
-from sigmatau.cli.earlier import is_result
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import Finding, damaged, exit_code
 from sigmatau.io.read.formats.split import bag_files
 from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.io.written import is_result
 from sigmatau.process import keep_freed
 from sigmatau.quality.clocks import Mark, collect_marks
 from sigmatau.results import aligned, duration_text

@@ -8,13 +8,14 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from sigmatau.cli.declared import DeclaredOptions, spelled, typed_options
+from sigmatau.cli.declared import DeclaredOptions, typed_options
 from sigmatau.cli.options import finding_lines, say
 from sigmatau.cli.reading import ReadingOptions
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.findings.finding import Finding
 from sigmatau.record.record import stream_name
+from sigmatau.typed.forms import spelled
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args
 
 from cyclopts import Group, Parameter
 
-from sigmatau.cli.options import averaging_times, bandwidths, factors, key_numbers, key_values
-from sigmatau.cli.ranges import read_off_ranges
-from sigmatau.cli.rates import parse_rate
 from sigmatau.hints import SPELLED, as_options, worded
-from sigmatau.options import Form, GroupName, Option
-from sigmatau.quality.selection.time_text import parse_seconds, parse_time
+from sigmatau.options import GroupName, Option
+from sigmatau.typed.forms import convert, spelled, typed_form
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -44,41 +41,6 @@ Show = Annotated[
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]
 
 
-class Typed(NamedTuple):
-    """How a form is typed: the type for the parser, what makes the value of it, and whether it may begin with a minus."""
-
-    kind: Any
-    convert: Callable[[Any, str, str], Any]
-    with_minus: bool = False
-
-
-_TIME = "want a value with its unit, e.g. 10s, 5min, 2h"
-
-
-def _as_it_is(typed: Any, name: str, example: str) -> Any:  # noqa: ANN401  of any form
-    return typed
-
-
-FORMS: Mapping[Form, Typed] = {
-    "text": Typed(str, _as_it_is),
-    "texts": Typed(list[str], _as_it_is),
-    "flag": Typed(bool, _as_it_is),
-    "count": Typed(int, _as_it_is),
-    "number": Typed(float, _as_it_is),
-    "seconds": Typed(str, lambda text, name, _: parse_seconds(text, option=name), with_minus=True),
-    "time": Typed(str, lambda text, name, _: parse_time(text, text, option=name, forms=_TIME)),
-    "times": Typed(str, lambda text, *_: averaging_times(text)),
-    "ranges": Typed(list[str], lambda texts, *_: read_off_ranges(texts)),
-    "span": Typed(str, _as_it_is, with_minus=True),
-    "spans": Typed(list[str], _as_it_is, with_minus=True),
-    "names": Typed(str, lambda text, *_: [name.strip() for name in text.split(",")]),
-    "rates": Typed(list[str], lambda texts, *_: parse_rate(texts), with_minus=True),
-    "pairs": Typed(list[str], key_values),
-    "numbers": Typed(list[str], key_numbers),
-    "factors": Typed(str, factors),
-    "bandwidths": Typed(list[str], lambda texts, *_: bandwidths(texts)),
-}
-
 T = TypeVar("T", bound="DeclaredOptions")
 
 
@@ -89,19 +51,12 @@ class DeclaredOptions:
         """The options by name, as Python takes them; those that were not typed have their default."""
         values = {}
         for each in fields(cast("Any", self)):  # a dataclass by `typed_options`
-            about: Option = each.metadata[Option]
             typed = getattr(self, each.name)
             if typed is not None:
-                convert = _as_it_is if about.form is None else FORMS[about.form].convert
-                values[each.name] = convert(typed, spelled(each.name), about.example)
+                values[each.name] = convert(each.name, each.metadata[Option], typed)
             elif each.metadata["default"] is not MISSING:
                 values[each.name] = each.metadata["default"]
         return values
-
-
-def spelled(name: str) -> str:
-    """The option of an argument, without its hyphens in front."""
-    return SPELLED.get(name, name).replace("_", "-")
 
 
 def typed_options(
@@ -128,7 +83,7 @@ def typed_options(
 def parameter(each: Field[Any]) -> Any:  # noqa: ANN401  a type for cyclopts
     """The annotation of a declared option."""
     about: Option = each.metadata[Option]
-    form = Typed(Literal[about.choices], _as_it_is) if about.form is None else FORMS[about.form]
+    form = typed_form(about)
     how = Parameter(
         name=f"--{spelled(each.name)}" if each.name in SPELLED else None,
         group=MAIN if about.main else GROUPS[about.group],

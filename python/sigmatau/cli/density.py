@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from sigmatau._version import __version__
 from sigmatau.cli.declared import InMain, InMethod, InOutput, MayBeMinus, Quiet, Show, Texts
-from sigmatau.cli.options import ENDINGS, averaging_times, check_output, check_outputs, key_values, say, write_result
+from sigmatau.cli.options import ENDINGS, check_output, check_outputs, say, write_result
 from sigmatau.digits import significant
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.density_neighbours import independent_step
@@ -23,6 +23,7 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import csv_text
+from sigmatau.typed.pairs import averaging_times, key_values
 
 _CHANNELS = {"rad/s": "gyro", "m/s^2": "accel"}
 _OPTIONS = {"tau0": "rate", "tau": "taus"}

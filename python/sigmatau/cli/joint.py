@@ -13,7 +13,6 @@ from sigmatau.analysis.joint import AnalysedRun, analysed_run, fit_analysed
 from sigmatau.cli import batch
 from sigmatau.cli.attempts import Attempts
 from sigmatau.cli.choosing import Exports
-from sigmatau.cli.earlier import is_result
 from sigmatau.cli.messages import print_error, wrapped
 from sigmatau.cli.options import finding_lines, say, working
 from sigmatau.cli.outputs import NOT_AT_REST, Outputs, worst_code
@@ -21,6 +20,7 @@ from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.fitting.joint import COMMON, Over, check_same_sensor, common_terms
+from sigmatau.io.written import is_result
 from sigmatau.noise.terms import check_shown
 from sigmatau.record.record import Record, channel_quantities
 from sigmatau.record.streams import Stream

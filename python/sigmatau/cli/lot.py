@@ -17,7 +17,6 @@ from sigmatau.analysis import Analysis, FailedAnalysis, analyze
 from sigmatau.cli import batch
 from sigmatau.cli.declared import Show
 from sigmatau.cli.earlier import expect as expect_files
-from sigmatau.cli.earlier import is_result
 from sigmatau.cli.options import (
     check_folder,
     check_output,
@@ -32,6 +31,7 @@ from sigmatau.cli.options import (
 from sigmatau.cli.reading import ReadingOptions, assign_readings, read_log
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read.registry import NOT_LOGS
+from sigmatau.io.written import is_result
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet

@@ -18,7 +18,6 @@ from sigmatau.cli.options import (
     check_outputs,
     check_style,
     drawing,
-    key_values,
     say,
     working,
     write_figure,
@@ -31,6 +30,7 @@ from sigmatau.navigation.predict import predict
 from sigmatau.navigation.prediction import Prediction
 from sigmatau.noise.shown import check_units, set_shown
 from sigmatau.record.record import stream_name
+from sigmatau.typed.pairs import key_values
 
 _RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
 _SPAN, _POINTS = 1000.0, 50

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from sigmatau.analysis import Analysis
-from sigmatau.cli.options import key_values
 from sigmatau.errors import OptionError
 from sigmatau.fitting.curve_slope import fit_slope
 from sigmatau.noise.terms import TERMS
-from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.results import seconds, wrapped
-
-_EXAMPLE = "random_walk=1s:10s"
-
-
-def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """The option ``--read-off-at``: ``["gyro_x.random_walk=1s:10s"]`` as ``{"gyro_x.random_walk": (1.0, 10.0)}``, in s."""
-    return {
-        key: _ends(text, f"{key}={text}", option="read_off_at", example=_EXAMPLE)
-        for key, text in key_values(values, "read-off-at", _EXAMPLE).items()
-    }
+from sigmatau.typed.ranges import parse_ends
 
 
 def slope_range(text: str) -> tuple[float, float]:
     """The option ``--slope``: ``"1s:10s"`` as ``(1.0, 10.0)``, in s."""
-    return _ends(text, text, option="slope", example="1s:10s")
+    return parse_ends(text, text, option="slope", example="1s:10s")
 
 
 def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
@@ -38,19 +25,6 @@ def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
         "±: standard error of the slope for a curve of the named term; mostly: the slope is not that of the term alone."
     )
     return wrapped([*map(repr, fitted), legend])
-
-
-def _ends(text: str, typed: str, *, option: str, example: str) -> tuple[float, float]:
-    """The averaging times of ``"1s:10s"``, in s; `typed` is what an error names."""
-    first, colon, last = text.partition(":")
-    if not (first.strip() and colon and last.strip()):
-        raise OptionError(
-            f"--{option.replace('_', '-')} {typed}: give the shortest and the longest averaging time, e.g. {example}",
-            option=option,
-        )
-    forms = f"e.g. {example} (ms, s, min, h, d)"
-    shortest, longest = (parse_time(part, typed, option=option, forms=forms) for part in (first, last))
-    return shortest, longest
 
 
 _FORCE = "--force draws a refused line"

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis.inputs import read_model
 from sigmatau.cli.datasheet import check_model
-from sigmatau.cli.options import check_output, key_values, say, working
+from sigmatau.cli.options import check_output, say, working
 from sigmatau.errors import OptionError
 from sigmatau.io.write import RECORD_ENDINGS
 from sigmatau.model.file import value_in_si
@@ -21,6 +21,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.record.streams import InputKind
 from sigmatau.simulation.imperfections import Imperfections, Outage, Temperature, WarmUp
 from sigmatau.simulation.to_file import simulate_to
+from sigmatau.typed.pairs import key_values
 from sigmatau.units import integral
 
 _Values = Annotated[list[str] | None, Parameter(negative=())]

@@ -14,7 +14,6 @@ from sigmatau.cli.options import (
     check_outputs,
     check_style,
     drawing,
-    key_values,
     say,
     working,
     write_figure,
@@ -34,6 +33,7 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.record.record import stream_name
+from sigmatau.typed.pairs import key_values
 
 _UNITS = {"noise": ("rad/sqrt(s)", "m/s/sqrt(s)"), "walk": ("rad/s/sqrt(s)", "m/s^2/sqrt(s)")}
 _EXAMPLES = {"noise": 'gyro="0.3 deg/sqrt(h)"', "walk": 'gyro="20 deg/h/sqrt(h)"'}

@@ -11,7 +11,10 @@ import glob
 import os
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.errors import DataError, OptionError
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -41,6 +44,50 @@ def repeat_options(app: App, words: Sequence[str]) -> list[str]:
             option = ""
         result.append(word)
     return result
+
+
+def with_config(words: Sequence[str]) -> list[str]:
+    """The words of ``analyze --config FILE`` with the options of the file behind them, but for those that are typed."""
+    if words[:1] != ["analyze"] or (file := _config_file(words)) is None:
+        return list(words)
+    from sigmatau.typed.config import LOG, option_words
+
+    typed = {word.partition("=")[0] for word in words if word.startswith("--")}
+    table, _ = _read_config(file)
+    options = {key: value for key, value in table.items() if key != LOG and f"--{key.replace('_', '-')}" not in typed}
+    end = words.index("--") if "--" in words else len(words)
+    return [*words[:end], *option_words(options), *words[end:]]
+
+
+def configured_logs(file: Path) -> tuple[Path, ...]:
+    """The log that a configuration file names, from its folder on; nothing if it names none."""
+    _, log = _read_config(file)
+    return () if log is None else (file.parent / log,)
+
+
+def _config_file(words: Sequence[str]) -> Path | None:
+    for k, word in enumerate(words):
+        if word == "--":
+            return None
+        name, equals, value = word.partition("=")
+        if name == "--config" and (equals or k + 1 < len(words)):
+            return Path(value if equals else words[k + 1])
+    return None
+
+
+def _read_config(file: Path) -> tuple[dict[str, Any], str | None]:
+    from sigmatau.typed.config import from_toml
+
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise OptionError(f"--config {file}: is not a text file", option="config") from None
+    except OSError as error:
+        raise DataError(f"{file}: cannot be read: {error.strerror or error}") from None
+    try:
+        return from_toml(text)
+    except OptionError as error:
+        raise error.about(str(file)) from None
 
 
 def is_number(word: str) -> bool:

@@ -48,6 +48,13 @@ class ColumnChoice:
         times = () if self.time is None else (self.time,)
         return tuple(dict.fromkeys((*self.channels.values(), *times, *(self.split.columns if self.split else ()))))
 
+    @property
+    def places(self) -> dict[str, int]:
+        """The column of each channel, of the time and of the temperature."""
+        places = {} if self.time is None else {"time": self.time}
+        places |= {} if self.temperature is None else {"temperature": self.temperature.index}
+        return places | self.channels
+
 
 def choose(
     columns: Sequence[Column],

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sigmatau._version import __version__
@@ -16,6 +16,8 @@ from sigmatau.findings.finding import Finding, ranked
 from sigmatau.findings.reading import Unusable
 from sigmatau.io.read import assemble, opened
 from sigmatau.io.read.assemble import choose_tables, sensors
+from sigmatau.io.read.column_samples import ColumnSamples, SampledTable
+from sigmatau.io.read.columns import choose
 from sigmatau.io.read.names import recognise, split_unit
 from sigmatau.io.read.options import Options, ReadOptions
 from sigmatau.io.read.suggestions import by_gravity
@@ -77,6 +79,10 @@ class TableInfo:
         Whether the table is read by default.
     question : OptionError or None
         Options that must be given before the table can be analysed; `wanting` describes them in words.
+    places : mapping of str to int
+        Columns that are read, counted from 0, by channel, and ``"time"``; also of a table that needs other options.
+    samples : mapping of int to ColumnSamples
+        What the columns contain, counted from 0, if that was asked for.
     """
 
     topic: str
@@ -88,6 +94,8 @@ class TableInfo:
     findings: tuple[Finding, ...] = ()
     chosen: bool = False
     question: OptionError | None = None
+    places: Mapping[str, int] = field(default_factory=dict)
+    samples: Mapping[int, ColumnSamples] = field(default_factory=dict)
 
     @property
     def wanting(self) -> str:
@@ -212,15 +220,18 @@ def _shown(column: ColumnInfo) -> str:
     return f"{column.name} ({column.first} …)".lstrip() if column.first else column.name
 
 
-def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
+def inspect(path: str | os.PathLike[str], how: ReadOptions, *, sampled: bool = False) -> Inspection:
     """Inspect the contents and faults of a file, without options.
 
     Tables with a sensor, and tables that `topic` or `channels` ask for, are read. Other tables are only listed by name.
+    With `sampled`, tables that are read have the `samples` of their columns.
     """
     options = how.checked()
     with opened(path, how) as (file, tables):
         question = None
         tables = separate_turns(tables, options)
+        pictured = [SampledTable(table) for table in tables] if sampled else []
+        tables = [each.table for each in pictured] or tables
         try:
             chosen = choose_tables(tables, options.topic, options.channels)
         except OptionError as error:
@@ -253,6 +264,8 @@ def inspect(path: str | os.PathLike[str], how: ReadOptions) -> Inspection:
         merged = assemble.with_topics([(infos[k].topic, infos[k].findings) for k in looked_into]) if looked_into else []
         for k, findings in zip(looked_into, merged, strict=True):
             infos[k] = replace(infos[k], findings=findings)
+        for k in range(len(pictured)):
+            infos[k] = replace(infos[k], samples=pictured[k].samples())
         record = None
         if chosen and len(parts) == len(sources):
             with contextlib.suppress(OptionError):  # raised again when the record is read
@@ -271,7 +284,7 @@ def _look_into(
         made = assemble.part_with_data(table, assemble.options_for_table(table, tables, options))
         assemble.refuse_contradictions([made], options)
     except OptionError as error:
-        asked = _count_rows(table, replace(info, question=error))
+        asked = _count_rows(table, replace(info, question=error, places=_named_places(table, options)))
         by_mean = None if options.channels else by_gravity(table)
         return asked if by_mean is None else _by_gravity(asked, (by_mean[1], *asked.findings)), None
     except DataError as error:
@@ -284,8 +297,17 @@ def _with_part(info: TableInfo, made: Part) -> TableInfo:
     """The table with its rows, rate, conversions and findings."""
     grid = made.streams[0].grid
     return replace(
-        info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings
-    )
+        info, rows=made.rows, rate=grid.rate, rate_source=grid.source, notes=made.conversions, findings=made.findings,
+        places=made.places,
+    )  # fmt: skip
+
+
+def _named_places(table: Table, options: Options) -> Mapping[str, int]:
+    """The columns of the channels that names or options tell, by channel; nothing if they tell none."""
+    try:
+        return choose(table.columns, options.channels).places
+    except OptionError:
+        return {}
 
 
 def _by_gravity(info: TableInfo, findings: tuple[Finding, ...]) -> TableInfo:

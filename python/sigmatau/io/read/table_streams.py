@@ -55,6 +55,7 @@ class Part:
     rates: Mapping[str, float]  # Rates by stream, from time stamps or stated by the file. [Hz]
     # Contradictions, by stream, between the given rate and that of the log
     contradictions: Mapping[str, RateContradiction]
+    places: Mapping[str, int]  # Column of each channel and of the time, counted from 0
 
 
 def part(table: Table, options: Options) -> Part:
@@ -211,6 +212,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
         ),
         rates=rates,
         contradictions=contradictions,
+        places=choice.places,
     )
 
 

@@ -1,0 +1,59 @@
+"""Answers of the server: JSON as it comes from a worker, and errors in one form."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from starlette.responses import Response
+
+STATUS: Mapping[str, int] = {"option": 400, "data": 422, "missing": 404, "conflict": 409, "size": 413, "failed": 500}
+"""Status of an answer by the code of its error."""
+
+
+class CallError(Exception):
+    """A call failed, with what the page shows of it.
+
+    Attributes
+    ----------
+    content : dict
+        ``message``, ``code`` (a key of `STATUS`), ``hint`` or None, and what else there is to say.
+    """
+
+    def __init__(self, content: Mapping[str, Any]) -> None:
+        super().__init__(content["message"])
+        self.content = dict(content)
+
+
+def missing(what: str) -> CallError:
+    """The error about something that is not there."""
+    return CallError({"message": what, "hint": None, "code": "missing"})
+
+
+def json_answer(content: object, status: int = 200) -> Response:
+    """Plain values as JSON."""
+    return text_answer(json.dumps(content, allow_nan=False, ensure_ascii=False), status=status)
+
+
+def text_answer(text: str, status: int = 200) -> Response:
+    """JSON that is text already."""
+    body = text.encode(errors="backslashreplace")
+    return Response(body, status_code=status, media_type="application/json")
+
+
+def error_answer(status: int, message: str, **fields: object) -> Response:
+    """An error without a call."""
+    code = next((code for code, its in STATUS.items() if its == status), "refused")
+    return json_answer({"error": {"message": message, "hint": None, "code": code, **fields}}, status)
+
+
+def failed_answer(error: CallError) -> Response:
+    """The error of a call."""
+    return json_answer({"error": error.content}, STATUS[error.content["code"]])
+
+
+def file_answer(body: bytes, name: str, media: str) -> Response:
+    """A file to save."""
+    safe = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in name)
+    return Response(body, media_type=media, headers={"Content-Disposition": f'attachment; filename="{safe}"'})

@@ -1,0 +1,133 @@
+"""What a worker process does: calls by name, their errors as plain values, and the record that it keeps."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+from collections.abc import Callable, Mapping
+from contextvars import copy_context
+from typing import Any, cast
+
+from sigmatau.app.log import LogFile
+from sigmatau.errors import DataError, OptionError
+from sigmatau.hints import Hint, as_options, hints_in, speaking, worded
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.typed.config import arguments
+
+Progress = Callable[[str], None]
+Outcome = tuple[str, Any]
+"""``("done", value)``, or ``("failed", content)`` of a `sigmatau.app.answers.CallError`."""
+
+_LARGEST_CACHED = 1 << 29  # bytes of a record that a worker keeps between calls
+_NO_MEMORY = "not enough memory for this record: analyse a part of it, or save it as .npy, which stays on disk"
+
+
+class _Cache:
+    """The value that was made last: a worker looks at one log again and again."""
+
+    def __init__(self) -> None:
+        self._key: object = None
+        self._value: Any = None
+
+    def get(self, key: object, make: Callable[[], Any], *, size: Callable[[Any], int]) -> Any:  # noqa: ANN401
+        """The value of this key, made if it is not the last one."""
+        if self._key != key or self._value is None:
+            self._key = self._value = None  # before the next one is read
+            value = make()
+            if size(value) > _LARGEST_CACHED:
+                return value
+            self._key, self._value = key, value
+        return self._value
+
+
+_cache = _Cache()
+
+
+def cached(
+    what: str, log: LogFile, table: Mapping[str, Any], make: Callable[[], Any], *, size: Callable[[Any], int]
+) -> Any:  # noqa: ANN401
+    """What was made of a log with these options of reading, if it is what this worker made last; else made now."""
+    try:
+        key = (what, *log.key(), json.dumps(reading_options(table), sort_keys=True, default=str))
+    except OSError:
+        return make()  # which says what is wrong
+    return _cache.get(key, make, size=size)
+
+
+def reading_options(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of reading among those of the page, as Python takes them."""
+    return arguments(ReadOptions, table)
+
+
+CALLS = {
+    "about": "opening:about",
+    "analyze": "analysing:analyse",
+    "charts": "analysing:charts",
+    "compare": "comparing:compared",
+    "config": "opening:configured",
+    "curve": "taking:curve_table",
+    "envelope": "opening:envelopes",
+    "export": "taking:exported",
+    "figure": "taking:figure",
+    "files": "listing:listed",
+    "is_result": "opening:is_stored_result",
+    "open": "opening:open_log",
+    "read_off": "analysing:read_off_at_tau",
+    "read_result": "analysing:read_stored",
+    "report": "taking:report_page",
+}
+"""Module and function of each call."""
+
+
+def load(name: str) -> Callable[..., Any]:
+    """The function of a call, imported when it is first needed."""
+    module, _, function = CALLS[name].partition(":")
+    return cast("Callable[..., Any]", getattr(importlib.import_module(f"sigmatau.app.{module}"), function))
+
+
+def do(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
+    """Do a call; an error is an outcome too."""
+    try:
+        call = load(name)
+        with speaking(as_options):
+            value = copy_context().run(call, progress=progress, **values)
+    except (OptionError, DataError) as error:
+        return "failed", error_content(error, values.get("log"))
+    except ImportError as error:
+        return "failed", {"message": str(error), "hint": None, "code": "data"}
+    except MemoryError:
+        return "failed", {"message": _NO_MEMORY, "hint": None, "code": "data"}
+    except Exception as error:
+        return "failed", {"message": f"internal error: {error!r}", "hint": None, "code": "failed"}
+    return "done", value
+
+
+def error_content(error: OptionError | DataError, log: LogFile | None = None) -> dict[str, Any]:
+    """An error as the page shows it, with the name that the user knows in place of a temporary file."""
+    text = worded(error.text if log is None else error.without(log.path, as_options), as_options)
+    if log is not None:
+        text = text.replace(log.path, log.name)
+    is_option = isinstance(error, OptionError)
+    return {
+        "message": text,
+        "hint": hints_content(error.text),
+        "code": "option" if is_option else "data",
+        "option": error.option if isinstance(error, OptionError) else None,
+        "rows": error.rows if isinstance(error, OptionError) else "",
+    }
+
+
+def hints_content(text: str) -> list[dict[str, Any]] | None:
+    """The options that a message names, as the page offers them; None if it names none."""
+    hints = [_hint_content(hint) for hint in hints_in(text)]
+    return hints or None
+
+
+def _hint_content(hint: Hint) -> dict[str, Any]:
+    return {"option": hint.option, "key": hint.key, "value": hint.value, "text": as_options([hint])}
+
+
+def number(value: float | None, digits: int = 6) -> float | None:
+    """A number with some digits; None for what is not finite."""
+    return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None

@@ -1,0 +1,28 @@
+"""Several results beside each other."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Sequence
+from typing import Any
+
+from sigmatau.analysis import Analysis
+from sigmatau.app.calls import Progress, number
+from sigmatau.lab.lots.comparison import compare_runs
+from sigmatau.reporting.charts import collect_charts
+from sigmatau.results import printable
+
+
+def compared(*, analyses: Sequence[bytes], names: Sequence[str], progress: Progress) -> str:
+    """Curves of several results, and the repeatability of every channel and term, as JSON."""
+    results: list[Analysis] = [pickle.loads(each) for each in analyses]
+    unique = [name if names.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(names, 1)]
+    comparison = compare_runs(results, names=unique)
+    columns = comparison.columns()
+    curves: list[dict[str, Any]] = [
+        {"name": printable(name), **collect_charts(result, None, None)}
+        for name, result in zip(unique, results, strict=True)
+    ]
+    table = {key: [number(v, 9) if isinstance(v, float) else v for v in values] for key, values in columns.items()}
+    return json.dumps({"names": unique, "curves": curves, "table": table, "text": repr(comparison)}, default=str)

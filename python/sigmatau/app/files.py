@@ -1,0 +1,130 @@
+"""Files that the page may name: those below the folders of the command line, and those that were uploaded."""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sigmatau.app.answers import CallError, missing
+
+_ENDINGS = re.compile(r"(\.[A-Za-z0-9]{1,8}){1,2}$")
+_LONGEST_NAME = 200  # characters of the name of an uploaded file that are shown
+
+
+class Roots:
+    """The folders and files of the command line.
+
+    Parameters
+    ----------
+    places : iterable of Path
+        Folders, and files alone.
+    """
+
+    def __init__(self, places: Iterable[Path]) -> None:
+        self.places = tuple(dict.fromkeys(place.resolve() for place in places))
+
+    def find(self, path: object) -> Path:
+        """A place below the roots, with all links resolved; raises `CallError` for any other, whether it exists or not."""
+        text = str(path)
+        refused = missing(f"{text[:_LONGEST_NAME]}: no such file below the folders of this workbench")
+        if not isinstance(path, str) or "\0" in text or "://" in text:
+            raise refused
+        try:
+            resolved = Path(text).resolve()
+            exists = any(resolved == root or root in resolved.parents for root in self.places) and resolved.exists()
+        except (OSError, RuntimeError, ValueError):  # a loop of links, a name that is too long
+            raise refused from None
+        if not exists:
+            raise refused
+        return resolved
+
+    def parent(self, path: Path) -> Path | None:
+        """The folder above, if it is below the roots too."""
+        above = path.parent
+        return above if any(above == root or root in above.parents for root in self.places) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Upload:
+    """A file that the page sent.
+
+    Attributes
+    ----------
+    name : str
+        What the page calls it: shown, and never the name of a file here.
+    path : Path
+        Where it is until the end.
+    size : int
+        [bytes]
+    """
+
+    name: str
+    path: Path
+    size: int
+
+
+class Uploads:
+    """Files that the page sent, in a temporary folder that is removed at the end.
+
+    Parameters
+    ----------
+    limit : int
+        Bytes of one file, and of all of them.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        self._folder: Path | None = None
+        self._files: dict[str, Upload] = {}
+
+    def begin(self, name: str) -> tuple[str, str, Path]:
+        """Identifier, shown name, and place of a file that is about to be sent."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix="sigmatau-app-"))
+        shown = name.replace("\\", "/").rpartition("/")[2][:_LONGEST_NAME] or "log"
+        ending = _ENDINGS.search(shown)
+        id_ = secrets.token_urlsafe(12)
+        return id_, shown, self._folder / f"{secrets.token_hex(8)}{ending[0] if ending else ''}"
+
+    def room(self) -> int:
+        """Bytes that another file may have."""
+        free = shutil.disk_usage(self._folder or tempfile.gettempdir()).free
+        return min(self.limit - sum(file.size for file in self._files.values()), free // 2)
+
+    def add(self, id_: str, upload: Upload) -> None:
+        """Keep a file that was sent."""
+        self._files[id_] = upload
+
+    def find(self, id_: object) -> Upload:
+        """The file of an identifier; raises `CallError`."""
+        if not isinstance(id_, str) or id_ not in self._files:
+            raise missing("this file was not uploaded, or has been removed")
+        return self._files[id_]
+
+    def remove(self, id_: str) -> None:
+        """Remove a file; raises `CallError` if there is none."""
+        self.find(id_).path.unlink(missing_ok=True)
+        del self._files[id_]
+
+    def close(self) -> None:
+        """Remove all files."""
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def too_large(limit: int) -> CallError:
+    """The error about a file that is larger than what is left."""
+    size = f"{limit / 1e6:.0f} MB" if limit > 0 else "nothing"
+    message = f"the file is too large to upload ({size} left); start sigmatau app with its folder, and choose it there"
+    return CallError({"message": message, "hint": None, "code": "size"})
+
+
+def same_name(path: Path) -> str:
+    """A path as it is shown: bytes that are not UTF-8 as escapes."""
+    return os.fsencode(path).decode(errors="backslashreplace")

@@ -1,0 +1,52 @@
+"""Files of a folder, as the page lists them."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from sigmatau.app.calls import Progress
+from sigmatau.io import NOT_LOGS, bag_files
+from sigmatau.io.written import is_result
+
+_MOST_ENTRIES = 5000
+
+
+def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
+    """Folders, logs, results and models of a folder by name, as JSON; hidden files and others are not listed."""
+    entries: list[dict[str, Any]] = []
+    with os.scandir(folder) as files:
+        names = sorted((entry.name for entry in files if not entry.name.startswith(".")), key=str.casefold)
+    for name in names:
+        if len(entries) < _MOST_ENTRIES and (entry := _entry(Path(folder) / name)) is not None:
+            entries.append(entry)
+    content = {"path": folder, "parent": parent, "entries": entries, "more": max(len(names) - _MOST_ENTRIES, 0)}
+    return json.dumps(content)
+
+
+def _entry(path: Path) -> dict[str, Any] | None:
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    kind = _kind(path)
+    if kind is None:
+        return None
+    size = None if kind == "folder" else status.st_size
+    return {"name": path.name, "path": str(path), "kind": kind, "bytes": size, "modified": round(status.st_mtime, 3)}
+
+
+def _kind(path: Path) -> str | None:
+    """What a file is, by its name and its first bytes; None for what the page has no use for."""
+    if path.is_dir():
+        return "log" if bag_files(path) else "folder"
+    ending = path.suffix.lower()
+    if not path.is_file():
+        return None
+    if is_result(path):
+        return "result" if ending == ".json" else None
+    if ending == ".toml":
+        return "model"
+    return None if ending in NOT_LOGS and ending != ".json" else "log"

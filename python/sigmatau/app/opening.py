@@ -1,0 +1,269 @@
+"""A log as the page shows it before an analysis: its columns, what they contain, and the picture of its samples."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from sigmatau._version import __version__
+from sigmatau.analysis import STAGE_NAMES
+from sigmatau.app.calls import Progress, cached, error_content, number, reading_options
+from sigmatau.app.log import LogFile
+from sigmatau.errors import OptionError
+from sigmatau.exporting.targets import NAMES, target
+from sigmatau.findings.finding import Finding
+from sigmatau.hints import worded
+from sigmatau.io.read import inspection
+from sigmatau.io.read.inspection import Inspection, TableInfo
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.read.table import FORMATS
+from sigmatau.io.written import is_result
+from sigmatau.noise.terms import TERMS
+from sigmatau.quality.selection.exclusion import from_the_start
+from sigmatau.record.record import Record, stream_name
+from sigmatau.record.summary import ChannelSummary, summarise
+from sigmatau.reporting.charts import UNITS
+from sigmatau.reporting.envelope import envelope
+from sigmatau.results import printable
+from sigmatau.typed.config import check_names, command_line, from_toml, to_toml
+
+_MOST_COLUMNS = 512  # of a table that are listed
+_MOST_WIDTH = 4000  # stretches of an envelope
+
+
+def about(*, progress: Progress) -> str:
+    """What the page needs to know at first."""
+    content = {
+        "version": __version__,
+        "formats": worded(FORMATS),
+        "targets": [
+            {
+                "name": name, "summary": worded(target(name).summary), "ending": target(name).ending,
+                "needs_rate": target(name).needs_rate, "has_walk": target(name).has_walk,
+                "names": dict(target(name).names),
+            }
+            for name in NAMES
+        ],
+        "terms": [{"name": name, "label": term.label("angular_rate"), "slope": term.slope} for name, term in TERMS.items()],
+        "units": {quantity: list(names) for quantity, names in UNITS.items()},
+        "stages": ["read", *STAGE_NAMES],
+    }  # fmt: skip
+    return json.dumps(content)
+
+
+def configured(*, table: Mapping[str, Any] | None, toml: str | None, log_name: str | None, progress: Progress) -> str:
+    """Options as a configuration file and as a command, or a configuration file as options."""
+    if toml is not None:
+        stated, named = from_toml(toml)
+        check_names(stated)
+        return json.dumps({"options": stated, "log": named}, default=str)
+    check_names(table or {})
+    return json.dumps(
+        {"toml": to_toml(table or {}, log=log_name), "command": command_line(log_name or "LOG", table or {})}
+    )
+
+
+def is_stored_result(*, log: LogFile, progress: Progress) -> bool:
+    """Whether a file is JSON that sigmatau wrote."""
+    path = Path(log.path)
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(1) == b"{" and is_result(path)
+    return False
+
+
+def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> str:
+    """The columns of a log with what they contain, as JSON; see the documentation of ``api/open``."""
+    check_names(table)
+    contents = inspected(log, table)
+    info = _shown_table(contents)
+    question = contents.question or info.question
+    record = contents.record
+    streams = () if record is None else record.streams
+    duration = max((stream.grid.lead + stream.grid.duration for stream in streams), default=None)
+    content = {
+        "kind": "log",
+        "source": log.name,
+        "format": contents.format,
+        "rows": info.rows,
+        "duration_s": number(duration),
+        "rate_hz": number(info.rate, 9),
+        "rate_how": "" if info.rate_source is None else str(info.rate_source),
+        "columns": _columns(info, record, reading_options(table)),
+        "topics": _topics(contents.tables),
+        "channels": [
+            {
+                "channel": channel, "sensor": stream.name, "quantity": stream.quantity, "unit": stream.unit,
+                "rate_hz": number(stream.grid.rate, 9), "samples": stream.grid.n, "from_s": number(stream.grid.lead, 9),
+            }
+            for stream in streams
+            for channel in stream.channels
+        ],
+        "notes": list(map(printable, info.notes)),
+        "findings": [_finding(finding) for finding in contents.findings],
+        "command": command_line(log.name, table),
+        "question": None if question is None else error_content(question, log),
+    }  # fmt: skip
+    return json.dumps(content, allow_nan=False)
+
+
+def inspected(log: LogFile, table: Mapping[str, Any]) -> Inspection:
+    """The content of a log, read once for the columns and for the pictures."""
+
+    def look() -> Inspection:
+        return inspection.inspect(log.path, ReadOptions(**reading_options(table)), sampled=True)
+
+    return cached("look", log, table, look, size=lambda contents: _bytes(contents.record))  # type: ignore[no-any-return]
+
+
+def _bytes(record: Record | None) -> int:
+    return 0 if record is None else sum(8 * stream.grid.n * len(stream.channels) for stream in record.streams)
+
+
+def _shown_table(contents: Inspection) -> TableInfo:
+    """The table whose columns are shown: the one that is read, or the first that asks something."""
+    tables = contents.tables
+    chosen = [table for table in tables if table.chosen]
+    return next(iter(chosen or [table for table in tables if table.question] or tables))
+
+
+def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any]) -> list[dict[str, Any]]:
+    channels = {place: channel for channel, place in info.places.items()}
+    rows = []
+    for k, column in enumerate(info.columns[:_MOST_COLUMNS]):
+        channel = channels.get(k)
+        samples = info.samples.get(k)
+        bounds = () if samples is None else zip(samples.low.tolist(), samples.high.tolist(), strict=True)
+        summary = None
+        if record is not None and channel in record.channels:
+            summary = summarise(record.stream_of(channel), channel)
+        stream = None if summary is None or record is None or channel is None else record.stream_of(channel)
+        unit, how = _unit(column.unit, channel, reading)
+        rows.append(
+            {
+                "number": k + 1,
+                "name": printable(column.name),
+                "values": [number(value) for value in samples.first]
+                if samples
+                else [column.first]
+                if column.first
+                else [],
+                "spark": [[number(low), number(high)] for low, high in bounds],
+                "role": _role(channel),
+                "channel": channel,
+                "recognised": column.channel,
+                "quantity": None if stream is None else stream.quantity,
+                "unit": unit,
+                "unit_how": how if channel else None,
+                "unit_si": None if stream is None else stream.unit,
+                "rate_hz": None if stream is None else number(stream.grid.rate, 9),
+                **_summary(summary),
+                "remark": None,
+            }
+        )
+    return rows
+
+
+def _summary(summary: ChannelSummary | None) -> dict[str, Any]:
+    """What the values say, in SI."""
+    if summary is None:
+        return {"gaps": None, "missing": None, "mean_si": None, "peak_to_peak": None}
+    return {
+        "gaps": summary.gaps,
+        "missing": summary.missing,
+        "mean_si": number(summary.mean),
+        "peak_to_peak": number(summary.peak_to_peak),
+    }
+
+
+def _role(channel: str | None) -> str:
+    if channel is None:
+        return "ignored"
+    return channel if channel in ("time", "temperature") else "channel"
+
+
+def _unit(stated: str | None, channel: str | None, reading: Mapping[str, Any]) -> tuple[str | None, str]:
+    """The unit of a column as it is spelled, and where it comes from."""
+    stated_units: Mapping[str, str] = reading.get("unit") or {}
+    if channel is not None:
+        for key in (channel, stream_name(channel)):
+            if key in stated_units:
+                return stated_units[key], "given"
+    return stated, "stated" if stated else "missing"
+
+
+def _topics(tables: Iterable[TableInfo]) -> list[dict[str, Any]]:
+    tables = tuple(tables)
+    if len(tables) < 2:
+        return []
+    return [
+        {
+            "name": table.topic,
+            "rows": table.rows,
+            "rate_hz": number(table.rate, 9),
+            "chosen": table.chosen,
+            "channels": [column.channel for column in table.columns if column.channel],
+            "question": None if table.question is None else table.wanting,
+        }
+        for table in tables
+    ]
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    message, action = finding.words_of_files()
+    return {
+        "severity": finding.severity,
+        "code": finding.code,
+        "text": printable(message),
+        "action": printable(action),
+        "channel": finding.channels[0] if len(finding.channels) == 1 else None,
+        "channels": list(finding.channels),
+        "spans": [[number(a, 9), number(b, 9)] for a, b in finding.spans],
+    }
+
+
+def envelopes(
+    *, log: LogFile, table: Mapping[str, Any], channel: str | None, from_s: float | None, to_s: float | None, width: int,
+    progress: Progress,
+) -> str:  # fmt: skip
+    """Smallest and largest samples of each stretch of the record, or of a part of it, as JSON."""
+    check_names(table)
+    if not 1 <= width <= _MOST_WIDTH:
+        raise OptionError(f"{{option}} must be a number of stretches, 1 to {_MOST_WIDTH}, not {width}", option="width")
+    contents = inspected(log, table)
+    if contents.record is None:
+        question = contents.question or _shown_table(contents).question
+        raise question or OptionError(
+            "the samples cannot be read yet: choose columns, units or a rate", option="channels"
+        )
+    record = from_the_start(contents.record)
+    if channel is not None and channel not in record.channels:
+        raise OptionError(f"no channel {channel!r}; channels: {', '.join(record.channels)}", option="channel")
+    drawn: dict[str, Any] = {}
+    for stream in record.streams:
+        grid = stream.grid
+        first = 0 if from_s is None else min(max(grid.sample(from_s), 0), grid.n)
+        stop = grid.n if to_s is None else min(max(grid.sample(to_s), 0), grid.n)
+        if stop <= first:
+            continue
+        part = stream.cut(first, stop) if (first, stop) != (0, grid.n) else stream
+        for name in part.channels:
+            if channel in (None, name):
+                low, high, edges = envelope(part, name, width)
+                middles = (edges[:-1] + edges[1:] - 1) / 2
+                drawn[name] = {
+                    "t": [number(part.grid.time(x), 9) for x in middles.tolist()],
+                    "low": [number(x) for x in low.tolist()],
+                    "high": [number(x) for x in high.tolist()],
+                    "unit": part.unit,
+                    "quantity": part.quantity,
+                }
+    ends = [(stream.grid.lead, stream.grid.lead + stream.grid.duration) for stream in record.streams]
+    content = {
+        "channels": drawn,
+        "start_s": number(min(start for start, _ in ends), 9),
+        "end_s": number(max(end for _, end in ends), 9),
+    }
+    return json.dumps(content, allow_nan=False)

@@ -1,0 +1,373 @@
+"""What the page asks and what is answered: every path of the server, below its token.
+
+The schema is on the page ``docs/how-to/workbench-api.md``. Workers make the answers; the server reads no log.
+"""
+
+from __future__ import annotations
+
+import json
+import mimetypes
+import threading
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from importlib import resources
+from importlib.resources.abc import Traversable
+from typing import TYPE_CHECKING, Any
+
+from anyio import to_thread
+from starlette.applications import Starlette
+from starlette.responses import Response
+from starlette.routing import Route
+
+from sigmatau.app.answers import CallError, error_answer, failed_answer, file_answer, json_answer, missing, text_answer
+from sigmatau.app.files import Roots, Upload, Uploads, too_large
+from sigmatau.app.guard import TooLargeError
+from sigmatau.app.jobs import Jobs, Result, Results
+from sigmatau.app.workers import Workers
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+Handler = Callable[["Request"], Awaitable[Response]]
+
+_LOOKS, _ANALYSES = 2, 2  # processes for what the page looks at, and for analyses
+
+
+class Workbench:
+    """The state of a server: files, workers, analyses and results.
+
+    Parameters
+    ----------
+    roots : Roots
+        Files that may be named by path.
+    max_upload : int
+        Bytes of the files that may be uploaded.
+    """
+
+    def __init__(self, roots: Roots, *, max_upload: int) -> None:
+        self.roots = roots
+        self.uploads = Uploads(max_upload)
+        self.looks = Workers(_LOOKS, ("about", "open"))
+        self.analyses = Workers(_ANALYSES, ("analyze",))
+        self.results = Results()
+        self.jobs = Jobs(self.analyses, self.results)
+        self._charts = threading.Lock()
+        self._files = dict(_static_files())
+
+    def application(self) -> Starlette:
+        """The application behind the guard."""
+        routes = [
+            ("/", "GET", self.page),
+            ("/static/{name:path}", "GET", self.static),
+            ("/api/about", "GET", self.about),
+            ("/api/files", "GET", self.files),
+            ("/api/upload", "POST", self.upload),
+            ("/api/upload/{id}", "DELETE", self.remove_upload),
+            ("/api/open", "POST", self.open),
+            ("/api/envelope", "POST", self.envelope),
+            ("/api/config", "POST", self.config),
+            ("/api/analyze", "POST", self.analyze),
+            ("/api/jobs/{id}", "GET", self.job),
+            ("/api/jobs/{id}", "DELETE", self.cancel),
+            ("/api/results/{id}", "GET", self.result),
+            ("/api/results/{id}/charts", "GET", self.charts),
+            ("/api/results/{id}/read-off", "POST", self.read_off),
+            ("/api/results/{id}/{name}", "GET", self.download),
+            ("/api/export", "POST", self.export),
+            ("/api/compare", "POST", self.compare),
+        ]
+        return Starlette(
+            routes=[Route(path, _answering(handler), methods=[method]) for path, method, handler in routes],
+            exception_handlers={404: _no_such_path, 405: _no_such_path, Exception: _internal},
+        )
+
+    def close(self) -> None:
+        """End the workers and remove what was uploaded."""
+        self.looks.close()
+        self.analyses.close()
+        self.uploads.close()
+
+    async def page(self, request: Request) -> Response:
+        """The page."""
+        return Response(self._files["index.html"].read_bytes(), media_type="text/html")
+
+    async def static(self, request: Request) -> Response:
+        """A script or a style of the page, or one that it shares with the report."""
+        name = request.path_params["name"]
+        if name not in self._files:
+            raise missing(f"no such file: {name}")
+        kind = "text/javascript" if name.endswith(".js") else mimetypes.guess_type(name)[0]
+        return Response(self._files[name].read_bytes(), media_type=kind or "application/octet-stream")
+
+    async def about(self, request: Request) -> Response:
+        """Version, folders, targets, terms and units."""
+        content = json.loads(await self._look(None, "about"))
+        return json_answer(content | {"roots": list(map(str, self.roots.places)), "max_upload": self.uploads.room()})
+
+    async def files(self, request: Request) -> Response:
+        """The files of a folder; without a path the folders of the command line."""
+        path = request.query_params.get("path")
+        if not path:
+            entries = [self._root_entry(str(place)) for place in self.roots.places]
+            return json_answer({"path": None, "parent": None, "entries": entries, "more": 0})
+        place = self.roots.find(path)
+        if not place.is_dir():
+            raise missing(f"{path}: is not a folder")
+        parent = self.roots.parent(place)
+        return text_answer(
+            await self._look(None, "files", folder=str(place), parent=None if parent is None else str(parent))
+        )
+
+    def _root_entry(self, path: str) -> dict[str, Any]:
+        place = self.roots.find(path)
+        folder = place.is_dir()
+        size = None if folder else place.stat().st_size
+        kind = "folder" if folder else "log"
+        return {"name": place.name, "path": path, "kind": kind, "bytes": size, "modified": place.stat().st_mtime}
+
+    async def upload(self, request: Request) -> Response:
+        """Keep the body as a file until the end."""
+        id_, name, path = self.uploads.begin(request.query_params.get("name", ""))
+        room, size = self.uploads.room(), 0
+        try:
+            with path.open("xb") as file:
+                async for part in request.stream():
+                    size += len(part)
+                    if size > room:
+                        raise too_large(room)
+                    await to_thread.run_sync(file.write, part)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+        self.uploads.add(id_, Upload(name=name, path=path, size=size))
+        return json_answer({"file": id_, "name": name, "bytes": size})
+
+    async def remove_upload(self, request: Request) -> Response:
+        """Remove an uploaded file."""
+        self.uploads.remove(request.path_params["id"])
+        return json_answer({"removed": True})
+
+    async def open(self, request: Request) -> Response:
+        """The columns of a log; a result is kept, and its identifier answered."""
+        body = await _body(request)
+        log = self._log(body)
+        if await self._look(log.path, "is_result", log=log):
+            parts = await self._look(log.path, "read_result", log=log)
+            return json_answer({"kind": "result", "result": self.results.add(Result(**parts, name=log.name))})
+        return text_answer(await self._look(log.path, "open", log=log, table=_options(body)))
+
+    async def envelope(self, request: Request) -> Response:
+        """The picture of the samples."""
+        body = await _body(request)
+        log = self._log(body)
+        values = {name: _number(body, name) for name in ("from_s", "to_s")}
+        width = body.get("width", 1000)
+        if not isinstance(width, int) or isinstance(width, bool):
+            raise _wrong("width must be a whole number")
+        channel = _text(body, "channel")
+        return text_answer(
+            await self._look(
+                log.path, "envelope", log=log, table=_options(body), channel=channel, width=width, **values
+            )
+        )
+
+    async def config(self, request: Request) -> Response:
+        """Options as a configuration file, or the reverse."""
+        body = await _body(request)
+        table = _options(body) if "options" in body else None
+        toml, log = _text(body, "toml"), _text(body, "log")
+        return text_answer(await self._look(None, "config", table=table, toml=toml, log_name=log))
+
+    async def analyze(self, request: Request) -> Response:
+        """Start an analysis."""
+        body = await _body(request)
+        job = self.jobs.start(self._log(body), _options(body))
+        return json_answer({"job": job.id}, 202)
+
+    async def job(self, request: Request) -> Response:
+        """How far an analysis is."""
+        return json_answer(self.jobs.find(request.path_params["id"]).content())
+
+    async def cancel(self, request: Request) -> Response:
+        """End an analysis."""
+        job = self.jobs.find(request.path_params["id"])
+        job.cancel()
+        return json_answer(job.content())
+
+    async def result(self, request: Request) -> Response:
+        """A result with what the page shows beside it."""
+        id_ = request.path_params["id"]
+        result = self.results.find(id_)
+        return text_answer(f'{{"id": {json.dumps(id_)}, "result": {result.result.strip()}, {result.shown[1:]}')
+
+    async def charts(self, request: Request) -> Response:
+        """The charts with densities, time series and maps."""
+        result = self.results.find(request.path_params["id"])
+        if result.log is None:
+            raise CallError({"message": "the result has no samples", "hint": None, "code": "conflict"})
+        return text_answer(await to_thread.run_sync(self._made_charts, result))
+
+    def _made_charts(self, result: Result) -> str:
+        """The charts of a result, made once."""
+        with self._charts:
+            if not result.charts:
+                values = {"analysis": result.analysis, "log": result.log, "table": result.table}
+                with self.analyses.take(result.log.path) as worker:
+                    result.content, result.charts = worker.call("charts", values)
+        return result.charts
+
+    async def read_off(self, request: Request) -> Response:
+        """A line that is laid by hand."""
+        result = self.results.find(request.path_params["id"])
+        body = await _body(request)
+        values = {name: _number(body, name) for name in ("tau_s", "from_s", "to_s")}
+        channel, term = str(body.get("channel")), str(body.get("term"))
+        force = body.get("force") is True
+        return text_answer(
+            await self._look(
+                _key(result), "read_off", analysis=result.analysis, channel=channel, term=term, force=force, **values
+            )
+        )
+
+    async def download(self, request: Request) -> Response:
+        """A file of a result to save."""
+        result, name = self.results.find(request.path_params["id"]), request.path_params["name"]
+        stem = result.name.replace("\\", "/").rpartition("/")[2].partition(".")[0] or "result"
+        if name == "result.json":
+            return file_answer(result.result.encode(errors="backslashreplace"), f"{stem}.json", "application/json")
+        if name == "session.toml" and result.log is not None:
+            text = json.loads(result.shown)["toml"]
+            return file_answer(text.encode(errors="backslashreplace"), f"{stem}.toml", "application/toml")
+        if name == "report.html":
+            if result.log is not None:
+                await to_thread.run_sync(self._made_charts, result)
+            body = await self._look(_key(result), "report", analysis=result.analysis, content=result.content)
+            return file_answer(body, f"{stem}.html", "text/html")
+        if name in ("curve.csv", "coefficients.csv"):
+            what = name.partition(".")[0]
+            body = await self._look(_key(result), "curve", analysis=result.analysis, what=what)
+            return file_answer(body, f"{stem}-{what}.csv", "text/csv")
+        if name in ("figure.svg", "figure.png"):
+            form = name.partition(".")[2]
+            body = await self._look(_key(result), "figure", analysis=result.analysis, form=form)
+            return file_answer(body, f"{stem}.{form}", "image/svg+xml" if form == "svg" else "image/png")
+        raise missing(f"a result has no {name}")
+
+    async def export(self, request: Request) -> Response:
+        """The file of another program, as it would be written."""
+        body = await _body(request)
+        result = self.results.find(body.get("result"))
+        target = str(body.get("target"))
+        table = _options(body, "choices")
+        return text_answer(
+            await self._look(_key(result), "export", analysis=result.analysis, target=target, table=table)
+        )
+
+    async def compare(self, request: Request) -> Response:
+        """Several results beside each other."""
+        ids = (await _body(request)).get("results")
+        if not isinstance(ids, list) or not 2 <= len(ids) <= 64:
+            raise _wrong("results must be the identifiers of two or more results")
+        results = [self.results.find(id_) for id_ in ids]
+        analyses, names = [each.analysis for each in results], [each.name for each in results]
+        return text_answer(await self._look(None, "compare", analyses=analyses, names=names))
+
+    def _log(self, body: Mapping[str, Any]) -> Any:  # noqa: ANN401  a LogFile
+        """The log that a body names, by `file` or `path`."""
+        from sigmatau.app.log import LogFile
+
+        if body.get("file") is not None:
+            upload = self.uploads.find(body["file"])
+            return LogFile(path=str(upload.path), name=upload.name)
+        path = str(self.roots.find(body.get("path")))
+        return LogFile(path=path, name=path)
+
+    async def _look(self, key: object, call: str, **values: Any) -> Any:  # noqa: ANN401  what the call returns
+        """Do a call in a worker for looking."""
+
+        def work() -> Any:  # noqa: ANN401
+            with self.looks.take(key, sticky=key is not None) as worker:
+                return worker.call(call, values)
+
+        return await to_thread.run_sync(work)
+
+
+def _key(result: Result) -> object:
+    return None if result.log is None else result.log.path
+
+
+def _answering(handler: Handler) -> Handler:
+    """A handler whose errors are answers."""
+
+    async def answer(request: Request) -> Response:
+        try:
+            return await handler(request)
+        except CallError as error:
+            return failed_answer(error)
+        except TooLargeError as error:
+            return error_answer(413, str(error))
+
+    return answer
+
+
+async def _no_such_path(request: Request, error: Exception) -> Response:
+    return error_answer(404, "no such path")
+
+
+async def _internal(request: Request, error: Exception) -> Response:
+    return error_answer(500, f"internal error: {error!r}")
+
+
+def _wrong(message: str) -> CallError:
+    return CallError({"message": message, "hint": None, "code": "option"})
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    """The JSON of a request; raises `CallError` for anything else than an object."""
+    try:
+        body = json.loads(await request.body(), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError):
+        raise _wrong("the body is not JSON") from None
+    if not isinstance(body, dict):
+        raise _wrong("the body must be an object")
+    return body
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(name)
+
+
+def _options(body: Mapping[str, Any], key: str = "options") -> dict[str, Any]:
+    options = body.get(key) or {}
+    if not isinstance(options, dict):
+        raise _wrong(f"{key} must be an object")
+    return options
+
+
+def _number(body: Mapping[str, Any], name: str) -> float | None:
+    value = body.get(name)
+    if value is None:
+        return None
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise _wrong(f"{name} must be a number")
+    return float(value)
+
+
+def _text(body: Mapping[str, Any], name: str) -> str | None:
+    value = body.get(name)
+    if value is not None and not isinstance(value, str):
+        raise _wrong(f"{name} must be a text")
+    return value
+
+
+def _static_files() -> Iterator[tuple[str, Traversable]]:
+    """Files of the page by name; those of the report's charts are shared, and those of the page go before them."""
+    for package, folder in (("sigmatau.reporting", "assets"), ("sigmatau.app", "page")):
+        yield from _inside(resources.files(package).joinpath(folder), "")
+
+
+def _inside(folder: Traversable, before: str) -> Iterator[tuple[str, Traversable]]:
+    for entry in folder.iterdir():
+        if entry.is_dir():
+            yield from _inside(entry, f"{before}{entry.name}/")
+        else:
+            yield f"{before}{entry.name}", entry

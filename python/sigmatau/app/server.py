@@ -1,0 +1,111 @@
+"""The server: on the loopback only, with an address that cannot be guessed."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import threading
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sigmatau.errors import DataError
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+
+    from sigmatau.app.routes import Workbench
+
+MAX_UPLOAD = 4_000_000_000
+"""Default of the size of all files that are uploaded. [bytes]"""
+
+_HOST = "127.0.0.1"
+_NEEDS = "the workbench needs starlette and uvicorn: pip install 'sigmatau[app]'"
+
+
+def need_libraries() -> None:
+    """Raise `ImportError` with the command to install what the server needs, if it is missing."""
+    try:
+        import starlette
+        import uvicorn
+    except ImportError:
+        raise ImportError(_NEEDS) from None
+    del starlette, uvicorn
+
+
+def guarded(workbench: Workbench, *, token: str, port: int) -> ASGIApp:
+    """The application of a workbench behind its guard."""
+    from sigmatau.app.guard import Guard
+
+    hosts = (f"{_HOST}:{port}", f"localhost:{port}")
+    return Guard(workbench.application(), token=token, hosts=hosts, max_upload=workbench.uploads.limit)
+
+
+def serve(
+    places: Iterable[Path],
+    *,
+    port: int = 0,
+    max_upload: int = MAX_UPLOAD,
+    ready: Callable[[str], None],
+) -> None:
+    """Serve the workbench until Ctrl-C.
+
+    Parameters
+    ----------
+    places : iterable of Path
+        Folders and files that the page may read.
+    port : int
+        Port; 0 for any that is free.
+    max_upload : int
+        Bytes of all files that the page may send.
+    ready : callable
+        Takes the address of the page when it is served.
+
+    Raises
+    ------
+    DataError
+        If the port cannot be had.
+    ImportError
+        Without starlette or uvicorn.
+    """
+    need_libraries()
+    import uvicorn
+
+    from sigmatau.app.files import Roots
+    from sigmatau.app.routes import Workbench
+
+    with _listening(port) as listener:
+        token, port = secrets.token_urlsafe(24), listener.getsockname()[1]
+        workbench = Workbench(Roots(places), max_upload=max_upload)
+        threading.Thread(target=_warm, args=(workbench,), daemon=True).start()
+        config = uvicorn.Config(
+            guarded(workbench, token=token, port=port), log_level="critical", access_log=False, lifespan="off", ws="none",
+            server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
+        )  # fmt: skip
+        server = uvicorn.Server(config)
+        try:
+            ready(f"http://{_HOST}:{port}/{token}/")
+            server.run(sockets=[listener])
+        except KeyboardInterrupt as interruption:
+            if type(interruption) is not KeyboardInterrupt:  # terminated
+                raise
+        finally:
+            workbench.close()
+
+
+def _warm(workbench: Workbench) -> None:
+    """Start a worker for looking, and one for analyses, before they are asked for."""
+    workbench.looks.warm()
+    workbench.analyses.warm()
+
+
+def _listening(port: int) -> socket.socket:
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listener.bind((_HOST, port))
+    except (OSError, OverflowError) as error:
+        listener.close()
+        reason = error.strerror if isinstance(error, OSError) else None
+        raise DataError(f"port {port} cannot be had: {reason or error}; give another --port") from None
+    listener.listen(128)
+    return listener

@@ -1,0 +1,178 @@
+"""Worker processes: each does one call at a time and keeps the record that it read last; one that is cancelled is killed."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.app.answers import CallError
+from sigmatau.process import end_with_parent, keep_freed, uninterrupted
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+Progress = Callable[[str], None]
+"""Takes the name of a stage that begins."""
+
+_ENDED = "the worker process ended before it was done: the system does that when memory is short"
+
+
+class Worker:
+    """A process that waits for calls.
+
+    Parameters
+    ----------
+    preloaded : sequence of str
+        Calls whose modules it imports when it starts.
+
+    Attributes
+    ----------
+    key : object
+        What it read last: calls about the same are best made here.
+    used : float
+        When its last call ended.
+    """
+
+    def __init__(self, preloaded: Sequence[str] = ()) -> None:
+        import multiprocessing
+
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs, preloaded), daemon=True)
+        with uninterrupted():
+            self._process.start()
+        theirs.close()
+        self.key: object = None
+        self.used = 0.0
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can take a call."""
+        return self._process.is_alive()
+
+    def call(self, name: str, arguments: dict[str, Any], progress: Progress | None = None) -> Any:  # noqa: ANN401
+        """Do a call of `sigmatau.app.calls` and return what it returns; raises `CallError`."""
+        try:
+            self._ours.send((name, arguments))
+            while True:
+                kind, value = self._ours.recv()
+                if kind == "stage":
+                    if progress is not None:
+                        progress(value)
+                elif kind == "done":
+                    return value
+                else:
+                    raise CallError(value)
+        except (EOFError, OSError):
+            raise CallError({"message": _ENDED, "hint": None, "code": "failed"}) from None
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self._process.kill()
+
+
+class Workers:
+    """Up to some workers, started when they are needed, or one ahead.
+
+    Parameters
+    ----------
+    limit : int
+    preloaded : sequence of str
+        Calls whose modules a worker imports when it starts.
+    """
+
+    def __init__(self, limit: int, preloaded: Sequence[str] = ()) -> None:
+        self._limit, self._preloaded = limit, tuple(preloaded)
+        self._idle: list[Worker] = []
+        self._busy: set[Worker] = set()
+        self._free = threading.Condition()
+        self._closed = False
+
+    def warm(self) -> None:
+        """Start a worker ahead, unless there is one that waits."""
+        with self._free:
+            if self._idle or self._closed or len(self._busy) >= self._limit:
+                return
+            self._idle.append(Worker(self._preloaded))
+
+    @contextlib.contextmanager
+    def take(
+        self, key: object, took: Callable[[Worker], None] | None = None, *, sticky: bool = True
+    ) -> Iterator[Worker]:
+        """A worker for a call about `key`: the one that read it, or the one that waits longest.
+
+        If `sticky`, a busy worker that has read it is waited for. `took`: is called with the worker before its call.
+        """
+        worker = self._taken(key, sticky=sticky)
+        try:
+            if took is not None:
+                took(worker)
+            yield worker
+        finally:
+            with self._free:
+                self._busy.discard(worker)
+                if worker.alive and not self._closed:
+                    worker.used = time.monotonic()
+                    self._idle.append(worker)
+                else:
+                    worker.end()
+                self._free.notify_all()
+
+    def _taken(self, key: object, *, sticky: bool) -> Worker:
+        with self._free:
+            while True:
+                worker = self._free_worker(key, sticky=sticky)
+                if worker is not None:
+                    worker.key = key
+                    self._busy.add(worker)
+                    return worker
+                self._free.wait()
+
+    def _free_worker(self, key: object, *, sticky: bool) -> Worker | None:
+        self._idle = [worker for worker in self._idle if worker.alive]
+        worker = next((worker for worker in self._idle if worker.key == key), None)
+        if worker is None and not (sticky and any(busy.key == key for busy in self._busy)):
+            if self._idle:
+                worker = min(self._idle, key=lambda each: each.used)
+            elif len(self._busy) < self._limit:
+                return Worker(self._preloaded)
+        if worker is not None:
+            self._idle.remove(worker)
+        return worker
+
+    def close(self) -> None:
+        """End all workers."""
+        with self._free:
+            self._closed = True
+            for worker in (*self._idle, *self._busy):
+                worker.end()
+            self._idle = []
+
+
+def _work(calls: Connection, preloaded: Sequence[str]) -> None:
+    """Do calls until no more come."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C reaches all processes of the terminal; the server ends this one
+    end_with_parent()
+    keep_freed()
+    from sigmatau.app.calls import do, load
+
+    for first in preloaded:
+        load(first)
+    gc.freeze()
+    while True:
+        try:
+            name, arguments = calls.recv()
+        except (EOFError, OSError):
+            return
+        outcome = do(name, arguments, lambda stage: calls.send(("stage", stage)))
+        try:
+            calls.send(outcome)
+        except OSError:
+            return

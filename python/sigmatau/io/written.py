@@ -1,0 +1,40 @@
+"""Files that sigmatau wrote: they are not logs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+_HEAD, _TAIL = 4096, 16384  # bytes that name the program; the end, because a PDF names it there
+
+# Of JSON, text and exports, figures, reports, the coefficients and curves of --csv, tables and JUnit XML of a lot, and
+# arrays of a state space.
+_WRITTEN = re.compile(
+    rb'\A\{\s*(?:"(?:schema|lot)": \d+,\s*)?"sigmatau": "'
+    rb"|\A(?:[^\n]{0,200}\n){0,2}[^\n]{0,200}written by sigmatau \d"
+    rb'|\A\{\s*"value0": \{[^}]*\},\s*"about": \[\s*"[^"]*written by sigmatau \d'
+    rb"|\A\x89PNG.*Software\0sigmatau \d"
+    rb"|<svg.*<dc:title>sigmatau \d"
+    rb"|\A%PDF.*/Creator \(sigmatau \d"
+    rb'|\A<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="generator" content="sigmatau \d'
+    rb"|\Achannel,(?:term,(?:observed,)?value,|tau_s,adev,)[a-z_,]*\n"
+    rb"|\Aunit,state,reason,[a-z_,]*\n"
+    rb'|\A<\?xml [^\n]*\n<testsuites name="sigmatau'
+    rb"|\APK\x03\x04.{26}[a-z_]+\.F\.npy",
+    re.DOTALL,
+)
+
+
+def is_result(path: Path) -> bool:
+    """Whether a file is a result of sigmatau, by its content; a simulated log or a pipe is not."""
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+            if head.startswith(b"%PDF"):
+                stream.seek(max(path.stat().st_size - _TAIL, 0))
+                head += stream.read()
+    except OSError:
+        return False
+    return _WRITTEN.search(head) is not None

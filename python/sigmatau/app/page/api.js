@@ -1,0 +1,88 @@
+// Calls of the server: one function each; an error becomes an ApiError with what the server said.
+
+const BASE = new URL("./", location.href);
+const POLL = 150; // between two looks at a job [ms]
+
+/** An error that the server explains: `hints` are options that mend it, `rows` what was read of the file. */
+export class ApiError extends Error {
+  constructor(content, status) {
+    super(content.message);
+    this.hints = content.hint ?? [];
+    this.rows = content.rows ?? "";
+    this.code = content.code;
+    this.status = status;
+  }
+}
+
+async function call(method, path, body, signal) {
+  let response;
+  try {
+    response = await fetch(new URL(`api/${path}`, BASE), {
+      method, signal, headers: body === undefined ? {} : { "Content-Type": "application/json" }, body: body === undefined ? undefined : JSON.stringify(body),
+    });
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new ApiError({ message: "The server does not answer: start sigmatau app again.", code: "gone" }, 0);
+  }
+  const text = await response.text();
+  let content;
+  try {
+    content = text ? JSON.parse(text) : {};
+  } catch {
+    throw new ApiError({ message: `The server answered with status ${response.status} and no JSON.`, code: "failed" }, response.status);
+  }
+  if (!response.ok) throw new ApiError(content.error ?? { message: `The server answered with status ${response.status}.` }, response.status);
+  return content;
+}
+
+export const about = () => call("GET", "about");
+export const files = (path) => call("GET", path ? `files?path=${encodeURIComponent(path)}` : "files");
+export const open = (source, options, signal) => call("POST", "open", { ...source, options }, signal);
+export const envelope = (source, options, more, signal) => call("POST", "envelope", { ...source, options, channel: null, from_s: null, to_s: null, ...more }, signal);
+export const result = (id) => call("GET", `results/${encodeURIComponent(id)}`);
+export const charts = (id) => call("GET", `results/${encodeURIComponent(id)}/charts`);
+export const readOff = (id, body, signal) => call("POST", `results/${encodeURIComponent(id)}/read-off`, body, signal);
+export const exported = (id, target, choices) => call("POST", "export", { result: id, target, choices });
+export const compare = (results) => call("POST", "compare", { results });
+export const config = (body) => call("POST", "config", body);
+export const addressOf = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
+
+/** Start an analysis and follow it; `progress` gets the job at every look. Returns the id of the result. */
+export async function analyze(source, options, progress, signal) {
+  const { job } = await call("POST", "analyze", { ...source, options });
+  const stop = () => call("DELETE", `jobs/${encodeURIComponent(job)}`).catch(() => {});
+  for (;;) {
+    if (signal.aborted) {
+      await stop();
+      throw new DOMException("cancelled", "AbortError");
+    }
+    const state = await call("GET", `jobs/${encodeURIComponent(job)}`);
+    progress(state);
+    if (state.state === "done") return state.result;
+    if (state.state === "failed") throw new ApiError(state.error?.error ?? state.error ?? { message: "The analysis failed." }, 422);
+    if (state.state === "cancelled") throw new DOMException("cancelled", "AbortError");
+    await new Promise((resolve) => setTimeout(resolve, POLL));
+  }
+}
+
+/** Send a file; `progress` gets the share that was sent. Returns {file, name, bytes}. */
+export function upload(file, progress) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", new URL(`api/upload?name=${encodeURIComponent(file.name)}`, BASE));
+    request.setRequestHeader("Content-Type", "application/octet-stream");
+    request.upload.onprogress = (event) => event.lengthComputable && progress(event.loaded / event.total);
+    request.onerror = () => reject(new ApiError({ message: "The file could not be sent to the server.", code: "gone" }, 0));
+    request.onload = () => {
+      let content = {};
+      try {
+        content = JSON.parse(request.responseText);
+      } catch { /* the status says it */ }
+      if (request.status < 300) resolve(content);
+      else reject(new ApiError(content.error ?? { message: `The server answered with status ${request.status}.` }, request.status));
+    };
+    request.send(file);
+  });
+}
+
+export const forgetUpload = (id) => call("DELETE", `upload/${encodeURIComponent(id)}`).catch(() => {});

@@ -1,0 +1,176 @@
+// The page as a whole: steps, history, keys, the command line, and what happens when options change.
+
+import "./paper.js";
+import { drop, forget } from "./frame.js";
+import { make } from "./page.js";
+import { about, config, result as fetchResult } from "./api.js";
+import { announce, button, byId, copy, errorBox } from "./dom.js";
+import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
+import { showOpen } from "./open_view.js";
+import { showColumns } from "./columns_view.js";
+import { questionBox } from "./question.js";
+import { analyse, cancel } from "./jobs.js";
+import { showResult } from "./result_view.js";
+import { showFiles } from "./files_view.js";
+import { showCompare, rememberResult, comparable } from "./compare_view.js";
+
+const view = byId("view");
+const STEPS = ["open", "columns", "result", "files", "compare"];
+const TITLES = { open: "Open", columns: "Columns", result: "Result", files: "Take away", compare: "Compare" };
+
+/** Show the step of the session. */
+async function show() {
+  if (session.step !== "result") { drop(view); delete view.dataset.result; }
+  try {
+    if (session.step === "open") showOpen(view, session.about, opened);
+    else if (session.step === "columns") await showColumns(view, startAnalysis);
+    else if (session.step === "result") await showResult(view, () => goTo("files"));
+    else if (session.step === "files") await showFiles(view);
+    else await showCompare(view);
+  } catch (error) {
+    showError(error);
+  }
+}
+
+function showError(error) {
+  if (error.name === "AbortError") return;
+  const box = error.hints?.length ? questionBox(error, session.opened) : errorBox(error);
+  byId("problem")?.remove();
+  const place = make("div", { id: "problem" }, box, button("Dismiss", () => place.remove()));
+  view.prepend(place);
+  if (!error.message) throw error;
+}
+
+function goTo(step) {
+  setStep(step);
+  scrollTo(0, 0);
+  view.focus({ preventScroll: true });
+  announce(TITLES[step]);
+  return show();
+}
+
+/** Begin with a file that was chosen. */
+function opened({ source, name, options = {} }) {
+  cancel();
+  forget();
+  begin(source, name, options);
+  return goTo("columns");
+}
+
+async function startAnalysis() {
+  byId("problem")?.remove();
+  try {
+    if (await analyse()) await goTo("result");
+  } catch (error) {
+    showError(error);
+  }
+}
+
+/** Options changed: look again at the columns, or analyse again and show the new result in place. */
+async function optionsChanged() {
+  if (session.step === "columns") return show();
+  if (!session.id) return undefined;
+  view.setAttribute("aria-busy", "true");
+  byId("problem")?.remove();
+  try {
+    if (await analyse()) await show();
+  } catch (error) {
+    showError(error);
+  } finally {
+    view.removeAttribute("aria-busy");
+  }
+  return undefined;
+}
+
+async function showCommand() {
+  const { source, name, options } = session;
+  if (!source) {
+    byId("command").textContent = session.id ? `sigmatau export ${session.result?.name ?? "result.json"} --list` : "sigmatau app";
+    return;
+  }
+  try {
+    const { command } = await config({ options, log: source.path ?? name });
+    if (session.options === options) byId("command").textContent = command;
+  } catch { /* the view says what is wrong with the options */ }
+}
+
+function showState() {
+  const { source, id, step } = session;
+  const can = { open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: comparable() > 1 };
+  for (const name of STEPS) {
+    const one = byId(`step-${name}`);
+    one.disabled = !can[name];
+    if (name === step) one.setAttribute("aria-current", "step");
+    else one.removeAttribute("aria-current");
+  }
+  byId("undo").disabled = !canUndo();
+  byId("redo").disabled = !canRedo();
+  byId("file").replaceChildren(make("bdi", {}, session.name));
+  document.title = session.name ? `${session.name} – sigmatau` : "sigmatau";
+}
+
+onChange((what) => {
+  if (what === "opened" && session.opened?.kind === "result") return openResult(session.opened.result);
+  if (what === "result") rememberResult(session.id, session.result);
+  showState();
+  if (what === "options" || what === "source" || what === "result") showCommand();
+  if (what === "options") optionsChanged();
+  return undefined;
+});
+
+/** Show a stored result: there is no log to analyse again. */
+async function openResult(id) {
+  try {
+    const content = await fetchResult(id);
+    const { name } = session;
+    begin(null, name);
+    setResult(id, content);
+    await goTo("result");
+  } catch (error) {
+    showError(error);
+  }
+}
+
+function keys(event) {
+  const command = event.ctrlKey || event.metaKey, isText = event.target.matches?.("input[type=text], textarea");
+  if (command && event.key === "Enter" && session.step === "columns") byId("analyse")?.click();
+  else if (command && event.key.toLowerCase() === "z" && !isText) event.shiftKey ? redo() : undo();
+  else if (command && event.key.toLowerCase() === "y" && !isText) redo();
+  else return;
+  event.preventDefault();
+}
+
+async function restore() {
+  const stated = readFragment();
+  if (!stated) return goTo("open");
+  if (!stated.source) return openResult(stated.result);
+  forget();
+  begin(stated.source, stated.name, stated.options);
+  if (["result", "files", "compare"].includes(stated.step)) {
+    setStep("columns");
+    showState();
+    view.replaceChildren(make("p", { className: "none" }, "Analysing as the address says…"));
+    try {
+      if (await analyse()) return goTo(stated.step === "compare" ? "result" : stated.step);
+    } catch (error) {
+      await goTo("columns");
+      return showError(error);
+    }
+  }
+  return goTo("columns");
+}
+
+for (const name of STEPS) byId(`step-${name}`).addEventListener("click", () => goTo(name));
+byId("undo").addEventListener("click", undo);
+byId("redo").addEventListener("click", redo);
+byId("copy-command").addEventListener("click", (event) => copy(byId("command").textContent, event.currentTarget));
+addEventListener("keydown", keys);
+addEventListener("hashchange", restore);
+
+try {
+  session.about = await about();
+  showState();
+  await (session.about.open && !location.hash ? opened({ source: { path: session.about.open.path ?? session.about.open }, name: String(session.about.open.path ?? session.about.open).split(/[\\/]/).pop() }) : restore());
+} catch (error) {
+  view.replaceChildren(errorBox(error));
+}

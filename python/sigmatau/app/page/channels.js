@@ -1,0 +1,60 @@
+// Options of reading by channel: which column is which channel, and units. Written as mappings, as TOML has them.
+
+import { session, setOptions } from "./session.js";
+
+export const COMMON = ["time", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z", "temperature"];
+export const SIGNAL = "signal"; // a further signal, by the name of its column
+
+export const sensorOf = (channel) => (/^(gyro|accel)(_|$)/.test(channel) ? channel.split("_")[0] : channel);
+
+/** An option of pairs as a mapping: `gyro=deg/s,accel=g` and lists of such texts too. */
+export function pairsOf(value) {
+  if (value === undefined || value === null) return {};
+  if (typeof value === "object" && !Array.isArray(value)) return { ...value };
+  const texts = (Array.isArray(value) ? value : [value]).flatMap((text) => String(text).split(","));
+  return Object.fromEntries(texts.filter((text) => text.includes("=")).map((text) => { const at = text.indexOf("="); return [text.slice(0, at).trim(), text.slice(at + 1).trim()]; }));
+}
+
+/** Use a column as a channel, or not at all; the other columns stay what they are. */
+export function assign(columns, number, channel) {
+  const channels = {};
+  for (const column of columns) {
+    const name = column.number === number ? channel : column.channel;
+    if (name && (column.number === number || name !== channel)) channels[name] = column.number;
+  }
+  const units = pairsOf(session.options.unit);
+  for (const column of columns) // units that the file states go with the column, those that were given go with the channel
+    if (column.number === number && column.channel && column.channel !== channel) delete units[column.channel];
+  setOptions({ channels, unit: units });
+}
+
+/** Give a unit to a channel: to the whole sensor where all its columns have one unit. */
+export function setUnit(columns, column, unit) {
+  const sensor = sensorOf(column.channel), units = pairsOf(session.options.unit);
+  const mates = columns.filter((one) => one.channel && sensorOf(one.channel) === sensor);
+  const isShared = sensor !== column.channel && mates.every((one) => (one.unit ?? "") === (column.unit ?? ""));
+  for (const one of isShared ? mates : [column]) delete units[one.channel];
+  if (unit.trim()) units[isShared ? sensor : column.channel] = unit.trim();
+  setOptions({ unit: units });
+}
+
+/** Add a pair to an option of pairs. */
+export function setPair(option, key, value) {
+  const pairs = pairsOf(session.options[option]);
+  if (value === "") delete pairs[key];
+  else pairs[key] = value;
+  setOptions({ [option]: pairs });
+}
+
+/** A name of a channel that options can state: letters, digits and underscores of the name of a column. */
+export function signalName(column) {
+  const name = column.name.replace(/\[.*$/, "").trim().replace(/[^\p{L}\p{N}]+/gu, "_").replace(/^_+|_+$/g, "");
+  return name && !COMMON.includes(name) && !/^(gyro|accel)/.test(name) ? name : `column_${column.number}`;
+}
+
+export const UNITS = {
+  gyro: ["deg/s", "rad/s", "deg/h", "mdeg/s", "mrad/s", "rad/h"],
+  accel: ["m/s^2", "g", "mg", "ug", "mGal"],
+  time: ["s", "ms", "us", "ns"],
+  temperature: ["degC", "K"],
+};

@@ -1,0 +1,180 @@
+// The second step: what the file contains, column by column, each changeable; and the picture of the record.
+
+import { make } from "./page.js";
+import { bdi, button, chip, choice, debounce, errorBox, field, announce } from "./dom.js";
+import { open } from "./api.js";
+import { session, setOpened, setOptions } from "./session.js";
+import { assign, COMMON, pairsOf, sensorOf, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
+import { sparkline } from "./sparkline.js";
+import { questionBox } from "./question.js";
+import { showRecord } from "./record_chart.js";
+import { leftOutList } from "./parts.js";
+import { findingsList } from "./summary.js";
+import { text, timeUnit } from "./numbers.js";
+
+const MOST_UNUSED = 4; // columns that are not used and listed all the same
+const unfolded = new Set();
+let running = null; // the look at the file that is under way
+
+/** Show the step, and look at the file with the options of now. */
+export function showColumns(view, analyse) {
+  const head = make("div", { className: "head" }), body = make("div", { className: "columns" }), record = make("section", { ariaLabel: "Time series" });
+  view.replaceChildren(head, body, record);
+  return look(head, body, record, analyse);
+}
+
+async function look(head, body, record, analyse) {
+  running?.abort();
+  const here = (running = new AbortController());
+  body.setAttribute("aria-busy", "true");
+  showHead(head, session.opened, analyse);
+  if (session.opened) showBody(body, session.opened);
+  else body.replaceChildren(make("p", { className: "none" }, "Reading the file…"));
+  let opened;
+  try {
+    opened = await open(session.source, session.options, here.signal);
+  } catch (error) {
+    if (error.name === "AbortError") return;
+    body.removeAttribute("aria-busy");
+    body.replaceChildren(error.hints?.length ? questionBox(error, session.opened) : errorBox(error), button("Undo the last change", () => document.getElementById("undo").click(), { disabled: document.getElementById("undo").disabled }));
+    return;
+  }
+  if (here.signal.aborted) return;
+  body.removeAttribute("aria-busy");
+  setOpened(opened);
+  if (opened.kind === "result") return;
+  showHead(head, opened, analyse);
+  keepFocus(body, () => showBody(body, opened));
+  announce(opened.question ? `A choice is needed: ${opened.question.message}` : `${opened.columns.length} columns; ready to analyse`);
+  if (opened.question) record.replaceChildren();
+  else {
+    const picture = make("div", {}, make("p", { className: "none" }, "Drawing the record…"));
+    record.replaceChildren(make("h2", {}, "Time series"), make("p", { className: "about" }, "Every stretch of the record from its smallest to its largest sample."), picture, ownParts());
+    await showRecord(picture, session.source, session.options, here.signal);
+  }
+}
+
+/** Parts that were chosen before the analysis. */
+function ownParts() {
+  return session.options["leave-out"] || session.options.window ? leftOutList(null) : make("div");
+}
+
+/** After the table was made again the focus is where it was. */
+function keepFocus(place, change) {
+  const name = document.activeElement?.dataset?.focus;
+  change();
+  if (name) place.querySelector(`[data-focus="${CSS.escape(name)}"]`)?.focus();
+}
+
+function showHead(head, opened, analyse) {
+  const facts = [];
+  if (opened?.rows) facts.push(`${opened.rows.toLocaleString("en")} rows`);
+  if (opened?.duration_s) { const unit = timeUnit(opened.duration_s); facts.push(`${text(opened.duration_s / unit.size)} ${unit.text}`); }
+  if (opened?.rate_hz) facts.push(`${text(opened.rate_hz, 4)} Hz${opened.rate_how ? ` (${opened.rate_how})` : ""}`);
+  const start = make("button", { type: "button", className: "primary", id: "analyse", disabled: !opened || Boolean(opened.question), onclick: analyse, title: "Ctrl+Enter" }, "Analyse");
+  head.replaceChildren(make("div", {}, make("h1", {}, bdi(session.name)), make("p", { className: "about" }, [opened?.format, ...facts].filter(Boolean).join(" · ") || " ")), start);
+}
+
+function showBody(body, opened) {
+  body.replaceChildren(
+    ...(opened.question ? [questionBox(opened.question, opened)] : []),
+    readingControls(opened),
+    columnTable(opened),
+    gravityLine(opened.columns),
+    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((one) => ({ ...one, message: one.text, axes: (one.channels ?? [one.channel]).filter(Boolean).join(", ") })))]));
+}
+
+/** Rate, topic and content of all columns. */
+function readingControls(opened) {
+  const { options } = session;
+  const rate = make("input", { type: "text", size: 10, value: typeof options.rate === "object" ? Object.entries(options.rate).map((pair) => pair.join("=")).join(",") : options.rate ?? "", placeholder: opened.rate_hz ? text(opened.rate_hz, 5) : "", onchange: () => setOptions({ rate: rate.value.trim() }) });
+  rate.dataset.focus = "rate";
+  const input = choice("Content of the columns", [["rate", "rates"], ["increments", "increments per sample"], ["accumulated", "accumulated angle and velocity"]], options.input ?? "rate", (value) => setOptions({ input: value === "rate" ? undefined : value }));
+  input.dataset.focus = "input";
+  const parts = [field("Sampling rate [Hz]", rate), field("The columns are", input)];
+  if (opened.topics?.length) {
+    const now = String(options.topic ?? ""), read = opened.topics.filter((topic) => topic.chosen).map((topic) => topic.name);
+    const topic = choice("Topic", [["", `as recognised${read.length && !now ? `: ${read.join(", ")}` : ""}`], ...(now && !opened.topics.some((one) => one.name === now) ? [[now, now]] : []), ...opened.topics.map((one) => [one.name, `${one.name}${one.rate_hz ? ` (${text(one.rate_hz)} Hz)` : ""}`])], now, (value) => setOptions({ topic: value }));
+    topic.dataset.focus = "topic";
+    parts.unshift(field("Topic", topic));
+  }
+  for (const [option, label, sensors] of [["scale", "Scale of", ["gyro", "accel"]]]) {
+    const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorOf));
+    for (const sensor of sensors.filter((one) => used.has(one))) {
+      const value = make("input", { type: "text", size: 8, value: pairsOf(options[option])[sensor] ?? "", placeholder: "1", onchange: () => setPair(option, sensor, value.value.trim()) });
+      value.dataset.focus = `${option}-${sensor}`;
+      parts.push(field(`${label} ${sensor}`, value));
+    }
+  }
+  return make("div", { className: "row reading" }, ...parts);
+}
+
+function columnTable(opened) {
+  const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "What the values say"];
+  const used = opened.columns.filter((column) => column.channel), unused = opened.columns.filter((column) => !column.channel);
+  const folded = used.length && unused.length > MOST_UNUSED && !unfolded.has(session.name);
+  const rowOf = (column) => columnRow(column, opened.columns, opened.rate_hz);
+  const rows = (folded ? used : opened.columns).map(rowOf);
+  const more = button(`Show ${unused.length} columns that are not used`, () => { unfolded.add(session.name); more.hidden = true; made.querySelector("tbody").append(...unused.map(rowOf)); }, { hidden: !folded });
+  const made = make("div", {}, make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Columns of the file" },
+    make("table", { className: "column-table" },
+      make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
+      make("tbody", {}, ...rows)),
+    ...Object.entries(UNITS).map(([sensor, units]) => make("datalist", { id: `units-${sensor}` }, ...units.map((unit) => make("option", { value: unit }))))), more);
+  return made;
+}
+
+function columnRow(column, columns, rate) {
+  const shown = (value) => (typeof value === "number" ? text(value, 3) : String(value ?? "–"));
+  const cell = (label, ...children) => { const made = make("td", {}, ...children); made.dataset.label = label; return made; };
+  return make("tr", { className: column.channel ? "" : "unused" },
+    cell("#", String(column.number)),
+    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`)),
+    cell("First values", bdi((column.values ?? []).slice(0, 2).map(shown).join(", "))),
+    cell("Values", sparkline(column.spark ?? [], `Values of ${column.name}`)),
+    cell("Use as", roleChoice(column, columns)),
+    cell("Unit", ...(column.channel ? [unitField(column, columns)] : [])),
+    cell("What the values say", ...valuesText(column, rate)));
+}
+
+function roleChoice(column, columns) {
+  const entries = [["", "not used"], ...COMMON.map((name) => [name, name.replace("_", " ")])];
+  if (column.channel && !COMMON.includes(column.channel)) entries.push([column.channel, column.channel.replace(/^(gyro|accel)_/, "$1 ")]);
+  entries.push([SIGNAL, "another signal"]);
+  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column.number, value === SIGNAL ? signalName(column) : value));
+  select.dataset.focus = `role-${column.number}`;
+  return select;
+}
+
+function unitField(column, columns) {
+  const sensor = sensorOf(column.channel);
+  const input = make("input", { type: "text", size: 8, value: column.unit ?? "", ariaLabel: `Unit of ${column.channel}`, placeholder: "missing", className: column.unit ? "" : "wanted" });
+  if (UNITS[sensor]) input.setAttribute("list", `units-${sensor}`);
+  input.onchange = debounce(() => setUnit(columns, column, input.value), 0);
+  input.dataset.focus = `unit-${column.number}`;
+  const how = { stated: "stated", given: "given by you", guessed: "guessed", missing: "missing" }[column.unit_how];
+  return make("span", { className: "unit" }, input, ...(how ? [make("small", {}, how)] : []));
+}
+
+function valuesText(column, rate) {
+  const parts = [];
+  const unit = (column.unit_si ?? "").replace("^2", "²");
+  if (column.mean_si !== null && column.mean_si !== undefined) parts.push(`mean ${text(column.mean_si, 4)} ${unit}`);
+  if (column.peak_to_peak !== null && column.peak_to_peak !== undefined) parts.push(`peak to peak ${text(column.peak_to_peak)} ${unit}`);
+  if (column.rate_hz && column.rate_hz !== rate) parts.push(`${text(column.rate_hz, 4)} Hz`);
+  if (column.gaps) parts.push(`${column.gaps} gap${column.gaps > 1 ? "s" : ""}`);
+  else if (column.missing) parts.push(`${column.missing} missing`);
+  if (column.remark) parts.push(column.remark);
+  return parts.length ? [make("span", { className: "says" }, parts.join(" · "))] : [];
+}
+
+const GRAVITY = 9.80665; // standard gravity [m/s²]
+
+/** The mean of three accelerometers is gravity, if columns and units are right. */
+function gravityLine(columns) {
+  const means = ["x", "y", "z"].map((axis) => columns.find((column) => column.channel === `accel_${axis}`)?.mean_si);
+  if (means.some((mean) => mean === null || mean === undefined)) return make("p", { hidden: true });
+  const size = Math.hypot(...means), is = size > 0.9 * GRAVITY && size < 1.1 * GRAVITY;
+  return make("p", { className: "gravity" }, chip(is ? "gravity" : "not gravity", is ? "good" : "partial"), ` The mean of the accelerometer is ${text(size, 4)} m/s²; gravity is 9.81 m/s².`,
+    ...(is ? [] : [" Check units, scale and columns, unless gravity was subtracted."]));
+}

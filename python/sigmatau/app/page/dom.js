@@ -1,0 +1,74 @@
+// Small parts of the page: buttons, labels, marks, messages. Text is never read as HTML.
+
+import { make } from "./page.js";
+
+export const byId = (id) => document.getElementById(id);
+
+export function button(text, onclick, attributes = {}) {
+  return make("button", { type: "button", onclick, ...attributes }, text);
+}
+
+/** A control with its label before it. */
+export function field(label, control, note = "") {
+  return make("label", { className: "field" }, make("span", {}, label), control, ...(note ? [make("small", {}, note)] : []));
+}
+
+export function checkbox(label, checked, onchange, attributes = {}) {
+  const box = make("input", { type: "checkbox", checked, onchange: () => onchange(box.checked), ...attributes });
+  return make("label", { className: "check" }, box, make("span", {}, label));
+}
+
+/** A list to choose from; entries are [value, text]. */
+export function choice(label, entries, value, onchange) {
+  const select = make("select", { ariaLabel: label, onchange: () => onchange(select.value) }, ...entries.map(([key, text]) => make("option", { value: key }, text)));
+  select.value = value;
+  return select;
+}
+
+export const chip = (text, kind) => make("span", { className: `chip ${kind}` }, text);
+export const bdi = (text) => make("bdi", {}, text);
+
+/** Tell users of screen readers what happened. */
+export function announce(text) {
+  byId("status").textContent = text;
+}
+
+/** Numbers of a browser's text fields have a point; those typed with a comma are read too. */
+export function parsed(text) {
+  const value = Number(String(text).trim().replace(",", "."));
+  return String(text).trim() && Number.isFinite(value) ? value : null;
+}
+
+export function debounce(action, delay) {
+  let timer = 0;
+  return (...values) => {
+    clearTimeout(timer);
+    timer = setTimeout(() => action(...values), delay);
+  };
+}
+
+/** Copy a text; the button says whether it was done. */
+export async function copy(text, pressed) {
+  const before = pressed.textContent;
+  try {
+    await navigator.clipboard.writeText(text);
+    pressed.textContent = "Copied";
+  } catch {
+    pressed.textContent = "Not allowed";
+  }
+  announce(pressed.textContent);
+  setTimeout(() => { pressed.textContent = before; }, 1500);
+}
+
+/** An error as a box: what was found, and what was read of the file. */
+export function errorBox(error) {
+  return make("div", { className: "box poor", role: "alert" },
+    make("p", {}, error.message),
+    ...(error.rows ? [make("pre", { tabIndex: 0 }, error.rows)] : []));
+}
+
+export function size(bytes) {
+  if (bytes < 1e3) return `${bytes} B`;
+  const [factor, unit] = bytes < 1e6 ? [1e3, "kB"] : bytes < 1e9 ? [1e6, "MB"] : [1e9, "GB"];
+  return `${(bytes / factor).toPrecision(3)} ${unit}`;
+}

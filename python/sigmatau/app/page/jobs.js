@@ -1,0 +1,73 @@
+// An analysis that runs: its stages on screen, and how it is cancelled.
+
+import { make } from "./page.js";
+import { analyze, result } from "./api.js";
+import { announce, bdi, button, byId } from "./dom.js";
+import { resultOfOptions, session, setResult } from "./session.js";
+
+const STAGES = { read: "Reading the file", choose: "Selecting the part", check: "Checking the samples", mask: "Leaving out disturbances", curves: "Computing the curves", fit: "Fitting the coefficients", judge: "Testing the fits" };
+let running = null;
+
+export const isRunning = () => running !== null;
+
+/** Cancel the analysis that runs, if one does. */
+export function cancel() {
+  running?.abort();
+}
+
+/** Analyse the file with the options of now; what was analysed with them before is shown at once.
+ *
+ * Returns whether there is a result; an error is thrown, and false is a cancelled or overtaken analysis.
+ */
+export async function analyse() {
+  cancel();
+  const had = resultOfOptions();
+  if (had) {
+    try {
+      setResult(had, await result(had));
+      return true;
+    } catch { /* the server has forgotten it */ }
+  }
+  const here = (running = new AbortController());
+  const { source, options } = session;
+  const bar = showProgress();
+  let told = "";
+  try {
+    const id = await analyze(source, options, (job) => {
+      if (here.signal.aborted) return;
+      const stage = bar.update(job);
+      if (stage && stage !== told) announce((told = stage));
+    }, here.signal);
+    const content = await result(id);
+    if (here.signal.aborted) return false;
+    setResult(id, content);
+    announce("The analysis is done.");
+    return true;
+  } catch (error) {
+    if (error.name !== "AbortError") throw error;
+    announce("The analysis was cancelled.");
+    return false;
+  } finally {
+    if (running === here) {
+      running = null;
+      byId("progress").hidden = true;
+    }
+  }
+}
+
+function showProgress() {
+  const list = make("ol", { className: "stages" }), elapsed = make("span", { className: "elapsed" });
+  const place = byId("progress");
+  place.replaceChildren(make("p", {}, make("strong", {}, "Analysing "), bdi(session.name), " ", elapsed), list, button("Cancel", cancel, { id: "cancel" }));
+  place.hidden = false;
+  return {
+    update({ state, stages, elapsed_s }) {
+      elapsed.textContent = `${(elapsed_s ?? 0).toFixed(1)} s`;
+      list.replaceChildren(...(stages ?? []).map((stage) => make("li", { className: stage.done ? "done" : "now" }, nameOf(stage.name), ...(stage.done && stage.seconds >= 0.1 ? [` ${stage.seconds.toFixed(1)} s`] : []))));
+      const now = (stages ?? []).find((stage) => !stage.done);
+      return state === "waiting" ? "Waiting for another analysis" : now ? nameOf(now.name) : "";
+    },
+  };
+}
+
+const nameOf = (name) => STAGES[name] ?? name;

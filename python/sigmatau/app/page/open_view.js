@@ -1,0 +1,87 @@
+// The first step: drop a file, choose one of this computer, or one of the folders of the server.
+
+import { make } from "./page.js";
+import { files, upload } from "./api.js";
+import { announce, bdi, button, errorBox, size } from "./dom.js";
+
+const KINDS = { folder: "Folder", log: "Log", result: "Result", model: "Model" };
+
+/** Show the step. `opened({source, name, kind})` is called with what was chosen. */
+export function showOpen(view, about, opened) {
+  const status = make("div", { className: "sending" });
+  const chooser = make("input", { type: "file", id: "chooser", className: "unseen", tabIndex: -1, ariaLabel: "File of this computer", onchange: () => chooser.files[0] && send(chooser.files[0], status, opened) });
+  const zone = make("div", { className: "drop" },
+    make("p", { className: "lead" }, "Drop a log here"),
+    make("p", { className: "about" }, "A record of a sensor at rest: CSV and other tables, ROS bags, MCAP, flight logs, NumPy, MATLAB, HDF5, Parquet and more."),
+    make("p", {}, button("Choose a file…", () => chooser.click(), { className: "primary" }), chooser),
+    make("p", { className: "about" }, "The file is copied to a temporary folder of this computer and removed at the end. Nothing leaves the computer."),
+    status);
+  acceptDrops(zone, (file) => send(file, status, opened));
+  const list = make("div", { className: "folder" });
+  view.replaceChildren(
+    make("h1", {}, "Open a log"),
+    make("div", { className: "openers" },
+      zone,
+      make("section", { ariaLabel: "Files of the server" }, make("h2", {}, "Files below the opened folders"), list)));
+  showFolder(list, null, opened);
+}
+
+/** Files may be dropped anywhere on the page. */
+function acceptDrops(zone, take) {
+  const over = (event) => { event.preventDefault(); zone.classList.add("over"); };
+  document.ondragover = over;
+  document.ondragleave = (event) => { if (!event.relatedTarget) zone.classList.remove("over"); };
+  document.ondrop = (event) => {
+    event.preventDefault();
+    zone.classList.remove("over");
+    const file = event.dataTransfer.files[0];
+    if (file) take(file);
+  };
+}
+
+async function send(file, place, opened) {
+  const bar = make("progress", { max: 1, value: 0, ariaLabel: `Copying ${file.name}` });
+  place.replaceChildren(make("p", {}, "Copying ", bdi(file.name), ` (${size(file.size)})`), bar);
+  announce(`Copying ${file.name}`);
+  try {
+    const sent = await upload(file, (share) => { bar.value = share; });
+    place.replaceChildren();
+    opened({ source: { file: sent.file }, name: sent.name });
+  } catch (error) {
+    place.replaceChildren(errorBox(error));
+  }
+}
+
+/** List a folder; without a path the folders of the server, or the only one of them. */
+async function showFolder(list, path, opened) {
+  let found;
+  try {
+    found = await files(path);
+  } catch (error) {
+    list.replaceChildren(errorBox(error));
+    return undefined;
+  }
+  if (!path && found.entries.length === 1 && found.entries[0].kind === "folder") return showFolder(list, found.entries[0].path, opened);
+  const up = found.parent ? [button("↑ Parent folder", () => enter(list, found.parent, opened), { className: "entry" })] : [];
+  const entries = found.entries.map((entry) => fileRow(list, entry, opened));
+  list.replaceChildren(
+    ...(found.path ? [make("p", { className: "path" }, bdi(found.path))] : []),
+    ...up,
+    entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No folder and no log here. Name a folder at the start: sigmatau app FOLDER."),
+    ...(found.more ? [make("p", { className: "none" }, `${found.more} more files are not listed.`)] : []));
+  return undefined;
+}
+
+async function enter(list, path, opened) {
+  await showFolder(list, path, opened);
+  list.querySelector("button")?.focus();
+}
+
+function fileRow(list, entry, opened) {
+  const open = () => (entry.kind === "folder" ? enter(list, entry.path, opened) : opened({ source: { path: entry.path }, name: entry.name, kind: entry.kind }));
+  const facts = [KINDS[entry.kind] ?? entry.kind, entry.bytes === null || entry.bytes === undefined ? "" : size(entry.bytes)];
+  if (entry.modified && entry.kind !== "folder") facts.push(new Date(entry.modified * 1000).toISOString().slice(0, 10));
+  const name = make("span", { className: "name" }, bdi(entry.name + (entry.kind === "folder" ? "/" : "")));
+  const shown = make("button", { type: "button", className: "entry", onclick: open, disabled: entry.kind === "model" }, name, make("small", {}, facts.filter(Boolean).join(" · ")));
+  return make("li", {}, shown);
+}

@@ -1,0 +1,133 @@
+// Parts of the record: the one that is chosen by dragging or by typing, and the stretches that were left out.
+
+import { make } from "./page.js";
+import { bdi, button, field, parsed, announce } from "./dom.js";
+import { session, setOptions } from "./session.js";
+import { showPart } from "./overlays.js";
+
+const MOST_ROWS = 40; // stretches that are listed
+/** Why samples were not analysed: in words, and the cause that --keep names for it. */
+const REASONS = {
+  missing: ["not recorded"], window: ["outside the window"], left_out: ["left out by you"], partly_at_rest: ["in motion"], not_at_rest: ["in motion"],
+  spikes: ["spike", "spikes"], not_static: ["knock", "shocks"], start_transient: ["start-up", "start"], dropout: ["dropout", "dropouts"], saturation: ["saturated", "saturation"],
+  stuck_samples: ["stuck value", "stuck"], interpolated: ["interpolated", "interpolated"], copied_stretch: ["copied stretch", "copies"],
+};
+const wordOf = (why) => REASONS[why]?.[0] ?? why.replaceAll("_", " ");
+const causeOf = (why) => REASONS[why]?.[1];
+
+export const seconds = (value) => `${Number(value.toPrecision(9))}s`;
+const listOf = (value) => (Array.isArray(value) ? value : value ? String(value).split(",") : []).map((text) => text.trim()).filter(Boolean);
+
+/** Analyse one part only. */
+export function useWindow(from, to) {
+  setOptions({ window: `${seconds(from)}:${seconds(to)}` });
+}
+
+/** Leave a part out. */
+export function leaveOut(from, to) {
+  setOptions({ "leave-out": [...listOf(session.options["leave-out"]), `${seconds(from)}:${seconds(to)}`] });
+}
+
+/** Controls of the chosen part. `zoom(from, to)` shows it larger. Returns {element, choose(from, to)}. */
+export function partControls(zoom) {
+  const from = make("input", { type: "text", inputMode: "decimal", ariaLabel: "From, in seconds", size: 9 });
+  const to = make("input", { type: "text", inputMode: "decimal", ariaLabel: "To, in seconds", size: 9 });
+  const range = () => { const a = parsed(from.value), b = parsed(to.value); return a !== null && b !== null && b > a ? [a, b] : null; };
+  const act = (action) => () => { const found = range(); if (found) action(...found); };
+  const buttons = [
+    button("Analyse only this part", act((a, b) => { clear(); useWindow(a, b); })),
+    button("Leave this part out", act((a, b) => { clear(); leaveOut(a, b); })),
+    button("Zoom to it", act(zoom)),
+    button("Clear", () => clear()),
+  ];
+  const show = () => {
+    const found = range();
+    for (const one of buttons) one.disabled = !found;
+    showPart(found ? { from: found[0], to: found[1] } : null);
+  };
+  const clear = () => { from.value = to.value = ""; show(); };
+  from.oninput = to.oninput = show;
+  const element = make("div", { className: "part", role: "group", ariaLabel: "Part of the record" },
+    make("p", { className: "about" }, "Drag over the time series, or type the ends of a part."),
+    make("div", { className: "row" }, field("From [s]", from), field("to [s]", to), ...buttons));
+  show();
+  return {
+    element,
+    choose: (a, b) => {
+      from.value = String(Number(Math.max(a, 0).toPrecision(6)));
+      to.value = String(Number(b.toPrecision(6)));
+      show();
+      announce(`Part chosen from ${from.value} to ${to.value} seconds`);
+    },
+  };
+}
+
+/** The stretches that options or checks left out, each with a button that restores it. */
+export function leftOutList(result) {
+  const place = make("div", { className: "left-out" });
+  const window = session.options.window;
+  if (window) place.append(make("p", {}, "Analysed: the window ", bdi(String(window)), " ", button("Analyse all", () => setOptions({ window: undefined }))));
+  for (const cause of listOf(session.options.keep)) place.append(make("p", {}, `Restored: ${cause} `, button("Leave out again", () => setOptions({ keep: listOf(session.options.keep).filter((one) => one !== cause).join(",") }))));
+  const stretches = merged(result?.left_out ?? []).filter((one) => one.why !== "window");
+  const own = listOf(session.options["leave-out"]);
+  if (!result) for (const text of own) stretches.push({ ...endsOf(text), why: "left_out", text, channels: [] });
+  if (!stretches.length) {
+    place.append(make("p", { className: "none" }, "Nothing is left out."));
+    return place;
+  }
+  const counts = new Map();
+  for (const one of stretches) counts.set(one.why, (counts.get(one.why) ?? 0) + 1);
+  place.append(make("p", {}, [...counts].map(([why, count]) => `${count} × ${wordOf(why)}`).join(", ")));
+  for (const [why, count] of counts)
+    if (causeOf(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${wordOf(why)}`, () => restoreCause(causeOf(why)))));
+  const rows = stretches.slice(0, MOST_ROWS).map((one) => make("tr", {},
+    make("td", {}, spanText(one)),
+    make("td", {}, wordOf(one.why)),
+    make("td", {}, bdi(one.channels.length ? one.channels.join(", ") : "all")),
+    make("td", {}, ...restoreButton(one, stretches, own))));
+  place.append(make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Stretches that are not analysed" },
+    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why", "Channels", ""].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
+  if (stretches.length > MOST_ROWS) place.append(make("p", { className: "none" }, `${stretches.length - MOST_ROWS} more are not listed.`));
+  return place;
+}
+
+const number = (value) => (value >= 1000 ? String(Math.round(value * 10) / 10) : String(Number(value.toPrecision(4))));
+
+function spanText({ from_s: from, to_s: to }) {
+  return `${number(from)}–${number(to)} s`;
+}
+
+/** The same stretch of several channels as one row. */
+function merged(stretches) {
+  const rows = new Map();
+  for (const one of stretches) {
+    const key = `${one.from_s} ${one.to_s} ${one.why}`;
+    if (!rows.has(key)) rows.set(key, { ...one, channels: [] });
+    if (one.channel) rows.get(key).channels.push(one.channel);
+  }
+  return [...rows.values()].sort((a, b) => a.from_s - b.from_s);
+}
+
+function endsOf(text) {
+  const sizes = { ms: 1e-3, s: 1, min: 60, h: 3600, d: 86400, "": 1 };
+  const [from, to] = text.split(":").map((end) => { const found = /^([\d.eE+-]+)\s*(ms|s|min|h|d|)$/.exec(end.trim()); return found ? Number(found[1]) * sizes[found[2]] : NaN; });
+  return { from_s: from, to_s: to };
+}
+
+function restoreButton(stretch, stretches, own) {
+  const label = `Restore ${spanText(stretch)}`;
+  if (stretch.why === "left_out") {
+    const middle = (stretch.from_s + stretch.to_s) / 2;
+    const text = stretch.text ?? own.find((one) => { const ends = endsOf(one); return ends.from_s <= middle && middle <= ends.to_s; });
+    return text ? [button("Restore", () => setOptions({ "leave-out": own.filter((one) => one !== text) }), { ariaLabel: label })] : [];
+  }
+  if (!causeOf(stretch.why)) return [];
+  // The causes are kept as a whole: the other stretches of this one are then left out by their times, on all channels.
+  const others = stretches.filter((one) => one.why === stretch.why && one !== stretch);
+  const restore = () => restoreCause(causeOf(stretch.why), others.map((one) => `${seconds(one.from_s)}:${seconds(one.to_s)}`));
+  return [button("Restore", restore, { ariaLabel: label, title: others.length ? "The other stretches of this kind stay left out, by their times, on all channels." : "" })];
+}
+
+function restoreCause(cause, stillOut = []) {
+  setOptions({ keep: [...new Set([...listOf(session.options.keep), cause])].join(","), "leave-out": [...listOf(session.options["leave-out"]), ...stillOut] });
+}

@@ -1,0 +1,72 @@
+// What must be chosen before a log can be analysed: the question, what was seen beside it, and the choices.
+
+import { make } from "./page.js";
+import { bdi, button } from "./dom.js";
+import { session, setOptions } from "./session.js";
+import { pairsOf, sensorOf, setPair, UNITS } from "./channels.js";
+import { text } from "./numbers.js";
+
+const LABELS = { rate: "Sampling rate [Hz]", unit: "Unit", channels: "Columns", topic: "Topic", interleaved: "Sensors whose rows take turns", layout: "Fields of a row", scale: "Scale", skip: "Lines to skip" };
+const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stands for a value
+
+/** The question of a log or of an error as a box with its choices; `opened` has the topics. */
+export function questionBox(question, opened) {
+  const hints = [question.hint ?? question.hints ?? []].flat();
+  const topics = opened?.topics ?? [];
+  const isTopic = (question.option === "topic" || hints.some((hint) => hint.option === "topic")) && topics.length;
+  return make("div", { className: "box partial", role: "group", ariaLabel: "A choice is needed" },
+    make("h2", {}, "A choice is needed"),
+    make("p", {}, sentence(question.message)),
+    ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
+    ...(isTopic ? [topicChoices(topics)] : []),
+    ...mappingChoices(hints.filter(isMapping)),
+    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map(hintChoice),
+    ...(hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
+}
+
+/** A message that begins behind the name of the file, as a sentence. */
+function sentence(message) {
+  return /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
+}
+
+function topicChoices(topics) {
+  const rows = topics.map((topic) => {
+    const facts = [topic.rate_hz ? `${text(topic.rate_hz)} Hz` : "", topic.rows ? `${topic.rows} rows` : "", (topic.channels ?? []).join(" ")].filter(Boolean).join(" · ");
+    return make("li", {}, button("Read", () => setOptions({ topic: topic.name }), { ariaLabel: `Read topic ${topic.name}` }), " ", make("b", {}, bdi(topic.name)), " ", make("small", {}, facts));
+  });
+  return make("ul", { className: "choices" }, ...rows);
+}
+
+const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && !Array.isArray(value);
+
+/** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
+function mappingChoices(hints) {
+  const rows = new Map();
+  for (const { option, value } of hints) {
+    const name = option.replaceAll("_", "-"), words = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
+    if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${LABELS[option] ?? option}:`)));
+    rows.get(name).append(Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
+      ? typed("", "", words, (given) => setOptions({ [name]: given }))
+      : button(words, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })));
+  }
+  return [...rows.values()];
+}
+
+/** One option that answers the question: a button for values that can be meant, a field for those that must be typed. */
+function hintChoice({ option, key, value }) {
+  const name = option.replaceAll("_", "-"), label = `${LABELS[option] ?? option.replaceAll("_", " ")}${key ? ` of ${key}` : ""}`;
+  const set = (given) => (key ? setPair(name, key, given) : setOptions({ [name]: given }));
+  if (option === "unit" && key) {
+    const known = UNITS[sensorOf(key)] ?? [], units = value && !known.includes(value) && !PLACEHOLDER.test(value) ? [value, ...known] : known;
+    return make("p", { className: "row" }, make("span", {}, `${label}:`), ...units.map((unit) => button(unit, () => set(unit), { ariaLabel: `${label}: ${unit}` })), typed("another", "", "", set));
+  }
+  if (value === true) return make("p", { className: "row" }, button(`Use --${name}`, () => set(true)));
+  const example = String(value ?? ""), isPlaceholder = PLACEHOLDER.test(example);
+  return make("p", { className: "row" }, typed(label, isPlaceholder ? "" : example, isPlaceholder ? example : "", set));
+}
+
+function typed(label, value, placeholder, set) {
+  const input = make("input", { type: "text", size: Math.max(14, placeholder.length), value, placeholder, ariaLabel: label || placeholder });
+  return make("form", { className: "row", onsubmit: (event) => { event.preventDefault(); if (input.value.trim()) set(input.value.trim()); } },
+    make("label", {}, label ? `${label} ` : "", input), make("button", { type: "submit" }, "Set"));
+}

@@ -1,0 +1,57 @@
+// The picture of the record: its samples as stretches from the smallest to the largest one, of all or of a part.
+
+import { make, setContent, content } from "./page.js";
+import { drop, fill, figures } from "./frame.js";
+import { envelope } from "./api.js";
+import { partControls } from "./parts.js";
+import { seriesKind } from "./kinds.js";
+import { errorBox } from "./dom.js";
+import { sensorOf } from "./channels.js";
+
+const WIDTH = 1200; // stretches of a picture
+
+/** Data of the charts from an envelope: what is drawn before an analysis. */
+function chartsOf(found) {
+  const sensors = new Map(), channels = {};
+  for (const [name, { t, low, high, unit }] of Object.entries(found.channels)) {
+    const sensor = sensorOf(name);
+    if (!sensors.has(sensor)) sensors.set(sensor, { name: sensor, title: { gyro: "Gyroscope", accel: "Accelerometer" }[sensor] ?? sensor, units: [{ text: unit, factor: 1 }], channels: [] });
+    sensors.get(sensor).channels.push(name);
+    const step = t.length > 1 ? t[1] - t[0] : 1, from = t.length ? t[0] - step / 2 : 0;
+    channels[name] = { series: { from, duration: step * t.length, bins: t.length, low, high, outside: [] } };
+  }
+  return { sensors: [...sensors.values()], channels };
+}
+
+/** Draw the record of a file before its analysis. */
+export async function showRecord(place, source, options, signal) {
+  let found;
+  try {
+    found = await envelope(source, options, { width: WIDTH }, signal);
+  } catch (error) {
+    if (error.name !== "AbortError") place.replaceChildren(errorBox(error));
+    return;
+  }
+  if (signal.aborted) return;
+  drop(place);
+  setContent(chartsOf(found));
+  place.replaceChildren(...seriesSection());
+}
+
+/** The figures of the time series with the controls of a part. */
+export function seriesSection() {
+  const charts = make("div", { className: "charts" });
+  const controls = partControls((from, to) => zoomSeries(charts, from, to));
+  fill(charts, seriesKind((from, to) => controls.choose(from, to)));
+  return [controls.element, charts];
+}
+
+/** Zoom all time series to a part. */
+function zoomSeries(charts, from, to) {
+  for (const one of figures) {
+    if (!charts.contains(one.element)) continue;
+    for (const { u, described } of one.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size });
+  }
+}
+
+export const hasSeries = () => Object.values(content?.channels ?? {}).some((channel) => channel.series);

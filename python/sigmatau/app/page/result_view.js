@@ -1,0 +1,96 @@
+// The third step: coefficients, curves and time series of a result, with the settings beside them.
+
+import { make, setContent } from "./page.js";
+import { drop, fill } from "./frame.js";
+import { charts } from "./api.js";
+import { bdi, button, chip, errorBox } from "./dom.js";
+import { session } from "./session.js";
+import { byHand } from "./by_hand.js";
+import { linkedKinds } from "./kinds.js";
+import { leftOutList } from "./parts.js";
+import { hasSeries, seriesSection } from "./record_chart.js";
+import { settingsPanel } from "./settings.js";
+import { coefficientTables, findingsList, overviewTable, VERDICTS } from "./summary.js";
+
+const MOST_CHARTS = 8; // results whose charts are remembered
+const remembered = new Map();
+const ABOUT = {
+  deviation: "Measured curves with their intervals, and the fitted model, dashed where it was fitted and dotted elsewhere.",
+  "by-hand": "The terms of one axis, and straight lines laid by hand.",
+  series: "Every stretch of the record from its smallest to its largest sample. Shaded: not analysed.",
+  density: "Two-sided. Dashed: the fitted model. The frequency that is read is marked in the Allan deviation.",
+  residuals: "Measured Allan deviation over that of the model. A model that holds stays near 1.",
+  map: "Dynamic Allan deviation over its median. Coloured: differs by more than chance explains; a stable record has no colour.",
+};
+const TITLES = { deviation: "Allan deviation", "by-hand": "By hand", series: "Time series", density: "Density", residuals: "Residuals", map: "Stability" };
+let clearHand = () => {};
+
+/** Show the result of the session. */
+export async function showResult(view, takeAway) {
+  const { id, result } = session, { summary } = result;
+  const focus = document.activeElement?.dataset?.focus, scrolled = view.dataset.result ? scrollY : 0;
+  drop(view);
+  clearHand();
+  setContent(result.charts);
+  const hand = byHand();
+  clearHand = hand.clear;
+  const places = Object.fromEntries(Object.keys(TITLES).map((name) => [name, make("div", { className: name === "by-hand" ? "" : "charts" })]));
+  places.deviation.dataset.chart = "deviation";
+  places["by-hand"].append(hand.element);
+  const sections = [
+    section("summary", "Summary", "", overviewTable(summary)),
+    section("deviation", TITLES.deviation, ABOUT.deviation, places.deviation),
+    section("findings", "Findings", "", findingsList(summary.findings)),
+    section("by-hand", TITLES["by-hand"], ABOUT["by-hand"], places["by-hand"]),
+    ...(result.has_samples ? ["series", "density", "residuals", "map"] : ["residuals"]).map((name) => section(name, TITLES[name], ABOUT[name], places[name])),
+    section("coefficients", "Coefficients", "", coefficientTables(summary.coefficients, summary.legend)),
+  ];
+  const leftOut = section("left-out", "Not analysed", "", leftOutList(result));
+  view.replaceChildren(heading(summary, takeAway), sectionButtons(sections), make("div", { className: session.source ? "result" : "result stored" }, make("div", { className: "wide" }, ...sections), make("aside", { ariaLabel: "Settings and left-out stretches" }, ...(session.source ? [settingsPanel(), leftOut] : []))));
+  view.dataset.result = id;
+  fill(places.deviation, linkedKinds.deviation);
+  if (focus) view.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
+  scrollTo(0, scrolled);
+  if (result.has_samples) await fillFromSamples(id, places);
+  else fillOrSay(places.residuals, "residuals");
+}
+
+function heading(summary, takeAway) {
+  const [word, mark] = VERDICTS[summary.verdict] ?? ["", ""];
+  return make("div", { className: "head" }, make("div", {}, make("h1", {}, bdi(summary.title)),
+    make("p", { className: "headline" }, make("span", {}, summary.headline), ...(word ? [chip(word, mark)] : []))), button("Take away", takeAway, { className: "primary" }));
+}
+
+function section(id, title, about, ...children) {
+  const title2 = make("h2", { tabIndex: -1 }, title);
+  return make("section", { id: `part-${id}` }, title2, ...(about ? [make("p", { className: "about" }, about)] : []), ...children);
+}
+
+/** Buttons that scroll to the sections: a link would replace the fragment of the URL, which has the state. */
+function sectionButtons(sections) {
+  return make("nav", { className: "sections", ariaLabel: "Sections of the result" }, ...sections.map((one) => button(one.firstChild.textContent, () => { one.scrollIntoView({ block: "start" }); one.firstChild.focus({ preventScroll: true }); })));
+}
+
+/** The charts that need the samples come later than the coefficients. */
+async function fillFromSamples(id, places) {
+  const names = ["series", "density", "residuals", "map"];
+  if (!remembered.has(id)) for (const name of names) places[name].replaceChildren(make("p", { className: "none" }, "Drawing…"));
+  try {
+    if (!remembered.has(id)) remembered.set(id, await charts(id));
+  } catch (error) {
+    for (const name of names) places[name].replaceChildren(name === "series" ? errorBox(error) : make("p", { className: "none" }, "Not drawn."));
+    return;
+  }
+  if (remembered.size > MOST_CHARTS) remembered.delete(remembered.keys().next().value);
+  if (session.id !== id || !places.series.isConnected) return;
+  setContent(remembered.get(id));
+  places.series.classList.remove("charts");
+  places.series.replaceChildren(...(hasSeries() ? seriesSection() : [make("p", { className: "none" }, "The record has no samples to draw.")]));
+  for (const name of ["density", "residuals", "map"]) fillOrSay(places[name], name);
+}
+
+function fillOrSay(place, name) {
+  place.replaceChildren();
+  fill(place, linkedKinds[name]);
+  if (!place.firstChild) place.append(make("p", { className: "none" }, name === "residuals" ? "Not drawn: there is no fitted model." : "Not drawn: the record is too short, or misses too many samples."));
+}

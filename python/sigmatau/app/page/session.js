@@ -1,0 +1,106 @@
+// What the page is about: the file, the options, the step; their history, and the fragment of the URL that has them.
+
+const listeners = new Set();
+const undone = [], done = [];
+
+/** `source` is what the server calls the file: {path} or {file}; null before one is opened. */
+export const session = { source: null, name: "", options: {}, step: "open", opened: null, result: null, id: null, about: null };
+
+/** Results by the file and the options that they were made with. */
+const results = new Map();
+
+export const onChange = (listener) => listeners.add(listener);
+const keyOf = (options) => JSON.stringify([session.source, options]);
+
+function changed(what) {
+  writeFragment();
+  for (const listener of listeners) listener(what);
+}
+
+/** Change options: names and their values, undefined removes one. The state before can be had again by `undo`. */
+export function setOptions(changes) {
+  const next = { ...session.options, ...changes };
+  for (const [name, value] of Object.entries(next)) if (isEmpty(value)) delete next[name];
+  if (JSON.stringify(next) === JSON.stringify(session.options)) return;
+  done.push(session.options);
+  undone.length = 0;
+  session.options = next;
+  changed("options");
+}
+
+function isEmpty(value) {
+  if (value === undefined || value === null || value === "" || value === false) return true;
+  return typeof value === "object" && Object.keys(value).length === 0;
+}
+
+export const canUndo = () => done.length > 0;
+export const canRedo = () => undone.length > 0;
+
+export function undo() {
+  move(done, undone);
+}
+
+export function redo() {
+  move(undone, done);
+}
+
+function move(from, to) {
+  if (!from.length) return;
+  to.push(session.options);
+  session.options = from.pop();
+  changed("options");
+}
+
+/** Begin with a file: what was known of another one is forgotten. */
+export function begin(source, name, options = {}) {
+  done.length = undone.length = 0;
+  Object.assign(session, { source, name, options, opened: null, result: null, id: null });
+  changed("source");
+}
+
+export function setStep(step) {
+  session.step = step;
+  changed("step");
+}
+
+export function setOpened(opened) {
+  session.opened = opened;
+  changed("opened");
+}
+
+export function setResult(id, result) {
+  Object.assign(session, { id, result });
+  if (session.source) results.set(keyOf(session.options), id);
+  changed("result");
+}
+
+export const resultOfOptions = () => results.get(keyOf(session.options));
+
+/** The options that were left out of the result on screen. */
+export function writeFragment() {
+  const parts = new URLSearchParams();
+  if (session.source?.path) parts.set("path", session.source.path);
+  if (session.source?.file) {
+    parts.set("file", session.source.file);
+    parts.set("name", session.name);
+  }
+  if (Object.keys(session.options).length) parts.set("options", JSON.stringify(session.options));
+  if (session.id && !session.source) parts.set("result", session.id);
+  if (session.step !== "open") parts.set("step", session.step);
+  const fragment = parts.toString();
+  if (fragment !== location.hash.slice(1)) history.replaceState(null, "", fragment ? `#${fragment}` : location.pathname);
+}
+
+/** What a fragment says: {source, name, options, step, result}; null where it says nothing. */
+export function readFragment() {
+  const parts = new URLSearchParams(location.hash.slice(1));
+  let options = {};
+  try {
+    const stated = JSON.parse(parts.get("options") ?? "{}");
+    if (stated && typeof stated === "object" && !Array.isArray(stated)) options = stated;
+  } catch { /* a fragment that was cut has no options */ }
+  const path = parts.get("path"), file = parts.get("file");
+  if (!path && !file && !parts.get("result")) return null;
+  const name = parts.get("name") ?? (path ?? "").split(/[\\/]/).pop();
+  return { source: path ? { path } : file ? { file } : null, name, options, step: parts.get("step") ?? "columns", result: parts.get("result") };
+}

@@ -1,0 +1,28 @@
+// A small picture of a column: each stretch from its smallest to its largest value.
+
+const NS = "http://www.w3.org/2000/svg", WIDTH = 128, HEIGHT = 30;
+
+/** An SVG of pairs [smallest, largest]; null where a stretch has no value. */
+export function sparkline(pairs, label) {
+  const svg = document.createElementNS(NS, "svg");
+  svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
+  svg.setAttribute("class", "spark");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", label);
+  const finite = pairs.filter(([low, high]) => Number.isFinite(low) && Number.isFinite(high) && low !== null && high !== null);
+  if (!finite.length) return svg;
+  const least = Math.min(...finite.map(([low]) => low)), most = Math.max(...finite.map(([, high]) => high));
+  const span = most - least, y = (value) => (span > 0 ? 2 + ((most - value) / span) * (HEIGHT - 4) : HEIGHT / 2);
+  const step = WIDTH / pairs.length;
+  let path = "";
+  pairs.forEach(([low, high], k) => {
+    if (low === null || high === null) return;
+    const [top, bottom] = [y(high), y(low)];
+    path += `M${((k + 0.5) * step).toFixed(1)} ${(top - 0.6).toFixed(1)}V${(bottom + 0.6).toFixed(1)}`;
+  });
+  const line = document.createElementNS(NS, "path");
+  line.setAttribute("d", path);
+  line.setAttribute("stroke-width", Math.max(step * 0.8, 1).toFixed(1));
+  svg.append(line);
+  return svg;
+}

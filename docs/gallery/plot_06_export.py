@@ -5,6 +5,8 @@ From a record to a filter's file
 The noise of an IMU in the units of Kalibr, and the matrices of a Kalman filter.
 """
 
+import numpy as np
+
 import sigmatau as st
 
 gyro = {"random_walk": 1e-4, "rate_random_walk": 1e-5}
@@ -23,4 +25,14 @@ print(analysis.export(to="kalibr", choices=st.Choices(axes="mean")))
 # The same sensor as the system of a Kalman filter with steps of 10 ms: the bias is a random walk with covariance K²·dt, the
 # noise of a measured rate has the variance N²/dt.
 
-st.state_space(analysis.model.channels["gyro_x"], dt=0.01)
+system = st.state_space(analysis.model.channels["gyro_x"], dt=0.01)
+system
+
+# %%
+# The Allan deviation of that system lies on the curve of the record.
+
+curve = analysis.curves["gyro_x"]
+figure = curve.plot()
+degrees_per_hour = np.degrees(np.sqrt(system.avar(curve.m))) * 3600
+figure.axes[0].loglog(curve.tau, degrees_per_hour, "k--", label="system of the Kalman filter")
+figure.axes[0].legend()

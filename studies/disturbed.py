@@ -19,7 +19,7 @@ import numpy as np
 import sigmatau as st
 from sigmatau import Record
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines
-from sigmatau.fitting.disturbance import THRESHOLDS, vibration_share
+from sigmatau.fitting.disturbance import HIDDEN, MAX_BURSTS, MAX_HIDING_SHARE, MAX_SHARE, vibration_share
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.selection.window import choose
 from studies import parked
@@ -191,8 +191,8 @@ def _counts(rows: list[dict[str, Any]]) -> str:
     return " | ".join([str(len(rows)), *texts, f"{shares[len(shares) // 2]:.2f}, {shares[-1]:.2f}", str(disturbed)])
 
 
-_SHARE, _HIDING = THRESHOLDS.max_share, THRESHOLDS.max_hiding_share
-_HIDDEN, _LOUD = THRESHOLDS.hidden, THRESHOLDS.max_bursts
+_SHARE, _HIDING = MAX_SHARE, MAX_HIDING_SHARE
+_HIDDEN, _LOUD = HIDDEN, MAX_BURSTS
 _HEAD = f"""# Disturbed records
 
 Made by `make study` (studies/disturbed.py). A vehicle with people in it, an idle engine or the ventilation of a building

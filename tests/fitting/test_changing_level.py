@@ -8,7 +8,7 @@ import pytest
 from known import seed_of
 from sigmatau import Analysis, Record, analyze, fit_channel, read
 from sigmatau.findings.fit import ChangingLevel
-from sigmatau.fitting.changing_level import THRESHOLDS, level_errors, unsteadiness
+from sigmatau.fitting.changing_level import UNSTEADY, level_errors, unsteadiness
 from sigmatau.model.parameters import Parameter
 
 N, RATE, SAMPLES = 1e-4, 20.0, 36_000
@@ -28,7 +28,7 @@ def most(share, count):
 def test_a_steady_level_is_seldom_called_a_change():
     rng = np.random.default_rng(seed_of("changing level, steady"))
     p = [unsteadiness(levels(np.zeros(8), rng)) for _ in range(2000)]
-    assert sum(value < THRESHOLDS.unsteady for value in p) <= most(THRESHOLDS.unsteady, 2000)
+    assert sum(value < UNSTEADY for value in p) <= most(UNSTEADY, 2000)
     assert sum(value < 0.05 for value in p) <= most(0.05, 2000)
 
 
@@ -36,7 +36,7 @@ def test_a_slow_change_is_seen_earlier_than_by_the_scatter_of_all_eighths():
     """A trend of 5 chance errors over the record: of scatter alone, χ² with 7 degrees of freedom sees half as many."""
     rng = np.random.default_rng(seed_of("changing level, trend"))
     trend = 5 * CHANCE * (np.arange(8) - 3.5) / 8
-    assert sum(unsteadiness(levels(trend, rng)) < THRESHOLDS.unsteady for _ in range(300)) > 0.5 * 300
+    assert sum(unsteadiness(levels(trend, rng)) < UNSTEADY for _ in range(300)) > 0.5 * 300
 
 
 def process(kind, rng):
@@ -68,7 +68,7 @@ def test_the_next_record_is_in_its_interval(kind):
     for _ in range(100):
         eighths = np.log(np.exp(process(kind, rng)).reshape(16, FINE).mean(axis=1))
         measured = levels(eighths[:8], rng)
-        if unsteadiness(measured) >= THRESHOLDS.unsteady:
+        if unsteadiness(measured) >= UNSTEADY:
             continue
         changed += 1
         errors = level_errors(measured, level=0.95)

@@ -12,7 +12,7 @@ from tests.known import seed_of
 import sigmatau as st
 from sigmatau.analysis.joint import analysed_run, fit_analysed
 from sigmatau.findings.reasons import CoarseCounts, CrowdedLines, VibrationPower
-from sigmatau.fitting.disturbance import THRESHOLDS, burst_share, upper_limits, vibration_share
+from sigmatau.fitting.disturbance import MAX_SHARE, burst_share, upper_limits, vibration_share
 from sigmatau.fitting.fitted_noise import QUANTIFIED
 from sigmatau.units import to_si
 
@@ -187,7 +187,7 @@ def steady(amplitude, name):
 
 def test_a_steady_line_ten_times_the_noise_hides_nothing():
     fitted, walk = walk_of(st.analyze(steady(10.0, "steady line"), threads=1))
-    assert vibration_share(fitted) > THRESHOLDS.max_share
+    assert vibration_share(fitted) > MAX_SHARE
     assert fitted.verdict in QUANTIFIED
     assert walk.low <= 1e-5 <= walk.high
 

@@ -9,7 +9,7 @@ from sigmatau import NoiseModel, Record, allan, analyze, read, simulate
 from sigmatau.fitting.fit import fit
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.quality.drift.stationarity import cusum, non_stationary, segment_test
-from sigmatau.quality.spectrum.axis_correlation import THRESHOLDS, _chance, cross_axis
+from sigmatau.quality.spectrum.axis_correlation import INFLATION, _chance, cross_axis
 
 N = 4096
 MIXTURES = {
@@ -220,7 +220,7 @@ def test_law_of_few_means(terms):
         changes.append(d / np.linalg.norm(d))
     both = np.abs(np.array(changes) @ np.array(changes).T)[np.triu_indices(150, 1)]
     # 11175 pairs, nearly independent of each other: √(1e-3/11175) is the error.
-    assert np.mean(both > _chance(60, 1e-3, THRESHOLDS.inflation)) <= 1e-3 + 3 * np.sqrt(1e-3 / len(both))
+    assert np.mean(both > _chance(60, 1e-3, INFLATION)) <= 1e-3 + 3 * np.sqrt(1e-3 / len(both))
 
 
 def test_correlation_with_gaps_and_without_noise():

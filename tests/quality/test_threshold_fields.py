@@ -1,6 +1,7 @@
-"""A threshold is a field of the dataclass of its check, with what it limits, its unit, and where its value comes from."""
+"""A threshold is a constant of its check; the comment above it has its meaning, its unit, and where its value comes from."""
 
 import ast
+import itertools
 import re
 from pathlib import Path
 
@@ -55,63 +56,46 @@ def is_numeric(node):
 
 
 def numbers_of(tree):
-    """Upper-case names of a module, without those of its classes, that stand for numbers."""
+    """Upper-case names of a module that stand for numbers, with the line where they are defined."""
     for node in tree.body:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and is_numeric(node.value):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                 for name in target.elts if isinstance(target, ast.Tuple) else [target]:
                     if isinstance(name, ast.Name) and name.id.isupper():
-                        yield name.id
+                        yield name.id, node.lineno
 
 
-def undocumented(cls):
-    """Fields of a class without a string behind them that says what they limit, their unit and their source."""
-    for field, text in zip(cls.body, [*cls.body[1:], None], strict=True):
-        if isinstance(field, ast.AnnAssign) and not ast.unparse(field.annotation).endswith("Thresholds"):
-            is_text = isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
-            words = " ".join(text.value.value.split()) if is_text else ""
-            if not DOCUMENTED.match(words):
-                yield field.target.id
+def undocumented(source):
+    """Names of numbers without a comment above them that says what they limit, their unit and their source."""
+    lines = source.splitlines()
+    for name, line in numbers_of(ast.parse(source)):
+        above = itertools.takewhile(lambda text: text.startswith("# "), reversed(lines[: line - 1]))
+        if not DOCUMENTED.match(" ".join(text[2:] for text in reversed([*above]))):
+            yield name
 
 
-def threshold_classes(tree):
-    return [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Thresholds")]
-
-
-TREES = {path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in MODULES}
-WITH_THRESHOLDS = [name for name, tree in TREES.items() if threshold_classes(tree)]
+SOURCES = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in MODULES}
 
 
 def test_the_rules_find_what_breaks_them():
-    tree = ast.parse(
-        "A = 3\n_B, _C = 1.0, -2\nD: float = 2 * math.pi\nE = {'x': 1}\nF = math.radians(5)\ng = 3\nH = 'text'\n"
-        "class XThresholds:\n"
-        "    a: float = 1.0\n"
-        "    b: float = 1.0\n    '''Limit of b. [s] Judgement: enough.'''\n"
-        "    c: float = 1.0\n    '''Limit of c. Judgement: no unit.'''\n"
-        "    d: float = 1.0\n    '''Limit of d. [s]'''\n"
+    source = (
+        "# Limit of A. [s] Judgement: enough.\nA = 3\n_B, _C = 1.0, -2\n"
+        "# Limit of D. Judgement: no unit.\nD: float = 2 * math.pi\n# Limit of E. [s]\nE = {'x': 1}\n"
+        "# Limit of F.\n# [rad] Derived: a right angle.\nF = math.radians(90)\ng = 3\nH = 'text'\n"
     )
-    assert list(numbers_of(tree)) == ["A", "_B", "_C", "D", "E", "F"]
-    (cls,) = threshold_classes(tree)
-    assert list(undocumented(cls)) == ["a", "c", "d"]
-    assert len(WITH_THRESHOLDS) > 25
+    assert [name for name, _ in numbers_of(ast.parse(source))] == ["A", "_B", "_C", "D", "E", "F"]
+    assert list(undocumented(source)) == ["_B", "_C", "D", "E"]
 
 
-@pytest.mark.parametrize("name", TREES)
-def test_no_threshold_is_a_constant_of_a_module(name):
-    assert sorted(numbers_of(TREES[name])) == sorted(CONSTANTS.get(name, CONSTANTS.get(Path(name).name, {})))
-
-
-@pytest.mark.parametrize("name", WITH_THRESHOLDS)
+@pytest.mark.parametrize("name", SOURCES)
 def test_each_threshold_has_a_unit_and_a_source(name):
-    for cls in threshold_classes(TREES[name]):
-        assert list(undocumented(cls)) == []
-        for study in re.findall(r"docs/study/[\w-]+\.md", ast.unparse(cls)):
-            assert (ROOT / study).exists()
+    source = SOURCES[name]
+    assert sorted(undocumented(source)) == sorted(CONSTANTS.get(name, CONSTANTS.get(Path(name).name, {})))
+    for study in re.findall(r"docs/study/[\w-]+\.md", source):
+        assert (ROOT / study).exists()
 
 
-@pytest.mark.parametrize("name", WITH_THRESHOLDS)
+@pytest.mark.parametrize("name", SOURCES)
 def test_each_threshold_is_used(name):
-    used = {node.attr for other in TREES.values() for node in ast.walk(other) if isinstance(node, ast.Attribute)}
-    for cls in threshold_classes(TREES[name]):
-        assert {node.target.id for node in cls.body if isinstance(node, ast.AnnAssign)} - used == set()
+    for constant, _ in numbers_of(ast.parse(SOURCES[name])):
+        assert sum(len(re.findall(rf"\b{constant}\b", source)) for source in SOURCES.values()) > 1

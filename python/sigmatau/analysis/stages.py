@@ -33,6 +33,7 @@ from sigmatau.quality.facts import in_threads
 from sigmatau.quality.fit_findings import fit_findings, without_consequences
 from sigmatau.quality.means import channel_mean
 from sigmatau.quality.samples import resolution
+from sigmatau.quality.samples.resolution import LEAST_SUMS
 from sigmatau.quality.selection.exclusion import leave_out
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.quality.selection.window import choose as choose_window
@@ -154,7 +155,7 @@ def fit(state: State) -> State:
         curve, steps = state.curves[channel], coarse.get(channel)
         if steps is not None and steps.summed != 1 and method == "likelihood":
             first = fit_sums(
-                record, channel, summed=steps.summed, smallest=resolution.THRESHOLDS.least_sums,
+                record, channel, summed=steps.summed, smallest=LEAST_SUMS,
                 quantization=steps.added or 0.0, terms=options.terms,
             )  # fmt: skip
         else:

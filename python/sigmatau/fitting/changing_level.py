@@ -35,16 +35,9 @@ _SIZES = np.geomspace(0.03, 60.0, 80)
 _HALVINGS = 40  # of the interval of a quantile
 
 
-@frozen
-class LevelThresholds:
-    """Thresholds of `changing_level`."""
-
-    unsteady: float = 0.003
-    """P-value of a level that is the same in all eighths, at least. [1] Study: docs/theory/likelihood.md measures
-    the false alarms, and the coverage below."""
-
-
-THRESHOLDS = LevelThresholds()
+# P-value of a level that is the same in all eighths, at least. [1] Study: docs/theory/likelihood.md measures the
+# false alarms, and the coverage below.
+UNSTEADY = 0.003
 
 
 def unsteadiness(levels: Levels) -> float:
@@ -64,15 +57,13 @@ def unsteadiness(levels: Levels) -> float:
     return min(2 * min(together, slow), 1.0)
 
 
-def changing_level(
-    fitted: NoiseFit, *, levels: Levels, p_value: float, thresholds: LevelThresholds = THRESHOLDS
-) -> Adjustment | None:
+def changing_level(fitted: NoiseFit, *, levels: Levels, p_value: float) -> Adjustment | None:
     """The random walk with the interval of a random process in time, if the level of its eighths is not the same.
 
     `p_value`: see `unsteadiness`.
     """
     walk = fitted.terms.get("random_walk")
-    if p_value >= thresholds.unsteady or walk is None:
+    if p_value >= UNSTEADY or walk is None:
         return None
     if walk.value is None or walk.low is None or walk.high is None:
         return None

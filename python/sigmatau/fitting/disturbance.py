@@ -15,99 +15,68 @@ from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.reasons import CoarseCounts, VibrationPower
 from sigmatau.fitting.adjustment import Adjustment, Cause, Change, Part
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
 
+# Share of lines and narrow resonances in the power of a quiet sensor, at most. [1] Study: docs/study/disturbed.md;
+# 0.83 is the largest of 270 fits of parts of real records at rest.
+MAX_SHARE = 0.85
+# Share of such power from which on the random walk must show in the curve. [1] Study: docs/study/disturbed.md.
+MAX_HIDING_SHARE = 0.3
+# Random walk over the limit that the curve sets, at least, with so large a share. [1] Study: docs/study/disturbed.md;
+# 0.72 is the least of quiet real records.
+HIDDEN = 0.6
+# Power of the loudest times over that of the median, relative to normal noise and to neighbouring samples, at most.
+# [1] Study: docs/study/disturbed.md; 1.45 is the largest of 198 parts of real records at rest.
+MAX_BURSTS = 3.0
+# Samples of a cluster whose power is compared, at least. [samples] Judgement: rounding leaves enough values of their
+# sum.
+_LEAST_CLUSTER = 8
+# Pairs of clusters, at least. [1] Derived: the ratio then has a standard error of 20 %.
+_BURST_BLOCKS = 256
+# Pairs of clusters, at most. [1] Judgement: bounds the time.
+_MOST_BURST_BLOCKS = 2048
+# Averaging time of a cluster, at most. [s] Judgement: people and vehicles move faster, and temperature changes
+# slower.
+_LONGEST_BURST = 1.0
+# Change of the sum of a cluster, at least. [steps] Judgement: rounding makes one or two.
+_COUNTS = 3.0
+# Share of the times that are not among the loudest. [1] Judgement: people move a sensor for a fortieth of the time.
+_LOUD_SHARE = 0.975
+# Half width of a resonance over its centre, at most, for it to be a vibration. [1] Judgement: a wider one is a shape
+# of the sensor's noise.
+_NARROW = 0.25
+# Centre of a resonance that is a vibration, at least. [Hz] Judgement: a slower one is a drift.
+_SLOWEST = 0.5
+# Lines of a steady machine or of the mains beside which a steady white level is known, at most. [1] Study:
+# docs/study/disturbed.md.
+_STEADY_LINES = 3
+# Power of narrow resonances over theirs, at most. [1] Judgement: a resonance is seldom steady.
+_STEADY_RESONANCES = 0.1
+# P-value of a white level that is the same in all eighths of the record, at least. [1] Judgement: one false alarm in
+# 1000 axes with so much vibration.
+_UNSTEADY = 1e-3
+# Samples of a cluster from which on a variance limits white noise. [samples] Derived: a filter with a corner above
+# 1/20 of the rate lowers σ² by less than 15 % there.
+_LEAST_SIZE = 32
+# Normal quantile by which an Allan variance is taken higher. [1] Derived: probability 0.6 %, because the least of
+# many is used.
+_QUANTILE = 2.5
+# Pairs of clusters of a variance that is a limit, at least. [1] Derived: with fewer the limit is more than 5 times
+# the variance.
+_MIN_PAIRS = 16
+# The same where the limit is compared. [1] Derived: of white noise alone it is then at most 1.36 times N.
+_MIN_PAIRS_HIDDEN = 64
+# Parts of which the quietest is named, at most. [1] Judgement: a pause of an eighth of the record is useful.
+_STRETCHES = 8
+# Samples of a part, at least. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
+_LEAST_STRETCH = 1024
+# Samples that are used, at most. [samples] Judgement: bounds the memory.
+_LONGEST = 1 << 24
+# Samples that are looked at in every record, at most. [samples] Judgement: bounds the time.
+_LONGEST_LOOK = 1 << 21
 
-@frozen
-class HidingThresholds:
-    """Thresholds of `is_disturbed` and `limits_alone`."""
-
-    max_share: float = 0.85
-    """Share of lines and narrow resonances in the power of a quiet sensor, at most. [1] Study:
-    docs/study/disturbed.md; 0.83 is the largest of 270 fits of parts of real records at rest."""
-
-    max_hiding_share: float = 0.3
-    """Share of such power from which on the random walk must show in the curve. [1] Study: docs/study/disturbed.md."""
-
-    hidden: float = 0.6
-    """Random walk over the limit that the curve sets, at least, with so large a share. [1] Study:
-    docs/study/disturbed.md; 0.72 is the least of quiet real records."""
-
-    max_bursts: float = 3.0
-    """Power of the loudest times over that of the median, relative to normal noise and to neighbouring samples, at
-    most. [1] Study: docs/study/disturbed.md; 1.45 is the largest of 198 parts of real records at rest."""
-
-    least_cluster: int = 8
-    """Samples of a cluster whose power is compared, at least. [samples] Judgement: rounding leaves enough values of
-    their sum."""
-
-    burst_blocks: int = 256
-    """Pairs of clusters, at least. [1] Derived: the ratio then has a standard error of 20 %."""
-
-    most_burst_blocks: int = 2048
-    """Pairs of clusters, at most. [1] Judgement: bounds the time."""
-
-    longest_burst: float = 1.0
-    """Averaging time of a cluster, at most. [s] Judgement: people and vehicles move faster, and temperature changes
-    slower."""
-
-    counts: float = 3.0
-    """Change of the sum of a cluster, at least. [steps] Judgement: rounding makes one or two."""
-
-    loud_share: float = 0.975
-    """Share of the times that are not among the loudest. [1] Judgement: people move a sensor for a fortieth of the
-    time."""
-
-    narrow: float = 0.25
-    """Half width of a resonance over its centre, at most, for it to be a vibration. [1] Judgement: a wider one is a
-    shape of the sensor's noise."""
-
-    slowest: float = 0.5
-    """Centre of a resonance that is a vibration, at least. [Hz] Judgement: a slower one is a drift."""
-
-    steady_lines: int = 3
-    """Lines of a steady machine or of the mains beside which a steady white level is known, at most. [1] Study:
-    docs/study/disturbed.md."""
-
-    steady_resonances: float = 0.1
-    """Power of narrow resonances over theirs, at most. [1] Judgement: a resonance is seldom steady."""
-
-    unsteady: float = 1e-3
-    """P-value of a white level that is the same in all eighths of the record, at least. [1] Judgement: one false
-    alarm in 1000 axes with so much vibration."""
-
-    least_size: int = 32
-    """Samples of a cluster from which on a variance limits white noise. [samples] Derived: a filter with a corner
-    above 1/20 of the rate lowers σ² by less than 15 % there."""
-
-    quantile: float = 2.5
-    """Normal quantile by which an Allan variance is taken higher. [1] Derived: probability 0.6 %, because the least
-    of many is used."""
-
-    min_pairs: int = 16
-    """Pairs of clusters of a variance that is a limit, at least. [1] Derived: with fewer the limit is more than 5
-    times the variance."""
-
-    min_pairs_hidden: int = 64
-    """The same where the limit is compared. [1] Derived: of white noise alone it is then at most 1.36 times N."""
-
-    stretches: int = 8
-    """Parts of which the quietest is named, at most. [1] Judgement: a pause of an eighth of the record is useful."""
-
-    least_stretch: int = 1024
-    """Samples of a part, at least. [samples] Derived: 16 pairs of clusters of 32, see `min_pairs`."""
-
-    longest: int = 1 << 24
-    """Samples that are used, at most. [samples] Judgement: bounds the memory."""
-
-    longest_look: int = 1 << 21
-    """Samples that are looked at in every record, at most. [samples] Judgement: bounds the time."""
-
-
-THRESHOLDS = HidingThresholds()
 
 _WITHOUT: tuple[Part, ...] = (
     *("gauss_markov", "response", "warm_up", "alike_from", "alike_sigma", "second", "unclear", "discrepancy"),
@@ -116,11 +85,9 @@ _WITHOUT: tuple[Part, ...] = (
 """What a fit loses if the noise is hidden: lines and resonances are those of the vibration."""
 
 
-def vibration_share(fitted: NoiseFit, *, thresholds: HidingThresholds = THRESHOLDS) -> float:
+def vibration_share(fitted: NoiseFit) -> float:
     """Share of lines and narrow resonances in the power of the record, beside random walk and quantization noise."""
-    shaken = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid) + _power_of_resonances(
-        fitted, thresholds=thresholds
-    )
+    shaken = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid) + _power_of_resonances(fitted)
     walk = fitted.terms.get("random_walk")
     level = 0.0 if walk is None else walk.value or walk.upper_limit or 0.0
     rounding = fitted.model.get("quantization", 0.0) / fitted.tau0
@@ -128,34 +95,34 @@ def vibration_share(fitted: NoiseFit, *, thresholds: HidingThresholds = THRESHOL
     return shaken / (shaken + noise) if shaken > 0 else 0.0
 
 
-def burst_share(x: Floats, tau0: float, *, thresholds: HidingThresholds = THRESHOLDS) -> float:
+def burst_share(x: Floats, tau0: float) -> float:
     """Share of motion that comes and goes in the power of the loudest times; 0 if none is seen.
 
     People and vehicles move a sensor at times, for a fraction of a second or longer. Differences of neighbouring clusters
     then have a distribution with wide tails, which those of neighbouring samples, mostly noise, have not.
     """
-    steps = np.abs(np.diff(x[: 2 * thresholds.most_burst_blocks]))
+    steps = np.abs(np.diff(x[: 2 * _MOST_BURST_BLOCKS]))
     step = float(np.min(steps, where=steps > 0, initial=math.inf))
-    reference, largest, m = max(_loudness(x, 1, 0.0, thresholds=thresholds), 1.0), 1.0, thresholds.least_cluster
-    while len(x) // (2 * m) >= thresholds.burst_blocks and m * tau0 <= thresholds.longest_burst:
-        largest = max(largest, _loudness(x, m, thresholds.counts * step, thresholds=thresholds))
+    reference, largest, m = max(_loudness(x, 1, 0.0), 1.0), 1.0, _LEAST_CLUSTER
+    while len(x) // (2 * m) >= _BURST_BLOCKS and m * tau0 <= _LONGEST_BURST:
+        largest = max(largest, _loudness(x, m, _COUNTS * step))
         m *= 2
-    return 1 - reference / largest if largest > thresholds.max_bursts * reference else 0.0
+    return 1 - reference / largest if largest > MAX_BURSTS * reference else 0.0
 
 
-def _loudness(x: Floats, m: int, floor: float, *, thresholds: HidingThresholds) -> float:
+def _loudness(x: Floats, m: int, floor: float) -> float:
     """Power of the loudest differences of sums of `m` samples over that of the median, relative to normal ones.
 
     1 if there are too few, or if the median is below `floor`.
     """
     count = len(x) // (2 * m)
-    blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // thresholds.most_burst_blocks)]
+    blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MOST_BURST_BLOCKS)]
     sizes = np.abs(np.diff(blocks.sum(axis=2), axis=1)).ravel()
     sizes = sizes[np.isfinite(sizes)]
-    if len(sizes) < thresholds.burst_blocks:
+    if len(sizes) < _BURST_BLOCKS:
         return 1.0
-    median, loud = np.quantile(sizes, (0.5, thresholds.loud_share)).tolist()
-    return (loud / median / _loud_of_normal(thresholds.loud_share)) ** 2 if median > max(floor, 0.0) else 1.0
+    median, loud = np.quantile(sizes, (0.5, _LOUD_SHARE)).tolist()
+    return (loud / median / _loud_of_normal(_LOUD_SHARE)) ** 2 if median > max(floor, 0.0) else 1.0
 
 
 @cache
@@ -168,76 +135,67 @@ def _samples(fitted: NoiseFit, stream: Stream, *, limit: int) -> Floats:
     return stream.samples.read(stream.channels.index(fitted.channel), 0, min(stream.grid.n, limit))
 
 
-def _is_hidden(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds) -> bool:
+def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
     """Whether the Allan deviations are all well above the random walk of the model, or one is surely below it."""
     walk = fitted.terms.get("random_walk")
     level = None if walk is None else walk.value or walk.upper_limit
     if walk is None or level is None:
         return False
-    x = _samples(fitted, stream, limit=thresholds.longest)
+    x = _samples(fitted, stream, limit=_LONGEST)
 
     def limit(pairs: int) -> float:
-        return upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=pairs, thresholds=thresholds)["random_walk"]
+        return upper_limits(x, fitted.tau0, ("random_walk",), min_pairs=pairs)["random_walk"]
 
-    return level < thresholds.hidden * limit(thresholds.min_pairs_hidden) < math.inf or (walk.low or 0.0) > limit(
-        thresholds.min_pairs
-    )
+    return level < HIDDEN * limit(_MIN_PAIRS_HIDDEN) < math.inf or (walk.low or 0.0) > limit(_MIN_PAIRS)
 
 
-def _power_of_resonances(fitted: NoiseFit, *, thresholds: HidingThresholds) -> float:
+def _power_of_resonances(fitted: NoiseFit) -> float:
     """Power of the narrow resonances behind the filter: a peak of its series amplifies one that it contains."""
-    narrow = [r for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value, thresholds=thresholds)]
+    narrow = [r for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value)]
     series = fitted.response
     return sum(
         r.sigma.value**2 * (1.0 if series is None else series.power_of_series(r.frequency.value)) for r in narrow
     )
 
 
-def is_narrow(frequency: float, width: float, *, thresholds: HidingThresholds = THRESHOLDS) -> bool:
+def is_narrow(frequency: float, width: float) -> bool:
     """Whether a resonance is a vibration: no shape of the sensor's noise, and no drift.
 
     The fit makes none wider than a quarter of its centre: one at that bound counts.
     """
-    widest = thresholds.narrow * frequency
-    return (width < widest or math.isclose(width, widest)) and frequency > thresholds.slowest
+    widest = _NARROW * frequency
+    return (width < widest or math.isclose(width, widest)) and frequency > _SLOWEST
 
 
-def is_disturbed(
-    fitted: NoiseFit, stream: Stream, *, unsteady: float, thresholds: HidingThresholds = THRESHOLDS
-) -> bool:
+def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
     """Whether vibration hides the noise: it comes and goes, or it has much of the power and the white noise of the model
     shows at no averaging time, or it has most of the power. Some steady lines beside a white level that shows hide nothing.
 
     `unsteady` is the p-value of a white level that is the same in all eighths of the record.
     """
-    if burst_share(_samples(fitted, stream, limit=thresholds.longest_look), fitted.tau0, thresholds=thresholds) > 0:
+    if burst_share(_samples(fitted, stream, limit=_LONGEST_LOOK), fitted.tau0) > 0:
         return True
-    share = vibration_share(fitted, thresholds=thresholds)
-    if share <= thresholds.max_hiding_share:
+    share = vibration_share(fitted)
+    if share <= MAX_HIDING_SHARE:
         return False
-    if _is_hidden(fitted, stream, thresholds=thresholds):
+    if _is_hidden(fitted, stream):
         return True
     lines = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid)
-    is_steady = (
-        len(fitted.sinusoid) <= thresholds.steady_lines
-        and _power_of_resonances(fitted, thresholds=thresholds) <= thresholds.steady_resonances * lines
-    )
-    return share > thresholds.max_share and not (
-        is_steady and unsteady >= thresholds.unsteady and fitted.verdict != "widened"
-    )
+    is_steady = len(fitted.sinusoid) <= _STEADY_LINES and _power_of_resonances(fitted) <= _STEADY_RESONANCES * lines
+    return share > MAX_SHARE and not (is_steady and unsteady >= _UNSTEADY and fitted.verdict != "widened")
 
 
-def vibration_power(fitted: NoiseFit, stream: Stream, *, thresholds: HidingThresholds = THRESHOLDS) -> VibrationPower:
+def vibration_power(fitted: NoiseFit, stream: Stream) -> VibrationPower:
     """The share of the vibration in the power, and the quietest stretch of the record with its limit if that is smaller."""
-    x = _samples(fitted, stream, limit=thresholds.longest)
-    first, last, quietest = _quietest(x, fitted.tau0, thresholds=thresholds)
-    whole = upper_limits(x, fitted.tau0, ("random_walk",), thresholds=thresholds)["random_walk"]
+    x = _samples(fitted, stream, limit=_LONGEST)
+    first, last, quietest = _quietest(x, fitted.tau0)
+    whole = upper_limits(x, fitted.tau0, ("random_walk",))["random_walk"]
     return VibrationPower(
         lines=len(fitted.sinusoid),
         resonances=len(fitted.resonance),
         share=max(
-            vibration_share(fitted, thresholds=thresholds),
-            burst_share(x[: thresholds.longest_look], fitted.tau0, thresholds=thresholds),
+            vibration_share(fitted),
+            burst_share(x[:_LONGEST_LOOK], fitted.tau0),
         ),
         start=stream.grid.time(first),
         stop=stream.grid.time(last),
@@ -259,11 +217,10 @@ def limits_alone(
     cause: Cause,
     reason: VibrationPower | CoarseCounts,
     without: Sequence[Part] = (),
-    thresholds: HidingThresholds = THRESHOLDS,
 ) -> Adjustment:
     """Upper limits of all terms, for a record whose noise is hidden."""
-    x = _samples(fitted, stream, limit=thresholds.longest)
-    limits = upper_limits(x, fitted.tau0, tuple(fitted.terms), thresholds=thresholds)
+    x = _samples(fitted, stream, limit=_LONGEST)
+    limits = upper_limits(x, fitted.tau0, tuple(fitted.terms))
     finite = {name: limit for name, limit in limits.items() if math.isfinite(limit)}
     return Adjustment(
         cause=cause,
@@ -275,14 +232,7 @@ def limits_alone(
     )
 
 
-def upper_limits(
-    x: Floats,
-    tau0: float,
-    terms: Sequence[str],
-    *,
-    min_pairs: int | None = None,
-    thresholds: HidingThresholds = THRESHOLDS,
-) -> dict[str, float]:
+def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int | None = None) -> dict[str, float]:
     """Upper limit of each term from the Allan variances: every other term, and every vibration, only adds to them.
 
     A low-pass filter takes white and slow noise away at short times, so that their limits come from clusters of 32 samples
@@ -290,26 +240,21 @@ def upper_limits(
     """
     limits = dict.fromkeys(terms, math.inf)
     for m, variance, pairs in octaves(x):
-        if pairs < (thresholds.min_pairs if min_pairs is None else min_pairs):
+        if pairs < (_MIN_PAIRS if min_pairs is None else min_pairs):
             break
         spread = 2 / (9 * (2 * pairs / 3))  # of χ² with 2/3 a pair of clusters of white noise (Lesage and Audoin)
-        high = (
-            variance / (1 - spread - thresholds.quantile * math.sqrt(spread)) ** 3
-        )  # its lower quantile (Wilson and Hilferty)
+        high = variance / (1 - spread - _QUANTILE * math.sqrt(spread)) ** 3  # its lower quantile (Wilson and Hilferty)
         for name in terms:
-            if m >= thresholds.least_size or name == "quantization":
+            if m >= _LEAST_SIZE or name == "quantization":
                 unit = float(avar(name, 1.0, m=m, tau0=tau0)[0])
                 limits[name] = min(limits[name], math.sqrt(high / unit))
     return limits
 
 
-def _quietest(x: Floats, tau0: float, *, thresholds: HidingThresholds) -> tuple[int, int, float]:
+def _quietest(x: Floats, tau0: float) -> tuple[int, int, float]:
     """First sample, end and upper limit of the random walk of the stretch in which that is least."""
-    count = max(min(thresholds.stretches, len(x) // thresholds.least_stretch), 1)
+    count = max(min(_STRETCHES, len(x) // _LEAST_STRETCH), 1)
     edges = np.linspace(0, len(x), count + 1).astype(int).tolist()
-    stretches = [
-        (upper_limits(x[a:b], tau0, ("random_walk",), thresholds=thresholds)["random_walk"], a, b)
-        for a, b in pairwise(edges)
-    ]
+    stretches = [(upper_limits(x[a:b], tau0, ("random_walk",))["random_walk"], a, b) for a, b in pairwise(edges)]
     limit, first, last = min(stretches)
     return first, last, limit

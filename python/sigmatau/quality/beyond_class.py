@@ -12,7 +12,6 @@ from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.fit import BeyondClass
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.frozen import frozen
 from sigmatau.noise import terms
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 
@@ -20,35 +19,23 @@ _JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
 _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
 
 
-@frozen
-class ClassThresholds:
-    """Thresholds of `beyond_class`."""
-
-    beyond: float = 1.25
-    """Factor over the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, are within
-    it."""
-
-    highest: float = 2.0
-    """Frequency at which densities are compared, at most. [Hz] Study: docs/study/rest.md; below vibration and the
-    filters of most sensors."""
-
-    cycles: float = 4.0
-    """Cycles of the lowest frequency in the record. [1] Judgement: the density of a model is known there."""
-
-    share_of_rate: float = 0.4
-    """Highest frequency over the sampling rate, at most. [1] Judgement: below the edge of the band."""
-
-    frequencies: int = 12
-    """Frequencies that are compared. [1] Judgement: three a decade of a long record."""
-
-
-THRESHOLDS = ClassThresholds()
+# Factor over the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, are within it.
+_BEYOND = 1.25
+# Frequency at which densities are compared, at most. [Hz] Study: docs/study/rest.md; below vibration and the filters
+# of most sensors.
+_HIGHEST = 2.0
+# Cycles of the lowest frequency in the record. [1] Judgement: the density of a model is known there.
+_CYCLES = 4.0
+# Highest frequency over the sampling rate, at most. [1] Judgement: below the edge of the band.
+_SHARE_OF_RATE = 0.4
+# Frequencies that are compared. [1] Judgement: three a decade of a long record.
+_FREQUENCIES = 12
 
 
 @functools.lru_cache(maxsize=8)
 def _noisiest_density(quantity: str, lowest: float, highest: float, tau0: float) -> Floats:
     """Density of the noisiest sensor; cached, because it is the same for the axes of a sensor."""
-    frequencies = np.geomspace(lowest, highest, THRESHOLDS.frequencies)
+    frequencies = np.geomspace(lowest, highest, _FREQUENCIES)
     noisiest = SENSOR_CLASSES[quantity].noisiest
     return np.asarray(np.sum([terms.psd(name, noisiest[name], frequencies, tau0=tau0) for name in _JUDGED], axis=0))
 
@@ -69,9 +56,9 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
         )
     ):
         return []
-    highest = min(THRESHOLDS.highest, THRESHOLDS.share_of_rate / fitted.tau0, fitted.highest or math.inf)
-    lowest = min(THRESHOLDS.cycles / (fitted.n * fitted.tau0), highest)
-    frequencies = np.geomspace(lowest, highest, THRESHOLDS.frequencies)
+    highest = min(_HIGHEST, _SHARE_OF_RATE / fitted.tau0, fitted.highest or math.inf)
+    lowest = min(_CYCLES / (fitted.n * fitted.tau0), highest)
+    frequencies = np.geomspace(lowest, highest, _FREQUENCIES)
     density = fitted.psd(frequencies)
     ratios = np.sqrt(density / _noisiest_density(fitted.quantity, lowest, highest, fitted.tau0))
     strongest = int(np.argmax(ratios))
@@ -83,7 +70,7 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
     if (ramp_ratio := ramp / limits.noisiest["rate_ramp"]) > times:
         times, frequency, size = ramp_ratio, 0.0, ramp
-    if not times > THRESHOLDS.beyond:
+    if not times > _BEYOND:
         return []
     factors = tuple(
         (name, fitted.observed[name] / limits.noisiest[name])

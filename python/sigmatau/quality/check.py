@@ -44,21 +44,12 @@ LOOKED_AT_BOUNDED = 1 << 20
 """The same for a record that does not fit in memory."""
 
 
-@frozen
-class UsableThresholds:
-    """Thresholds of what `check` checks."""
-
-    least_samples: int = 64
-    """Samples of the shortest stream that is checked. [samples] Judgement: no check knows its distribution for fewer."""
-
-    largest: float = 1e60
-    """Largest size of a sample. [SI unit] Derived: its fourth power is within the range of double precision."""
-
-    smallest: float = 1e-60
-    """Smallest range of the samples of a channel. [SI unit] Derived: see `largest`."""
-
-
-THRESHOLDS = UsableThresholds()
+# Samples of the shortest stream that is checked. [samples] Judgement: no check knows its distribution for fewer.
+_LEAST_SAMPLES = 64
+# Largest size of a sample. [SI unit] Derived: its fourth power is within the range of double precision.
+LARGEST = 1e60
+# Smallest range of the samples of a channel. [SI unit] Derived: see `LARGEST`.
+_SMALLEST = 1e-60
 
 
 def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
@@ -99,13 +90,9 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
     ['coarse_resolution']
     """
     need_record(record)
-    if (
-        isinstance(looked_at, bool)
-        or not isinstance(looked_at, int | np.integer)
-        or looked_at < THRESHOLDS.least_samples
-    ):
+    if isinstance(looked_at, bool) or not isinstance(looked_at, int | np.integer) or looked_at < _LEAST_SAMPLES:
         raise OptionError(
-            f"{{option}} must be a whole number of samples from {THRESHOLDS.least_samples} on, not {looked_at!r}",
+            f"{{option}} must be a whole number of samples from {_LEAST_SAMPLES} on, not {looked_at!r}",
             option="looked_at",
         )
     return examine(from_the_start(record), bandwidth=bandwidth, looked_at=looked_at).findings
@@ -257,7 +244,7 @@ def check_fits(
         stream.name: stream
         for stream in record.streams
         if stream.quantity != "temperature"
-        and stream.grid.n >= THRESHOLDS.least_samples
+        and stream.grid.n >= _LEAST_SAMPLES
         and not fits.keys().isdisjoint(stream.channels)
     }
 
@@ -310,13 +297,13 @@ def _checked_in_part(stream: Stream, part: Stream) -> Finding:
 
 def _usable(stream: Stream) -> Stream | None:
     """The channels that can be checked: with enough samples, not constant, and within the range of double precision."""
-    if stream.grid.n < THRESHOLDS.least_samples:
+    if stream.grid.n < _LEAST_SAMPLES:
         return None
     channels = []
     for channel in stream.channels:
         x = stream.column(channel)
         low, high = np.fmin.reduce(x), np.fmax.reduce(x)
-        if -THRESHOLDS.largest < low < high < THRESHOLDS.largest and high - low > THRESHOLDS.smallest:
+        if -LARGEST < low < high < LARGEST and high - low > _SMALLEST:
             channels.append(channel)
     return stream.of(channels) if channels else None
 

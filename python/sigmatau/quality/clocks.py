@@ -19,42 +19,25 @@ from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 
-
-@frozen
-class ClockThresholds:
-    """Thresholds of `collect_marks` and `compare_clocks`."""
-
-    strongest: int = 8
-    """Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records."""
-
-    farthest: float = math.log(1.25)
-    """Logarithm of the factor of a clock that is looked for, at most. [1] Judgement: a larger one is a wrong rate,
-    and marks would be mistaken for each other."""
-
-    min_marks: int = 3
-    """Marks that must show the factor. [1] Judgement: two may have the same ratio by chance."""
-
-    most_marks_of_all: float = 0.75
-    """Part of the marks that has the factor, or has it within its errors. [1] Judgement: a quarter of the lines
-    comes from elsewhere."""
-
-    contrary: float = 0.25
-    """Marks that are at the usual place over those that have the factor, at most. [1] Judgement: see
-    `most_marks_of_all`."""
-
-    agree: float = 0.5
-    """Part of the marks at the same place from which on two records have the same clock. [1] Judgement: half of
-    them."""
-
-    foot: float = 0.125
-    """Error of a line over the width of the band that is left out, which has its foot too. [1] Judgement: half of
-    the band is the line, and its centre is known to a quarter of it."""
-
-    highest_multiple: int = 20
-    """Multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance."""
-
-
-THRESHOLDS = ClockThresholds()
+# Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records.
+_STRONGEST = 8
+# Logarithm of the factor of a clock that is looked for, at most. [1] Judgement: a larger one is a wrong rate, and
+# marks would be mistaken for each other.
+_FARTHEST = math.log(1.25)
+# Marks that must show the factor. [1] Judgement: two may have the same ratio by chance.
+_MIN_MARKS = 3
+# Part of the marks that has the factor, or has it within its errors. [1] Judgement: a quarter of the lines comes from
+# elsewhere.
+_MOST_MARKS_OF_ALL = 0.75
+# Marks that are at the usual place over those that have the factor, at most. [1] Judgement: see `_MOST_MARKS_OF_ALL`.
+_CONTRARY = 0.25
+# Part of the marks at the same place from which on two records have the same clock. [1] Judgement: half of them.
+_AGREE = 0.5
+# Error of a line over the width of the band that is left out, which has its foot too. [1] Judgement: half of the band
+# is the line, and its centre is known to a quarter of it.
+_FOOT = 0.125
+# Multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance.
+_HIGHEST_MULTIPLE = 20
 
 
 @frozen(kw_only=False)
@@ -92,8 +75,8 @@ def collect_marks(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
     """The marks of a record, from its fits by channel."""
     marks: list[Mark | None] = []
     for channel, fitted in fits.items():
-        lines = fitted.sinusoid[: THRESHOLDS.strongest]
-        marks += [_mark(channel, "line", line.frequency, THRESHOLDS.foot) for line in lines]
+        lines = fitted.sinusoid[:_STRONGEST]
+        marks += [_mark(channel, "line", line.frequency, _FOOT) for line in lines]
         marks += [_mark(channel, "resonance", process.frequency, 0.5) for process in fitted.resonance]
         if (response := fitted.response) is not None and response.corner is not None:
             corner = Interval(value=response.corner, low=response.low, high=response.high, unit="Hz")
@@ -155,18 +138,18 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
         (k, math.log(a.frequency / b.frequency), a.error + b.error)
         for k, a in enumerate(ours)
         for b in theirs
-        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < THRESHOLDS.farthest
+        if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < _FARTHEST
     ]
     largest = min(len(ours), len(theirs))
     here = _matching_marks(pairs, 0.0)
-    same = bool(here) and len(here) >= THRESHOLDS.agree * largest
-    if largest < THRESHOLDS.min_marks or not pairs:
+    same = bool(here) and len(here) >= _AGREE * largest
+    if largest < _MIN_MARKS or not pairs:
         return _Shift(same, None, 0.0, 0)
     shift = max((d for _, d, _ in pairs), key=lambda d: (len(_matching_marks(pairs, d) - here), -abs(d)))
     shifted = _matching_marks(pairs, shift)
     moved, contrary = shifted - here, here - shifted
-    enough = len(moved) >= THRESHOLDS.min_marks and len(shifted) >= THRESHOLDS.most_marks_of_all * largest
-    if not enough or len(contrary) > THRESHOLDS.contrary * len(moved) or _one_origin([ours[k] for k in moved]):
+    enough = len(moved) >= _MIN_MARKS and len(shifted) >= _MOST_MARKS_OF_ALL * largest
+    if not enough or len(contrary) > _CONTRARY * len(moved) or _one_origin([ours[k] for k in moved]):
         return _Shift(same, None, 0.0, 0)
     measured = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
     weights = np.array([1 / max(e, 1e-9) ** 2 for _, e in measured])
@@ -187,6 +170,6 @@ def _one_origin(marks: Sequence[Mark]) -> bool:
     for mark in marks:
         times = mark.frequency / lowest.frequency
         nearest = round(times)
-        if nearest > THRESHOLDS.highest_multiple or abs(times - nearest) > times * (mark.error + lowest.error):
+        if nearest > _HIGHEST_MULTIPLE or abs(times - nearest) > times * (mark.error + lowest.error):
             return False
     return True

@@ -14,28 +14,17 @@ from sigmatau.estimators.allan import Counting, DeviationCurve, Overlap, curves_
 from sigmatau.estimators.deviation_kinds import TauGrid, cluster_sizes
 from sigmatau.findings.curves import ConstantChannel, OutOfRange, Strided, TooFewSamples
 from sigmatau.findings.finding import Finding
-from sigmatau.frozen import frozen
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class CurveThresholds:
-    """Thresholds of the findings about a curve."""
-
-    smallest: float = 1e-120
-    """Allan variance that can be analysed, at least. [rate_unit²] Derived: a fit squares it, within the range of
-    double precision."""
-
-    largest: float = 1e120
-    """Allan variance that can be analysed, at most. [rate_unit²] Derived: see `smallest`."""
-
-    rounding: float = 4
-    """Deviation that rounding can make of a constant channel, in units of the rounding of its largest value. [1]
-    Judgement: three differences and a unit conversion are rounded."""
-
-
-THRESHOLDS = CurveThresholds()
+# Allan variance that can be analysed, at least. [rate_unit²] Derived: a fit squares it, within the range of double
+# precision.
+_SMALLEST = 1e-120
+# Allan variance that can be analysed, at most. [rate_unit²] Derived: see `_SMALLEST`.
+_LARGEST = 1e120
+# Deviation that rounding can make of a constant channel, in units of the rounding of its largest value. [1]
+# Judgement: three differences and a unit conversion are rounded.
+_ROUNDING = 4
 
 
 def rounding(stream: Stream, channel: str) -> float:
@@ -48,7 +37,7 @@ def rounding(stream: Stream, channel: str) -> float:
     largest = max(abs(float(raw[first])), abs(float(raw[last]))) * abs(t.scale * t.factor)
     if t.kind != "rate":
         largest /= stream.grid.tau0
-    return THRESHOLDS.rounding * sys.float_info.epsilon * largest
+    return _ROUNDING * sys.float_info.epsilon * largest
 
 
 def out_of_range(curve: DeviationCurve) -> Finding:
@@ -136,7 +125,7 @@ def compute_curves(
             available, unavailable = _curves(stream, taus, overlap, counting, threads)
             findings += unavailable
         for channel, curve in available.items():
-            if not THRESHOLDS.smallest < curve.avar.max() < THRESHOLDS.largest and curve.avar.max() > 0:
+            if not _SMALLEST < curve.avar.max() < _LARGEST and curve.avar.max() > 0:
                 findings.append(out_of_range(curve))
             elif curve.adev.max() > rounding(stream, channel):
                 curves[channel] = curve

@@ -36,56 +36,37 @@ from sigmatau.findings.values import CoarseResolution
 from sigmatau.fitting.channel import TEMPERATURE, follows_temperature
 from sigmatau.fitting.fitted_values import FittedSinusoid
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
 
-
-@frozen
-class FitThresholds:
-    """Thresholds of `fit_findings`."""
-
-    least_freedom: float = 30.0
-    """Degrees of freedom of the random walk from which on it is trusted. [1] Derived: its 95 % interval is then
-    within 25 %."""
-
-    much_larger: float = 1.2
-    """Coefficient of another model over that of the fit, from which on it is another size. [1] Judgement: more than
-    the usual interval of a slow term is of no use to tell them apart."""
-
-    many_missing: float = 0.1
-    """Share of missing samples from which on they are named as the cause of too few averaging times. [1] Judgement:
-    fewer do not shorten the record."""
-
-    longer_start: float = 1.5
-    """Shortest averaging time of a fit over the sample interval, from which on short times are left out. [1]
-    Derived: the next octave is 2."""
-
-    mains: tuple[float, ...] = (50.0, 60.0)
-    """Frequencies of the mains. [Hz] Standard: IEC 60196."""
-
-    mains_error: float = 0.2
-    """Half width of a line that may be the mains, at most. [Hz] Judgement: the mains wander by no more."""
-
-    mains_from: float = 0.5
-    """Frequency of a folded line of the mains, at least. [Hz] Judgement: slow noise has lines of its own below."""
-
-    mains_wander: float = 0.05
-    """Deviation of the mains and of each multiple, at most. [Hz] Judgement: usual deviations of large grids."""
-
-    clock_error: float = 1e-4
-    """Relative error of the clock of a log. [1] Judgement: crystals have 10⁻⁵ to 10⁻⁴."""
-
-    part_of_base: float = 0.1
-    """Distance of a harmonic from a multiple of the lowest line, over that line, at most. [1] Judgement: two tenths
-    of all frequencies are then near a multiple."""
-
-    highest_multiple: int = 16
-    """Multiple of a line, at most. [1] Judgement: higher ones match weak lines by chance."""
-
-
-THRESHOLDS = FitThresholds()
+# Degrees of freedom of the random walk from which on it is trusted. [1] Derived: its 95 % interval is then within 25
+# %.
+_LEAST_FREEDOM = 30.0
+# Coefficient of another model over that of the fit, from which on it is another size. [1] Judgement: more than the
+# usual interval of a slow term is of no use to tell them apart.
+_MUCH_LARGER = 1.2
+# Share of missing samples from which on they are named as the cause of too few averaging times. [1] Judgement: fewer
+# do not shorten the record.
+_MANY_MISSING = 0.1
+# Shortest averaging time of a fit over the sample interval, from which on short times are left out. [1] Derived: the
+# next octave is 2.
+_LONGER_START = 1.5
+# Frequencies of the mains. [Hz] Standard: IEC 60196.
+_MAINS = (50.0, 60.0)
+# Half width of a line that may be the mains, at most. [Hz] Judgement: the mains wander by no more.
+_MAINS_ERROR = 0.2
+# Frequency of a folded line of the mains, at least. [Hz] Judgement: slow noise has lines of its own below.
+_MAINS_FROM = 0.5
+# Deviation of the mains and of each multiple, at most. [Hz] Judgement: usual deviations of large grids.
+_MAINS_WANDER = 0.05
+# Relative error of the clock of a log. [1] Judgement: crystals have 10⁻⁵ to 10⁻⁴.
+_CLOCK_ERROR = 1e-4
+# Distance of a harmonic from a multiple of the lowest line, over that line, at most. [1] Judgement: two tenths of all
+# frequencies are then near a multiple.
+_PART_OF_BASE = 0.1
+# Multiple of a line, at most. [1] Judgement: higher ones match weak lines by chance.
+_HIGHEST_MULTIPLE = 16
 
 
 def fit_findings(
@@ -111,14 +92,14 @@ def fit_findings(
     )
     severity_of_misfit: Severity = "info" if disturbed else "warning"
     if fitted.verdict == "too_short":
-        size = missing if missing > THRESHOLDS.many_missing else None
+        size = missing if missing > _MANY_MISSING else None
         return [_finding(fitted, TooShort(reasons=fitted.reasons, missing=missing), "warning", size=size)]
     if fitted.verdict == "descriptive":
         return [_finding(fitted, NoAdequateModel(reasons=fitted.reasons), severity_of_misfit)]
     if fitted.verdict == "disturbed":
         return [*disturbed_findings(fitted), *_lines(fitted)]
     findings: list[Finding] = []
-    if (freedom := walk_freedom(fitted)) < THRESHOLDS.least_freedom:
+    if (freedom := walk_freedom(fitted)) < _LEAST_FREEDOM:
         short = FewDegreesOfFreedom(freedom=freedom, duration=fitted.n * fitted.tau0)
         findings.append(_finding(fitted, short, "warning", size=freedom))
     if fitted.verdict == "widened":
@@ -145,7 +126,7 @@ def fit_findings(
         findings.append(_finding(fitted, resonance, size=band.sigma.value, unit=unit))
     findings += _second_explanation(fitted)
     findings += _drifts(fitted, start)
-    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > THRESHOLDS.longer_start * fitted.tau0:
+    if fitted.method == "gls" and fitted.tau_min is not None and fitted.tau_min > _LONGER_START * fitted.tau0:
         findings.append(_finding(fitted, ShortTimesLeftOut(tau_min=float(fitted.tau_min), reasons=fitted.reasons)))
     return findings
 
@@ -217,7 +198,7 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
         added = tuple(
             (name, value)
             for name, value in explanation.terms.items()
-            if name not in fitted.model or (fewer and value > THRESHOLDS.much_larger * fitted.model[name])
+            if name not in fitted.model or (fewer and value > _MUCH_LARGER * fitted.model[name])
         )
         details = SecondExplanation(
             quantity=fitted.quantity,
@@ -294,8 +275,8 @@ def _is_harmonic(line: FittedSinusoid, first: FittedSinusoid, rate: float) -> bo
     base, frequency = first.frequency.value, line.frequency.value
     order = max(round(frequency / base), 2)
     error, multiple = min((abs(_folded(k * base, rate) - frequency), k) for k in {order, 2, 3, 4, 5})
-    allowed = min(multiple * _half_width(first), THRESHOLDS.part_of_base * base)
-    return multiple <= THRESHOLDS.highest_multiple and error <= allowed
+    allowed = min(multiple * _half_width(first), _PART_OF_BASE * base)
+    return multiple <= _HIGHEST_MULTIPLE and error <= allowed
 
 
 def _half_width(line: FittedSinusoid) -> float:
@@ -317,13 +298,13 @@ def _line(line: FittedSinusoid, rate: float, harmonics: tuple[SpectralLine, ...]
 
 
 def _mains(frequency: float, rate: float, half: float) -> Mains | None:
-    if half > THRESHOLDS.mains_error:
+    if half > _MAINS_ERROR:
         return None
     for multiple in (1, 2, 3):
-        for mains in THRESHOLDS.mains:
+        for mains in _MAINS:
             shown = _folded(multiple * mains, rate)
-            wander = multiple * (THRESHOLDS.mains_wander + THRESHOLDS.clock_error * mains) + half
-            if shown > THRESHOLDS.mains_from and abs(frequency - shown) <= wander:
+            wander = multiple * (_MAINS_WANDER + _CLOCK_ERROR * mains) + half
+            if shown > _MAINS_FROM and abs(frequency - shown) <= wander:
                 return Mains(frequency=mains, multiple=multiple, folded=shown != multiple * mains)
     return None
 

@@ -17,7 +17,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection
 from sigmatau.options import keywords_of
-from sigmatau.quality.check import LOOKED_AT, LOOKED_AT_BOUNDED, THRESHOLDS, check_fits, examine
+from sigmatau.quality.check import LARGEST, LOOKED_AT, LOOKED_AT_BOUNDED, check_fits, examine
 from sigmatau.quality.curves import constant_channels, rounding
 from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.fit_findings import by_channel, without_consequences
@@ -131,5 +131,5 @@ def _varies(stream: Stream, channel: str) -> bool:
     """Whether a channel changes by more than rounding, within the range that can be squared."""
     x = stream.column(channel)
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
-    largest = THRESHOLDS.largest
+    largest = LARGEST
     return -largest < low < high < largest and high - low > max(rounding(stream, channel), 1 / largest)

@@ -11,13 +11,6 @@ from sigmatau.units import STANDARD_GRAVITY
 _DEGREE = math.pi / 180
 
 
-class ByQuantity(dict[str, float]):
-    """A limit of gyros, `angular_rate`, and another one of accelerometers, `acceleration`: a constant with a hash."""
-
-    def __hash__(self) -> int:  # type: ignore[override]  # a dict has none
-        return hash(tuple(self.items()))
-
-
 @frozen
 class SensorClass:
     """Coefficients of the noisiest sensors by term, and the random walk of the quietest. [SI]"""

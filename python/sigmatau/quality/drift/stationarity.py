@@ -31,48 +31,30 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.record.streams import Grid, Stream
 
-
-@frozen
-class StationarityThresholds:
-    """Thresholds of `non_stationary`; docs/study/stability.md measures the false alarms."""
-
-    segments: int = 8
-    """Segments of the record. [1] Study: docs/study/stability.md."""
-
-    least_segments: int = 4
-    """Segments without missing samples, at least. [1] Judgement: half of them."""
-
-    least_samples: int = 64
-    """Samples in a segment, and blocks of the cusum, at least. [samples] Judgement: an Allan variance of neighbours
-    has then 40 degrees of freedom."""
-
-    least_freedom: float = 10.0
-    """Degrees of freedom of a variance in a segment, at least. [1] Derived: its cube root is then nearly normal
-    (Wilson and Hilferty)."""
-
-    false_alarm: float = 2e-4
-    """Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md
-    measures it."""
-
-    min_ratio: float = 1.05
-    """Ratio of deviations that is reported, at least. [1] Judgement: a long record shows 0.3 %, which does not
-    matter."""
-
-    warning_ratio: float = 1.15
-    """Ratio of deviations that is a warning, at least. [1] Judgement: three times the usual interval."""
-
-    max_misfit: float = 0.25
-    """Relative misfit of the variance beyond which the law of the fitted model is not used. [1] Judgement: the
-    covariance of the test is then wrong by half."""
-
-    cusum_blocks: int = 1024
-    """Blocks of the cusum, at most. [1] Judgement: the time of a change is known to a thousandth of the record."""
-
-    least_in_block: int = 8
-    """Samples of a block, at least. [samples] Judgement: neighbouring blocks are then nearly independent."""
-
-
-THRESHOLDS = StationarityThresholds()
+# Segments of the record. [1] Study: docs/study/stability.md.
+_SEGMENTS = 8
+# Segments without missing samples, at least. [1] Judgement: half of them.
+_LEAST_SEGMENTS = 4
+# Samples in a segment, and blocks of the cusum, at least. [samples] Judgement: an Allan variance of neighbours has
+# then 40 degrees of freedom.
+_LEAST_SAMPLES = 64
+# Degrees of freedom of a variance in a segment, at least. [1] Derived: its cube root is then nearly normal (Wilson
+# and Hilferty).
+_LEAST_FREEDOM = 10.0
+# Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md measures
+# it.
+_FALSE_ALARM = 2e-4
+# Ratio of deviations that is reported, at least. [1] Judgement: a long record shows 0.3 %, which does not matter.
+_MIN_RATIO = 1.05
+# Ratio of deviations that is a warning, at least. [1] Judgement: three times the usual interval.
+_WARNING_RATIO = 1.15
+# Relative misfit of the variance beyond which the law of the fitted model is not used. [1] Judgement: the covariance
+# of the test is then wrong by half.
+_MAX_MISFIT = 0.25
+# Blocks of the cusum, at most. [1] Judgement: the time of a change is known to a thousandth of the record.
+_CUSUM_BLOCKS = 1024
+# Samples of a block, at least. [samples] Judgement: neighbouring blocks are then nearly independent.
+_LEAST_IN_BLOCK = 8
 
 
 @frozen(eq=False)
@@ -108,13 +90,13 @@ def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding
         change = _noise_change(x, stream.grid)
         if change is not None:
             size = max(change.ratio, 1 / change.ratio) if change.ratio > 0 else np.inf
-            if spread is not None and size < THRESHOLDS.min_ratio:
+            if spread is not None and size < _MIN_RATIO:
                 change = None
             else:
                 ratio, spans = max(ratio, size), ((change.time, change.time),)
-        if THRESHOLDS.min_ratio <= ratio < np.inf and (spread is not None or change is not None):
+        if _MIN_RATIO <= ratio < np.inf and (spread is not None or change is not None):
             details = NonStationary(segments=spread, change=change)
-            severity: Severity = "warning" if ratio >= THRESHOLDS.warning_ratio else "info"
+            severity: Severity = "warning" if ratio >= _WARNING_RATIO else "info"
             findings.append(Finding(details=details, severity=severity, channels=(channel,), spans=spans, size=ratio))
     return findings
 
@@ -122,13 +104,13 @@ def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding
 def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | None:
     """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
     tested = segment_test(x, fitted)
-    if tested is None or not tested.p_value < THRESHOLDS.false_alarm:
+    if tested is None or not tested.p_value < _FALSE_ALARM:
         return None
     tau0 = fitted.tau0
     k = int(np.argmax(tested.evidence))
     deviation = np.sqrt(tested.avar[:, k])
     tau = float(tested.m[k]) * tau0
-    significant = tested.m[tested.p_values < THRESHOLDS.false_alarm / len(tested.m)] * tau0
+    significant = tested.m[tested.p_values < _FALSE_ALARM / len(tested.m)] * tau0
     return SegmentSpread(
         ratio=float(deviation.max() / deviation.min()),
         tau=tau,
@@ -136,25 +118,25 @@ def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | 
         tau_max=float(significant[-1]) if len(significant) else tau,
         largest_at=grid.time(int(tested.starts[np.argmax(deviation)])),
         smallest_at=grid.time(int(tested.starts[np.argmin(deviation)])),
-        length=len(x) // THRESHOLDS.segments * tau0,
+        length=len(x) // _SEGMENTS * tau0,
     )
 
 
 def _noise_change(x: Floats, grid: Grid) -> NoiseChange | None:
     largest = cusum(x)
-    if largest is None or not largest.p_value < THRESHOLDS.false_alarm:
+    if largest is None or not largest.p_value < _FALSE_ALARM:
         return None
     return NoiseChange(time=grid.time(largest.sample), ratio=float(np.sqrt(largest.ratio)))
 
 
 def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     """χ² test of the Allan variances of eight segments; None without a model or with too few complete segments."""
-    size = len(x) // THRESHOLDS.segments
-    if size < THRESHOLDS.least_samples or not fitted.model:
+    size = len(x) // _SEGMENTS
+    if size < _LEAST_SAMPLES or not fitted.model:
         return None
-    starts = np.arange(THRESHOLDS.segments) * size
+    starts = np.arange(_SEGMENTS) * size
     starts = np.array([s for s in starts if np.isfinite(np.add.reduce(x[s : s + size]))], dtype=np.int64)
-    if len(starts) < THRESHOLDS.least_segments:
+    if len(starts) < _LEAST_SEGMENTS:
         return None
     sizes = 2 ** np.arange(0, int(np.log2(size // 4)) + 1, dtype=np.int64)
     # Below τ_min the model does not hold: filtered noise has fewer degrees of freedom than white noise.
@@ -170,10 +152,10 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
         )[0]
     )
     mean = avar.mean(axis=0)
-    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < THRESHOLDS.max_misfit + 3 * np.sqrt(
+    followed = np.abs(fitted.avar(m=sizes) / np.maximum(mean, 1e-300) - 1) < _MAX_MISFIT + 3 * np.sqrt(
         2 / freedom / len(starts)
     )
-    use = (freedom >= THRESHOLDS.least_freedom) & followed & (avar.min(axis=0) > 0)
+    use = (freedom >= _LEAST_FREEDOM) & followed & (avar.min(axis=0) > 0)
     if not use.any():
         return None
     roots = np.cbrt(avar[:, use])
@@ -247,9 +229,9 @@ def cusum(x: Floats) -> Cusum | None:
 
     The scatter is that between neighbouring blocks, which neither correlated samples nor the change itself affect.
     """
-    length = max(-(-len(x) // THRESHOLDS.cusum_blocks), THRESHOLDS.least_in_block)
+    length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
     count = len(x) // length
-    if count < THRESHOLDS.least_samples:
+    if count < _LEAST_SAMPLES:
         return None
     d = np.diff(x[: count * length].reshape(count, length), axis=1)
     squares = np.einsum("ij,ij->i", d, d)
@@ -260,7 +242,7 @@ def cusum(x: Floats) -> Cusum | None:
         number[bad] = is_present.sum(axis=1)
         squares[bad] = np.where(is_present, d[bad] ** 2, 0.0).sum(axis=1)
     keep = np.flatnonzero(2 * number > length)
-    if len(keep) < THRESHOLDS.least_samples:
+    if len(keep) < _LEAST_SAMPLES:
         return None
     # Cube roots are nearly normal, so that single blocks do not dominate.
     level = np.cbrt(squares[keep] / number[keep])

@@ -10,47 +10,29 @@ import numpy as np
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
-from sigmatau.frozen import frozen
 from sigmatau.quality.motion.octave_means import OctaveMeans
-from sigmatau.quality.samples import units
 from sigmatau.quality.samples.common import present, row_means
+from sigmatau.quality.samples.units import GRAVITY_TOLERANCE
 from sigmatau.units import STANDARD_GRAVITY
 
-
-@frozen
-class TiltThresholds:
-    """Thresholds of `measures_gravity` and `gravity_tilts`."""
-
-    block: int = 5
-    """Seconds of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5°
-    of gravity."""
-
-    least_blocks: int = 4
-    """Number of means in a short record, which are then shorter. [1] Judgement: a record of 4 s is judged."""
-
-    apart: int = 12
-    """Number of means, one minute, over which all directions are compared. [means] Judgement: a hand tilts a sensor
-    within a minute."""
-
-    tilt: float = math.radians(5.0)
-    """Change of direction that no bias makes, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see
-    `sensor_class`; consumer accelerometers change by 1.5 mg/K, and no sensor at rest warms by 50 K."""
-
-    least_gravity: float = 0.5 * STANDARD_GRAVITY
-    """Length of a mean vector from which on it is gravity. [m/s^2] Judgement: no bias is half of gravity."""
-
-    in_g: float = 1.0
-    """Length of gravity in g that is read as m/s². [m/s^2] Standard: definition of the unit g."""
-
-    tolerance: float = units.THRESHOLDS.gravity_tolerance
-    """Relative difference from gravity that bias and scale errors explain. [1] Datasheets: see `UnitThresholds`."""
-
-    over_noise: float = 5.0
-    """Length of a mean vector over the noise of its axes from which on it has a direction. [1] Judgement: noise
-    turns it by 11° at most."""
-
-
-THRESHOLDS = TiltThresholds()
+# Seconds of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5° of
+# gravity.
+_BLOCK = 5
+# Number of means in a short record, which are then shorter. [1] Judgement: a record of 4 s is judged.
+_LEAST_BLOCKS = 4
+# Number of means, one minute, over which all directions are compared. [means] Judgement: a hand tilts a sensor within
+# a minute.
+_APART = 12
+# Change of direction that no bias makes, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see `sensor_class`;
+# consumer accelerometers change by 1.5 mg/K, and no sensor at rest warms by 50 K.
+_TILT = math.radians(5.0)
+# Length of a mean vector from which on it is gravity. [m/s^2] Judgement: no bias is half of gravity.
+_LEAST_GRAVITY = 0.5 * STANDARD_GRAVITY
+# Length of gravity in g that is read as m/s². [m/s^2] Standard: definition of the unit g.
+_IN_G = 1.0
+# Length of a mean vector over the noise of its axes from which on it has a direction. [1] Judgement: noise turns it
+# by 11° at most.
+_OVER_NOISE = 5.0
 
 
 def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
@@ -60,11 +42,9 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
     second = [axis.by_octave[axis.second] for axis in means]
     length = median(present(np.asarray(np.sqrt(sum(x * x for x in second)))))
     if in_si:
-        return abs(length / STANDARD_GRAVITY - 1) < THRESHOLDS.tolerance
+        return abs(length / STANDARD_GRAVITY - 1) < GRAVITY_TOLERANCE
     noise = max(axis.floor for axis in means) / math.sqrt(means[0].tau(means[0].second))
-    return length > THRESHOLDS.over_noise * noise and (
-        length > THRESHOLDS.least_gravity or abs(length / THRESHOLDS.in_g - 1) < THRESHOLDS.tolerance
-    )
+    return length > _OVER_NOISE * noise and (length > _LEAST_GRAVITY or abs(length / _IN_G - 1) < GRAVITY_TOLERANCE)
 
 
 def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
@@ -72,7 +52,7 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
     if not measures_gravity(means, in_si=False):
         return []
     x = np.stack([mean.by_octave[mean.second] for mean in means])
-    size = max(min(x.shape[1] // THRESHOLDS.least_blocks, THRESHOLDS.block), 1)
+    size = max(min(x.shape[1] // _LEAST_BLOCKS, _BLOCK), 1)
     blocks = np.stack([row_means(axis[: len(axis) // size * size].reshape(-1, size)) for axis in x])
     with np.errstate(invalid="ignore"):
         unit = blocks / np.sqrt((blocks * blocks).sum(axis=0))
@@ -81,21 +61,21 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
     edges = np.flatnonzero(np.diff(np.isfinite(unit[0]), prepend=False, append=False)).reshape(-1, 2)
     for a, b in edges.tolist():
         run = unit[:, a:b]
-        apart = min(THRESHOLDS.apart, b - a - 1)
+        apart = min(_APART, b - a - 1)
         if apart < 1:
             continue
         cosines = [(run[:, k:] * run[:, : b - a - k]).sum(axis=0) for k in range(1, apart + 1)]
         angles = [math.acos(min(float(c.min()), 1.0)) for c in cosines]
         lag = 1 + angles.index(max(angles))
         place = int(cosines[lag - 1].argmin())
-        if angles[lag - 1] <= THRESHOLDS.tilt:
+        if angles[lag - 1] <= _TILT:
             place, lag = _farthest(run)
             angles = [_angle(run[:, place], run[:, place + lag])]
-        if max(angles) <= THRESHOLDS.tilt:
+        if max(angles) <= _TILT:
             continue
         change = np.abs(run[:, place + lag] - run[:, place])
         axis = means[int(change.argmax())]
-        motion = axis.motion("tilts", max(angles), max(angles) / THRESHOLDS.tilt, lag * length)
+        motion = axis.motion("tilts", max(angles), max(angles) / _TILT, lag * length)
         tilts.append((axis.span(a * length, b * length), motion))
     return tilts
 

@@ -7,10 +7,26 @@ import math
 import numpy as np
 
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.motion.windows import THRESHOLDS, Burst
+from sigmatau.quality.motion.windows import Burst
 from sigmatau.quality.samples.common import block_rms
 from sigmatau.quality.samples.spikes import spike_mask
 from sigmatau.record.streams import Stream
+
+# Distance of the spikes of a group, at most. [s] Judgement: a knock on a table rings for a quarter of a second.
+_SPIKE_GAP = 0.25
+# Spikes of a group that is a shock. [samples] Derived: single spikes, k a second on each axis, form such groups
+# (k/2)² as often.
+_LEAST_SPIKES = 3
+# Axes on which they are. [1] Judgement: a shock has a direction, but no axis of a sensor.
+_LEAST_AXES = 2
+# Rows in which they are. [samples] Judgement: a corrupt row makes spikes in one row only.
+_LEAST_ROWS = 2
+# Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them.
+_MOST_SINGLE = 0.5
+# Part of the shock before its first spike. [s] Judgement: what rises below the threshold of spikes.
+_BEFORE_SPIKES = 0.1
+# Part of the shock after its last spike. [s] Judgement: what rings below the threshold of spikes.
+_AFTER_SPIKES = 0.5
 
 
 @stream_fact
@@ -19,25 +35,25 @@ def light_shocks(stream: Stream) -> list[Burst]:
 
     A corrupt row makes spikes on all axes in that row only; a shock rings.
     """
-    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < THRESHOLDS.least_axes:
+    if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
         return []
     rows, axes = np.nonzero(np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
-    if len(rows) < THRESHOLDS.least_spikes:
+    if len(rows) < _LEAST_SPIKES:
         return []
     tau0 = stream.grid.tau0
-    cuts = np.flatnonzero(np.diff(rows) * tau0 > THRESHOLDS.spike_gap) + 1
+    cuts = np.flatnonzero(np.diff(rows) * tau0 > _SPIKE_GAP) + 1
     groups = [
         (times, np.unique(group_axes))
         for times, group_axes in zip(np.split(rows, cuts), np.split(axes, cuts), strict=True)
-        if len(times) >= THRESHOLDS.least_spikes and len(np.unique(times)) >= THRESHOLDS.least_rows
+        if len(times) >= _LEAST_SPIKES and len(np.unique(times)) >= _LEAST_ROWS
     ]
-    groups = [(times, group_axes) for times, group_axes in groups if len(group_axes) >= THRESHOLDS.least_axes]
-    if len(rows) - sum(len(times) for times, _ in groups) > THRESHOLDS.most_single * len(rows):
+    groups = [(times, group_axes) for times, group_axes in groups if len(group_axes) >= _LEAST_AXES]
+    if len(rows) - sum(len(times) for times, _ in groups) > _MOST_SINGLE * len(rows):
         return []
     shocks = []
     for times, group_axes in groups:
-        start = max(int(times[0]) - round(THRESHOLDS.before_spikes / tau0), 0)
-        stop = min(int(times[-1]) + round(THRESHOLDS.after_spikes / tau0), stream.grid.n)
+        start = max(int(times[0]) - round(_BEFORE_SPIKES / tau0), 0)
+        stop = min(int(times[-1]) + round(_AFTER_SPIKES / tau0), stream.grid.n)
         for k in group_axes.tolist():
             changes = np.diff(stream.column(stream.channels[k]))
             during, usual = changes[start : stop - 1], block_rms(changes)

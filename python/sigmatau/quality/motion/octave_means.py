@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
-from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_means, means_by_octave, present, row_means
 from sigmatau.quality.samples.resolution import find_step
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
@@ -25,60 +24,38 @@ NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
 NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SENSOR_CLASSES.items()}  # [SI unit/√Hz]
 
 
-@frozen
-class OctaveThresholds:
-    """Averaging times of `OctaveMeans`, and thresholds of the noise at rest."""
-
-    shortest: float = 1 / 16
-    """Shortest averaging time. [s] Derived: motion of people and vehicles has its power between 0.1 Hz and 10 Hz."""
-
-    octaves: int = 7
-    """Number of averaging times, each twice the one before: 1/16 s to 4 s. [1] Derived: see `shortest`."""
-
-    floor: int = 2
-    """Octave of the noise that motion is compared with, 1/4 s. [octaves] Judgement: behind most filters of sensors."""
-
-    second: int = 4
-    """Octave of 1 s. [octaves] Derived: 16 times the shortest."""
-
-    slow_octaves: int = 5
-    """Number of averaging times of a stream that is too slow for means of a second, from its samples on. [1]
-    Judgement: the longest means last 16 samples."""
-
-    slow_second: int = 2
-    """The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: a shorter mean has the
-    noise of single samples."""
-
-    steps: float = 3.0
-    """Second difference, as the deviation of a mean, that rounding can make. [steps] Derived: 2/√6 = 0.8 if each
-    mean is moved by half a step; the rest is a margin for steps that are not sure."""
-
-    least_differences: int = 5
-    """Second differences that a level is taken from, at least. [1] Judgement: their median tolerates two that are
-    disturbed."""
-
-    floor_length: float = 10.0
-    """Length of the blocks whose noise is compared. [s] Judgement: 40 means of 1/4 s, a standard error of 11 %."""
-
-    floor_share: float = 0.1
-    """Share of the blocks that show a quiet sensor. [1] Judgement: a sensor at rest for a tenth of the record has
-    its noise there."""
-
-    least_floor_blocks: int = 10
-    """Blocks for that share, at least. [1] Derived: one block is a tenth of ten."""
-
-    correlated: float = 0.3
-    """Correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more."""
-
-    correlated_errors: float = 3.0
-    """The same in standard errors, in a short record. [1] Derived: probability 1.3·10⁻³."""
-
-    correlated_means: int = 20
-    """Means in the stretches that a correlation is taken within, 5 s. [means] Judgement: drifts over 5 s are small
-    beside the noise of means of 1/4 s."""
-
-
-THRESHOLDS = OctaveThresholds()
+# Number of averaging times, each twice the one before: 1/16 s to 4 s. [1] Derived: see `_SHORTEST`.
+OCTAVES = 7
+# Octave of the noise that motion is compared with, 1/4 s. [octaves] Judgement: behind most filters of sensors.
+FLOOR = 2
+# Octave of 1 s. [octaves] Derived: 16 times the shortest.
+SECOND = 4
+# Number of averaging times of a stream that is too slow for means of a second, from its samples on. [1] Judgement:
+# the longest means last 16 samples.
+_SLOW_OCTAVES = 5
+# The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: a shorter mean has the noise
+# of single samples.
+_SLOW_SECOND = 2
+# Second difference, as the deviation of a mean, that rounding can make. [steps] Derived: 2/√6 = 0.8 if each mean is
+# moved by half a step; the rest is a margin for steps that are not sure.
+STEPS = 3.0
+# Second differences that a level is taken from, at least. [1] Judgement: their median tolerates two that are
+# disturbed.
+LEAST_DIFFERENCES = 5
+# Length of the blocks whose noise is compared. [s] Judgement: 40 means of 1/4 s, a standard error of 11 %.
+_FLOOR_LENGTH = 10.0
+# Share of the blocks that show a quiet sensor. [1] Judgement: a sensor at rest for a tenth of the record has its
+# noise there.
+_FLOOR_SHARE = 0.1
+# Blocks for that share, at least. [1] Derived: one block is a tenth of ten.
+_LEAST_FLOOR_BLOCKS = 10
+# Correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more.
+_CORRELATED = 0.3
+# The same in standard errors, in a short record. [1] Derived: probability 1.3·10⁻³.
+_CORRELATED_ERRORS = 3.0
+# Means in the stretches that a correlation is taken within, 5 s. [means] Judgement: drifts over 5 s are small beside
+# the noise of means of 1/4 s.
+_CORRELATED_MEANS = 20
 
 
 class OctaveMeans:
@@ -93,9 +70,9 @@ class OctaveMeans:
         self.first: int = first
         self.quantity: str = stream.quantity
         self.shortest: float = base * stream.grid.tau0
-        self.slow: bool = first > THRESHOLDS.second or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
-        self.second: int = first + THRESHOLDS.slow_second if self.slow else THRESHOLDS.second
-        octaves = range(first, first + THRESHOLDS.slow_octaves if self.slow else THRESHOLDS.octaves)
+        self.slow: bool = first > SECOND or not PLAUSIBLE_RATES[0] <= stream.grid.rate <= PLAUSIBLE_RATES[1]
+        self.second: int = first + _SLOW_SECOND if self.slow else SECOND
+        octaves = range(first, first + _SLOW_OCTAVES if self.slow else OCTAVES)
         means = means_by_octave(block_means(stream, channel, base), len(octaves))
         self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
         self.step: float = find_step(stream, channel) or 0.0
@@ -122,15 +99,11 @@ class OctaveMeans:
     def median_level(self, octave: int, start: float = 0.0, stop: float = math.inf) -> float:
         """√τ times the deviation of means of a stretch by the median; NaN for too few. [unit/√Hz]"""
         d = present(self.differences(octave, start, stop))
-        return (
-            median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
-            if len(d) >= THRESHOLDS.least_differences
-            else math.nan
-        )
+        return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
 
     def rounding_level(self, octave: int) -> float:
         """Median level below which rounding may make the second differences. [unit/√Hz]"""
-        return THRESHOLDS.steps * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
+        return STEPS * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
 
     def reach(self, limit: float, edges: Floats) -> Bools:
         """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
@@ -152,16 +125,14 @@ class OctaveMeans:
 
         A short record has no quiet tenth: the medians of its second differences leave a moment of motion out.
         """
-        octave = max(THRESHOLDS.floor, self.first)
+        octave = max(FLOOR, self.first)
         d, tau = self.differences(octave), self.tau(octave)
-        size = min(max(round(THRESHOLDS.floor_length / tau), THRESHOLDS.least_differences), max(len(d), 1))
+        size = min(max(round(_FLOOR_LENGTH / tau), LEAST_DIFFERENCES), max(len(d), 1))
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = 0.0
         if len(level):  # as NumPy's quantile, which imports masked arrays
-            quiet = (
-                float(np.interp(THRESHOLDS.floor_share * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
-            )
-        if len(level) < THRESHOLDS.least_floor_blocks:
+            quiet = float(np.interp(_FLOOR_SHARE * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
+        if len(level) < _LEAST_FLOOR_BLOCKS:
             usual = self.median_level(octave)
             quiet = min(quiet, usual * usual) if usual > self.rounding_level(octave) else quiet
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
@@ -174,16 +145,16 @@ class OctaveMeans:
 
     def _is_white(self) -> bool:
         """Whether neighbouring means of 1/4 s are not correlated, within stretches that no drift moves."""
-        x = self.by_octave[max(THRESHOLDS.floor, self.first)]
-        size = min(THRESHOLDS.correlated_means, len(x))
-        if size < THRESHOLDS.least_differences:
+        x = self.by_octave[max(FLOOR, self.first)]
+        size = min(_CORRELATED_MEANS, len(x))
+        if size < LEAST_DIFFERENCES:
             return True
         rows = x[: len(x) // size * size].reshape(-1, size)
         rows = rows - row_means(rows, share=0.0)[:, None]
         power, pairs = present((rows * rows).ravel()), present((rows[:, 1:] * rows[:, :-1]).ravel())
         total = float(power.sum())
         correlation = float(pairs.sum()) / total if total > 0 else 0.0
-        return correlation < max(THRESHOLDS.correlated, THRESHOLDS.correlated_errors / math.sqrt(max(len(pairs), 1)))
+        return correlation < max(_CORRELATED, _CORRELATED_ERRORS / math.sqrt(max(len(pairs), 1)))
 
     def span(self, start: float, stop: float) -> Span:
         """A stretch from the first sample on as one of the log."""

@@ -14,7 +14,6 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.light_shocks import light_shocks
 from sigmatau.quality.motion.windows import (
-    THRESHOLDS,
     Burst,
     MeanStep,
     Windows,
@@ -27,6 +26,19 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import MaskedFinding, in_seconds, mask_from_spans, masked
 from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
+
+# Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a second, and
+# may lie across two windows.
+_SHOCK_WINDOWS = 3
+# Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three tolerates one
+# that is disturbed.
+_SIDE_WINDOWS = 3
+# Change of the mean over the size of an excursion, below which the mean has returned. [1] Judgement: half way between
+# a step and none.
+_RETURNED = 0.5
+# Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the sizes
+# of steps are known to a tenth or two.
+_CANCELS = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -81,9 +93,9 @@ def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
 
 def _remains(windows: Windows, step: MeanStep) -> bool:
     """Whether the mean before a step and after it differ without the shocks beside it."""
-    place, size = step.sample // windows.length, THRESHOLDS.side_windows * step.window // windows.length
+    place, size = step.sample // windows.length, _SIDE_WINDOWS * step.window // windows.length
     change = _change(present(windows.mean[:place])[-size:], present(windows.mean[place:])[:size])
-    return not abs(change) <= THRESHOLDS.returned * abs(step.size)
+    return not abs(change) <= _RETURNED * abs(step.size)
 
 
 def _change(before: Floats, after: Floats) -> float:
@@ -126,7 +138,7 @@ def _mean_without_motion(windows: Windows, moved: Sequence[Burst]) -> Floats:
     mean = windows.mean.copy()
     for burst in moved:
         first, last = burst.start // windows.length, burst.stop // windows.length
-        short = last - first <= THRESHOLDS.shock_windows and first > 0 and last < len(mean)
+        short = last - first <= _SHOCK_WINDOWS and first > 0 and last < len(mean)
         middle = (first + last) // 2
         mean[first:middle] = mean[first - 1] if short else np.nan
         mean[middle:last] = mean[last] if short else np.nan
@@ -140,7 +152,7 @@ def _comes_back(windows: Windows, step: MeanStep, excursion: Burst) -> bool:
         return False
     before = windows.mean[max(excursion.start - 6 * size, 0) // w : max(excursion.start - 2 * size, 0) // w]
     after = windows.mean[(excursion.stop + 2 * size) // w : (excursion.stop + 6 * size) // w]
-    return abs(_change(present(before), present(after))) < THRESHOLDS.returned * abs(step.size)
+    return abs(_change(present(before), present(after))) < _RETURNED * abs(step.size)
 
 
 def _shock_finding(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
@@ -175,7 +187,7 @@ def _together(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurs
         channels=_in_order(stream, group),
         ratio=strongest.ratio,
         departure=strongest.away,
-        shock=last - first <= THRESHOLDS.shock_windows * window and not all(b.away for b in group),
+        shock=last - first <= _SHOCK_WINDOWS * window and not all(b.away for b in group),
     )
 
 
@@ -224,7 +236,7 @@ def _leave_out_or_keep(
     n = stream.grid.n
     if len(steps) == 2:
         up, down = steps
-        if abs(up.size + down.size) < THRESHOLDS.cancels * max(abs(up.size), abs(down.size)):
+        if abs(up.size + down.size) < _CANCELS * max(abs(up.size), abs(down.size)):
             return in_seconds(stream, [(max(up.sample - up.window, 0), min(down.sample + down.window, n))]), None
     edges = [(0, 0), *((step.sample, step.window) for step in steps), (n, 0)]
     k = max(range(len(edges) - 1), key=lambda i: edges[i + 1][0] - edges[i][0])

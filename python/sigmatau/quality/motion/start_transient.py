@@ -7,53 +7,39 @@ import numpy as np
 from sigmatau.arrays import median_and_spread
 from sigmatau.findings.disturbances import StartTransient
 from sigmatau.findings.finding import Finding
-from sigmatau.frozen import frozen
-from sigmatau.quality.motion.windows import THRESHOLDS as SHOCKS
+from sigmatau.quality.motion.windows import FEW_WINDOWS, LEAST_WINDOWS, WINDOW, WINDOW_LENGTH
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.masking import MaskedFinding, in_seconds, mask_from_spans
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class TransientThresholds:
-    """Thresholds of `start_transient`."""
-
-    longest: float = 10.0
-    """Time within which a filter settles. [s] Judgement: a record that settles later warms up."""
-
-    sigmas: float = 9.0
-    """Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard
-    deviation of the same all over the record. [1] Derived: the 7 of `ShockThresholds` for a difference that is
-    Gaussian for each of the five terms; the rest is a margin."""
-
-    near_zero: float = 0.5
-    """First sample over the mean, at most. [1] Judgement: a filter that starts from zero has settled by less than
-    half after a sample."""
-
-    rising: int = 3
-    """Samples after the first that must be between zero and the mean. [samples] Judgement: a single zero is a lost
-    row."""
-
-    settled: float = 4.0
-    """Standard deviations of the noise about the mean within which a sample has settled. [1] Derived: noise is
-    beyond it once in 16 000 samples."""
-
-
-THRESHOLDS = TransientThresholds()
+# Time within which a filter settles. [s] Judgement: a record that settles later warms up.
+_LONGEST = 10.0
+# Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard deviation of
+# the same all over the record. [1] Derived: the 7 of steps of the mean for a difference that is Gaussian for each of
+# the five terms; the rest is a margin.
+_SIGMAS = 9.0
+# First sample over the mean, at most. [1] Judgement: a filter that starts from zero has settled by less than half
+# after a sample.
+_NEAR_ZERO = 0.5
+# Samples after the first that must be between zero and the mean. [samples] Judgement: a single zero is a lost row.
+_RISING = 3
+# Standard deviations of the noise about the mean within which a sample has settled. [1] Derived: noise is beyond it
+# once in 16 000 samples.
+_SETTLED = 4.0
 
 
 def settled_from(stream: Stream, channel: str) -> int:
     """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
-    w = max(round(SHOCKS.window_length / tau0), SHOCKS.window)
+    w = max(round(WINDOW_LENGTH / tau0), WINDOW)
     count = stream.grid.n // w - 2
-    if count < SHOCKS.least_windows:
+    if count < LEAST_WINDOWS:
         return 0
     c = stream.channels.index(channel)
-    head = stream.samples.read(c, 0, min(round(THRESHOLDS.longest / tau0) + 2 * w, stream.grid.n))
+    head = stream.samples.read(c, 0, min(round(_LONGEST / tau0) + 2 * w, stream.grid.n))
     level = float(np.nanmean(head[-w:])) if np.isfinite(head[-w:]).any() else np.nan
-    first = head[: THRESHOLDS.rising + 1]
-    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > THRESHOLDS.near_zero * abs(level):
+    first = head[: _RISING + 1]
+    if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
         return 0
     if first[0] == first[1] or not np.all((first < level) == (level > 0)):  # held at zero, or beyond the mean
         return 0
@@ -61,16 +47,16 @@ def settled_from(stream: Stream, channel: str) -> int:
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
     away = x[:count, 0] - means[1 : count + 1]
     differences = present(away[1:])
-    if len(differences) < SHOCKS.least_windows:
+    if len(differences) < LEAST_WINDOWS:
         return 0
     spread = median_and_spread(differences)[1]
-    if not abs(first[0] - level) > THRESHOLDS.sigmas * (1 + SHOCKS.few_windows / len(differences)) * spread:
+    if not abs(first[0] - level) > _SIGMAS * (1 + FEW_WINDOWS / len(differences)) * spread:
         return 0
-    unsettled = np.flatnonzero(np.abs(head - level) > THRESHOLDS.settled * spread)
+    unsettled = np.flatnonzero(np.abs(head - level) > _SETTLED * spread)
     if len(unsettled) < 2 or unsettled[1] != 1:  # a single zero is a row without a sample
         return 0
     stop = int(unsettled[np.flatnonzero(np.diff(unsettled, append=10 * len(head)) > w // 2)[0]]) + 1
-    return 0 if stop * tau0 > THRESHOLDS.longest else min(max(2 * stop, stop + 4), stream.grid.n)
+    return 0 if stop * tau0 > _LONGEST else min(max(2 * stop, stop + 4), stream.grid.n)
 
 
 def start_transient(stream: Stream) -> list[MaskedFinding]:

@@ -18,99 +18,78 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, median
 from sigmatau.findings.finding import Span
 from sigmatau.findings.rest import Motion
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import in_threads
 from sigmatau.quality.motion.gravity_direction import gravity_tilts, measures_gravity
-from sigmatau.quality.motion.octave_means import NORMAL_MEDIAN, OctaveMeans
-from sigmatau.quality.motion.octave_means import THRESHOLDS as OCTAVES
+from sigmatau.quality.motion.octave_means import (
+    FLOOR,
+    LEAST_DIFFERENCES,
+    NORMAL_MEDIAN,
+    OCTAVES,
+    SECOND,
+    STEPS,
+    OctaveMeans,
+)
 from sigmatau.quality.motion.tremor import shaken
 from sigmatau.quality.samples.common import present, united
 from sigmatau.quality.samples.units import has_plausible_values
-from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class StillnessThresholds:
-    """Thresholds of `find_movement`; docs/study/rest.md measures the false alarms and the motion that is missed."""
-
-    block: float = 40.0
-    """Length of the blocks that are judged as a whole, at least; a shorter record is judged by single seconds too.
-    [s] Judgement: ten means of 4 s."""
-
-    most_blocks: int = 128
-    """Number of blocks, at most. [1] Judgement: bounds the time of a long record."""
-
-    level: ByQuantity = ByQuantity(angular_rate=math.radians(0.05), acceleration=0.015)
-    """√τ times the deviation of means beyond which a sensor moves that rises by `rise`. [rad/s/√Hz, m/s^2/√Hz]
-    Study: docs/study/rest.md; gyros for sale have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz."""
-
-    high_level: ByQuantity = ByQuantity(angular_rate=math.radians(0.175), acceleration=0.03)
-    """The same of a sensor that rises by `rise_of_high`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz]
-    Study: docs/study/rest.md."""
-
-    rise: float = 8.0
-    """Rise of that level over the noise at shorter times, beyond the noise of most sensors. [1] Study:
-    docs/study/rest.md, clean records with Gauss-Markov processes up to 8 times the white noise."""
-
-    rise_of_high: float = 1.6
-    """The same beyond `high_level`. [1] Study: docs/study/rest.md."""
-
-    drift: float = 2.0
-    """Change of the mean from one 4 s to the next over the steepest warm-up of a sensor. [1] Judgement: a sensor
-    that warms up has rate random walk too."""
-
-    drift_over_noise: float = 5.0
-    """The same over the noise of the means. [1] Judgement: the median of five changes or more does not reach it by
-    chance."""
-
-    errors: float = 3.0
-    """A level by the median of n differences is wrong by no more than so many times 1/√n. [1] Derived: the median of
-    absolute normal deviates has a relative error of 1.17/√n; 2.6 standard errors."""
-
-    largest_bias: float = math.radians(20)
-    """Mean rate of a gyro at rest, at most. [rad/s] Datasheets: twice the largest zero-rate offset of usual consumer
-    sensors, see `UnitThresholds`."""
-
-    handled: ByQuantity = ByQuantity(angular_rate=math.radians(1.0), acceleration=0.2)
-    """Change of the mean from second to second, as the deviation of a mean, of a sensor in someone's hands. [rad/s,
-    m/s^2] Judgement: steps and knocks of a table are less; docs/study/rest.md has the windows."""
-
-    handled_rise: float = 10.0
-    """The same over the noise of the sensor. [1] Judgement: no noise makes it by chance."""
-
-    least_handled: int = 4
-    """Seconds of motion that are more than a knock; in a record shorter than a block, a knock is motion. [s]
-    Judgement: a knock rings for less."""
-
-    departure: float = 2.0
-    """Departure of a mean of a short record from the median, over `handled`, also at its ends, where there are no
-    second differences. [1] Judgement: no drift makes twice the change of a sensor that is handled."""
-
-    departs_from: int = 1
-    """Octave from which on means depart, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration."""
-
-    least_seconds: int = 2
-    """Length of a stream that is judged; below 1 Hz a second is four samples. [s] Derived: two seconds and a second
-    difference of halves."""
-
-    gap: int = 4
-    """Rest between two motions that are one. [s] Judgement: too short a stretch for an analysis."""
-
-    turned: ByQuantity = ByQuantity(angular_rate=math.radians(5), acceleration=9.8 * math.radians(5))
-    """Change of position after any motion that is more than a knock. [rad, m/s^2] Derived: the 5° of
-    `TiltThresholds`."""
-
-    position_length: int = 5
-    """Seconds before and after a motion that show the position. [s] Judgement: a median of five tolerates two that
-    are disturbed."""
-
-    most_missing: float = 0.5
-    """Share of missing samples of a channel that is judged, at most. [1] Judgement: half of the record shows motion
-    that lasts."""
-
-
-THRESHOLDS = StillnessThresholds()
+# Shortest averaging time. [s] Derived: motion of people and vehicles has its power between 0.1 Hz and 10 Hz.
+_SHORTEST = 1 / 16
+# Length of the blocks that are judged as a whole, at least; a shorter record is judged by single seconds too. [s]
+# Judgement: ten means of 4 s.
+_BLOCK = 40.0
+# Number of blocks, at most. [1] Judgement: bounds the time of a long record.
+_MOST_BLOCKS = 128
+# √τ times the deviation of means beyond which a sensor moves that rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz] Study:
+# docs/study/rest.md; gyros for sale have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz.
+_LEVEL = {"angular_rate": math.radians(0.05), "acceleration": 0.015}
+# The same of a sensor that rises by `_RISE_OF_HIGH`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz] Study:
+# docs/study/rest.md.
+_HIGH_LEVEL = {"angular_rate": math.radians(0.175), "acceleration": 0.03}
+# Rise of that level over the noise at shorter times, beyond the noise of most sensors. [1] Study: docs/study/rest.md,
+# clean records with Gauss-Markov processes up to 8 times the white noise.
+_RISE = 8.0
+# The same beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
+_RISE_OF_HIGH = 1.6
+# Change of the mean from one 4 s to the next over the steepest warm-up of a sensor. [1] Judgement: a sensor that
+# warms up has rate random walk too.
+_DRIFT = 2.0
+# The same over the noise of the means. [1] Judgement: the median of five changes or more does not reach it by chance.
+_DRIFT_OVER_NOISE = 5.0
+# A level by the median of n differences is wrong by no more than so many times 1/√n. [1] Derived: the median of
+# absolute normal deviates has a relative error of 1.17/√n; 2.6 standard errors.
+_ERRORS = 3.0
+# Mean rate of a gyro at rest, at most. [rad/s] Datasheets: twice the largest zero-rate offset of usual consumer
+# sensors, see `sigmatau.quality.samples.units`.
+_LARGEST_BIAS = math.radians(20)
+# Change of the mean from second to second, as the deviation of a mean, of a sensor in someone's hands. [rad/s, m/s^2]
+# Judgement: steps and knocks of a table are less; docs/study/rest.md has the windows.
+_HANDLED = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
+# The same over the noise of the sensor. [1] Judgement: no noise makes it by chance.
+_HANDLED_RISE = 10.0
+# Seconds of motion that are more than a knock; in a record shorter than a block, a knock is motion. [s] Judgement: a
+# knock rings for less.
+_LEAST_HANDLED = 4
+# Departure of a mean of a short record from the median, over `_HANDLED`, also at its ends, where there are no second
+# differences. [1] Judgement: no drift makes twice the change of a sensor that is handled.
+_DEPARTURE = 2.0
+# Octave from which on means depart, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration.
+_DEPARTS_FROM = 1
+# Length of a stream that is judged; below 1 Hz a second is four samples. [s] Derived: two seconds and a second
+# difference of halves.
+_LEAST_SECONDS = 2
+# Rest between two motions that are one. [s] Judgement: too short a stretch for an analysis.
+_GAP = 4
+# Change of position after any motion that is more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
+_TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
+# Seconds before and after a motion that show the position. [s] Judgement: a median of five tolerates two that are
+# disturbed.
+_POSITION_LENGTH = 5
+# Share of missing samples of a channel that is judged, at most. [1] Judgement: half of the record shows motion that
+# lasts.
+_MOST_MISSING = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +110,7 @@ def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> M
     by_stream = [_octave_means(stream, threads) for stream in streams]
     means = [axis for axes in by_stream for axis in axes]
     moving = [stretch for axis in means for stretch in _seconds(axis)]
-    handled = united((span for span, _ in moving), gap=THRESHOLDS.gap)
+    handled = united((span for span, _ in moving), gap=_GAP)
     for axis in means:
         axis.leave_out(handled)
     for axes in by_stream:
@@ -143,7 +122,7 @@ def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> M
     if not moving and (motion := shaken(means)) is not None:
         moving.append((means[0].span(0.0, math.inf), motion))
     strongest = max((motion for _, motion in moving), key=lambda motion: motion.times, default=None)
-    return Movement(united((span for span, _ in moving), gap=THRESHOLDS.gap), strongest)
+    return Movement(united((span for span, _ in moving), gap=_GAP), strongest)
 
 
 def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
@@ -152,16 +131,12 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
         return ()
     if not has_plausible_values(stream):
         return ()
-    base = max(round(OCTAVES.shortest / stream.grid.tau0), 1)
-    first = max(
-        round(math.log2(base * stream.grid.tau0 / OCTAVES.shortest)), 0
-    )  # octave of the means of `base` samples
-    if stream.grid.n < THRESHOLDS.least_seconds * base << max(OCTAVES.second - first, 2):
+    base = max(round(_SHORTEST / stream.grid.tau0), 1)
+    first = max(round(math.log2(base * stream.grid.tau0 / _SHORTEST)), 0)  # octave of the means of `base` samples
+    if stream.grid.n < _LEAST_SECONDS * base << max(SECOND - first, 2):
         return ()
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
-    channels = [
-        channel for channel, share in zip(stream.channels, missing, strict=True) if share <= THRESHOLDS.most_missing
-    ]
+    channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
     by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
     means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not measured
     sure = measures_gravity(means, in_si=True)
@@ -176,7 +151,7 @@ def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
     if axis.slow:
         return []
     whole = axis.stream.grid.duration
-    length = min(max(round(whole / THRESHOLDS.block), 1), THRESHOLDS.most_blocks)
+    length = min(max(round(whole / _BLOCK), 1), _MOST_BLOCKS)
     block = whole / length
     edges = np.arange(length + 1, dtype=np.float64) * block
     may_move, may_drift = _may_move(axis, edges), _may_drift(axis, edges)
@@ -197,27 +172,27 @@ def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
 
 def _may_move(axis: OctaveMeans, edges: Floats) -> Bools:
     """Whether stretches between edges reach the level that both conditions of `_judged` need."""
-    limit, high_limit = THRESHOLDS.level[axis.quantity], THRESHOLDS.high_level[axis.quantity]
-    return axis.reach(min(high_limit, max(limit, THRESHOLDS.rise * axis.floor)), edges)
+    limit, high_limit = _LEVEL[axis.quantity], _HIGH_LEVEL[axis.quantity]
+    return axis.reach(min(high_limit, max(limit, _RISE * axis.floor)), edges)
 
 
 def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     """The strongest motion by the median of second differences; None at rest."""
-    limit, high_limit = THRESHOLDS.level[axis.quantity], THRESHOLDS.high_level[axis.quantity]
+    limit, high_limit = _LEVEL[axis.quantity], _HIGH_LEVEL[axis.quantity]
     lowest = math.inf
     motions: list[Motion] = []
-    for octave in range(axis.first, OCTAVES.octaves):
+    for octave in range(axis.first, OCTAVES):
         tau = axis.tau(octave)
         inside = present(axis.differences(octave, start, stop))
-        if len(inside) < OCTAVES.least_differences:
+        if len(inside) < LEAST_DIFFERENCES:
             break
         usual = median(inside)
         level = usual / NORMAL_MEDIAN * math.sqrt(tau)
         times = level / axis.floor if axis.floor > 0 else math.inf
-        sure = level * (1 - THRESHOLDS.errors / math.sqrt(len(inside)))
-        high = level > high_limit and sure > THRESHOLDS.rise_of_high * lowest
-        risen = octave > OCTAVES.floor and level > limit and times > THRESHOLDS.rise
-        if usual > OCTAVES.steps * axis.step and (high or risen):
+        sure = level * (1 - _ERRORS / math.sqrt(len(inside)))
+        high = level > high_limit and sure > _RISE_OF_HIGH * lowest
+        risen = octave > FLOOR and level > limit and times > _RISE
+        if usual > STEPS * axis.step and (high or risen):
             motions.append(axis.motion("varies", usual / NORMAL_MEDIAN, max(times, level / limit), tau))
         lowest = min(lowest, max(level, axis.rounding_level(octave)))
     return max(motions, key=lambda motion: motion.times, default=None)
@@ -227,7 +202,7 @@ def _steepest(axis: OctaveMeans, tau: float) -> tuple[float, float]:
     """Change of the mean of a sensor from one averaging time to the next, and that beyond which it is a motion."""
     steepest = SENSOR_CLASSES[axis.quantity].noisiest["rate_ramp"] * tau
     noise = max(axis.floor / math.sqrt(tau), axis.step)
-    return steepest, max(THRESHOLDS.drift * steepest, THRESHOLDS.drift_over_noise * noise)
+    return steepest, max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise)
 
 
 def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
@@ -245,8 +220,8 @@ def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
 
 def _octave_of_drift(axis: OctaveMeans) -> int:
     """The octave of means over 4 s; a shorter one in a record that has too few of them."""
-    octave = OCTAVES.octaves - 1
-    while octave > OCTAVES.second and len(axis.by_octave[octave]) <= OCTAVES.least_differences:
+    octave = OCTAVES - 1
+    while octave > SECOND and len(axis.by_octave[octave]) <= LEAST_DIFFERENCES:
         octave -= 1
     return octave
 
@@ -257,7 +232,7 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
     tau = axis.tau(octave)
     x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
     changes = present(np.diff(x))
-    if len(changes) < OCTAVES.least_differences:
+    if len(changes) < LEAST_DIFFERENCES:
         return None
     usual, (steepest, limit) = abs(median(changes)), _steepest(axis, tau)
     if usual <= limit:
@@ -267,22 +242,22 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
 
 def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
     """Stretches of seconds in which the sensor is handled."""
-    limit = THRESHOLDS.handled[axis.quantity]
+    limit = _HANDLED[axis.quantity]
     second = axis.by_octave[axis.second]
     size, n = axis.tau(axis.second), len(second)
     largest = np.zeros(n)
-    for octave in range(max(OCTAVES.floor, axis.first), axis.second + 1):
+    for octave in range(max(FLOOR, axis.first), axis.second + 1):
         d, tau = np.nan_to_num(axis.differences(octave)), axis.tau(octave)
-        over_noise = d * math.sqrt(tau) > THRESHOLDS.handled_rise * axis.floor
-        is_large = (d > limit) & over_noise & (d > OCTAVES.steps * axis.step)
+        over_noise = d * math.sqrt(tau) > _HANDLED_RISE * axis.floor
+        is_large = (d > limit) & over_noise & (d > STEPS * axis.step)
         _raise_seconds(largest, np.where(is_large, d, 0.0), tau, size, first=1)
-    is_short = axis.stream.grid.duration < THRESHOLDS.block and not axis.slow
+    is_short = axis.stream.grid.duration < _BLOCK and not axis.slow
     if is_short:
         _raise_by_departures(axis, largest)
     turning = np.abs(np.nan_to_num(second)) if axis.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < max(THRESHOLDS.largest_bias, THRESHOLDS.handled_rise * axis.floor / math.sqrt(size))] = 0.0
+    turning[turning < max(_LARGEST_BIAS, _HANDLED_RISE * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
-    least_seconds = 1 if is_short else THRESHOLDS.least_handled
+    least_seconds = 1 if is_short else _LEAST_HANDLED
     moving: list[tuple[Span, Motion]] = []
     for a, b in _groups(flagged):
         if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b):
@@ -292,7 +267,7 @@ def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
             times = amount * math.sqrt(size) / axis.floor if axis.floor > 0 else math.inf
             motion = axis.motion("varies", amount, times, size)
         else:
-            motion = axis.motion("turns", rate, rate / THRESHOLDS.largest_bias, (b - a) * size)
+            motion = axis.motion("turns", rate, rate / _LARGEST_BIAS, (b - a) * size)
         moving.append((axis.span((a - 1) * size, (b + 1) * size), motion))
     return moving
 
@@ -305,13 +280,13 @@ def _raise_seconds(largest: Floats, sizes: Floats, tau: float, second: float, *,
 
 def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
     """Raise the largest change of each second of a short record to the departure of its means from their median."""
-    for octave in range(max(THRESHOLDS.departs_from, axis.first), axis.second + 1):
+    for octave in range(max(_DEPARTS_FROM, axis.first), axis.second + 1):
         x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
         limit = max(
-            THRESHOLDS.departure * THRESHOLDS.handled[axis.quantity],
-            THRESHOLDS.handled_rise * axis.floor / math.sqrt(tau),
-            OCTAVES.steps * axis.step,
+            _DEPARTURE * _HANDLED[axis.quantity],
+            _HANDLED_RISE * axis.floor / math.sqrt(tau),
+            STEPS * axis.step,
         )
         _raise_seconds(largest, np.where(away > limit, away, 0.0), tau, axis.tau(axis.second), first=0)
 
@@ -320,7 +295,7 @@ def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
     places = np.flatnonzero(flagged)
     if not len(places):
         return ()
-    parts = np.split(places, np.flatnonzero(np.diff(places) > THRESHOLDS.gap) + 1)
+    parts = np.split(places, np.flatnonzero(np.diff(places) > _GAP) + 1)
     return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
@@ -329,14 +304,14 @@ def _turned(axis: OctaveMeans, second: Floats, a: int, b: int) -> bool:
     before, after = (
         present(part)
         for part in (
-            second[max(a - 1 - THRESHOLDS.position_length, 0) : max(a - 1, 0)],
-            second[b + 1 : b + 1 + THRESHOLDS.position_length],
+            second[max(a - 1 - _POSITION_LENGTH, 0) : max(a - 1, 0)],
+            second[b + 1 : b + 1 + _POSITION_LENGTH],
         )
     )
     if not (len(before) and len(after)):
         return False
     levels = median(before), median(after)
     if axis.quantity == "acceleration":
-        return abs(levels[1] - levels[0]) > THRESHOLDS.turned["acceleration"]
+        return abs(levels[1] - levels[0]) > _TURNED["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * axis.tau(axis.second) > THRESHOLDS.turned["angular_rate"]
+    return abs(float(inside.sum())) * axis.tau(axis.second) > _TURNED["angular_rate"]

@@ -11,10 +11,8 @@ import numpy as np
 
 from sigmatau.arrays import median
 from sigmatau.findings.rest import Motion
-from sigmatau.frozen import frozen
 from sigmatau.quality.motion.octave_means import NOISIEST, OctaveMeans
 from sigmatau.quality.samples.common import take_samples
-from sigmatau.quality.sensor_class import ByQuantity
 
 _AXES = 3  # of a sensor that shows gravity
 
@@ -30,95 +28,65 @@ class _LeastRatios:
     above: float
 
 
-@frozen
-class TremorThresholds:
-    """Thresholds of `shaken`."""
-
-    octaves: tuple[int, int] = (2, 3)
-    """Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged
-    out, and a short record has enough of them."""
-
-    least_share: float = 0.5
-    """Noise of each axis over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
-    direction, but reaches all axes."""
-
-    below: tuple[float, float] = (2.5, 6.5)
-    """Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see
-    `tremor`."""
-
-    tremor: tuple[float, float] = (7.5, 12.5)
-    """Band of the tremor of a hand. [Hz] Literature: 8 to 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins
-    University Press, 1990."""
-
-    above: tuple[float, float] = (15.0, 40.0)
-    """Band of the density above the tremor. [Hz] Derived: beyond the tremor, see `tremor`, below the corner of most
-    filters."""
-
-    valley: tuple[float, float] = (5.0, 6.5)
-    """Band just below the tremor: a slower motion may hide all else. [Hz] Derived: the upper part of `below`."""
-
-    segment: float = 2.0
-    """Length of the periodograms. [s] Judgement: four of them are in the shortest record, with ten frequencies in
-    the band of tremor."""
-
-    least_segments: int = 4
-    """Number of periodograms, at least. [1] Judgement: their mean scatters by half at a single frequency, by less in
-    a band."""
-
-    below_vibration: tuple[float, float] = (0.75, 2.0)
-    """Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz."""
-
-    long_segment: float = 4.0
-    """Length of the periodograms of that band. [s] Derived: six frequencies in it."""
-
-    beyond: float = 1.25
-    """Density there over that of the noisiest accelerometer from which on it is motion. [1] Judgement: the factor of
-    `ClassThresholds`."""
-
-    least_nyquist: float = 18.0
-    """Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see
-    `above`."""
-
-    lobes_below: float = 0.8
-    """Density in the band of tremor over that below, up to which the peaks may be lobes of a moving average. [1]
-    Study: docs/study/rest.md, of 400 sensors behind moving averages none is called moving."""
-
-    lobes_over_above: float = 40.0
-    """Density in the band of tremor over that above, up to which the same holds. [1] Derived: lobes exceed those
-    above by 20 at most; twice that."""
-
-    least_tremor: ByQuantity = ByQuantity(angular_rate=math.radians(0.04), acceleration=0.005)
-    """Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study:
-    docs/study/rest.md; half of the steadiest of the simulated hands."""
-
-    faint: _LeastRatios = _LeastRatios(2.5, 1.5, 3.0)
-    """Ratios of medians of the density, which lines do not raise, of all axes. [1] Measured: real and simulated
-    records at rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above.
-    Hands have six and more."""
-
-    loud: _LeastRatios = _LeastRatios(1.5, 0.9, 1.2)
-    """Ratios of means of the density, which scatter less, of gyros that are loud. [1] Derived: a low-pass filter
-    makes the ratio above, and not the one below; in a record of 10 s the mean of three axes scatters by 13 %."""
-
-    loud_without_tremor: float = 1.5
-    """Noise of the loudest axis over that of the noisiest sensor from which on it is not that of a sensor, where a
-    tremor cannot show. [1] Judgement: twice the power, for sensors that are worse than their datasheet."""
-
-    examined: int = 1 << 17
-    """Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz."""
-
-    parts: int = 4
-    """Parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter."""
-
-    least_in_part: int = 35
-    """Means in a part, at least. [means] Derived: a level by the median of 35 differences scatters by 15 %."""
-
-    unsteady: float = 2.0
-    """Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors
-    of 15 %, see `least_in_part`."""
-
-
-THRESHOLDS = TremorThresholds()
+# Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged out,
+# and a short record has enough of them.
+_OCTAVES = (2, 3)
+# Noise of each axis over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
+# direction, but reaches all axes.
+_LEAST_SHARE = 0.5
+# Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see `_TREMOR`.
+_BELOW = (2.5, 6.5)
+# Band of the tremor of a hand. [Hz] Literature: 8 to 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins
+# University Press, 1990.
+_TREMOR = (7.5, 12.5)
+# Band of the density above the tremor. [Hz] Derived: beyond the tremor, see `_TREMOR`, below the corner of most
+# filters.
+_ABOVE = (15.0, 40.0)
+# Band just below the tremor: a slower motion may hide all else. [Hz] Derived: the upper part of `_BELOW`.
+_VALLEY = (5.0, 6.5)
+# Length of the periodograms. [s] Judgement: four of them are in the shortest record, with ten frequencies in the band
+# of tremor.
+_SEGMENT = 2.0
+# Number of periodograms, at least. [1] Judgement: their mean scatters by half at a single frequency, by less in a
+# band.
+_LEAST_SEGMENTS = 4
+# Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz.
+_BELOW_VIBRATION = (0.75, 2.0)
+# Length of the periodograms of that band. [s] Derived: six frequencies in it.
+_LONG_SEGMENT = 4.0
+# Density there over that of the noisiest accelerometer from which on it is motion. [1] Judgement: the factor of
+# `beyond_class`.
+_BEYOND = 1.25
+# Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see `_ABOVE`.
+_LEAST_NYQUIST = 18.0
+# Density in the band of tremor over that below, up to which the peaks may be lobes of a moving average. [1] Study:
+# docs/study/rest.md, of 400 sensors behind moving averages none is called moving.
+_LOBES_BELOW = 0.8
+# Density in the band of tremor over that above, up to which the same holds. [1] Derived: lobes exceed those above by
+# 20 at most; twice that.
+_LOBES_OVER_ABOVE = 40.0
+# Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
+# half of the steadiest of the simulated hands.
+_LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
+# Ratios of medians of the density, which lines do not raise, of all axes. [1] Measured: real and simulated records at
+# rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands have six and
+# more.
+_FAINT = _LeastRatios(2.5, 1.5, 3.0)
+# Ratios of means of the density, which scatter less, of gyros that are loud. [1] Derived: a low-pass filter makes the
+# ratio above, and not the one below; in a record of 10 s the mean of three axes scatters by 13 %.
+_LOUD = _LeastRatios(1.5, 0.9, 1.2)
+# Noise of the loudest axis over that of the noisiest sensor from which on it is not that of a sensor, where a tremor
+# cannot show. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
+_LOUD_WITHOUT_TREMOR = 1.5
+# Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz.
+_EXAMINED = 1 << 17
+# Parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter.
+_PARTS = 4
+# Means in a part, at least. [means] Derived: a level by the median of 35 differences scatters by 15 %.
+_LEAST_IN_PART = 35
+# Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors of 15
+# %, see `_LEAST_IN_PART`.
+_UNSTEADY = 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
@@ -142,11 +110,11 @@ def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
         return None
     if _loud_motion(accelerometers) is not None or all(_is_unsteady(axis) for axis in gyros):
         return loud
-    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * THRESHOLDS.least_nyquist else None
+    return _loud_without_tremor(loud) if gyros[0].stream.grid.rate < 2 * _LEAST_NYQUIST else None
 
 
 def _loud_without_tremor(motion: Motion | None) -> Motion | None:
-    if motion is None or motion.times <= THRESHOLDS.loud_without_tremor:
+    if motion is None or motion.times <= _LOUD_WITHOUT_TREMOR:
         return None
     return replace(motion, kind="loud", size=motion.size * math.sqrt(motion.tau))
 
@@ -157,25 +125,23 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
         return None
     levels = [_level(axis) for axis in means]
     noisiest = NOISIEST[means[0].quantity]
-    if not (
-        min(levels) > THRESHOLDS.least_share * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))
-    ):
+    if not (min(levels) > _LEAST_SHARE * noisiest and math.hypot(*levels) > noisiest * math.sqrt(len(levels))):
         return None
     loudest, level = max(zip(means, levels, strict=True), key=lambda pair: pair[1])
-    tau = loudest.tau(max(THRESHOLDS.octaves[-1], loudest.first))
+    tau = loudest.tau(max(_OCTAVES[-1], loudest.first))
     return loudest.motion("varies", level / math.sqrt(tau), level / noisiest, tau)
 
 
 def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
     """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
     motions: list[Motion] = []
-    limit = THRESHOLDS.beyond * NOISIEST["acceleration"]
+    limit = _BEYOND * NOISIEST["acceleration"]
     for axis in accelerometers:
         if not _level(axis) > NOISIEST["acceleration"]:
             continue  # its means have more noise than this band
-        density = _densities(axis, (THRESHOLDS.below_vibration,), segment=THRESHOLDS.long_segment)
+        density = _densities(axis, (_BELOW_VIBRATION,), segment=_LONG_SEGMENT)
         if density is not None and (level := math.sqrt(density[0])) > limit:
-            tau = axis.tau(THRESHOLDS.octaves[-1])
+            tau = axis.tau(_OCTAVES[-1])
             motions.append(axis.motion("varies", level / math.sqrt(tau), level / NOISIEST["acceleration"], tau))
     return max(motions, key=lambda motion: motion.times, default=None)
 
@@ -183,21 +149,21 @@ def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | Non
 def _level(means: OctaveMeans) -> float:
     """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
     power = 0.0
-    for octave in (max(octave, means.first) for octave in THRESHOLDS.octaves):
+    for octave in (max(octave, means.first) for octave in _OCTAVES):
         level = means.median_level(octave)
         if level <= means.rounding_level(octave):
             return math.nan
-        power += level * level / len(THRESHOLDS.octaves)
+        power += level * level / len(_OCTAVES)
     return math.sqrt(power)
 
 
 def _is_unsteady(means: OctaveMeans) -> bool:
     """Whether the noise of the shortest means differs between parts of the record by more than that of a sensor."""
-    if len(means.by_octave[means.first]) < THRESHOLDS.parts * THRESHOLDS.least_in_part:
+    if len(means.by_octave[means.first]) < _PARTS * _LEAST_IN_PART:
         return False
-    edges = np.linspace(0.0, means.stream.grid.duration, THRESHOLDS.parts + 1)
+    edges = np.linspace(0.0, means.stream.grid.duration, _PARTS + 1)
     levels = [means.median_level(means.first, a, b) for a, b in itertools.pairwise(edges.tolist())]
-    return max(levels) > THRESHOLDS.unsteady * min(levels)
+    return max(levels) > _UNSTEADY * min(levels)
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,14 +183,14 @@ def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     On all axes of gyros and accelerometers; gyros that are loud show it alone, and on one axis too.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    peaks = _peaks(axes, THRESHOLDS.faint, by_median=True) if len(gyros) >= _AXES else ()
+    peaks = _peaks(axes, _FAINT, by_median=True) if len(gyros) >= _AXES else ()
     if not peaks and is_loud:
-        peaks = _peaks(gyros, THRESHOLDS.loud, by_median=False)
+        peaks = _peaks(gyros, _LOUD, by_median=False)
     gyro_peaks = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
     if not gyro_peaks:
         return None
     largest = max(gyro_peaks, key=lambda peak: peak.rms)
-    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(THRESHOLDS.tremor))
+    return largest.axis.motion("shakes", largest.rms, math.sqrt(largest.over_above), 1 / sum(_TREMOR))
 
 
 def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
@@ -232,17 +198,17 @@ def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool
     peaks: list[_Peak] = []
     for axis in axes:
         peak = _peak(axis, by_median=by_median)
-        if peak is None or peak.rms < THRESHOLDS.least_tremor[axis.quantity] or peak.over_above < ratios.above:
+        if peak is None or peak.rms < _LEAST_TREMOR[axis.quantity] or peak.over_above < ratios.above:
             return ()
         peaks.append(peak)
     quantities = dict.fromkeys(axis.quantity for axis in axes)
     by_sensor = [[peak for peak in peaks if peak.axis.quantity == quantity] for quantity in quantities]
     if all(_stand_out([peak.over_below for peak in alike], ratios) for alike in by_sensor):
         return peaks
-    are_lobes = min(peak.over_above for peak in peaks) <= THRESHOLDS.lobes_over_above and any(
-        _geometric_mean([peak.over_below for peak in alike]) <= THRESHOLDS.lobes_below for alike in by_sensor
+    are_lobes = min(peak.over_above for peak in peaks) <= _LOBES_OVER_ABOVE and any(
+        _geometric_mean([peak.over_below for peak in alike]) <= _LOBES_BELOW for alike in by_sensor
     )
-    stand_out = all(_stand_out([peak.over_valley for peak in alike], THRESHOLDS.faint) for alike in by_sensor)
+    stand_out = all(_stand_out([peak.over_valley for peak in alike], _FAINT) for alike in by_sensor)
     return peaks if stand_out and not are_lobes else ()
 
 
@@ -255,18 +221,18 @@ def _geometric_mean(x: Sequence[float]) -> float:
 
 
 def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
-    if axis.stream.grid.rate / 2 < THRESHOLDS.least_nyquist:
+    if axis.stream.grid.rate / 2 < _LEAST_NYQUIST:
         return None
     densities = _densities(
         axis,
-        (THRESHOLDS.below, THRESHOLDS.valley, THRESHOLDS.tremor, THRESHOLDS.above),
-        segment=THRESHOLDS.segment,
+        (_BELOW, _VALLEY, _TREMOR, _ABOVE),
+        segment=_SEGMENT,
         by_median=by_median,
     )
     if densities is None:
         return None
     below, valley, tremor, above = densities
-    rms = math.sqrt(2 * tremor * (THRESHOLDS.tremor[1] - THRESHOLDS.tremor[0]))
+    rms = math.sqrt(2 * tremor * (_TREMOR[1] - _TREMOR[0]))
     return _Peak(axis, rms, tremor / below, tremor / valley, tremor / above)
 
 
@@ -279,10 +245,10 @@ def _densities(
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)
-    x = take_samples(means.stream, means.channel, count=THRESHOLDS.examined)
+    x = take_samples(means.stream, means.channel, count=_EXAMINED)
     rows = x[: len(x) // size * size].reshape(-1, size)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < THRESHOLDS.least_segments:
+    if len(rows) < _LEAST_SEGMENTS:
         return None
     taper = np.hanning(size)
     power = np.abs(np.fft.rfft((rows - rows.mean(axis=1, keepdims=True)) * taper, axis=1)) ** 2

@@ -9,128 +9,63 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, median, median_and_spread, runs
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import find_step
 from sigmatau.record.streams import CHUNK, Stream
 
-
-@frozen
-class ShockThresholds:
-    """Thresholds of shocks and steps of the mean."""
-
-    window_length: float = 1.0
-    """Length of a window. [s] Judgement: people and vehicles move a sensor for longer."""
-
-    window: int = 16
-    """Samples in a window, at least. [samples] Derived: its power has 10 degrees of freedom, see `burst_power`."""
-
-    least_windows: int = 24
-    """Windows that a distribution can be taken from, at least. [1] Measured: false steps were counted from 24
-    windows on, see `step_spreads`."""
-
-    burst_spreads: float = 8.0
-    """Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root
-    is Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in
-    10⁴ windows."""
-
-    burst_power: float = 4.0
-    """Power of a burst over the usual one. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean in
-    10⁴ windows, the spread of the MAD included."""
-
-    peaks: int = 4
-    """Largest changes of a window that are left out of its power. [samples] Derived: two spikes make four changes."""
-
-    step_spreads: float = 7.0
-    """Distance of a step from the usual difference of windows, in robust standard deviations; differences are
-    Gaussian for each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than
-    10⁻⁵ of the records."""
-
-    few_windows: float = 12.0
-    """Windows in the factor 1 + few_windows/n on the distance. [1] Measured: see `step_spreads`."""
-
-    gap_spreads: float = 5.0
-    """The same distance across a gap, which is one difference and not the largest of n. [1] Measured: 4500 records
-    of white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9."""
-
-    excursion_lengths: int = 4
-    """Lengths of windows at which excursions are looked for, each twice the one before. [1] Judgement: longer ones
-    show as two steps."""
-
-    part_of_farthest: float = 0.6
-    """Part of the largest distance from which on a window is in an excursion. [1] Derived: beside an excursion half
-    of it shows with the opposite sign."""
-
-    least_on_side: int = 4
-    """Windows on either side of a step by which it is told from a line. [1] Judgement: two parameters are fitted to
-    eight windows."""
-
-    longer: int = 6
-    """Ratio of the length of a gap to the longest lag with a distribution, up to which it is judged. [1] Judgement:
-    the spread is extrapolated by √6 at most."""
-
-    most_gaps: int = 16
-    """Longest runs of missing windows whose two sides are compared. [1] Judgement: bounds the time of a record with
-    many gaps."""
-
-    most_steps: int = 256
-    """Candidates examined at each length of windows. [1] Judgement: bounds the time of a record with many steps."""
-
-    rounding: float = 1.5
-    """Change of the difference of two means that rounding can make. [steps] Derived: each mean is moved by half a
-    step at most; the rest is a margin."""
-
-    burst_gap: float = 5.0
-    """Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes."""
-
-    lasts: float = 0.6
-    """Part of a step that the medians before and after it must differ by. [1] Judgement: more than the half that
-    shows beside an excursion."""
-
-    half_windows: int = 6
-    """Half windows of these medians. [1] Judgement: a median of six tolerates two that are disturbed."""
-
-    shock_windows: int = 3
-    """Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a
-    second, and may lie across two windows."""
-
-    side_windows: int = 3
-    """Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three
-    tolerates one that is disturbed."""
-
-    returned: float = 0.5
-    """Change of the mean over the size of an excursion, below which the mean has returned. [1] Judgement: half way
-    between a step and none."""
-
-    spike_gap: float = 0.25
-    """Distance of the spikes of a group, at most. [s] Judgement: a knock on a table rings for a quarter of a second."""
-
-    least_spikes: int = 3
-    """Spikes of a group that is a shock. [samples] Derived: single spikes, k a second on each axis, form such groups
-    (k/2)² as often."""
-
-    least_axes: int = 2
-    """Axes on which they are. [1] Judgement: a shock has a direction, but no axis of a sensor."""
-
-    least_rows: int = 2
-    """Rows in which they are. [samples] Judgement: a corrupt row makes spikes in one row only."""
-
-    most_single: float = 0.5
-    """Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them."""
-
-    before_spikes: float = 0.1
-    """Part of the shock before its first spike. [s] Judgement: what rises below the threshold of spikes."""
-
-    after_spikes: float = 0.5
-    """Part of the shock after its last spike. [s] Judgement: what rings below the threshold of spikes."""
-
-    cancels: float = 0.3
-    """Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the
-    sizes of steps are known to a tenth or two."""
-
-
-THRESHOLDS = ShockThresholds()
+# Length of a window. [s] Judgement: people and vehicles move a sensor for longer.
+WINDOW_LENGTH = 1.0
+# Samples in a window, at least. [samples] Derived: its power has 10 degrees of freedom, see `_BURST_POWER`.
+WINDOW = 16
+# Windows that a distribution can be taken from, at least. [1] Measured: false steps were counted from 24 windows on,
+# see `_STEP_SPREADS`.
+LEAST_WINDOWS = 24
+# Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root is
+# Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in 10⁴
+# windows.
+_BURST_SPREADS = 8.0
+# Power of a burst over the usual one. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean in 10⁴
+# windows, the spread of the MAD included.
+_BURST_POWER = 4.0
+# Largest changes of a window that are left out of its power. [samples] Derived: two spikes make four changes.
+_PEAKS = 4
+# Distance of a step from the usual difference of windows, in robust standard deviations; differences are Gaussian for
+# each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than 10⁻⁵ of the
+# records.
+_STEP_SPREADS = 7.0
+# Windows in the factor 1 + few_windows/n on the distance. [1] Measured: see `_STEP_SPREADS`.
+FEW_WINDOWS = 12.0
+# The same distance across a gap, which is one difference and not the largest of n. [1] Measured: 4500 records of
+# white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
+_GAP_SPREADS = 5.0
+# Lengths of windows at which excursions are looked for, each twice the one before. [1] Judgement: longer ones show as
+# two steps.
+_EXCURSION_LENGTHS = 4
+# Part of the largest distance from which on a window is in an excursion. [1] Derived: beside an excursion half of it
+# shows with the opposite sign.
+_PART_OF_FARTHEST = 0.6
+# Windows on either side of a step by which it is told from a line. [1] Judgement: two parameters are fitted to eight
+# windows.
+_LEAST_ON_SIDE = 4
+# Ratio of the length of a gap to the longest lag with a distribution, up to which it is judged. [1] Judgement: the
+# spread is extrapolated by √6 at most.
+_LONGER = 6
+# Longest runs of missing windows whose two sides are compared. [1] Judgement: bounds the time of a record with many
+# gaps.
+_MOST_GAPS = 16
+# Candidates examined at each length of windows. [1] Judgement: bounds the time of a record with many steps.
+_MOST_STEPS = 256
+# Change of the difference of two means that rounding can make. [steps] Derived: each mean is moved by half a step at
+# most; the rest is a margin.
+_ROUNDING = 1.5
+# Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes.
+_BURST_GAP = 5.0
+# Part of a step that the medians before and after it must differ by. [1] Judgement: more than the half that shows
+# beside an excursion.
+_LASTS = 0.6
+# Half windows of these medians. [1] Judgement: a median of six tolerates two that are disturbed.
+_HALF_WINDOWS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +107,7 @@ class Windows:
 @channel_fact
 def summarise_windows(stream: Stream, channel: str) -> Windows:
     """A channel by windows of 1 s, or of 16 samples if that is longer."""
-    w = max(round(THRESHOLDS.window_length / stream.grid.tau0), THRESHOLDS.window)
+    w = max(round(WINDOW_LENGTH / stream.grid.tau0), WINDOW)
     c, n = stream.channels.index(channel), stream.grid.n // w * w
     many = max(CHUNK // w, 1) * w
     means, powers = [np.zeros(0)], [np.zeros(0)]
@@ -211,7 +146,7 @@ def _join_pairs(means: Floats) -> Floats:
 
 def _without_peaks(values: Floats) -> Floats:
     """Values in order of size without the largest four, which one or two spikes make."""
-    return values[np.argsort(np.abs(values))][: -THRESHOLDS.peaks]
+    return values[np.argsort(np.abs(values))][:-_PEAKS]
 
 
 def bursts(stream: Stream, windows: Windows) -> list[Burst]:
@@ -221,22 +156,22 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
     its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
     """
     channel, power, w = windows.channel, windows.power, windows.length
-    if np.count_nonzero(np.isfinite(power)) < THRESHOLDS.least_windows:
+    if np.count_nonzero(np.isfinite(power)) < LEAST_WINDOWS:
         return []
     root = np.cbrt(power)
     centre, spread = median_and_spread(present(root))
     usual = centre**3
-    limit = max(centre + THRESHOLDS.burst_spreads * spread, np.cbrt(THRESHOLDS.burst_power * usual))
+    limit = max(centre + _BURST_SPREADS * spread, np.cbrt(_BURST_POWER * usual))
     if not np.any(root > limit):
         return []
     step, c = find_step(stream, channel), stream.channels.index(channel)
     # Values that alternate between two steps change by one step at each sample.
-    loud = np.flatnonzero(power > max(limit**3, THRESHOLDS.burst_power * step**2))
+    loud = np.flatnonzero(power > max(limit**3, _BURST_POWER * step**2))
     changes = (_without_peaks(present(np.diff(stream.samples.read(c, i * w, (i + 1) * w)))) for i in loud.tolist())
     loud = loud[[len(d) > 0 and float((d * d).mean()) > limit**3 for d in changes]]
     if len(loud) == 0:
         return []
-    apart = max(round(THRESHOLDS.burst_gap / (w * stream.grid.tau0)), 1)
+    apart = max(round(_BURST_GAP / (w * stream.grid.tau0)), 1)
     groups = np.split(loud, np.flatnonzero(np.diff(loud) > apart) + 1)
     floor = max(usual, step**2 / 12)
     ratios = [math.sqrt(float(np.max(power[g])) / floor) if floor > 0 else math.inf for g in groups]
@@ -254,17 +189,17 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
     channel, mean, w = windows.channel, windows.mean, windows.length
     candidates: list[MeanStep] = []
     half, shortest = mean, w  # means of half windows, so that no change is shared out worse than 3 to 1
-    while len(half) >= 2 * THRESHOLDS.least_windows:
+    while len(half) >= 2 * LEAST_WINDOWS:
         window = (half[:-1] + half[1:]) / 2
         differences = window[2:] - window[:-2]
-        judged = _departures(stream, channel, differences, THRESHOLDS.step_spreads)
+        judged = _departures(stream, channel, differences, _STEP_SPREADS)
         if judged is None:
             break
         distances, spread, limit = judged
-        farthest = np.argsort(-distances)[: THRESHOLDS.most_steps]  # NaN last
+        farthest = np.argsort(-distances)[:_MOST_STEPS]  # NaN last
         for i in farthest[distances[farthest] > limit].tolist():
             size = _change(half, i + 2, i + 2)
-            if size * differences[i] > 0 and abs(size) > THRESHOLDS.lasts * abs(differences[i]):
+            if size * differences[i] > 0 and abs(size) > _LASTS * abs(differences[i]):
                 ratio = float(distances[i]) / spread if spread > 0 else math.inf
                 place = _where(mean, (i + 2) * w // shortest, w // shortest)
                 gradual = _gradual(mean, place, 2 * w // shortest)
@@ -281,8 +216,8 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
 
 def _change(half: Floats, a: int, b: int) -> float:
     """Change of the median of six half windows from those before `a` to those from `b` on; NaN if one side has one only."""
-    before = present(half[max(a - THRESHOLDS.half_windows, 0) : a])
-    after = present(half[b : b + THRESHOLDS.half_windows])
+    before = present(half[max(a - _HALF_WINDOWS, 0) : a])
+    after = present(half[b : b + _HALF_WINDOWS])
     return median(after) - median(before) if min(len(before), len(after)) > 1 else math.nan
 
 
@@ -294,24 +229,24 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
     """
     gaps = sorted(runs(np.isnan(half)), key=lambda gap: gap[0] - gap[1])
     window = (half[:-1] + half[1:]) / 2
-    for a, b in gaps[: THRESHOLDS.most_gaps]:
+    for a, b in gaps[:_MOST_GAPS]:
         lag = b - a + 2
         if a < 2 or b + 2 > len(half):
             continue
-        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (THRESHOLDS.least_windows + 2))
-        if judged_lag < 2 or lag > THRESHOLDS.longer * judged_lag:
+        judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (LEAST_WINDOWS + 2))
+        if judged_lag < 2 or lag > _LONGER * judged_lag:
             continue  # too long for a distribution of others
         usual = window[judged_lag:] - window[:-judged_lag]
-        judged = _departures(stream, channel, usual, THRESHOLDS.gap_spreads, apart=judged_lag)
+        judged = _departures(stream, channel, usual, _GAP_SPREADS, apart=judged_lag)
         if judged is None:
             continue
         _, spread, limit = judged
         growth = lag / judged_lag
         distance = abs(float(window[b]) - float(window[a - 2]) - median(present(usual)) * growth)
         size = _change(half, a, b)
-        if distance > limit * math.sqrt(growth) and abs(size) > THRESHOLDS.lasts * distance:
+        if distance > limit * math.sqrt(growth) and abs(size) > _LASTS * distance:
             ratio = distance / spread / math.sqrt(growth) if spread > 0 else math.inf
-            gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * THRESHOLDS.half_windows)
+            gradual = _gradual(half, (a + b) // 2, (b - a) // 2 + 2 * _HALF_WINDOWS)
             yield MeanStep((a + b) * w // 2, size, 2 * w, ratio, (b - a) * w // 2 + w, gradual)
 
 
@@ -323,13 +258,13 @@ def _departures(
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
-    if independent < THRESHOLDS.least_windows:
+    if independent < LEAST_WINDOWS:
         return None
     centre, spread = median_and_spread(x[finite])
     distances = np.abs(x - centre)
-    limit = spreads * (1 + THRESHOLDS.few_windows / independent) * spread
+    limit = spreads * (1 + FEW_WINDOWS / independent) * spread
     if np.any(distances > limit):
-        limit = max(limit, THRESHOLDS.rounding * find_step(stream, channel))
+        limit = max(limit, _ROUNDING * find_step(stream, channel))
     return distances, spread, limit
 
 
@@ -338,7 +273,7 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
     start = max(place - half_width, 0)
     x, k = mean[start : place + half_width], place - start
     is_present = np.isfinite(x)
-    if min(np.count_nonzero(is_present[:k]), np.count_nonzero(is_present[k:])) < THRESHOLDS.least_on_side:
+    if min(np.count_nonzero(is_present[:k]), np.count_nonzero(is_present[k:])) < _LEAST_ON_SIDE:
         return False
     levels = np.where(np.arange(len(x)) < k, present(x[:k]).mean(), present(x[k:]).mean())
     t, y = np.flatnonzero(is_present).astype(float), x[is_present]
@@ -357,16 +292,16 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
     channel, mean, w = windows.channel, windows.mean, windows.length
     c = stream.channels.index(channel)
     candidates: list[Burst] = []
-    for _ in range(THRESHOLDS.excursion_lengths):
-        if len(mean) < 2 * THRESHOLDS.least_windows:
+    for _ in range(_EXCURSION_LENGTHS):
+        if len(mean) < 2 * LEAST_WINDOWS:
             break
         away = mean[2:-2] - (mean[:-4] + mean[4:]) / 2
-        judged = _departures(stream, channel, away, THRESHOLDS.step_spreads)
+        judged = _departures(stream, channel, away, _STEP_SPREADS)
         if judged is None:
             break
         distances, spread, limit = judged
         # Beside what goes away half of it shows with the opposite sign.
-        places = np.flatnonzero(distances > max(limit, THRESHOLDS.part_of_farthest * float(np.nanmax(distances))))
+        places = np.flatnonzero(distances > max(limit, _PART_OF_FARTHEST * float(np.nanmax(distances))))
         for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
             k = int(group[np.argmax(distances[group])])
             farthest = float(distances[k])
@@ -374,7 +309,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
                 continue
             base = windows.first + float((mean[k] + mean[k + 4]) / 2)
             inner = _without_peaks(present(stream.samples.read(c, (k + 2) * w, (k + 3) * w)) - base)
-            if len(inner) and abs(float(inner.mean())) > THRESHOLDS.lasts * farthest:
+            if len(inner) and abs(float(inner.mean())) > _LASTS * farthest:
                 ratio = farthest / spread if spread > 0 else math.inf
                 candidates.append(Burst(channel, (int(group[0]) + 2) * w, (int(group[-1]) + 3) * w, ratio, farthest))
         mean, w = _join_pairs(mean), 2 * w

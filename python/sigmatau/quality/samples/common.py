@@ -13,93 +13,65 @@ from sigmatau.arrays import Bools, Floats, Ints, median
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.spans import longest_spans
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
-
-@frozen
-class SharedThresholds:
-    """Thresholds of the functions that several checks share."""
-
-    stretches: int = 32
-    """Evenly spread stretches that a sample of a channel is taken from. [1] Judgement: a record that changes is seen
-    all over, in few reads."""
-
-    block: int = 32
-    """Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: so few that a bad sample spoils few
-    of the blocks."""
-
-    started: float = 64.0
-    """How much further from zero an angle may have started than it went; an increment between two angles is wrong by
-    one unit in the last place of the angle. [1] Judgement: six bits of a double."""
-
-    dust: float = 1e-4
-    """Changes below this part of the usual one may be rounding errors. [1] Derived: noise makes dust·√(2/π) of its
-    changes so small."""
-
-    dusty: float = 0.01
-    """Share of such changes from which on they are rounding errors. [1] Derived: a hundred times what noise makes,
-    see `dust`."""
-
-    examined: int = 1 << 16
-    """Samples by which rounding errors are recognised. [samples] Derived: 650 changes are `dusty` of them."""
-
-    fine: float = 30.0
-    """Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: 1/(2√π·30), 0.9 % of them."""
-
-    step_parts: int = 8
-    """Parts of a record whose steps are compared. [1] Judgement: a step that doubles with the angle shows in
-    eighths."""
-
-    least_in_part: int = 250
-    """Shortest part whose step is looked for; it needs a tenth as many changes. [samples] Judgement: the smallest of
-    25 changes shows a coarse step."""
-
-    step_growth: float = 1.5
-    """Ratio of the coarsest step to the finest from which on the step grows. [1] Derived: steps of floating-point
-    numbers differ by factors of 2."""
-
-    full: float = 5e-3
-    """Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: the
-    outermost value of noise in steps of 1 % of its deviation has far less."""
-
-    least_pairs: int = 200
-    """Pairs of clusters below which an Allan variance is no bound on white noise. [1] Derived: its relative error is
-    √(3/200), 12 %."""
-
-    pair_errors: float = 2.0
-    """Standard errors, √(3/pairs) of white noise, by which a variance is raised: the least of many is drawn to those
-    of few pairs. [1] Judgement: a 95 % interval."""
-
-    min_runs: int = 40
-    """Runs from which on their tail is judged. [1] Judgement: half of them are its `min_tail`."""
-
-    tail_part: int = 10
-    """One run of so many is in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth."""
-
-    min_tail: int = 20
-    """Runs in a tail, at least. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %."""
-
-    sigmas: float = 6.0
-    """Standard errors that are added to a number by chance. [1] Judgement: no record reaches six standard errors by
-    chance."""
-
-    times_chance: float = 10.0
-    """Equal or zero rows over those by chance, from which on they are a fault. [1] Judgement: axes whose numbers are
-    coarse are equal or 0 together without one."""
-
-    few_steps: float = 32.0
-    """Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: pulses of up to 16
-    counts each."""
-
-
-THRESHOLDS = SharedThresholds()
+# Evenly spread stretches that a sample of a channel is taken from. [1] Judgement: a record that changes is seen all
+# over, in few reads.
+_STRETCHES = 32
+# Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: so few that a bad sample spoils few of the
+# blocks.
+_BLOCK = 32
+# How much further from zero an angle may have started than it went; an increment between two angles is wrong by one
+# unit in the last place of the angle. [1] Judgement: six bits of a double.
+_STARTED = 64.0
+# Changes below this part of the usual one may be rounding errors. [1] Derived: noise makes dust·√(2/π) of its changes
+# so small.
+_DUST = 1e-4
+# Share of such changes from which on they are rounding errors. [1] Derived: a hundred times what noise makes, see
+# `_DUST`.
+_DUSTY = 0.01
+# Samples by which rounding errors are recognised. [samples] Derived: 650 changes are `_DUSTY` of them.
+_EXAMINED = 1 << 16
+# Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: 1/(2√π·30), 0.9 % of them.
+_FINE = 30.0
+# Parts of a record whose steps are compared. [1] Judgement: a step that doubles with the angle shows in eighths.
+_STEP_PARTS = 8
+# Shortest part whose step is looked for; it needs a tenth as many changes. [samples] Judgement: the smallest of 25
+# changes shows a coarse step.
+_LEAST_IN_PART = 250
+# Ratio of the coarsest step to the finest from which on the step grows. [1] Derived: steps of floating-point numbers
+# differ by factors of 2.
+_STEP_GROWTH = 1.5
+# Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: the
+# outermost value of noise in steps of 1 % of its deviation has far less.
+_FULL = 5e-3
+# Pairs of clusters below which an Allan variance is no bound on white noise. [1] Derived: its relative error is
+# √(3/200), 12 %.
+_LEAST_PAIRS = 200
+# Standard errors, √(3/pairs) of white noise, by which a variance is raised: the least of many is drawn to those of
+# few pairs. [1] Judgement: a 95 % interval.
+_PAIR_ERRORS = 2.0
+# Runs from which on their tail is judged. [1] Judgement: half of them are its `_MIN_TAIL`.
+_MIN_RUNS = 40
+# One run of so many is in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth.
+_TAIL_PART = 10
+# Runs in a tail, at least. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %.
+_MIN_TAIL = 20
+# Standard errors that are added to a number by chance. [1] Judgement: no record reaches six standard errors by
+# chance.
+SIGMAS = 6.0
+# Equal or zero rows over those by chance, from which on they are a fault. [1] Judgement: axes whose numbers are
+# coarse are equal or 0 together without one.
+TIMES_CHANCE = 10.0
+# Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: pulses of up to 16 counts
+# each.
+FEW_STEPS = 32.0
 
 
 def beyond_chance(by_chance: float, *, times: float) -> float:
     """The number of samples from which on there are more than chance makes: some times as many, and 6 standard errors."""
-    return times * by_chance + THRESHOLDS.sigmas * math.sqrt(by_chance)
+    return times * by_chance + SIGMAS * math.sqrt(by_chance)
 
 
 def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
@@ -114,8 +86,8 @@ def take_samples(stream: Stream, channel: str, *, count: int) -> Floats:
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= count:
         return stream.samples.read(c, 0, n)
-    length = count // THRESHOLDS.stretches
-    starts = np.linspace(0, n - length, THRESHOLDS.stretches).astype(int)
+    length = count // _STRETCHES
+    starts = np.linspace(0, n - length, _STRETCHES).astype(int)
     return np.concatenate(stream.samples.read_stretches(c, starts.tolist(), length))
 
 
@@ -160,7 +132,7 @@ def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
 
 def block_rms(x: Floats) -> float:
     """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
-    block = THRESHOLDS.block
+    block = _BLOCK
     if len(x) < 2 * block:
         x = present(x)
         return float(np.sqrt(np.mean(x * x))) if len(x) else 0.0
@@ -178,7 +150,7 @@ def rounding_dust(x: Floats, n: int) -> float:
 
     An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
     """
-    return THRESHOLDS.started * float(np.finfo(float).eps) * n * block_rms(x)
+    return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
 
 
 @stream_fact
@@ -189,14 +161,14 @@ def without_dust(stream: Stream) -> Stream:
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
-        sample = take_samples(stream, channel, count=THRESHOLDS.examined)
+        sample = take_samples(stream, channel, count=_EXAMINED)
         some = np.abs(np.diff(sample))
         some = some[some > 0]
         scale = block_rms(
             some[some > rounding_dust(sample, stream.grid.n)]
         )  # of coarse counts most changes may be dust
-        if scale > 0 and np.count_nonzero(some < THRESHOLDS.dust * scale) > THRESHOLDS.dusty * len(some):
-            x, changed = _joined(x, THRESHOLDS.dust * scale), True
+        if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
+            x, changed = _joined(x, _DUST * scale), True
         columns.append(x)
     return stream.with_rates(columns) if changed else stream
 
@@ -214,19 +186,19 @@ def growing_step(x: Floats) -> float:
 
     The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
     """
-    if len(x) < THRESHOLDS.step_parts * THRESHOLDS.least_in_part:
+    if len(x) < _STEP_PARTS * _LEAST_IN_PART:
         return 0.0
     steps, coarse = [], 0.0
-    for part in np.array_split(x, THRESHOLDS.step_parts):
+    for part in np.array_split(x, _STEP_PARTS):
         changes = np.abs(np.diff(part))
         changes = changes[changes > 0]
-        if len(changes) < THRESHOLDS.least_in_part // 10:
+        if len(changes) < _LEAST_IN_PART // 10:
             continue
         nearest = float(changes.min())
         steps.append(nearest)
-        if block_rms(changes) < THRESHOLDS.fine * nearest:
+        if block_rms(changes) < _FINE * nearest:
             coarse = max(coarse, nearest)
-    return coarse if steps and coarse > THRESHOLDS.step_growth * min(steps) else 0.0
+    return coarse if steps and coarse > _STEP_GROWTH * min(steps) else 0.0
 
 
 def full_ends(x: Floats) -> list[float]:
@@ -235,7 +207,7 @@ def full_ends(x: Floats) -> list[float]:
     ends = []
     for end, sign in ((low, 1.0), (high, -1.0)):
         count = int(np.count_nonzero(x == end))
-        if not low < high or count < max(THRESHOLDS.full * len(x), 2):
+        if not low < high or count < max(_FULL * len(x), 2):
             continue
         inside = x[sign * x > sign * end]
         next_value = inside.min() if sign > 0 else inside.max()
@@ -250,9 +222,9 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
     levels = [
-        (tau0 * m * avar * (1 + THRESHOLDS.pair_errors * math.sqrt(3 / pairs)), tau0 * m * avar, m)
+        (tau0 * m * avar * (1 + _PAIR_ERRORS * math.sqrt(3 / pairs)), tau0 * m * avar, m)
         for m, avar, pairs in octaves(x)
-        if pairs >= THRESHOLDS.least_pairs or m == 1
+        if pairs >= _LEAST_PAIRS or m == 1
     ]
     _, level, m = min(levels, default=(math.nan, math.nan, 1))
     return level, m
@@ -264,9 +236,9 @@ def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
     The tail of waiting times is exponential: of the m runs beyond a length u the excess has the median e·ln 2, and the
     longest is beyond u + e·ln(m/p) with probability p. A median, so that runs that are faults do not make others normal.
     """
-    if len(lengths) < THRESHOLDS.min_runs:
+    if len(lengths) < _MIN_RUNS:
         return 0.0
-    m = max(len(lengths) // THRESHOLDS.tail_part, THRESHOLDS.min_tail)
+    m = max(len(lengths) // _TAIL_PART, _MIN_TAIL)
     tail = np.sort(lengths)[-m - 1 :].astype(float)
     scale = max(median(tail[1:] - tail[0]), 1.0) / math.log(2)
     return float(tail[0]) + scale * math.log(m / false_alarm)

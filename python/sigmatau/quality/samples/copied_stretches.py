@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Floats, distinct
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import CopiedStretch
-from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
@@ -20,41 +19,24 @@ _MIX = 0x9E3779B97F4A7C15  # odd, from the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # shift of the second sample of a pair, and shift to the well-mixed high bits [bits]
 
 
-@frozen
-class StretchThresholds:
-    """Thresholds of `copied_stretches`."""
-
-    least_rows: int = 64
-    """Rows of the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held samples."""
-
-    false_alarm: float = 1e-6
-    """Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
-    records.
-    """
-
-    least_chance: float = 1e-3
-    """Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more precise
-    than that.
-    """
-
-    key: int = 8
-    """Samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance."""
-
-    part_of_keys: int = 8
-    """One key in so many is examined. The value of the key decides, so the same places are examined in a stretch and in its
-    copy. [1] Derived: `least_rows` contains seven of them on average.
-    """
-
-    lags: int = 8
-    """Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time."""
-
-    examined: int = 4096
-    """Samples from which the axis with the most distinct values is chosen. [samples] Judgement: a few thousand show the
-    order of the axes.
-    """
-
-
-THRESHOLDS = StretchThresholds()
+# Rows of the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held samples.
+_LEAST_ROWS = 64
+# Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
+# records.
+_FALSE_ALARM = 1e-6
+# Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more
+# precise than that.
+_LEAST_CHANCE = 1e-3
+# Samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance.
+_KEY = 8
+# One key in so many is examined. The value of the key decides, so the same places are examined in a stretch and in
+# its copy. [1] Derived: `_LEAST_ROWS` contains seven of them on average.
+_PART_OF_KEYS = 8
+# Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time.
+_LAGS = 8
+# Samples from which the axis with the most distinct values is chosen. [samples] Judgement: a few thousand show the
+# order of the axes.
+_EXAMINED = 4096
 
 
 def copied_stretches(stream: Stream) -> list[Finding]:
@@ -64,21 +46,19 @@ def copied_stretches(stream: Stream) -> list[Finding]:
     sample by chance. A stretch that overlaps its copy belongs to a periodic signal and is not reported.
     """
     n = stream.grid.n
-    if n < 2 * THRESHOLDS.least_rows:
+    if n < 2 * _LEAST_ROWS:
         return []
-    axis = max(
-        stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[: THRESHOLDS.examined])))
-    )
+    axis = max(stream.channels, key=lambda channel: len(distinct(present(stream.column(channel)[:_EXAMINED]))))
     best = (0, 0, 0)
     for lag in _frequent_lags(stream.column(axis)):
         first, length = _longest_equal(stream, lag)
         best = max(best, (length, first, lag)) if length <= lag else best
     length, first, lag = best
-    if length < THRESHOLDS.least_rows:
+    if length < _LEAST_ROWS:
         return []
     chances = [equal_by_chance(stream, channel) for channel in stream.channels]
-    by_chance = sum(math.log(min(max(chance, THRESHOLDS.least_chance), 1.0)) for chance in chances)
-    if 2 * math.log(n) + length * by_chance > math.log(THRESHOLDS.false_alarm):
+    by_chance = sum(math.log(min(max(chance, _LEAST_CHANCE), 1.0)) for chance in chances)
+    if 2 * math.log(n) + length * by_chance > math.log(_FALSE_ALARM):
         return []
     time = stream.grid.time
     details = CopiedStretch(start=time(first), copy=time(first + lag), duration=length * stream.grid.tau0, rows=length)
@@ -97,10 +77,7 @@ def copied_stretches(stream: Stream) -> list[Finding]:
 
 def _frequent_lags(x: Floats) -> list[int]:
     """Distances between places with the same eight samples, the most frequent first."""
-    parts = [
-        _make_keys(x[start : start + _CHUNK + THRESHOLDS.key - 1], start)
-        for start in range(0, len(x) - THRESHOLDS.key + 1, _CHUNK)
-    ]
+    parts = [_make_keys(x[start : start + _CHUNK + _KEY - 1], start) for start in range(0, len(x) - _KEY + 1, _CHUNK)]
     places, keys = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(keys, kind="stable")
     places, keys = places[order], keys[order]
@@ -108,7 +85,7 @@ def _frequent_lags(x: Floats) -> list[int]:
     if not len(same):
         return []
     lags, counts = np.unique(places[same + 1] - places[same], return_counts=True)
-    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[: THRESHOLDS.lags]]]
+    return [int(lag) for lag in lags[np.argsort(-counts, kind="stable")[:_LAGS]]]
 
 
 def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
@@ -117,12 +94,10 @@ def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uin
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     # pairs of coarse values recur too often
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)
-    places = np.flatnonzero(
-        (fours[: len(x) - THRESHOLDS.key + 1] >> np.uint64(_HIGH)) & np.uint64(THRESHOLDS.part_of_keys - 1) == 0
-    )
-    places = places[(x[places] != x[places + THRESHOLDS.key - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
+    places = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_PART_OF_KEYS - 1) == 0)
+    places = places[(x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
     keys = fours[places]
-    for k in range(4, THRESHOLDS.key):
+    for k in range(4, _KEY):
         keys = (keys ^ mixed[places + k]) * np.uint64(_MIX)
     return places + start, keys
 

@@ -8,44 +8,29 @@ from typing import Literal
 import numpy as np
 
 from sigmatau.arrays import Floats
-from sigmatau.frozen import frozen
 
+# Samples at the beginning of the record that are summed. [samples] Derived: with 10⁶ samples noise of three steps
+# shows a rounding of the sum by six standard errors.
+_EXAMINED = 1 << 20
+# Sums from which their variance is compared. [1] Derived: it is then known to √(3/256), 11 %.
+_LEAST_SUMS = 256
+# Variance of sums beyond which longer ones are not compared. [steps²] Derived: the rounding is an eighth of it; slow
+# noise shows in longer ones.
+_ENOUGH = 2.0
+# Sums that are compared in any case. [samples] Derived: the rounding is then an eighth of that of a sample.
+_SHORTEST = 8
+# Standard errors from which on a difference is not chance. [1] Derived: ten sizes of sums, 3·10⁻⁶ each.
+_ERRORS = 4.5
+# Difference from the variance of a rounded sum, over that by its rounding, at most. [1] Judgement: slow noise and a
+# rate that drifts; vibration, or what a filter lifts, differs more.
+_OFF = 0.12
+# Variance of samples below which it may differ from that of an angle that is anywhere in a step. [steps²] Judgement:
+# such an angle passes so few steps that most of the counts are those of a few passages.
+_RARE = 0.1
+# Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
+# Measured: within 0.06 of white noise and noise that wanders.
+_UNEXPLAINED = 0.3
 
-@frozen
-class CountThresholds:
-    """Thresholds of `rounding_by_sums`."""
-
-    examined: int = 1 << 20
-    """Samples at the beginning of the record that are summed. [samples] Derived: with 10⁶ samples noise of three steps
-    shows a rounding of the sum by six standard errors."""
-
-    least_sums: int = 256
-    """Sums from which their variance is compared. [1] Derived: it is then known to √(3/256), 11 %."""
-
-    enough: float = 2.0
-    """Variance of sums beyond which longer ones are not compared. [steps²] Derived: the rounding is an eighth of it;
-    slow noise shows in longer ones."""
-
-    shortest: int = 8
-    """Sums that are compared in any case. [samples] Derived: the rounding is then an eighth of that of a sample."""
-
-    errors: float = 4.5
-    """Standard errors from which on a difference is not chance. [1] Derived: ten sizes of sums, 3·10⁻⁶ each."""
-
-    off: float = 0.12
-    """Difference from the variance of a rounded sum, over that by its rounding, at most. [1] Judgement: slow noise and a
-    rate that drifts; vibration, or what a filter lifts, differs more."""
-
-    rare: float = 0.1
-    """Variance of samples below which it may differ from that of an angle that is anywhere in a step. [steps²] Judgement:
-    such an angle passes so few steps that most of the counts are those of a few passages."""
-
-    unexplained: float = 0.3
-    """Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
-    Measured: within 0.06 of white noise and noise that wanders."""
-
-
-THRESHOLDS = CountThresholds()
 
 _ROUNDING = 0.25  # variance of sums by the white rounding of their ends: 6/12/2 [steps²]
 _NOISE = np.geomspace(1e-5, 30.0, 150)  # variances of a sample before rounding that are tried [steps²]
@@ -59,16 +44,16 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
     more with slow noise or a filter. If the angle was rounded, only the two ends of a sum have rounding errors. How its
     variance grows then follows from the mean rate and the noise before rounding, of which the noise alone is free.
     """
-    samples = samples[: THRESHOLDS.examined]
+    samples = samples[:_EXAMINED]
     sizes, variances, errors = [], [], []
     size = 1
-    while len(samples) // size >= THRESHOLDS.least_sums:
+    while len(samples) // size >= _LEAST_SUMS:
         sums = samples if size == 1 else samples[: len(samples) // size * size].reshape(-1, size).sum(axis=1)
         variance, error = _variance(sums)
         sizes.append(size)
         variances.append(variance)
-        errors.append(THRESHOLDS.errors * error)
-        if size >= THRESHOLDS.shortest and variance > THRESHOLDS.enough:
+        errors.append(_ERRORS * error)
+        if size >= _SHORTEST and variance > _ENOUGH:
             break
         size *= 2
     if len(sizes) < 2 or not variances[0] > 0:
@@ -77,15 +62,15 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
     missing = measured[0] - measured / m
     expected = np.minimum(_ROUNDING, measured[0]) * (1 - 1 / m)
     unsure = np.hypot(chance[0], chance / m)
-    if (missing[1:] > np.maximum(unsure, THRESHOLDS.unexplained * expected)[1:]).any():
-        allowed = chance + THRESHOLDS.off * np.minimum(_ROUNDING, measured)
+    if (missing[1:] > np.maximum(unsure, _UNEXPLAINED * expected)[1:]).any():
+        allowed = chance + _OFF * np.minimum(_ROUNDING, measured)
         predicted = _variances_if_rounded(m, steps_a_sample(samples))
-        if measured[0] < THRESHOLDS.rare:
+        if measured[0] < _RARE:
             predicted = predicted * (measured[0] / predicted[0])
         # In units of what is allowed, of each size and each noise that is tried.
-        off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * THRESHOLDS.rare)[:, None]
+        off = np.abs(predicted - measured[:, None]) / np.maximum(allowed, _ROUNDING * _RARE)[:, None]
         return "of_sums" if off.max(axis=0).min() < 1 else None
-    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < THRESHOLDS.unexplained * expected[-1]
+    by_themselves = measured[-1] > 1 and (np.abs(missing) + unsure)[-1] < _UNEXPLAINED * expected[-1]
     return "of_samples" if by_themselves else None
 
 

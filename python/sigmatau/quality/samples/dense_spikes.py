@@ -11,10 +11,71 @@ import numpy as np
 
 from sigmatau._native.neighbours import neighbour_medians, residuals, scatter
 from sigmatau.arrays import Bools, Floats, Ints, median
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import beyond_chance, present
-from sigmatau.quality.samples.spike_scale import NORMAL_QUARTILE, THRESHOLDS, medians, neighbours, stretches
+from sigmatau.quality.samples.common import SIGMAS, beyond_chance, present
+from sigmatau.quality.samples.spike_scale import (
+    LEAST_HEIGHT,
+    NORMAL_QUARTILE,
+    SIDE,
+    TAIL_COUNT,
+    TAIL_FROM,
+    TIMES,
+    WIDE,
+    medians,
+    neighbours,
+    stretches,
+)
 from sigmatau.record.streams import CHUNK
+
+# Beginning of the hump. [standard deviations] Derived: of 24 000 samples of Gaussian noise 0.01 are beyond it.
+_HUMP_FROM = 5.0
+# Samples beyond 5 over those from 4 to 5, at least. [1] Derived: Laplace's law has 0.4, Student's of 4 degrees 0.8,
+# of 3 degrees 1.2; spikes of 6 standard deviations have 5.
+_HUMP_RATIO = 2.0
+# Share of noise among the spikes found. [1] Judgement: it is 1e-4 where the scale of the noise is known to 7 % only.
+_FALSE_SHARE = 1e-5
+# The same where more than `_NEAR_SHARE` of the spikes is above that threshold by less than `_NEAR_WIDTH`. [1]
+# Judgement: spikes below the threshold would be missed, which costs more.
+_NEAR_FALSE_SHARE = 1e-2
+# Distance above the threshold within which spikes are near it. [standard deviations] Judgement: see
+# `_NEAR_FALSE_SHARE`.
+_NEAR_WIDTH = 1.0
+# Part of the spikes that is near it. [1] Judgement: see `_NEAR_FALSE_SHARE`.
+_NEAR_SHARE = 0.05
+# Spikes remain if more samples are beyond it than noise makes. [standard deviations] Derived: of 24 000 samples of
+# Gaussian noise 11 are beyond it.
+_REMAINING = 3.5
+# Share of spikes beyond which half of the neighbours are often spikes. [1] Derived: of four neighbours two are in 1.4
+# % of the cases.
+_MANY_SPIKES = 0.05
+# Share of spikes beyond which the noise has no scale. [1] Judgement: the median of the residuals of such a record is
+# not that of its noise.
+_MAX_SHARE = 0.25
+# Spikes are independent: those from here to `_REACH` from another are counted. [samples] Judgement: a spike behind a
+# filter has two samples or three.
+_APART = 3
+# The end of that range. [samples] Judgement: noise that swells does so for longer.
+_REACH = 16
+# Their number over that by chance beyond which the noise swells. [1] Judgement: independent spikes have one times.
+_CLUSTERED = 2.0
+# Factor over the scatter of its neighbours that a spike must exceed. [1] Judgement: noise that swells for a moment
+# does not.
+_SCATTER_FACTOR = 3.0
+# The same where half of the neighbours may be spikes. [1] Judgement: their scatter is then larger.
+_SCATTER_FACTOR_MANY = 2.0
+# Part of the residual that a spike must have against either side. [1] Derived: at a step of the mean a sample is far
+# from one side only.
+_ONE_SIDE = 0.5
+# Samples below the threshold by less than this are examined again without the spikes beside them. [standard
+# deviations] Judgement: a spike beside another moves the median by so much.
+_ALMOST = 1.5
+# How often they are. [1] Judgement: of spikes beside each other each round finds one on either side.
+_ALMOST_ROUNDS = 4
+# Residuals that the tail is taken from, at least. [samples] Judgement: their scale is known to 4 %.
+_LEAST_RESIDUALS = 512
+# Samples of the blocks whose scale a spike is compared with, the noisiest of three. [samples] Judgement: a median of
+# them is known to 7 %.
+_SCALE_BLOCK = 128
+
 
 _NORMAL = NormalDist()
 _GOLDEN = (math.sqrt(5) - 1) / 2
@@ -44,25 +105,25 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
     local one. Noise below the `step` of the numbers is not examined.
     """
     tail = _tail(x, step)
-    if tail is None or tail.share > THRESHOLDS.max_share or tail.clustered:
+    if tail is None or tail.share > _MAX_SHARE or tail.clustered:
         return None
-    in_hump = tail.number_beyond(THRESHOLDS.hump_from)
-    if in_hump < max(THRESHOLDS.tail_count, THRESHOLDS.hump_ratio * (len(tail.heights) - in_hump)):
+    in_hump = tail.number_beyond(_HUMP_FROM)
+    if in_hump < max(TAIL_COUNT, _HUMP_RATIO * (len(tail.heights) - in_hump)):
         return None
     share = in_hump / tail.count
-    threshold = _threshold(THRESHOLDS.false_share * share)
-    close = np.count_nonzero((tail.heights > threshold) & (tail.heights < threshold + THRESHOLDS.near_width))
-    if close > THRESHOLDS.near_share * len(tail.heights):
-        threshold = _threshold(THRESHOLDS.near_false_share * share)
+    threshold = _threshold(_FALSE_SHARE * share)
+    close = np.count_nonzero((tail.heights > threshold) & (tail.heights < threshold + _NEAR_WIDTH))
+    if close > _NEAR_SHARE * len(tail.heights):
+        threshold = _threshold(_NEAR_FALSE_SHARE * share)
     strength = np.concatenate([_strength(x, start, tail, step) for start in range(0, len(x), CHUNK)])
     is_spike = np.zeros(len(x), dtype=bool)
-    rest, quantile = x.copy(), 0.5 if share < THRESHOLDS.many_spikes else 0.25
+    rest, quantile = x.copy(), 0.5 if share < _MANY_SPIKES else 0.25
     candidates = np.flatnonzero(strength > threshold)
     heights = _heights(x, candidates, tail.side)
-    below = np.flatnonzero(strength > threshold - THRESHOLDS.almost)
+    below = np.flatnonzero(strength > threshold - _ALMOST)
     sd = _heights(x, below, tail.side) / strength[below]  # one standard deviation at each of them
-    for _ in range(THRESHOLDS.almost_rounds):
-        alone = _stands_alone(rest, candidates, tail.side, heights, quantile, THRESHOLDS.scatter_factor_many)
+    for _ in range(_ALMOST_ROUNDS):
+        alone = _stands_alone(rest, candidates, tail.side, heights, quantile, _SCATTER_FACTOR_MANY)
         new, quantile = candidates[alone], 0.5
         if len(new) == 0:
             break
@@ -80,12 +141,12 @@ def hidden(rest: Floats, step: float) -> bool:
     tail = _tail(rest, step)
     if tail is None:
         return False
-    by_chance = 2 * tail.count * _NORMAL.cdf(-THRESHOLDS.remaining)
-    return tail.number_beyond(THRESHOLDS.remaining) > beyond_chance(by_chance, times=THRESHOLDS.times)
+    by_chance = 2 * tail.count * _NORMAL.cdf(-_REMAINING)
+    return tail.number_beyond(_REMAINING) > beyond_chance(by_chance, times=TIMES)
 
 
 def _threshold(false_share: float) -> float:
-    return min(max(-_NORMAL.inv_cdf(false_share / 2), THRESHOLDS.tail_from), THRESHOLDS.least_height)
+    return min(max(-_NORMAL.inv_cdf(false_share / 2), TAIL_FROM), LEAST_HEIGHT)
 
 
 def _tail(x: Floats, step: float) -> _Tail | None:
@@ -95,10 +156,10 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     """
     parts = stretches(x)
     best: tuple[float, int, list[Floats]] | None = None
-    for side in (THRESHOLDS.wide, THRESHOLDS.side):
+    for side in (WIDE, SIDE):
         sizes = [np.abs(_residual(part, side, step)) for part in parts]
         sizes_present = present(np.concatenate(sizes))
-        if len(sizes_present) < THRESHOLDS.least_residuals:
+        if len(sizes_present) < _LEAST_RESIDUALS:
             return None
         usual = median(sizes_present)
         if best is None or usual < best[0]:
@@ -109,13 +170,13 @@ def _tail(x: Floats, step: float) -> _Tail | None:
     relative = [each / _local(each, usual) for each in sizes]
     ordered = np.sort(present(np.concatenate(relative)))
     scale, share = _scale(ordered)
-    quantile = 0.5 if share < THRESHOLDS.many_spikes else 0.25
+    quantile = 0.5 if share < _MANY_SPIKES else 0.25
     heights, in_company = [], []
     for part, size, each in zip(parts, sizes, relative, strict=True):
-        places = np.flatnonzero(each > THRESHOLDS.remaining * scale)
-        alone = places[_stands_alone(part, places, side, size[places], quantile, THRESHOLDS.scatter_factor)]
+        places = np.flatnonzero(each > _REMAINING * scale)
+        alone = places[_stands_alone(part, places, side, size[places], quantile, _SCATTER_FACTOR)]
         heights.append(each[alone])
-        in_company.append(_is_in_company(alone[each[alone] > THRESHOLDS.tail_from * scale]))
+        in_company.append(_is_in_company(alone[each[alone] > TAIL_FROM * scale]))
     return _Tail(
         side=side,
         usual=usual,
@@ -129,7 +190,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
 
 def _is_in_company(places: Ints) -> Bools:
     """Which of some indices have another one near, but not next to them."""
-    first, last = THRESHOLDS.apart, THRESHOLDS.reach
+    first, last = _APART, _REACH
 
     def count_to(index: Ints, side: Literal["left", "right"]) -> Ints:
         return np.searchsorted(places, index, side=side)
@@ -140,20 +201,20 @@ def _is_in_company(places: Ints) -> Bools:
 
 def _is_clustered(in_company: Bools, n: int) -> bool:
     """Whether more spikes have another near than independent spikes have."""
-    chance = 1 - (1 - min(len(in_company) / n, 1.0)) ** (2 * (THRESHOLDS.reach - THRESHOLDS.apart + 1))
+    chance = 1 - (1 - min(len(in_company) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
     expected = len(in_company) * chance
-    limit = THRESHOLDS.clustered * expected + SHARED.sigmas * math.sqrt(expected + 1)
+    limit = _CLUSTERED * expected + SIGMAS * math.sqrt(expected + 1)
     return bool(np.count_nonzero(in_company) > limit)
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:
     """Standard deviation from the median outside the tail, and the share of samples in the tail beyond that of noise."""
     share, n = 0.0, len(ordered)
-    chance = 2 * _NORMAL.cdf(-THRESHOLDS.remaining)
+    chance = 2 * _NORMAL.cdf(-_REMAINING)
     for _ in range(20):
         scale = float(ordered[int(n * (1 - share) / 2)]) / NORMAL_QUARTILE
-        tail = (n - int(np.searchsorted(ordered, THRESHOLDS.remaining * scale))) / n
-        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * THRESHOLDS.max_share)
+        tail = (n - int(np.searchsorted(ordered, _REMAINING * scale))) / n
+        share = min(max((tail - chance) / (1 - chance), 0.0), 2 * _MAX_SHARE)
     return scale, share
 
 
@@ -167,7 +228,7 @@ def _residual(x: Floats, side: int, step: float) -> Floats:
 
 def _local(sizes: Floats, usual: float) -> Floats:
     """The median residual of the noisiest of a block and its two neighbours, at least the usual one, for each sample."""
-    length = THRESHOLDS.scale_block
+    length = _SCALE_BLOCK
     blocks = max(-(-len(sizes) // length), 1)
     rows = np.append(sizes, np.full(blocks * length - len(sizes), np.nan)).reshape(blocks, length)
     has_scale = np.isfinite(rows).sum(axis=1) >= length // 2
@@ -179,8 +240,8 @@ def _local(sizes: Floats, usual: float) -> Floats:
 
 def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
     """Residuals of a piece of the record in standard deviations; 0 where there is none."""
-    before = min(start, THRESHOLDS.scale_block)
-    sizes = np.abs(_residual(x[start - before : start + CHUNK + THRESHOLDS.scale_block], tail.side, step))
+    before = min(start, _SCALE_BLOCK)
+    sizes = np.abs(_residual(x[start - before : start + CHUNK + _SCALE_BLOCK], tail.side, step))
     strength = sizes / (_local(sizes, tail.usual) * tail.scale)
     return np.nan_to_num(strength[before : before + CHUNK])
 
@@ -192,7 +253,7 @@ def _heights(x: Floats, places: Ints, side: int) -> Floats:
         some = places[start : start + CHUNK]
         beside_each = neighbours(x, some, -side, side)
         beside_each[:, side] = np.nan
-        enough = np.isfinite(beside_each).sum(axis=1) >= THRESHOLDS.side
+        enough = np.isfinite(beside_each).sum(axis=1) >= SIDE
         heights[start : start + CHUNK][enough] = np.abs(x[some[enough]] - medians(beside_each[enough]))
     return heights
 
@@ -201,4 +262,4 @@ def _stands_alone(x: Floats, places: Ints, side: int, heights: Floats, quantile:
     """Whether samples are far from either side, compared with the scatter of their neighbours."""
     from_sides = np.abs(residuals(x, places, side))
     is_high = heights > times * scatter(x, places, quantile)
-    return np.asarray((from_sides > THRESHOLDS.one_side * heights) & is_high)
+    return np.asarray((from_sides > _ONE_SIDE * heights) & is_high)

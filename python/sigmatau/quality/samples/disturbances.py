@@ -10,7 +10,6 @@ import numpy as np
 from sigmatau.arrays import Bools
 from sigmatau.findings.disturbances import Spikes
 from sigmatau.findings.finding import Finding
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.shocks_and_steps import shocks
 from sigmatau.quality.motion.start_transient import start_transient
@@ -39,16 +38,9 @@ CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
 _EQUAL = ("dropouts", "saturation", "stuck", "copies")  # these compare samples for equality
 
 
-@frozen
-class DisturbanceThresholds:
-    """Thresholds of `disturbances`."""
-
-    most_left_out: float = 0.4
-    """Share of a channel beyond which a cause is the record, and not a disturbance of it. [1] Judgement: the rest
-    would be less than the disturbance."""
-
-
-THRESHOLDS = DisturbanceThresholds()
+# Share of a channel beyond which a cause is the record, and not a disturbance of it. [1] Judgement: the rest would be
+# less than the disturbance.
+_MOST_LEFT_OUT = 0.4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +60,7 @@ def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
     for cause, looked_for in CAUSES.items():
         here = masked_by(even if cause in _EQUAL else stream, collected)
         for finding, mask in looked_for(here):
-            usable = mask is not None and mask.mean(axis=0).max() <= THRESHOLDS.most_left_out
+            usable = mask is not None and mask.mean(axis=0).max() <= _MOST_LEFT_OUT
             collected.append(Disturbance(cause, finding, mask if usable else None))
     return tuple(collected)
 

@@ -8,41 +8,26 @@ import numpy as np
 
 from sigmatau.arrays import Bools, median_and_spread
 from sigmatau.findings.values import Dropout
-from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import beyond_chance, block_rms, mask_of_runs, present, take_samples
+from sigmatau.quality.samples.common import TIMES_CHANCE, beyond_chance, block_rms, mask_of_runs, present, take_samples
 from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class DropoutThresholds:
-    """Thresholds of `dropouts`."""
-
-    beyond_noise: float = 12.0
-    """Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
-    Judgement: no tail of a sensor's noise goes so far."""
-
-    beyond_tail: float = 4.0
-    """Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one
-    standard deviation of 0. [standard deviations] Derived: the end of a range that noise touches there has 0.02
-    times as many."""
-
-    min_rows: int = 3
-    """Rows in which all axes are 0, at least; fewer only where chance makes less than `no_chance`. [samples]
-    Judgement: one or two may be true zeros."""
-
-    no_chance: float = 1e-3
-    """Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000
-    such records."""
-
-    examined: int = 1 << 17
-    """Samples by which the chance of a zero is computed. [samples] Judgement: bounds the time."""
-
-
-THRESHOLDS = DropoutThresholds()
+# Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
+# Judgement: no tail of a sensor's noise goes so far.
+_BEYOND_NOISE = 12.0
+# Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one standard
+# deviation of 0. [standard deviations] Derived: the end of a range that noise touches there has 0.02 times as many.
+_BEYOND_TAIL = 4.0
+# Rows in which all axes are 0, at least; fewer only where chance makes less than `_NO_CHANCE`. [samples] Judgement:
+# one or two may be true zeros.
+_MIN_ROWS = 3
+# Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000 such
+# records.
+_NO_CHANCE = 1e-3
+# Samples by which the chance of a zero is computed. [samples] Judgement: bounds the time.
+_EXAMINED = 1 << 17
 
 
 def zero_rows(stream: Stream) -> Bools | None:
@@ -68,28 +53,28 @@ def zero_rows(stream: Stream) -> Bools | None:
     # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
     elsewhere = [(each - count) / max(len(together) - count, 1) for each in counts]
     by_chance = len(together) * max(math.prod(chances), math.prod(elsewhere))
-    if count < beyond_chance(by_chance, times=SHARED.times_chance) or count > len(together) / 2:
+    if count < beyond_chance(by_chance, times=TIMES_CHANCE) or count > len(together) / 2:
         return None
-    if count < THRESHOLDS.min_rows and by_chance > THRESHOLDS.no_chance:
+    if count < _MIN_ROWS and by_chance > _NO_CHANCE:
         return None
     return together
 
 
 def _chance_of_zero(stream: Stream, channel: str) -> float:
     """The largest part of a channel's samples that can be 0 without a fault."""
-    x = present(take_samples(stream, channel, count=THRESHOLDS.examined))
+    x = present(take_samples(stream, channel, count=_EXAMINED))
     if len(x) < 2:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
     steps = resolution(stream, channel)
     if steps is not None:  # of coarse numbers more than half may be equal
         spread = max(spread, steps.step)
-    if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_noise * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_NOISE * spread:
         return 0.0
-    if zero is not None and spread > 0 and abs(middle - zero) > THRESHOLDS.beyond_tail * spread:
+    if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_TAIL * spread:
         lost = int(np.count_nonzero(x == zero))
         about = int(np.count_nonzero(np.abs(x - zero) < spread)) - lost
-        if lost >= THRESHOLDS.min_rows and lost > beyond_chance(about, times=SHARED.times_chance):
+        if lost >= _MIN_ROWS and lost > beyond_chance(about, times=TIMES_CHANCE):
             return 0.0
     if steps is None:
         # Where half of n numbers occur once, none has a larger part than some 1/n.

@@ -9,30 +9,18 @@ import numpy as np
 from sigmatau.arrays import Bools
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
-from sigmatau.frozen import frozen
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import beyond_chance, mask_of_runs, spans_of_runs
+from sigmatau.quality.samples.common import TIMES_CHANCE, beyond_chance, mask_of_runs, spans_of_runs
 from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class CopyThresholds:
-    """Thresholds of `copies`."""
-
-    min_rows: int = 3
-    """Rows that are equal on all axes, at least. [samples] Judgement: one or two may be equal by chance."""
-
-    max_chance: float = 1e-3
-    """Part of all rows in which neighbours on the finest axis are equal by chance, at most. [1] Judgement: coarser
-    axes rest on a value together."""
-
-    max_run: int = 3
-    """Longest run of copies that is reported here. [samples] Judgement: longer ones are stuck samples."""
-
-
-THRESHOLDS = CopyThresholds()
+# Rows that are equal on all axes, at least. [samples] Judgement: one or two may be equal by chance.
+_MIN_ROWS = 3
+# Part of all rows in which neighbours on the finest axis are equal by chance, at most. [1] Judgement: coarser axes
+# rest on a value together.
+_MAX_CHANCE = 1e-3
+# Longest run of copies that is reported here. [samples] Judgement: longer ones are stuck samples.
+_MAX_RUN = 3
 
 
 def copied_rows(stream: Stream) -> Bools | None:
@@ -49,7 +37,7 @@ def copied_rows(stream: Stream) -> Bools | None:
         x = stream.column(channel)
         equal = x[1:] == x[:-1]
         together = equal if together is None else together & equal
-        if np.count_nonzero(together) < THRESHOLDS.min_rows:
+        if np.count_nonzero(together) < _MIN_ROWS:
             return None
         counts.append(int(np.count_nonzero(equal)))
     if together is None:
@@ -57,13 +45,13 @@ def copied_rows(stream: Stream) -> Bools | None:
     n, count = len(together), int(np.count_nonzero(together))
     chances = [(each - count) / max(n - count, 1) for each in counts]
     by_chance = n * math.prod(chances)
-    if min(chances) > THRESHOLDS.max_chance or count < beyond_chance(by_chance, times=SHARED.times_chance):
+    if min(chances) > _MAX_CHANCE or count < beyond_chance(by_chance, times=TIMES_CHANCE):
         return None
     rows = np.concatenate(([False], together))
     first, lengths = runs_of_places(np.flatnonzero(rows))
-    long = lengths > THRESHOLDS.max_run
+    long = lengths > _MAX_RUN
     rows &= ~mask_of_runs(len(rows), first[long], lengths[long])
-    return rows if np.count_nonzero(rows) >= THRESHOLDS.min_rows else None
+    return rows if np.count_nonzero(rows) >= _MIN_ROWS else None
 
 
 def copies(stream: Stream) -> list[MaskedFinding]:

@@ -10,41 +10,26 @@ import numpy as np
 from sigmatau.arrays import median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import FilledOutages, FilledSamples, Interpolated, Upsampled
-from sigmatau.frozen import frozen
-from sigmatau.quality.samples import straight_lines
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import mask_of_runs, spans_of_runs, take_samples
+from sigmatau.quality.samples.common import SIGMAS, mask_of_runs, spans_of_runs, take_samples
 from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import runs_of_places
-from sigmatau.quality.samples.straight_lines import Filled, filled, tolerance
+from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class InterpolationThresholds:
-    """Thresholds of `interpolated`."""
-
-    warn_factor: float = 1.02
-    """Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning. [1] Judgement:
-    the usual interval is 5 %."""
-
-    min_share: float = 0.05
-    """Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
-    resampled has far more."""
-
-    max_share: float = 0.995
-    """Part from which on a channel is one line and not interpolated. [1] Judgement: a sensor at 1/200 of the rate of
-    its log is not read."""
-
-    right_from: int = 8
-    """Averaging time from which on σ is right. [samples of the sensor] Judgement: interpolation changes σ within a
-    few samples."""
-
-    examined: int = 1 << 15
-    """Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %."""
-
-
-THRESHOLDS = InterpolationThresholds()
+# Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning. [1] Judgement: the
+# usual interval is 5 %.
+_WARN_FACTOR = 1.02
+# Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
+# resampled has far more.
+_MIN_SHARE = 0.05
+# Part from which on a channel is one line and not interpolated. [1] Judgement: a sensor at 1/200 of the rate of its
+# log is not read.
+_MAX_SHARE = 0.995
+# Averaging time from which on σ is right. [samples of the sensor] Judgement: interpolation changes σ within a few
+# samples.
+_RIGHT_FROM = 8
+# Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %.
+_EXAMINED = 1 << 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +57,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
 
     None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
     """
-    x = take_samples(stream, channel, count=THRESHOLDS.examined)
+    x = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, x)
     if zero is None:
         return None
@@ -81,11 +66,11 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     count = int(np.count_nonzero(is_present))
     # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
-    if chance > straight_lines.THRESHOLDS.too_coarse:
+    if chance > TOO_COARSE:
         return None
     straight = (np.abs(second) <= zero.largest) & (np.abs(first[1:]) > zero.largest / 2)
     share = float(np.count_nonzero(straight)) / count
-    if not THRESHOLDS.min_share + 3 * chance + SHARED.sigmas * math.sqrt(chance / count) < share < THRESHOLDS.max_share:
+    if not _MIN_SHARE + 3 * chance + SIGMAS * math.sqrt(chance / count) < share < _MAX_SHARE:
         return None
     knots = np.flatnonzero(is_present & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
@@ -140,7 +125,7 @@ def _from_lower_rate(stream: Stream, upsampled: dict[str, Upsampling]) -> Findin
         log_rate=stream.grid.rate,
         aligned=first.aligned,
         sigma_one_sample=first.shortest,
-        right_from=THRESHOLDS.right_from / rate,
+        right_from=_RIGHT_FROM / rate,
     )
     details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
     factors = (("random_walk", first.shortest),)
@@ -154,7 +139,7 @@ def _in_place_of_lost(stream: Stream, gaps: dict[str, Filled]) -> Finding:
     singles = FilledSamples(random_walk=gap.random_walk, sigma_one_sample=gap.short)
     return Finding(
         details=Interpolated(strongest=strongest, share=gap.singles, singles=singles),
-        severity="warning" if max(gap.random_walk, 1 / gap.short) > THRESHOLDS.warn_factor else "info",
+        severity="warning" if max(gap.random_walk, 1 / gap.short) > _WARN_FACTOR else "info",
         channels=tuple(gaps),
         spans=spans,
         more_spans=more_spans,

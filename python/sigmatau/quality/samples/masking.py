@@ -9,27 +9,18 @@ import numpy as np
 
 from sigmatau.arrays import Bools, runs
 from sigmatau.findings.finding import Finding, Span
-from sigmatau.frozen import frozen
 from sigmatau.record.streams import Stream
 
 MaskedFinding = tuple[Finding, Bools | None]
 """A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
 
 
-@frozen
-class MaskingThresholds:
-    """Thresholds of `bridged`."""
-
-    short: int = 4
-    """Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
-    spectrum."""
-
-    apart: int = 7
-    """Distance of the good sample that takes the place of a missing one. [samples] Judgement: no neighbour, so that
-    noise stays as rough as it is."""
-
-
-THRESHOLDS = MaskingThresholds()
+# Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
+# spectrum.
+_SHORT = 4
+# Distance of the good sample that takes the place of a missing one. [samples] Judgement: no neighbour, so that noise
+# stays as rough as it is.
+_APART = 7
 
 
 def masked(stream: Stream, mask: Bools) -> Stream:
@@ -54,11 +45,11 @@ def bridged(stream: Stream) -> Stream:
         x = stream.column(channel)
         absent = ~np.isfinite(x)
         good = np.flatnonzero(~absent)
-        short = [(start, stop) for start, stop in runs(absent) if stop - start <= THRESHOLDS.short]
-        if short and len(good) > 2 * THRESHOLDS.apart:
+        short = [(start, stop) for start, stop in runs(absent) if stop - start <= _SHORT]
+        if short and len(good) > 2 * _APART:
             places, x = np.concatenate([np.arange(start, stop) for start, stop in short]), x.copy()
             which = np.searchsorted(good, places)
-            x[places] = x[good[np.where(which >= THRESHOLDS.apart, which - THRESHOLDS.apart, which + THRESHOLDS.apart)]]
+            x[places] = x[good[np.where(which >= _APART, which - _APART, which + _APART)]]
         columns.append(x)
     filled = stream.with_rates(columns)
     mask = np.stack([~np.isfinite(x) for x in columns], axis=1)

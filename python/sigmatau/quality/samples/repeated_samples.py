@@ -11,66 +11,43 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Ints, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import RepeatedSamples
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import stream_fact
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import block_rms, full_ends, growing_step
+from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, full_ends, growing_step
 from sigmatau.quality.samples.resolution import equal_by_chance, find_step, resolution
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class RepeatThresholds:
-    """Thresholds of `repeated_samples`."""
-
-    min_share: float = 0.02
-    """Part of the record that is repeated beyond chance, at least. [1] Derived: samples that count twice raise N² by
-    twice their share, N by 2 %."""
-
-    min_equal: int = 20
-    """Equal neighbours, at least. [samples] Judgement: their number is known to a quarter."""
-
-    max_chance: float = 0.5
-    """Part of equal neighbours by the step of a channel from which on it is not judged. [1] Judgement: chance and
-    repetition cannot be told apart."""
-
-    min_steps: float = 3.0
-    """Size of the changes below which a channel is not judged. [steps] Judgement: coarser numbers repeat by
-    themselves."""
-
-    copies_in_stretch: int = 20
-    """Copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
-    quarter."""
-
-    min_stretches: int = 20
-    """Stretches with fewer of which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth."""
-
-    max_spread: float = 0.5
-    """Spread of regular copies over that of chance, at most. [1] Judgement: half way between a clock and chance."""
-
-    alike: float = 0.9
-    """Part of the share of copies that values other than the most frequent one have, at least. [1] Judgement: a
-    sensor that is slower than its log repeats all values alike."""
-
-    parts: int = 8
-    """Parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than its
-    log is slow all the time."""
-
-    whole: float = 0.01
-    """Relative distance of the mean number of copies from a whole number, up to which it is whole. [1] Judgement:
-    two clocks differ by less than 1 %."""
-
-    min_factor: float = 1.01
-    """Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %."""
-
-    right_from: int = 8
-    """Averaging time from which on σ is right, at least. [samples] Judgement: copies change σ within a few samples."""
-
-    right_from_times: int = 4
-    """The same, per repetition. [samples] Judgement: see `right_from`."""
-
-
-THRESHOLDS = RepeatThresholds()
+# Part of the record that is repeated beyond chance, at least. [1] Derived: samples that count twice raise N² by twice
+# their share, N by 2 %.
+_MIN_SHARE = 0.02
+# Equal neighbours, at least. [samples] Judgement: their number is known to a quarter.
+_MIN_EQUAL = 20
+# Part of equal neighbours by the step of a channel from which on it is not judged. [1] Judgement: chance and
+# repetition cannot be told apart.
+_MAX_CHANCE = 0.5
+# Size of the changes below which a channel is not judged. [steps] Judgement: coarser numbers repeat by themselves.
+_MIN_STEPS = 3.0
+# Copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
+# quarter.
+_COPIES_IN_STRETCH = 20
+# Stretches with fewer of which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth.
+_MIN_STRETCHES = 20
+# Spread of regular copies over that of chance, at most. [1] Judgement: half way between a clock and chance.
+_MAX_SPREAD = 0.5
+# Part of the share of copies that values other than the most frequent one have, at least. [1] Judgement: a sensor
+# that is slower than its log repeats all values alike.
+_ALIKE = 0.9
+# Parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than its log
+# is slow all the time.
+_PARTS = 8
+# Relative distance of the mean number of copies from a whole number, up to which it is whole. [1] Judgement: two
+# clocks differ by less than 1 %.
+_WHOLE = 0.01
+# Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %.
+_MIN_FACTOR = 1.01
+# Averaging time from which on σ is right, at least. [samples] Judgement: copies change σ within a few samples.
+_RIGHT_FROM = 8
+# The same, per repetition. [samples] Judgement: see `_RIGHT_FROM`.
+_RIGHT_FROM_TIMES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +113,7 @@ def repeats(stream: Stream) -> Repeats | None:
         count = int(np.count_nonzero(equal))
         if count == len(equal):
             continue
-        if count < THRESHOLDS.min_equal:
+        if count < _MIN_EQUAL:
             whole = False
             continue
         counted = _inside(x)
@@ -166,11 +143,11 @@ def repeats(stream: Stream) -> Repeats | None:
 def _in_all_parts(columns: list[Bools], share: float) -> bool:
     """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
     parts = 0
-    edges = np.linspace(0, len(columns[-1]), THRESHOLDS.parts + 1).astype(int).tolist()
+    edges = np.linspace(0, len(columns[-1]), _PARTS + 1).astype(int).tolist()
     for a, b in pairwise(edges):
         *shares, at_once = (int(np.count_nonzero(equal[a:b])) / (b - a) for equal in columns)
         parts += _solved(shares, at_once) > share / 3
-    return 2 * parts > THRESHOLDS.parts
+    return 2 * parts > _PARTS
 
 
 def _inside(x: Floats) -> Bools | None:
@@ -192,7 +169,7 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
     part = np.cumsum(counts) / counts.sum()
     shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
     whole = round(1 / (1 - share))
-    if shortest == whole and abs((1 - share) * whole - 1) < THRESHOLDS.whole:
+    if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
         longest = whole  # what is longer is equal by chance
     rows = single + int(lengths.sum())
     squares = (single + float(lengths.astype(float) @ lengths)) / rows
@@ -203,15 +180,15 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
 
 def _evenly(equal: Bools, share: float) -> bool:
     """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
-    size = max(math.ceil(THRESHOLDS.copies_in_stretch / min(share, 1 - share)), 1)
+    size = max(math.ceil(_COPIES_IN_STRETCH / min(share, 1 - share)), 1)
     count = len(equal) // size
-    if count < THRESHOLDS.min_stretches:
+    if count < _MIN_STRETCHES:
         return True
     copies = equal[: count * size].reshape(count, size).sum(axis=1)
     # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
     low, high = np.quantile(copies, [0.25, 0.75])
     spread = float(high - low) / 1.349
-    return spread < THRESHOLDS.max_spread * math.sqrt(size * share * (1 - share))
+    return spread < _MAX_SPREAD * math.sqrt(size * share * (1 - share))
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
@@ -220,14 +197,14 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     n = len(counted)
     differences = np.diff(x[: 1 << 18])
     scale, step = block_rms(differences[differences != 0]), find_step(stream, channel)
-    if not n or scale < THRESHOLDS.min_steps * step or growing_step(x) > 0:
+    if not n or scale < _MIN_STEPS * step or growing_step(x) > 0:
         return 0.0
     by_step = step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 0.0
     chance = max(by_step, equal_by_chance(stream, channel))
     if not chance < 1:
         return 0.0
     share = (int(np.count_nonzero(counted)) / (n + 1) - chance) / (1 - chance)
-    if not share > THRESHOLDS.min_share + chance + SHARED.sigmas * math.sqrt(chance / n):
+    if not share > _MIN_SHARE + chance + SIGMAS * math.sqrt(chance / n):
         return 0.0
     # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
     by_part = sorted(np.count_nonzero(part) / max(len(part), 1) for part in np.array_split(counted, 8))
@@ -238,24 +215,24 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
 def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
     """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
     steps = resolution(stream, channel)
-    if steps is None or steps.ratio >= SHARED.few_steps:
+    if steps is None or steps.ratio >= FEW_STEPS:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
-    return int(np.count_nonzero(equal & moving)) > THRESHOLDS.alike * share * int(np.count_nonzero(moving))
+    return int(np.count_nonzero(equal & moving)) > _ALIKE * share * int(np.count_nonzero(moving))
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
     """Solve the equations of `repeats` for h by bisection; 0 if chance may explain it."""
     f = np.array(shares)
-    if all_at_once * n < THRESHOLDS.min_equal:
+    if all_at_once * n < _MIN_EQUAL:
         return 0.0
     h = _solved(shares, all_at_once)
     chance = (f - h) / (1 - h)
-    if chance.max() > THRESHOLDS.max_chance:
+    if chance.max() > _MAX_CHANCE:
         return 0.0
     noise = math.sqrt(float(np.prod(f)) / n)  # at h = 0
-    return h if h > THRESHOLDS.min_share + SHARED.sigmas * noise else 0.0
+    return h if h > _MIN_SHARE + SIGMAS * noise else 0.0
 
 
 def _solved(shares: list[float], all_at_once: float) -> float:
@@ -285,7 +262,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     elif may_be_sensors:
         walks = (("rate_random_walk", 1 / math.sqrt(k)), ("rate_ramp", 1 / k))
         factors = (("quantization", k), ("random_walk", at_log_rate), *walks)
-    elif at_sensor_rate > THRESHOLDS.min_factor:
+    elif at_sensor_rate > _MIN_FACTOR:
         factors = (("random_walk", at_sensor_rate),)
     details = RepeatedSamples(
         pattern="held" if how.regular else "irregular",
@@ -298,7 +275,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
         sensor_rate=rate / k,
         rate_given=may_be_sensors,
         sigma_one_sample=1 / k,
-        right_from=max(THRESHOLDS.right_from, math.ceil(THRESHOLDS.right_from_times * k)),
+        right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
         walk_at_log_rate=at_log_rate,
         walk_at_sensor_rate=at_sensor_rate,
     )

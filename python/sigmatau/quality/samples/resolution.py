@@ -10,94 +10,65 @@ import numpy as np
 from sigmatau.arrays import Floats, median
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.values import CoarseResolution
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import block_rms, present, rounding_dust, take_samples, white_level
 from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class ResolutionThresholds:
-    """Thresholds of `resolution`, `step_of_changes`, `equal_by_chance` and `coarse_resolution`."""
-
-    examined: int = 16384
-    """Samples that the step is looked for in. [samples] Judgement: enough for each step of a channel with 10⁵ of
-    them to the standard deviation."""
-
-    max_off: float = 0.15
-    """Distance of a value from a multiple of the common step, at most. [steps] Derived: chance gives 0.3 of that
-    range to every value, so that 30 values all within it are worth 0.3³⁰."""
-
-    min_values: int = 30
-    """Values that a common step needs. [1] Derived: see `max_off`."""
-
-    report_factor: float = 1.005
-    """Factor of the random walk from which on rounding is reported. [1] Judgement: a tenth of the usual interval."""
-
-    warn_factor: float = 1.05
-    """Factor of the random walk from which on it is a warning. [1] Judgement: the usual interval is 5 %."""
-
-    min_noise_steps: float = 0.54
-    """Noise seen below which rounding errors are no longer white nor independent of the signal. [steps] Study:
-    docs/study/coarse.md; how much they add depends on where between two steps the mean lies: at 0.3 the standard
-    deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2
-    steps show anything up to 0.5."""
-
-    max_noise_steps: float = 3.0
-    """Noise above which nothing is reported. [steps] Derived: rounding makes 0.5 % of N at most."""
-
-    max_factor: float = 2.0
-    """Factor of the random walk beyond which what rounding adds is not known. [1] Judgement: three quarters of the
-    power would be taken off."""
-
-    white_from: float = 0.5
-    """Variance of sums of increments from which on the rounding of the angle is white from sum to sum. [steps²]
-    Derived: the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its
-    correlation; docs/study/disturbed.md."""
-
-    min_sums: int = 32
-    """Sums from which their variance is known to a quarter. [1] Derived: √(2/32)."""
-
-    least_sums: int = 256
-    """Sums of coarse increments from which their likelihood is used. [1] Study: docs/study/disturbed.md; of 170
-    simulated records the interval of the random walk held the truth in 167."""
-
-    smallest_step: float = 1 / 6
-    """Smallest step that is tried against the usual change. [1] Judgement: smaller ones are printed decimals."""
-
-    largest_step: float = 2.0
-    """Largest step that is tried against the usual change. [1] Judgement: of a larger one most changes are zero."""
-
-    steps_tried: int = 400
-    """Number of steps that are tried. [1] Derived: neighbours differ by 0.6 %, a tenth of a step after sixteen of
-    them."""
-
-    changes: int = 4096
-    """Changes that are tried against a step. [samples] Judgement: bounds the time."""
-
-    stages: tuple[tuple[int, float], ...] = ((64, 0.4), (256, 0.6), (4096, 0.8))
-    """Numbers of changes, and mean cosine from which on a step is tried with more of them. [1] Derived: of changes
-    that are whole steps but for a tenth the mean cosine is 0.8; most steps are refused by few changes, with 0.8 less
-    four standard errors."""
-
-    same_step: float = 0.8
-    """Steps no smaller than this part of the largest are about the same step. [1] Judgement: the next one, half as
-    large, is not."""
-
-    lag: int = 251
-    """Samples between two that are compared, beyond any hold. [samples] Judgement: a prime, so that no period of a
-    counter divides it."""
-
-    blocks: int = 32
-    """Blocks that the median is taken of. [1] Judgement: fewer than half of them are stuck or lost."""
-
-    level_from: int = 1 << 18
-    """Samples that the white level is taken from. [samples] Judgement: it is known to 0.3 %, which decides
-    `report_factor`."""
-
-
-THRESHOLDS = ResolutionThresholds()
+# Samples that the step is looked for in. [samples] Judgement: enough for each step of a channel with 10⁵ of them to
+# the standard deviation.
+_EXAMINED = 16384
+# Distance of a value from a multiple of the common step, at most. [steps] Derived: chance gives 0.3 of that range to
+# every value, so that 30 values all within it are worth 0.3³⁰.
+_MAX_OFF = 0.15
+# Values that a common step needs. [1] Derived: see `_MAX_OFF`.
+_MIN_VALUES = 30
+# Factor of the random walk from which on rounding is reported. [1] Judgement: a tenth of the usual interval.
+_REPORT_FACTOR = 1.005
+# Factor of the random walk from which on it is a warning. [1] Judgement: the usual interval is 5 %.
+_WARN_FACTOR = 1.05
+# Noise seen below which rounding errors are no longer white nor independent of the signal. [steps] Study:
+# docs/study/coarse.md; how much they add depends on where between two steps the mean lies: at 0.3 the standard
+# deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps
+# show anything up to 0.5.
+_MIN_NOISE_STEPS = 0.54
+# Noise above which nothing is reported. [steps] Derived: rounding makes 0.5 % of N at most.
+_MAX_NOISE_STEPS = 3.0
+# Factor of the random walk beyond which what rounding adds is not known. [1] Judgement: three quarters of the power
+# would be taken off.
+_MAX_FACTOR = 2.0
+# Variance of sums of increments from which on the rounding of the angle is white from sum to sum. [steps²] Derived:
+# the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its correlation;
+# docs/study/disturbed.md.
+_WHITE_FROM = 0.5
+# Sums from which their variance is known to a quarter. [1] Derived: √(2/32).
+_MIN_SUMS = 32
+# Sums of coarse increments from which their likelihood is used. [1] Study: docs/study/disturbed.md; of 170 simulated
+# records the interval of the random walk held the truth in 167.
+LEAST_SUMS = 256
+# Smallest step that is tried against the usual change. [1] Judgement: smaller ones are printed decimals.
+_SMALLEST_STEP = 1 / 6
+# Largest step that is tried against the usual change. [1] Judgement: of a larger one most changes are zero.
+_LARGEST_STEP = 2.0
+# Number of steps that are tried. [1] Derived: neighbours differ by 0.6 %, a tenth of a step after sixteen of them.
+_STEPS_TRIED = 400
+# Changes that are tried against a step. [samples] Judgement: bounds the time.
+_CHANGES = 4096
+# Numbers of changes, and mean cosine from which on a step is tried with more of them. [1] Derived: of changes that
+# are whole steps but for a tenth the mean cosine is 0.8; most steps are refused by few changes, with 0.8 less four
+# standard errors.
+_STAGES = ((64, 0.4), (256, 0.6), (4096, 0.8))
+# Steps no smaller than this part of the largest are about the same step. [1] Judgement: the next one, half as large,
+# is not.
+_SAME_STEP = 0.8
+# Samples between two that are compared, beyond any hold. [samples] Judgement: a prime, so that no period of a counter
+# divides it.
+_LAG = 251
+# Blocks that the median is taken of. [1] Judgement: fewer than half of them are stuck or lost.
+_BLOCKS = 32
+# Samples that the white level is taken from. [samples] Judgement: it is known to 0.3 %, which decides
+# `_REPORT_FACTOR`.
+_LEVEL_FROM = 1 << 18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +101,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     gaps = np.diff(values)
     rounded = max(rounding, 8 * np.finfo(float).eps * float(np.abs(values[[0, -1]]).max()))
     gaps = gaps[gaps > rounded]
-    if len(gaps) == 0 or (len(gaps) < THRESHOLDS.min_values and 2 * (len(gaps) + 1) > len(x)):
+    if len(gaps) == 0 or (len(gaps) < _MIN_VALUES and 2 * (len(gaps) + 1) > len(x)):
         return None
     # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
     step = float(gaps.min())
@@ -143,7 +114,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     # Not by BLAS, whose threads would take ten times as long for so few.
     slope = float(np.einsum("i,i", centred, levels) / np.einsum("i,i", centred, centred))
     off = levels - levels.mean() - slope * centred
-    return slope if np.abs(off).max() <= THRESHOLDS.max_off * slope else None
+    return slope if np.abs(off).max() <= _MAX_OFF * slope else None
 
 
 def white_sum(increments: Floats) -> int | None:
@@ -153,11 +124,11 @@ def white_sum(increments: Floats) -> int | None:
     density rises with the frequency like no term's. None if no sum of which the record has enough is long enough.
     """
     previous, size = False, 1
-    while len(increments) // size >= THRESHOLDS.min_sums:
+    while len(increments) // size >= _MIN_SUMS:
         whole = len(increments) // size * size
         sums = np.diff(increments[:whole].reshape(-1, size).sum(axis=1))
         # A steady rate of half a step a sum has the same variance: then sums of twice the size have none.
-        white = float(np.nanmean(sums * sums)) / 2 >= THRESHOLDS.white_from if np.isfinite(sums).any() else False
+        white = float(np.nanmean(sums * sums)) / 2 >= _WHITE_FROM if np.isfinite(sums).any() else False
         if white and previous:
             return size // 2
         previous, size = white, 2 * size
@@ -167,7 +138,7 @@ def white_sum(increments: Floats) -> int | None:
 @channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no common step that can be told from none."""
-    x = take_samples(stream, channel, count=THRESHOLDS.examined)
+    x = take_samples(stream, channel, count=_EXAMINED)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
@@ -187,20 +158,20 @@ def step_of_changes(changes: Floats) -> float:
     The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
     changes d is nearly their number.
     """
-    size = np.abs(present(changes))[: THRESHOLDS.changes]
+    size = np.abs(present(changes))[:_CHANGES]
     size = size[size > 0]
-    if len(size) < THRESHOLDS.min_values:
+    if len(size) < _MIN_VALUES:
         return 0.0
     usual = median(size)
     size = size[size > usual / 4] / usual  # less is the compensation
-    steps = np.geomspace(THRESHOLDS.largest_step, THRESHOLDS.smallest_step, THRESHOLDS.steps_tried)
+    steps = np.geomspace(_LARGEST_STEP, _SMALLEST_STEP, _STEPS_TRIED)
     whole = steps
-    for count, mean_cosine in THRESHOLDS.stages:
+    for count, mean_cosine in _STAGES:
         whole = np.cos(np.multiply.outer(2 * np.pi / steps, size[:count])).mean(axis=1)
         steps, whole = steps[whole > mean_cosine], whole[whole > mean_cosine]
         if len(steps) == 0:
             return 0.0
-    alike = steps > steps[0] * THRESHOLDS.same_step
+    alike = steps > steps[0] * _SAME_STEP
     return usual * float(steps[alike][np.argmax(whole[alike])])
 
 
@@ -211,9 +182,9 @@ def equal_by_chance(stream: Stream, channel: str) -> float:
     A median of blocks, so that a stuck or lost part of the record does not count.
     """
     x = stream.column(channel)
-    lag = min(THRESHOLDS.lag, len(x) // 4)
+    lag = min(_LAG, len(x) // 4)
     same = x[lag:] == x[:-lag]
-    return median(np.array([block.mean() for block in np.array_split(same, min(THRESHOLDS.blocks, len(same)))]))
+    return median(np.array([block.mean() for block in np.array_split(same, min(_BLOCKS, len(same)))]))
 
 
 def usual_value(stream: Stream, channel: str) -> float:
@@ -231,7 +202,7 @@ def find_step(stream: Stream, channel: str) -> float:
 def hides_noise(stream: Stream) -> bool:
     """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
     resolved = (resolution(stream, channel) for channel in stream.channels)
-    return any(steps is not None and steps.ratio < THRESHOLDS.min_noise_steps for steps in resolved)
+    return any(steps is not None and steps.ratio < _MIN_NOISE_STEPS for steps in resolved)
 
 
 def rounded(finding: Finding) -> bool:
@@ -252,9 +223,9 @@ def coarse_resolution(stream: Stream) -> list[Finding]:
 
 def _coarse(stream: Stream, channel: str) -> Finding | None:
     resolved = resolution(stream, channel)
-    if resolved is None or resolved.ratio > THRESHOLDS.max_noise_steps:
+    if resolved is None or resolved.ratio > _MAX_NOISE_STEPS:
         return None
-    sample = present(take_samples(stream, channel, count=THRESHOLDS.examined))
+    sample = present(take_samples(stream, channel, count=_EXAMINED))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
         return None  # a line without noise has a step too, but no value twice
     tau0, step = stream.grid.tau0, resolved.step
@@ -264,7 +235,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
     if _counted(stream, channel, step):
         samples = stream.column(channel) / step
         summed, passing = white_sum(samples), abs(steps_a_sample(samples)) / tau0
-        needed = None if summed is None else THRESHOLDS.least_sums * summed
+        needed = None if summed is None else LEAST_SUMS * summed
         enough = needed is not None and stream.grid.n >= needed
         severity = "info" if enough else "warning"
         details = replace(
@@ -277,13 +248,13 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
         )
     else:
         square = step**2 * tau0 / 12
-        level, _ = white_level(take_samples(stream, channel, count=THRESHOLDS.level_from), tau0)
+        level, _ = white_level(take_samples(stream, channel, count=_LEVEL_FROM), tau0)
         factor = math.sqrt(level / (level - square)) if level > square else math.inf
-        if resolved.ratio >= THRESHOLDS.min_noise_steps and factor <= THRESHOLDS.max_factor:
-            if factor < THRESHOLDS.report_factor:
+        if resolved.ratio >= _MIN_NOISE_STEPS and factor <= _MAX_FACTOR:
+            if factor < _REPORT_FACTOR:
                 return None
             details = replace(details, rounding="white", added=math.sqrt(square))
-            severity = "warning" if factor > THRESHOLDS.warn_factor else "info"
+            severity = "warning" if factor > _WARN_FACTOR else "info"
             factors = (("random_walk", factor),)
     channels, size = (channel,), resolved.ratio
     return Finding(details=details, severity=severity, channels=channels, size=size, unit="steps", factors=factors)

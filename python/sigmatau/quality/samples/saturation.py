@@ -11,7 +11,6 @@ import numpy as np
 from sigmatau.arrays import Floats, Ints, median
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Saturation
-from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_rms, growing_step, merged_axes, present, spans_of_runs
 from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import runs_of_places
@@ -22,43 +21,29 @@ from sigmatau.record.streams import Stream
 _NORMAL = NormalDist()
 
 
-@frozen
-class SaturationThresholds:
-    """Thresholds of `saturation`."""
-
-    levels: int = 4
-    """Outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an outer
-    value is rarer than the next one inwards, so that of T visits to them at most T/levels are to the outermost."""
-
-    false_alarm: float = 1e-8
-    """Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff; the
-    level is a judgement."""
-
-    min_noise_steps: float = 0.5
-    """Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes."""
-
-    pulse_steps: float = 40.0
-    """Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Judgement: pulses
-    of up to 16 counts each way need 32."""
-
-    summed: int = 8
-    """Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle
-    is in one of eight of them."""
-
-    least_of_sums: float = 0.5
-    """Power of such sums, over that of independent increments, below which the samples are the changes of a rounded
-    angle. [1] Derived: white noise has 1, rounding alone 1/8."""
-
-    min_part_of_mean: float = 0.3
-    """Number of clipped samples in each tenth of the record over the mean, at least, for them to be spread over it.
-    [1] Judgement: slow noise moves the level."""
-
-    max_share: float = 0.9
-    """Share of clipped samples that are spread over the record, at most. [1] Judgement: beyond it there is no noise
-    to judge."""
-
-
-THRESHOLDS = SaturationThresholds()
+# Outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an outer value
+# is rarer than the next one inwards, so that of T visits to them at most T/levels are to the outermost.
+_LEVELS = 4
+# Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff; the level is
+# a judgement.
+_FALSE_ALARM = 1e-8
+# Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes.
+_MIN_NOISE_STEPS = 0.5
+# Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Judgement: pulses of up
+# to 16 counts each way need 32.
+_PULSE_STEPS = 40.0
+# Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle is in
+# one of eight of them.
+_SUMMED = 8
+# Power of such sums, over that of independent increments, below which the samples are the changes of a rounded angle.
+# [1] Derived: white noise has 1, rounding alone 1/8.
+_LEAST_OF_SUMS = 0.5
+# Number of clipped samples in each tenth of the record over the mean, at least, for them to be spread over it. [1]
+# Judgement: slow noise moves the level.
+_MIN_PART_OF_MEAN = 0.3
+# Share of clipped samples that are spread over the record, at most. [1] Judgement: beyond it there is no noise to
+# judge.
+_MAX_SHARE = 0.9
 
 
 def saturation(stream: Stream) -> list[MaskedFinding]:
@@ -75,15 +60,15 @@ def saturation(stream: Stream) -> list[MaskedFinding]:
         if not low < high:
             continue
         ends = [np.flatnonzero(x == low), np.flatnonzero(x == high)]
-        if max(map(len, ends)) < THRESHOLDS.levels or growing_step(x) > 0:
+        if max(map(len, ends)) < _LEVELS or growing_step(x) > 0:
             continue
         resolved = resolution(stream, channel)
         step = 0.0 if resolved is None else resolved.step
         # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
         judged = resolved is None or (
-            resolved.ratio >= THRESHOLDS.min_noise_steps
-            and high - low >= THRESHOLDS.levels * step
-            and not (high - low < THRESHOLDS.pulse_steps * step and _is_rounded_angle(x))
+            resolved.ratio >= _MIN_NOISE_STEPS
+            and high - low >= _LEVELS * step
+            and not (high - low < _PULSE_STEPS * step and _is_rounded_angle(x))
         )
         runs, lengths = stuck_runs(stream, channel)
         clipped = []
@@ -108,26 +93,26 @@ def _too_often(x: Floats, end: float, step: float) -> bool:
     values = np.unique(present(x))
     edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
-    tail = slice(None, -THRESHOLDS.levels - 1, -1) if end == values[-1] else slice(THRESHOLDS.levels)
+    tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
     outer = tuple(zip(firsts[tail], lasts[tail], strict=True))
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
     # A long stay is one visit; but where others stay, as pulses that fall between two samples do, all samples count.
     part = min(visits[0] / total, samples[0] / sum(samples))
-    if part <= 1 / THRESHOLDS.levels:
+    if part <= 1 / _LEVELS:
         return False
-    distance = part * math.log(part * THRESHOLDS.levels)
+    distance = part * math.log(part * _LEVELS)
     if part < 1:
-        distance += (1 - part) * math.log((1 - part) / (1 - 1 / THRESHOLDS.levels))
-    return total * distance > -math.log(THRESHOLDS.false_alarm)
+        distance += (1 - part) * math.log((1 - part) / (1 - 1 / _LEVELS))
+    return total * distance > -math.log(_FALSE_ALARM)
 
 
 def _is_rounded_angle(x: Floats) -> bool:
     """Whether samples are for the most part the changes of a rounded angle: what one has more, its neighbours have less."""
-    sums = present(x[: len(x) // THRESHOLDS.summed * THRESHOLDS.summed].reshape(-1, THRESHOLDS.summed).sum(axis=1))
-    independent = 2 * THRESHOLDS.summed * block_rms(present(x) - median(present(x))) ** 2
-    return block_rms(np.diff(sums)) ** 2 < THRESHOLDS.least_of_sums * independent
+    sums = present(x[: len(x) // _SUMMED * _SUMMED].reshape(-1, _SUMMED).sum(axis=1))
+    independent = 2 * _SUMMED * block_rms(present(x) - median(present(x))) ** 2
+    return block_rms(np.diff(sums)) ** 2 < _LEAST_OF_SUMS * independent
 
 
 def _visits(places: Ints) -> int:
@@ -160,7 +145,7 @@ def _finding(
     places = np.sort(np.concatenate(clipped))
     share = len(places) / n
     tenths = np.bincount(places * 10 // len(x), minlength=10)
-    spread = bool(np.all(tenths > THRESHOLDS.min_part_of_mean * tenths.mean())) and share < THRESHOLDS.max_share
+    spread = bool(np.all(tenths > _MIN_PART_OF_MEAN * tenths.mean())) and share < _MAX_SHARE
     factors: tuple[tuple[str, float], ...] = ()
     if spread:
         factor = 1.0

@@ -18,9 +18,45 @@ from sigmatau.quality.samples.common import block_rms, present, rounding_dust
 from sigmatau.quality.samples.dense_spikes import dense_spikes, hidden
 from sigmatau.quality.samples.masking import MaskedFinding, masked
 from sigmatau.quality.samples.resolution import step_of_changes
-from sigmatau.quality.samples.spike_scale import NORMAL_QUARTILE, THRESHOLDS, neighbours, stretches
+from sigmatau.quality.samples.spike_scale import (
+    FALSE_SPIKES,
+    LEAST_HEIGHT,
+    NORMAL_QUARTILE,
+    SIDE,
+    STRETCH,
+    STRETCHES,
+    TAIL_COUNT,
+    TAIL_FROM,
+    WIDE,
+    neighbours,
+    stretches,
+)
 from sigmatau.quality.samples.tails import TailReading, read_small_spikes, read_tail
 from sigmatau.record.streams import Stream
+
+# Height that is added for rounding. [steps] Derived: a step q moves a sample and a median by q/2 each.
+_STEPS = 1.0
+# Noise below it leaves no trace in the scatter of numbers with this step. [steps] Study: docs/study/coarse.md; noise
+# of 0.2 steps shows 0.06 to 0.5.
+_UNSEEN = 0.3
+# Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike. [1] Derived: from
+# some 2 % of spikes on.
+_SPOILED = 2.0
+# How often the rest is searched again. [1] Judgement: spikes beside each other hide each other.
+_ROUNDS = 8
+# Samples that have all four neighbours before them, below which samples with two of these count too. [samples]
+# Judgement: their scale is known to 2 %.
+_MIN_RESIDUALS = 1024
+# Samples from which a scale can be taken. [samples] Judgement: one block of `block_rms`.
+_MIN_SAMPLES = 32
+# Neighbours on either side whose scatter a spike must exceed too. [samples] Judgement: in a shock all samples are
+# large.
+_SCATTER_SIDE = 32
+# Fourth differences, over 6, in units of the residual, below which noise is smooth: medians of neighbours then follow
+# slopes, but no extremes, which are not spikes. [1] Derived: 0.8 for white noise and 0.53 for a random walk; a spike
+# beyond the threshold then has 15 standard deviations of it.
+_SMOOTH = 0.4
+
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
 _MIDDLE = 6.0  # heights of a single spike in the middle of its fourth difference, 6 of (1, 4, 6, 4, 1)
@@ -42,18 +78,18 @@ def find_spikes(x: Floats) -> Bools:
     """
     x = np.asarray(x, dtype=np.float64)
     is_spike = np.zeros(len(x), dtype=bool)
-    if len(x) < THRESHOLDS.min_samples:
+    if len(x) < _MIN_SAMPLES:
         return is_spike
     rest, quantile = x, 0.5
     multiple = _multiple(len(x))
-    for k in range(THRESHOLDS.rounds):
+    for k in range(_ROUNDS):
         scale = _scale(rest)
-        if k == 0 and scale.in_tail >= THRESHOLDS.tail_count and (dense := dense_spikes(x, scale.step)) is not None:
+        if k == 0 and scale.in_tail >= TAIL_COUNT and (dense := dense_spikes(x, scale.step)) is not None:
             is_spike[_beyond_smooth(x, np.flatnonzero(dense), scale, multiple)] = True
             rest = np.where(is_spike, np.nan, x)
             scale = _scale(rest)
-        rounding = THRESHOLDS.steps * scale.step
-        threshold = multiple * max(scale.noise, THRESHOLDS.unseen * scale.step) + rounding
+        rounding = _STEPS * scale.step
+        threshold = multiple * max(scale.noise, _UNSEEN * scale.step) + rounding
         if not (math.isfinite(threshold) and threshold > 0):
             break
         new = outliers(rest, threshold=threshold, multiple=multiple, smallest=rounding, side=scale.side, part=quantile)
@@ -64,9 +100,7 @@ def find_spikes(x: Floats) -> Bools:
         if rest is x:
             rest = x.copy()
         rest[new] = np.nan
-        quantile = (
-            0.25 if scale.side == THRESHOLDS.wide else 0.5
-        )  # where half of the changes about a spike may be to others
+        quantile = 0.25 if scale.side == WIDE else 0.5  # where half of the changes about a spike may be to others
     return is_spike
 
 
@@ -136,9 +170,9 @@ def _finding(stream: Stream, channel: str, is_spike: Bools) -> Finding:
 
 def _multiple(n: int) -> float:
     """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
-    needed = -NormalDist().inv_cdf(THRESHOLDS.false_spikes / (2 * n))
-    used = min(n, THRESHOLDS.stretch * THRESHOLDS.stretches)
-    return max(THRESHOLDS.least_height, needed) * (1 + 2 / math.sqrt(used / THRESHOLDS.scatter_side))
+    needed = -NormalDist().inv_cdf(FALSE_SPIKES / (2 * n))
+    used = min(n, STRETCH * STRETCHES)
+    return max(LEAST_HEIGHT, needed) * (1 + 2 / math.sqrt(used / _SCATTER_SIDE))
 
 
 def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
@@ -146,7 +180,7 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
     heights = np.empty(len(places))
     for start in range(0, len(places), _BATCH):
         some = places[start : start + _BATCH]
-        around_each = neighbours(clean, some, -THRESHOLDS.wide, THRESHOLDS.wide)
+        around_each = neighbours(clean, some, -WIDE, WIDE)
         lonely = ~np.isfinite(around_each).any(axis=1)
         if lonely.any():
             around_each[lonely] = np.nanmedian(clean)
@@ -173,13 +207,13 @@ def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> I
     places_present = np.flatnonzero(np.isfinite(x))
     middle = np.clip(np.searchsorted(places_present, places), 2, len(places_present) - 3)
     fourth = np.abs(np.diff(x[places_present[middle[:, None] + np.arange(-2, 3)]], n=4)[:, 0]) / _MIDDLE
-    limit = multiple * max(scale.fourth, THRESHOLDS.unseen * scale.step) + THRESHOLDS.steps * scale.step
+    limit = multiple * max(scale.fourth, _UNSEEN * scale.step) + _STEPS * scale.step
     return np.asarray(places[fourth > limit])
 
 
 def _scale(x: Floats) -> _Scale:
     """The noise of a part of the record."""
-    parts, side = stretches(x), THRESHOLDS.side
+    parts, side = stretches(x), SIDE
     rows = np.stack(parts)
     dust = rounding_dust(rows.ravel(), len(x))
     residual = (rows[:, side:] - _median(*(rows[:, k : k - side] for k in range(side)))).ravel()
@@ -188,31 +222,31 @@ def _scale(x: Floats) -> _Scale:
     else:
         differences = np.abs(np.diff(rows)).ravel()
     changes = differences[differences > dust]
-    if np.count_nonzero(np.isfinite(residual)) < THRESHOLDS.min_residuals:
+    if np.count_nonzero(np.isfinite(residual)) < _MIN_RESIDUALS:
         residual = _where_two_are(x)
-        if len(residual) < THRESHOLDS.min_samples:
+        if len(residual) < _MIN_SAMPLES:
             return _Scale(math.nan, 0.0, side, 0, math.inf, smooth=False)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
     # A median of |residuals| is a whole number of half steps, so that many may hide in it.
     usual = median(np.abs(present(residual))) / NORMAL_QUARTILE
-    in_tail = int(np.count_nonzero(np.abs(residual) > THRESHOLDS.tail_from * min(scale, usual + step / 2)))
+    in_tail = int(np.count_nonzero(np.abs(residual) > TAIL_FROM * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
-    enough = len(fourth) >= THRESHOLDS.min_samples
+    enough = len(fourth) >= _MIN_SAMPLES
     fourth_scale = median(fourth) / NORMAL_QUARTILE / _MIDDLE if enough else math.inf
-    if scale > THRESHOLDS.spoiled * (usual + step):
-        scale, side = usual + step / 2, THRESHOLDS.wide
-    return _Scale(scale, step, side, in_tail, fourth_scale, smooth=fourth_scale < THRESHOLDS.smooth * scale)
+    if scale > _SPOILED * (usual + step):
+        scale, side = usual + step / 2, WIDE
+    return _Scale(scale, step, side, in_tail, fourth_scale, smooth=fourth_scale < _SMOOTH * scale)
 
 
 def _where_two_are(x: Floats) -> Floats:
     """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
     places_present = np.flatnonzero(np.isfinite(x))
-    has_two = places_present[2:] - places_present[:-2] <= THRESHOLDS.side
-    places = places_present[2:][has_two][: THRESHOLDS.stretch * THRESHOLDS.stretches]
+    has_two = places_present[2:] - places_present[:-2] <= SIDE
+    places = places_present[2:][has_two][: STRETCH * STRETCHES]
     if len(places) == 0:
         return np.zeros(0)
-    return np.asarray(x[places] - np.nanmedian(neighbours(x, places, -THRESHOLDS.side, -1), axis=1))
+    return np.asarray(x[places] - np.nanmedian(neighbours(x, places, -SIDE, -1), axis=1))
 
 
 def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:

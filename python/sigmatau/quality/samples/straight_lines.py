@@ -8,64 +8,44 @@ from dataclasses import dataclass
 import numpy as np
 
 from sigmatau.arrays import Floats, Ints, Runs
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
-from sigmatau.quality.samples.common import block_rms, longest_of_tail, pieces, take_samples
+from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, longest_of_tail, pieces, take_samples
 from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import find_step, resolution
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class LineThresholds:
-    """Thresholds of `filled` and `tolerance`."""
-
-    false_alarm: float = 1e-4
-    """Probability that a record of noise alone has an outage that is reported. [1] Judgement: one false alarm in 10⁴
-    channels."""
-
-    min_share: float = 0.004
-    """Part of the record from which on single samples are reported, beyond chance. [1] Judgement: fewer change no
-    coefficient."""
-
-    times_chance: float = 3.0
-    """Part by chance that is added to it, in times. [1] Judgement: noise that comes and goes has more near zero than
-    its mean shows."""
-
-    in_tail: int = 4
-    """Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by
-    chance more often than an exponential tail has them."""
-
-    max_share: float = 0.9
-    """Part on lines beyond which too little noise is left to compare lines with. [1] Judgement: a tenth of the
-    record is noise."""
-
-    min_stretch: int = 16
-    """Length of a line from which on it is an outage, and not single samples that were filled in. [samples]
-    Judgement: a radio link loses a few samples at a time."""
-
-    too_coarse: float = 0.15
-    """Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart. [1]
-    Judgement: a line of 5 samples is then one in 10⁴."""
-
-    rounding: float = 16 * float(np.finfo(float).eps)
-    """Rounding of a second difference, as a part of the samples. [1] Derived: four samples of half a unit in the
-    last place each, and their unit conversion."""
-
-    nothing: float = 1e-3
-    """Part of the usual second difference that counts as 0: single precision and printed decimals leave as much. [1]
-    Derived: noise is below it in one of 1250 cases."""
-
-    min_differences: int = 64
-    """Differences that a share is taken from, at least. [1] Judgement: a share is then known to 0.06."""
-
-    examined: int = 1 << 16
-    """Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `nothing` by chance, a
-    share that is known to a seventh."""
-
-
-THRESHOLDS = LineThresholds()
+# Probability that a record of noise alone has an outage that is reported. [1] Judgement: one false alarm in 10⁴
+# channels.
+_FALSE_ALARM = 1e-4
+# Part of the record from which on single samples are reported, beyond chance. [1] Judgement: fewer change no
+# coefficient.
+_MIN_SHARE = 0.004
+# Part by chance that is added to it, in times. [1] Judgement: noise that comes and goes has more near zero than its
+# mean shows.
+_TIMES_CHANCE = 3.0
+# Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by chance
+# more often than an exponential tail has them.
+_IN_TAIL = 4
+# Part on lines beyond which too little noise is left to compare lines with. [1] Judgement: a tenth of the record is
+# noise.
+_MAX_SHARE = 0.9
+# Length of a line from which on it is an outage, and not single samples that were filled in. [samples] Judgement: a
+# radio link loses a few samples at a time.
+_MIN_STRETCH = 16
+# Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart. [1]
+# Judgement: a line of 5 samples is then one in 10⁴.
+TOO_COARSE = 0.15
+# Rounding of a second difference, as a part of the samples. [1] Derived: four samples of half a unit in the last
+# place each, and their unit conversion.
+_ROUNDING = 16 * float(np.finfo(float).eps)
+# Part of the usual second difference that counts as 0: single precision and printed decimals leave as much. [1]
+# Derived: noise is below it in one of 1250 cases.
+_NOTHING = 1e-3
+# Differences that a share is taken from, at least. [1] Judgement: a share is then known to 0.06.
+_MIN_DIFFERENCES = 64
+# Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `_NOTHING` by chance, a
+# share that is known to a seventh.
+_EXAMINED = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +61,12 @@ class Tolerance:
 def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
     """The second differences that are 0 in some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
-    if np.count_nonzero(np.isfinite(second)) < THRESHOLDS.min_differences:
+    if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
         return None
-    rounding = THRESHOLDS.rounding * float(np.abs(some[np.isfinite(some)]).max())
+    rounding = _ROUNDING * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
     # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + THRESHOLDS.nothing * scale + 2.01 * find_step(stream, channel)
+    largest = rounding + _NOTHING * scale + 2.01 * find_step(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return Tolerance(rounding, largest, scale, chance)
 
@@ -122,9 +102,9 @@ class Filled:
 
 def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
     """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
-    some = take_samples(stream, channel, count=THRESHOLDS.examined)
+    some = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, some)
-    if zero is None or zero.chance > THRESHOLDS.too_coarse:
+    if zero is None or zero.chance > TOO_COARSE:
         return None
     places = [np.empty(0, dtype=np.int64)]
     beyond = 0
@@ -161,22 +141,16 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     first, lengths = runs_of_places(parts.places)
     n = stream.grid.n
     share = len(parts.places) / n
-    if share > THRESHOLDS.max_share:
+    if share > _MAX_SHARE:
         return None
-    longest = (
-        math.log(n / THRESHOLDS.false_alarm)
-        / -math.log(max(share, parts.chance))
-        * max(1.0, 1 / max(parts.smooth, 1e-3))
-    )
+    longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
     steps = resolution(stream, channel)
-    if steps is not None and steps.ratio < SHARED.few_steps:
-        longest = max(
-            longest, longest_of_tail(lengths[lengths >= THRESHOLDS.in_tail], false_alarm=THRESHOLDS.false_alarm)
-        )
-    long = lengths >= max(THRESHOLDS.min_stretch, longest)
-    single = lengths < THRESHOLDS.min_stretch
+    if steps is not None and steps.ratio < FEW_STEPS:
+        longest = max(longest, longest_of_tail(lengths[lengths >= _IN_TAIL], false_alarm=_FALSE_ALARM))
+    long = lengths >= max(_MIN_STRETCH, longest)
+    single = lengths < _MIN_STRETCH
     chance = parts.chance
-    needed = THRESHOLDS.min_share + THRESHOLDS.times_chance * chance + SHARED.sigmas * math.sqrt(chance / n)
+    needed = _MIN_SHARE + _TIMES_CHANCE * chance + SIGMAS * math.sqrt(chance / n)
     if float(lengths[single].sum()) < needed * n:
         single[:] = False
     if not (long | single).any():
@@ -198,7 +172,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     return Filled(
         first[is_filled],
         lengths[is_filled],
-        THRESHOLDS.min_stretch,
+        _MIN_STRETCH,
         part * true,
         1 + (random_walk - 1) * true,
         1 + (short - 1) * true,
@@ -219,7 +193,7 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
     a, b = change[:-1][apart_from_lines], change[1:][apart_from_lines]
     is_present = np.isfinite(a) & np.isfinite(b)
     a, b = a[is_present], b[is_present]
-    if len(a) < THRESHOLDS.min_differences:
+    if len(a) < _MIN_DIFFERENCES:
         return False
     if float(a @ b) < -0.1 * float(a @ a):
         return True

@@ -10,10 +10,9 @@ import numpy as np
 from sigmatau.arrays import Bools, Floats, Runs
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.values import Dropout, StuckSamples
-from sigmatau.frozen import frozen
 from sigmatau.quality.facts import channel_fact
-from sigmatau.quality.samples.common import THRESHOLDS as SHARED
 from sigmatau.quality.samples.common import (
+    FEW_STEPS,
     block_rms,
     growing_step,
     longest_of_tail,
@@ -26,42 +25,26 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class StuckThresholds:
-    """Thresholds of `stuck_samples`."""
-
-    false_alarm: float = 1e-4
-    """Probability that a record of noise alone has a run that is reported. [1] Judgement: one false alarm in 10⁴
-    channels."""
-
-    min_run: int = 5
-    """Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault."""
-
-    min_noise_steps: float = 0.6
-    """Noise seen from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may rest on one
-    value, shows 0 to 0.5 steps, depending on where its mean lies between two steps."""
-
-    smooth: float = 1.0
-    """Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk
-    has 2."""
-
-    jump: float = 2.5
-    """Change beside a run of smooth noise from which on the run is a fault. [steps] Judgement: noise that rests on a
-    value leaves it by a step or two."""
-
-    times_noise: float = 1.0
-    """The same over the white part of the noise. [1] Judgement: see `jump`."""
-
-    min_share_in_runs: float = 0.95
-    """Part of the visits to zero that are in runs, at least. [1] Judgement: single samples of a sensor whose range
-    ends at zero, or whose numbers are coarse, are zero too."""
-
-    examined: int = 1 << 14
-    """Samples by which it is decided whether the noise is smooth. [samples] Judgement: a power is then known to 1 %."""
-
-
-THRESHOLDS = StuckThresholds()
+# Probability that a record of noise alone has a run that is reported. [1] Judgement: one false alarm in 10⁴ channels.
+_FALSE_ALARM = 1e-4
+# Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault.
+_MIN_RUN = 5
+# Noise seen from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may rest on one value,
+# shows 0 to 0.5 steps, depending on where its mean lies between two steps.
+_MIN_NOISE_STEPS = 0.6
+# Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk has
+# 2.
+_SMOOTH = 1.0
+# Change beside a run of smooth noise from which on the run is a fault. [steps] Judgement: noise that rests on a value
+# leaves it by a step or two.
+_JUMP = 2.5
+# The same over the white part of the noise. [1] Judgement: see `_JUMP`.
+_TIMES_NOISE = 1.0
+# Part of the visits to zero that are in runs, at least. [1] Judgement: single samples of a sensor whose range ends at
+# zero, or whose numbers are coarse, are zero too.
+_MIN_SHARE_IN_RUNS = 0.95
+# Samples by which it is decided whether the noise is smooth. [samples] Judgement: a power is then known to 1 %.
+_EXAMINED = 1 << 14
 
 
 @channel_fact
@@ -74,49 +57,49 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
     then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
     """
     x = stream.column(channel)
-    first, lengths = runs_of_equal(x, shortest=THRESHOLDS.min_run)
+    first, lengths = runs_of_equal(x, shortest=_MIN_RUN)
     if len(first) == 0 or int(lengths.max()) == len(present(x)) or growing_step(x) > 0:
         return first[:0], lengths[:0]
     resolved, usual = resolution(stream, channel), usual_value(stream, channel)
 
     def longest_by_chance(stay: float) -> float:
-        return math.log(len(x) / THRESHOLDS.false_alarm) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
+        return math.log(len(x) / _FALSE_ALARM) / -math.log(min(max(stay, 1e-12), 1 - 1e-12))
 
     def limit(times: float) -> float:
         stay = 0.0
         if resolved is not None:
-            if resolved.ratio < THRESHOLDS.min_noise_steps:
+            if resolved.ratio < _MIN_NOISE_STEPS:
                 return math.inf
             # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
             variance = (resolved.noise**2 * times - resolved.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(resolved.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
         # Irregular repetition has runs of twice its mean, and rarely more.
-        return max(THRESHOLDS.min_run, longest) * (1 if times <= 1 else 2 * times)
+        return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
 
     is_stuck = lengths > limit(1.0)
     if is_stuck.any():
         held = repeats(stream)
         if held is not None and channel in held.channels:
             is_stuck = lengths > limit(max(held.times, held.longest / 2))
-    if is_stuck.any() and resolved is not None and resolved.ratio < SHARED.few_steps:
+    if is_stuck.any() and resolved is not None and resolved.ratio < FEW_STEPS:
         for value in np.unique(x[first[is_stuck]]):  # on which a counter rests between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & is_stuck].sum()) / len(x)
-            tails = (longest_of_tail(group, false_alarm=THRESHOLDS.false_alarm) for group in (visits, lengths[runs]))
+            tails = (longest_of_tail(group, false_alarm=_FALSE_ALARM) for group in (visits, lengths[runs]))
             is_stuck[runs] &= lengths[runs] > max(longest_by_chance(usual), *tails)
     if is_stuck.any() and resolved is not None and _is_smooth(x):
         edges = np.concatenate(([np.nan], x, [np.nan]))
         changes = np.abs(np.stack([edges[first], edges[first + lengths + 1]]) - x[first])
         jumps = np.where(np.isnan(changes), math.inf, changes).max(axis=0)
-        is_stuck &= jumps > max(THRESHOLDS.jump * resolved.step, THRESHOLDS.times_noise * resolved.noise)
+        is_stuck &= jumps > max(_JUMP * resolved.step, _TIMES_NOISE * resolved.noise)
     return first[is_stuck], lengths[is_stuck]
 
 
 def _is_smooth(x: Floats) -> bool:
     """Whether noise is smoother than a random walk."""
-    changes = np.diff(present(x[: THRESHOLDS.examined]))
-    return 0 < block_rms(np.diff(changes)) ** 2 < THRESHOLDS.smooth * block_rms(changes) ** 2
+    changes = np.diff(present(x[:_EXAMINED]))
+    return 0 < block_rms(np.diff(changes)) ** 2 < _SMOOTH * block_rms(changes) ** 2
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:
@@ -139,7 +122,7 @@ def zero_runs(stream: Stream, channel: str) -> Runs:
     count = int(np.count_nonzero(here))
     if count:
         visits = int(np.count_nonzero(np.diff(np.flatnonzero(x == zero)) > 1)) + 1
-        if visits - count > (1 - THRESHOLDS.min_share_in_runs) * visits:
+        if visits - count > (1 - _MIN_SHARE_IN_RUNS) * visits:
             here[:] = False
     return first[here], lengths[here]
 

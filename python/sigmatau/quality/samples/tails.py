@@ -10,7 +10,21 @@ import numpy as np
 from sigmatau.arrays import Floats, median
 from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import beyond_chance, present
-from sigmatau.quality.samples.spike_scale import THRESHOLDS
+from sigmatau.quality.samples.spike_scale import FALSE_SPIKES, TIMES
+
+# Exponent α of the heaviest tail that ends without a gap. [1] Derived: Student's t with 3 degrees of freedom. Of the
+# k largest samples the ratio of the smallest to the next smaller one exceeds r with probability r^-kα.
+_TAIL_EXPONENT = 3.0
+# Height of small spikes, which stand alone. [standard deviations] Derived: noise is beyond it once in 150 000
+# samples.
+_SMALL = 4.5
+# Variance of the other samples of the block and of its neighbours over the usual one, at most. [1] Derived: χ² with
+# 31 degrees of freedom reaches 2 times its mean once in 1000 blocks.
+_QUIET = 2.0
+# Samples whose mean is taken off. [samples] Judgement: slower noise is not part of the white level.
+_MEAN_BLOCK = 32
+# Samples of a block that have a scatter. [samples] Derived: the variance of one is not defined.
+_MIN_PRESENT = 2
 
 
 @frozen
@@ -57,8 +71,8 @@ def read_tail(clean: Floats, heights: Floats) -> TailReading:
     fourth = (float((squares * squares).sum()) + float((tail * tail).sum())) / count
     kurtosis = max(fourth / variance**2 - 3, 0.0)
     # Half of the tail is above its median, so that one sample of the record is expected beyond m (k/2)^(1/α).
-    highest = median(tail) * (len(tail) / 2) ** (2 / THRESHOLDS.tail_exponent)
-    beyond = THRESHOLDS.tail_exponent / (THRESHOLDS.tail_exponent - 2) * highest / (variance * count)
+    highest = median(tail) * (len(tail) / 2) ** (2 / _TAIL_EXPONENT)
+    beyond = _TAIL_EXPONENT / (_TAIL_EXPONENT - 2) * highest / (variance * count)
     return TailReading(
         factor=max(math.sqrt(variance / usual), 1.0), error=math.hypot(math.sqrt(kurtosis / count), beyond) / 2
     )
@@ -69,9 +83,7 @@ def _without_gap(sizes: Floats, largest: float) -> Floats:
     while len(sizes) and largest > 0:
         ratio = sizes / np.maximum(np.concatenate(([0.0], sizes[:-1])), largest)
         above = np.arange(len(sizes), 0, -1)
-        gaps = np.flatnonzero(
-            ratio > (len(sizes) / THRESHOLDS.false_spikes) ** (1 / (THRESHOLDS.tail_exponent * above))
-        )
+        gaps = np.flatnonzero(ratio > (len(sizes) / FALSE_SPIKES) ** (1 / (_TAIL_EXPONENT * above)))
         if len(gaps) == 0:
             return sizes
         sizes = sizes[: gaps[-1]]
@@ -92,20 +104,20 @@ def read_small_spikes(clean: Floats) -> float:
         return 1.0
     usual = total / count
     largest, sums = np.nanmax(squares, axis=1), np.nansum(squares, axis=1)
-    loud = sums - largest > THRESHOLDS.quiet * usual * (np.isfinite(squares).sum(axis=1) - 1)
+    loud = sums - largest > _QUIET * usual * (np.isfinite(squares).sum(axis=1) - 1)
     wide = np.concatenate((loud[:1], loud, loud[-1:]))
-    small = largest[(largest > THRESHOLDS.small**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
-    by_chance = 2 * count * NormalDist().cdf(-THRESHOLDS.small)
-    if len(small) <= beyond_chance(by_chance, times=THRESHOLDS.times):
+    small = largest[(largest > _SMALL**2 * usual) & ~(wide[:-2] | loud | wide[2:])]
+    by_chance = 2 * count * NormalDist().cdf(-_SMALL)
+    if len(small) <= beyond_chance(by_chance, times=TIMES):
         return 1.0
     return math.sqrt(usual / ((total - float(small.sum())) / (count - len(small))))
 
 
 def _squares(x: Floats) -> Floats:
     """Squares of the samples less the mean of their block, with the variance of the samples, a row a block."""
-    blocks = x[: len(x) // THRESHOLDS.mean_block * THRESHOLDS.mean_block].reshape(-1, THRESHOLDS.mean_block)
+    blocks = x[: len(x) // _MEAN_BLOCK * _MEAN_BLOCK].reshape(-1, _MEAN_BLOCK)
     finite = np.isfinite(blocks)
     count = finite.sum(axis=1)
-    blocks, finite, count = (a[count >= THRESHOLDS.min_present] for a in (blocks, finite, count))
+    blocks, finite, count = (a[count >= _MIN_PRESENT] for a in (blocks, finite, count))
     means = np.where(finite, blocks, 0.0).sum(axis=1) / count
     return np.asarray((blocks - means[:, None]) ** 2 * (count / (count - 1))[:, None])

@@ -8,7 +8,6 @@ from typing import Any, Literal
 from sigmatau.estimators.octaves import octaves
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.findings.units import Gravity, ImplausibleUnit, MeanRate
-from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.means import mean_value
 from sigmatau.quality.samples.common import take_samples, white_level
@@ -59,81 +58,53 @@ _NOISIEST_GYRO = SENSOR_CLASSES["angular_rate"].noisiest["random_walk"]
 _EARTH_RATE = 7.292115e-5  # IERS [rad/s]
 
 
-@frozen
-class UnitThresholds:
-    """Thresholds of `implausible_unit`, `gravity` and `mean_rate`."""
-
-    gravity_tolerance: float = 0.12
-    """Relative difference from gravity that bias and scale errors explain. [1] Datasheets: consumer accelerometers
-    have a bias of 100 mg and scale errors of some percent."""
-
-    on_ground: tuple[float, float] = (9.75, 9.85)
-    """Gravity on the ground. [m/s^2] Literature: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL
-    40 (2013)."""
-
-    without_gravity: float = 0.5
-    """Mean below which gravity has been removed. [m/s^2] Judgement: below the single-axis bias of any sensor for which an
-    Allan variance is useful.
-    """
-
-    known_steps: tuple[float, ...] = (
-        *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
-        *(2.0**k / 262.144 for k in range(5)),
-        4.375e-3,
-        8.75e-3,
-        17.5e-3,
-    )
-    """Steps of known gyros. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI (262.144 to
-    16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could have too are left out.
-    """
-
-    same_step: float = 1e-4
-    """Relative difference of a step from a known one. [1] Judgement: the step of a log is known to about that."""
-
-    same_factor: float = 1e-6
-    """Relative difference of the factor of a channel from that of a unit. [1] Judgement: typed factors have seven digits."""
-
-    usual_offset: float = 10 * DEGREE
-    """Largest zero-rate offset of usual MEMS gyros; a gyro with a larger mean may turn. [rad/s] Datasheets: 1 to 10 deg/s
-    for LSM6, BMI and ICM parts. Older parts have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at full
-    range).
-    """
-
-    times_noisiest: float = 2.0
-    """White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: allows for a sensor that
-    is worse than its datasheet.
-    """
-
-    earth_noise: float = 5e-4 * DEGREE / 60
-    """White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h. [rad/s/√Hz] Literature: strategic
-    gyros, whose bias is below 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007)."""
-
-    earth_tolerance: float = 0.3
-    """Relative difference of the mean from the Earth's rate. [1] Judgement: axes that are not orthogonal."""
-
-    optical_noise: float = 0.01 * DEGREE / 60
-    """White noise below which a gyro is optical and has a bias of at most some deg/h: 0.01 deg/√h. [rad/s/√Hz] Judgement:
-    MEMS gyros have more.
-    """
-
-    min_mems_bias: float = 45 * DEGREE / 3600
-    """Mean rate that is too large for the bias of an optical gyro. [rad/s] Derived: three times the Earth's rate; MEMS gyros
-    have 100 to 10⁵ deg/h.
-    """
-
-    examined: int = 1 << 17
-    """Samples from which the noise is estimated. [samples] Judgement: it is compared with factors of two and more."""
-
-    short: int = 64
-    """Averaging time below which an Allan variance of few pairs is used too. [samples] Judgement: a short record has few
-    pairs at longer times.
-    """
-
-    least_pairs: int = 200
-    """Smallest number of pairs of clusters at the other times. [1] Derived: a relative error of √(3/200), 12 %."""
-
-
-THRESHOLDS = UnitThresholds()
+# Relative difference from gravity that bias and scale errors explain. [1] Datasheets: consumer accelerometers have a
+# bias of 100 mg and scale errors of some percent.
+GRAVITY_TOLERANCE = 0.12
+# Gravity on the ground. [m/s^2] Literature: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40
+# (2013).
+_ON_GROUND = (9.75, 9.85)
+# Mean below which gravity has been removed. [m/s^2] Judgement: below the single-axis bias of any sensor for which an
+# Allan variance is useful.
+_WITHOUT_GRAVITY = 0.5
+# Steps of known gyros. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI (262.144 to
+# 16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could have too are left out.
+_KNOWN_STEPS = (
+    *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
+    *(2.0**k / 262.144 for k in range(5)),
+    4.375e-3,
+    8.75e-3,
+    17.5e-3,
+)
+# Relative difference of a step from a known one. [1] Judgement: the step of a log is known to about that.
+_SAME_STEP = 1e-4
+# Relative difference of the factor of a channel from that of a unit. [1] Judgement: typed factors have seven digits.
+_SAME_FACTOR = 1e-6
+# Largest zero-rate offset of usual MEMS gyros; a gyro with a larger mean may turn. [rad/s] Datasheets: 1 to 10 deg/s
+# for LSM6, BMI and ICM parts. Older parts have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at
+# full range).
+_USUAL_OFFSET = 10 * DEGREE
+# White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: allows for a sensor that
+# is worse than its datasheet.
+_TIMES_NOISIEST = 2.0
+# White noise below which a gyro measures the Earth's rotation: 5·10⁻⁴ deg/√h. [rad/s/√Hz] Literature: strategic
+# gyros, whose bias is below 0.01 deg/h (H. C. Lefèvre, C. R. Physique 15, 2014, doi:10.1016/j.crhy.2014.10.007).
+_EARTH_NOISE = 5e-4 * DEGREE / 60
+# Relative difference of the mean from the Earth's rate. [1] Judgement: axes that are not orthogonal.
+_EARTH_TOLERANCE = 0.3
+# White noise below which a gyro is optical and has a bias of at most some deg/h: 0.01 deg/√h. [rad/s/√Hz] Judgement:
+# MEMS gyros have more.
+_OPTICAL_NOISE = 0.01 * DEGREE / 60
+# Mean rate that is too large for the bias of an optical gyro. [rad/s] Derived: three times the Earth's rate; MEMS
+# gyros have 100 to 10⁵ deg/h.
+_MIN_MEMS_BIAS = 45 * DEGREE / 3600
+# Samples from which the noise is estimated. [samples] Judgement: it is compared with factors of two and more.
+_EXAMINED = 1 << 17
+# Averaging time below which an Allan variance of few pairs is used too. [samples] Judgement: a short record has few
+# pairs at longer times.
+_SHORT = 64
+# Smallest number of pairs of clusters at the other times. [1] Derived: a relative error of √(3/200), 12 %.
+_LEAST_PAIRS = 200
 
 
 def implausible_unit(stream: Stream) -> list[Finding]:
@@ -147,7 +118,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     if not has_plausible_values(stream):
         return []
     is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
-    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < THRESHOLDS.without_gravity):
+    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < _WITHOUT_GRAVITY):
         return by_gravity
     if stream.quantity not in SENSOR_CLASSES:
         return []
@@ -167,15 +138,15 @@ def gravity(stream: Stream) -> list[Finding]:
     if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):
         return []
     level = _mean_vector(stream)
-    low, high = THRESHOLDS.on_ground
+    low, high = _ON_GROUND
     if low <= level <= high or not math.isfinite(level):
         return []
     if _by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / STANDARD_GRAVITY - 1
-    is_close = abs(deviation) < THRESHOLDS.gravity_tolerance
+    is_close = abs(deviation) < GRAVITY_TOLERANCE
     cause: Literal["bias_or_scale", "removed", "unknown"]
-    cause = "bias_or_scale" if is_close else "removed" if level < THRESHOLDS.without_gravity else "unknown"
+    cause = "bias_or_scale" if is_close else "removed" if level < _WITHOUT_GRAVITY else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
     severity: Severity = "warning" if cause == "unknown" else "info"
     factors = tuple((term, 1 + deviation) for term in TERMS) if cause == "unknown" else ()
@@ -188,9 +159,9 @@ def mean_rate(stream: Stream) -> list[Finding]:
     if stream.quantity != "angular_rate" or not _is_measured(stream):
         return []
     mean = _mean_vector(stream)
-    if not mean > THRESHOLDS.usual_offset:
+    if not mean > _USUAL_OFFSET:
         return []
-    details = MeanRate(mean=mean, usual=THRESHOLDS.usual_offset)
+    details = MeanRate(mean=mean, usual=_USUAL_OFFSET)
     return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
 
 
@@ -212,7 +183,7 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     stated_unit = _stated(stream)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
-    if not abs(level / value - 1) < THRESHOLDS.gravity_tolerance:
+    if not abs(level / value - 1) < GRAVITY_TOLERANCE:
         return []
     return _finding(stream, "gravity", stated, likely, factor=value / STANDARD_GRAVITY, size=level, mean=level)
 
@@ -224,11 +195,7 @@ def _by_step(stream: Stream) -> list[Finding]:
         return []
     for likely in _MISTAKES.get(stated, ()):
         factor = to_si(1.0, stated) / to_si(1.0, likely)
-        alike = [
-            s
-            for s in THRESHOLDS.known_steps
-            if all(abs(step / (s * DEGREE * factor) - 1) < THRESHOLDS.same_step for step in steps)
-        ]
+        alike = [s for s in _KNOWN_STEPS if all(abs(step / (s * DEGREE * factor) - 1) < _SAME_STEP for step in steps)]
         if alike:
             return _finding(stream, "step", stated, likely, size=steps[0], step=steps[0], sensitivity=1 / alike[0])
     return []
@@ -243,12 +210,12 @@ def _by_noise(stream: Stream) -> list[Finding]:
     if not (lowest and lowest[0] > 0):
         return []
     middle, highest = lowest[len(lowest) // 2], max(high for _, high in bounds)
-    if stream.quantity == "angular_rate" and lowest[0] > THRESHOLDS.times_noisiest * _NOISIEST_GYRO:
+    if stream.quantity == "angular_rate" and lowest[0] > _TIMES_NOISIEST * _NOISIEST_GYRO:
         stated = _stated(stream)
         likely = "deg/s" if stated == "rad/s" else ""
         return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
     is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
-    if is_in_degrees and highest < THRESHOLDS.optical_noise and _mean_vector(stream) > THRESHOLDS.min_mems_bias:
+    if is_in_degrees and highest < _OPTICAL_NOISE and _mean_vector(stream) > _MIN_MEMS_BIAS:
         return _by_density(stream, "bias", "rad/s", middle)
     evidence = _quiet_evidence(stream, highest)
     return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
@@ -257,11 +224,11 @@ def _by_noise(stream: Stream) -> list[Finding]:
 def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
     """Reason why a sensor cannot have so little white noise; None if it can."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
-    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < THRESHOLDS.earth_tolerance:
+    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
         return None
     if highest < SENSOR_CLASSES[stream.quantity].quietest:
         return "quiet"
-    return "earth" if is_gyro_triad and highest < THRESHOLDS.earth_noise else None
+    return "earth" if is_gyro_triad and highest < _EARTH_NOISE else None
 
 
 def _louder_unit(stream: Stream, noise: float) -> str:
@@ -306,7 +273,7 @@ def _stated(stream: Stream) -> str:
     """The unit of `_MISTAKES` in which all channels were read; empty for another unit, or several."""
     factors = [transform.factor for transform in stream.samples.transforms]
     units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
-    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < THRESHOLDS.same_factor for f in factors))
+    alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < _SAME_FACTOR for f in factors))
     return next(alike, "")
 
 
@@ -320,9 +287,7 @@ def _levels(stream: Stream, channel: str) -> tuple[float, float]:
 
     NaN if no two samples are consecutive.
     """
-    x, tau0 = take_samples(stream, channel, count=THRESHOLDS.examined), stream.grid.tau0
+    x, tau0 = take_samples(stream, channel, count=_EXAMINED), stream.grid.tau0
     level, _ = white_level(x, tau0)
-    levels = [
-        m * tau0 * avar for m, avar, pairs in octaves(x) if m < THRESHOLDS.short or pairs > THRESHOLDS.least_pairs
-    ]
+    levels = [m * tau0 * avar for m, avar, pairs in octaves(x) if m < _SHORT or pairs > _LEAST_PAIRS]
     return math.sqrt(max(level, 0.0)), math.sqrt(max(levels, default=0.0))

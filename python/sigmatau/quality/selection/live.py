@@ -12,7 +12,6 @@ from sigmatau.arrays import Floats
 from sigmatau.estimators.accumulator import Accumulator
 from sigmatau.findings.finding import Finding, Span
 from sigmatau.findings.rest import KeptOfStream, Motion
-from sigmatau.frozen import frozen
 from sigmatau.quality.selection.rest import Rest, is_too_short, partly, rest, rest_findings, shortest_length
 from sigmatau.record.record import MIN_SAMPLES, Record, stream_name
 from sigmatau.record.streams import PLAUSIBLE_RATES
@@ -20,23 +19,13 @@ from sigmatau.record.streams import PLAUSIBLE_RATES
 _SENSORS = {"gyro": "angular_rate", "accel": "acceleration"}
 
 
-@frozen
-class LiveThresholds:
-    """Lengths of the blocks of `LiveStretches`, which are judged with the blocks before and after."""
-
-    block: float = 30.0
-    """Length of a block. [s] Judgement: three blocks are longer than a block of `StillnessThresholds`."""
-
-    least_block: int = 64
-    """Smallest length of a block. [samples] Judgement: three blocks are longer than the shortest record, see
-    `RestThresholds`.
-    """
-
-    most_block: int = 1 << 18
-    """Largest length of a block. [samples] Judgement: limits the memory."""
-
-
-THRESHOLDS = LiveThresholds()
+# Length of a block. [s] Judgement: three blocks are longer than a block of `sigmatau.quality.motion.stillness`.
+_BLOCK = 30.0
+# Smallest length of a block. [samples] Judgement: three blocks are longer than the shortest record, see
+# `sigmatau.quality.selection.rest`.
+_LEAST_BLOCK = 64
+# Largest length of a block. [samples] Judgement: limits the memory.
+_MOST_BLOCK = 1 << 18
 
 
 class LiveStretches:
@@ -73,7 +62,7 @@ class LiveStretches:
         self.judged: bool = PLAUSIBLE_RATES[0] <= rate <= PLAUSIBLE_RATES[1]
         self.n: int = 0  # samples received so far
         self.motion: Motion | None = None  # the strongest motion so far
-        self._block = min(max(round(THRESHOLDS.block * rate), THRESHOLDS.least_block), THRESHOLDS.most_block)
+        self._block = min(max(round(_BLOCK * rate), _LEAST_BLOCK), _MOST_BLOCK)
         self._before: Floats = np.empty((0, len(self.channels)))  # the last block that was summed
         self._waiting: list[Floats] = []
         self._number = 0  # number of waiting samples

@@ -16,13 +16,12 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding, Severity, Span, plain
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
-from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
 from sigmatau.quality.motion.stillness import find_movement
 from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.disturbances import without
 from sigmatau.quality.samples.masking import mask_from_spans, masked
-from sigmatau.quality.sensor_class import SENSOR_CLASSES, ByQuantity
+from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
 
@@ -41,58 +40,34 @@ _NO_COEFFICIENTS = {
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
 
-@frozen
-class RestThresholds:
-    """Thresholds of `rest` and `at_rest_only`."""
-
-    least_still: float = 20.0
-    """Shortest stretch at rest that is worth an analysis. [s] Judgement: as the shortest record with accelerometers alone,
-    see `shortest`.
-    """
-
-    least_share: float = 0.25
-    """Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: a moving sensor is at rest
-    for less by chance.
-    """
-
-    least_sum: float = 0.5
-    """The same for the sum of all stretches. [1] Judgement: a record in several positions."""
-
-    listed: int = 3
-    """Number of stretches at rest that a finding about motion lists. [1] Judgement: the longest are enough to choose
-    from.
-    """
-
-    little: float = 0.1
-    """Share of the record whose loss is only an info. [1] Judgement: intervals become 5 % wider."""
-
-    mean: float = 60.0
-    """Longest means that are compared before and after a motion. [s] Judgement: the drift over a minute is small."""
-
-    part_of_stretch: float = 0.1
-    """The same over the longer of both stretches. [1] Judgement: each stretch then has several differences."""
-
-    other_position: float = 3.0
-    """Difference of the means before and after a motion, over the root mean square of differences without motion, from which
-    on the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
-    """
-
-    least_differences: int = 8
-    """Smallest number of differences without motion. [1] Judgement: their root mean square is known to a quarter."""
-
-    shortest: ByQuantity = ByQuantity(angular_rate=10.0, acceleration=20.0)
-    """Length of the shortest record that can be judged. [s] Study: docs/study/rest.md lists the shares of moving records
-    that shorter records hide.
-    """
-
-    least_samples: int = 150
-    """The same in samples. [samples] Study: docs/study/rest.md."""
-
-    long_enough: float = 0.99
-    """Share of that length that is long enough. [1] Judgement: a record of 10 s may lack its last samples."""
-
-
-THRESHOLDS = RestThresholds()
+# Shortest stretch at rest that is worth an analysis. [s] Judgement: as the shortest record with accelerometers alone,
+# see `_SHORTEST`.
+_LEAST_STILL = 20.0
+# Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: a moving sensor is at rest
+# for less by chance.
+_LEAST_SHARE = 0.25
+# The same for the sum of all stretches. [1] Judgement: a record in several positions.
+_LEAST_SUM = 0.5
+# Number of stretches at rest that a finding about motion lists. [1] Judgement: the longest are enough to choose from.
+_LISTED = 3
+# Share of the record whose loss is only an info. [1] Judgement: intervals become 5 % wider.
+_LITTLE = 0.1
+# Longest means that are compared before and after a motion. [s] Judgement: the drift over a minute is small.
+_MEAN = 60.0
+# The same over the longer of both stretches. [1] Judgement: each stretch then has several differences.
+_PART_OF_STRETCH = 0.1
+# Difference of the means before and after a motion, over the root mean square of differences without motion, from
+# which on the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
+_OTHER_POSITION = 3.0
+# Smallest number of differences without motion. [1] Judgement: their root mean square is known to a quarter.
+_LEAST_DIFFERENCES = 8
+# Length of the shortest record that can be judged. [s] Study: docs/study/rest.md lists the shares of moving records
+# that shorter records hide.
+_SHORTEST = {"angular_rate": 10.0, "acceleration": 20.0}
+# The same in samples. [samples] Study: docs/study/rest.md.
+_LEAST_SAMPLES = 150
+# Share of that length that is long enough. [1] Judgement: a record of 10 s may lack its last samples.
+_LONG_ENOUGH = 0.99
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,16 +153,14 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
         return Rest(verdict="at_rest", still=((begins, ends),))
     edges = [begins, *(edge for span in spans for edge in span), ends]
     between = zip(edges[::2], edges[1::2], strict=True)
-    still = tuple((start, stop) for start, stop in between if stop - start >= THRESHOLDS.least_still)
+    still = tuple((start, stop) for start, stop in between if stop - start >= _LEAST_STILL)
     return Rest(verdict="partly_at_rest" if partly(still, ends - begins) else "not_at_rest", still=still, motion=motion)
 
 
 def partly(still: Sequence[Span], duration: float) -> bool:
     """Whether a record of `duration` [s] with motion is at rest for long enough to be analysed in part."""
-    lengths = [stop - start for start, stop in still if stop - start >= THRESHOLDS.least_still]
-    return bool(lengths) and (
-        max(lengths) >= THRESHOLDS.least_share * duration or sum(lengths) >= THRESHOLDS.least_sum * duration
-    )
+    lengths = [stop - start for start, stop in still if stop - start >= _LEAST_STILL]
+    return bool(lengths) and (max(lengths) >= _LEAST_SHARE * duration or sum(lengths) >= _LEAST_SUM * duration)
 
 
 def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
@@ -250,12 +223,12 @@ def rest_findings(
     if assumed:
         return [Finding(details=AssumedAtRest(motion=resting.motion), severity="info")]
     if resting.verdict == "not_at_rest":
-        longest = sorted(resting.still, key=lambda span: span[0] - span[1])[: THRESHOLDS.listed]
+        longest = sorted(resting.still, key=lambda span: span[0] - span[1])[:_LISTED]
         details = NotAtRest(motion=resting.motion, duration=duration, still=tuple(longest))
         return [Finding(details=details, severity="error")]
     lost = 1 - min(part.share for part in parts)
     partly_at_rest = PartlyAtRest(motion=resting.motion, moved=moved, kept=parts)
-    severity: Severity = "info" if lost < THRESHOLDS.little else "warning"
+    severity: Severity = "info" if lost < _LITTLE else "warning"
     return [Finding(details=partly_at_rest, severity=severity, spans=moved, size=lost)]
 
 
@@ -296,15 +269,15 @@ def _sample_index(stream: Stream, time: float) -> int:
 def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
     """Whether every channel has the same mean after the motion between stretches k and k + 1 as before it."""
     (a, b), (c, d) = stretches[k], stretches[k + 1]
-    length = min(THRESHOLDS.mean / stream.grid.tau0, THRESHOLDS.part_of_stretch * max(b - a, d - c), b - a, d - c)
+    length = min(_MEAN / stream.grid.tau0, _PART_OF_STRETCH * max(b - a, d - c), b - a, d - c)
     w = max(int(length), 1)
     lag = w + c - b
     for channel in range(len(stream.channels)):
         change = _mean(stream, channel, c, c + w) - _mean(stream, channel, b - w, b)
         usual = np.concatenate([_differences(stream, channel, start, stop, w, lag) for start, stop in stretches])
-        if len(usual) < THRESHOLDS.least_differences:
+        if len(usual) < _LEAST_DIFFERENCES:
             return False
-        if not abs(change) <= THRESHOLDS.other_position * float(np.sqrt(np.mean(usual * usual))):
+        if not abs(change) <= _OTHER_POSITION * float(np.sqrt(np.mean(usual * usual))):
             return False
     return True
 
@@ -337,8 +310,8 @@ def shortest_record(streams: Sequence[Stream]) -> float:
 
 def shortest_length(quantities: Iterable[str], tau0: float) -> float:
     """Length of the shortest record of some quantities with the same sample interval. [s]"""
-    lengths = [THRESHOLDS.shortest[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
-    return max(min(lengths), THRESHOLDS.least_samples * tau0) if lengths else 0.0
+    lengths = [_SHORTEST[quantity] for quantity in quantities if quantity in SENSOR_CLASSES]
+    return max(min(lengths), _LEAST_SAMPLES * tau0) if lengths else 0.0
 
 
 def judged_length(streams: Sequence[Stream]) -> float:
@@ -348,7 +321,7 @@ def judged_length(streams: Sequence[Stream]) -> float:
 
 def is_too_short(duration: float, shortest: float) -> bool:
     """Whether a record is clearly shorter than the shortest that can be judged, not only by some samples at its ends."""
-    return duration < THRESHOLDS.long_enough * shortest
+    return duration < _LONG_ENOUGH * shortest
 
 
 def _is_judged(stream: Stream) -> bool:

@@ -19,7 +19,6 @@ from sigmatau.arrays import Floats, median
 from sigmatau.errors import OptionError
 from sigmatau.findings.disturbances import ChosenWindow, WindowChosen
 from sigmatau.findings.finding import Finding, Severity
-from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import block_means
 from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.record.record import MIN_SAMPLES, Record
@@ -29,25 +28,15 @@ from sigmatau.results import seconds
 _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
 
 
-@frozen
-class WindowThresholds:
-    """Lengths and shares of `most_stable`."""
-
-    block: float = 60.0
-    """Length of the means that are compared. [s] Judgement: white noise has averaged out, drifts have not."""
-
-    least_blocks: int = 10
-    """Means in a window, at least; those of a short one are shorter. [1] Judgement: their standard deviation is
-    known to a quarter."""
-
-    least_windows: int = 2
-    """Lengths of a mean in a stream that is a criterion, at least. [1] Derived: one mean has no scatter."""
-
-    most_empty: float = 0.1
-    """Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable."""
-
-
-THRESHOLDS = WindowThresholds()
+# Length of the means that are compared. [s] Judgement: white noise has averaged out, drifts have not.
+_BLOCK = 60.0
+# Means in a window, at least; those of a short one are shorter. [1] Judgement: their standard deviation is known to a
+# quarter.
+_LEAST_BLOCKS = 10
+# Lengths of a mean in a stream that is a criterion, at least. [1] Derived: one mean has no scatter.
+_LEAST_WINDOWS = 2
+# Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable.
+_MOST_EMPTY = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,11 +145,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
 
 def criterion(record: Record, stream: Stream) -> Criterion:
     """Criterion by which the most stable window of a stream is chosen; see `most_stable`."""
-    usable = [
-        s
-        for s in record.streams
-        if s.grid.duration >= THRESHOLDS.least_windows * THRESHOLDS.block and s.grid.tau0 <= THRESHOLDS.block
-    ]
+    usable = [s for s in record.streams if s.grid.duration >= _LEAST_WINDOWS * _BLOCK and s.grid.tau0 <= _BLOCK]
     for candidate in usable:
         if candidate.quantity == "temperature" and candidate is not stream:
             return Criterion(kind="temperature", stream=candidate)
@@ -173,7 +158,7 @@ def criterion(record: Record, stream: Stream) -> Criterion:
 
 def block_length(length: float, tau0: float) -> int:
     """Samples in a block: 60 s, or a tenth of the window if that is less."""
-    return max(round(min(THRESHOLDS.block, length / THRESHOLDS.least_blocks) / tau0), 1)
+    return max(round(min(_BLOCK, length / _LEAST_BLOCKS) / tau0), 1)
 
 
 def scatter(means: Floats, size: int) -> Floats:
@@ -189,7 +174,7 @@ def scatter(means: Floats, size: int) -> Floats:
     variance = np.maximum(square, 0.0) / np.maximum(number - 1, 1)
     smallest = np.finfo(float).tiny
     result = 0.5 * np.log(np.maximum(variance, smallest)).sum(axis=-2)
-    return np.asarray(np.where((number >= (1 - THRESHOLDS.most_empty) * size).all(axis=-2), result, np.inf))
+    return np.asarray(np.where((number >= (1 - _MOST_EMPTY) * size).all(axis=-2), result, np.inf))
 
 
 def _running(values: Floats, size: int) -> Floats:

@@ -7,27 +7,16 @@ import math
 from sigmatau.errors import OptionError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spectrum import Aliasing
-from sigmatau.frozen import frozen
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class AliasingThresholds:
-    """Thresholds of `aliasing`."""
-
-    inflation_warned: float = 1.05
-    """Factor on the random walk above which aliasing is a warning. [1] Judgement: the usual interval is 5 %."""
-
-    inflation_advised: float = 1.02
-    """Factor at the sampling rate that the action names. [1] Judgement: less than half of `inflation_warned`."""
-
-    widest: float = 1e6
-    """Bandwidth, at most. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial
-    sensor is faster."""
-
-
-THRESHOLDS = AliasingThresholds()
+# Factor on the random walk above which aliasing is a warning. [1] Judgement: the usual interval is 5 %.
+_INFLATION_WARNED = 1.05
+# Factor at the sampling rate that the action names. [1] Judgement: less than half of `_INFLATION_WARNED`.
+_INFLATION_ADVISED = 1.02
+# Bandwidth, at most. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is
+# faster.
+_WIDEST = 1e6
 
 
 def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Finding]:
@@ -46,9 +35,9 @@ def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Findin
         For a bandwidth that is not positive, an order outside 1 … 8.
     """
     hertz, order = bandwidth
-    if not 0 < hertz <= THRESHOLDS.widest:
+    if not 0 < hertz <= _WIDEST:
         raise OptionError(
-            f"the bandwidth must be a positive number of hertz, at most {THRESHOLDS.widest:g}, not {hertz!r}",
+            f"the bandwidth must be a positive number of hertz, at most {_WIDEST:g}, not {hertz!r}",
             option="bandwidth",
         )
     if order is not None and order not in range(1, 9):
@@ -68,7 +57,7 @@ def _aliased(details: Aliasing, channels: tuple[str, ...]) -> Finding:
     inflation = aliasing_inflation(rate=details.rate, bandwidth=details.bandwidth, order=details.order or 1)
     return Finding(
         details=details,
-        severity="warning" if inflation > THRESHOLDS.inflation_warned else "info",
+        severity="warning" if inflation > _INFLATION_WARNED else "info",
         channels=channels,
         size=inflation,
         factors=(("random_walk", inflation),),
@@ -80,7 +69,7 @@ def _rate_needed(corner: float, order: int) -> float:
     low, high = 0.5 * corner, 64 * corner
     for _ in range(40):
         middle = math.sqrt(low * high)
-        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > THRESHOLDS.inflation_advised:
+        if aliasing_inflation(rate=middle, bandwidth=corner, order=order) > _INFLATION_ADVISED:
             low = middle
         else:
             high = middle

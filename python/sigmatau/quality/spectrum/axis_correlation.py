@@ -17,48 +17,29 @@ from sigmatau._native.distributions import student_quantile
 from sigmatau.arrays import Floats
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
-from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-
-@frozen
-class CorrelationThresholds:
-    """Thresholds of `cross_axis`."""
-
-    false_alarm: float = 1e-4
-    """Probability of a finding for a stream with independent axes; divided among its pairs and its measures. [1]
-    Judgement: one false alarm in 10⁴ records."""
-
-    reported: float = 0.05
-    """Smallest correlation that is reported. [1] Derived: a smaller one has no consequence; the variance of the mean of two
-    Allan variances grows by the factor 1 + r².
-    """
-
-    least_means: int = 60
-    """Smallest number of means whose correlation is measured. [1] Judgement: it is known to 0.13."""
-
-    longer: int = 4
-    """Factor from one length of means to the next; the last is the longest with `least_means` means. [1] Judgement: slow
-    common noise shows within two octaves.
-    """
-
-    inflation: float = 1 + 2 * (4 / 9 + 1 / 36)
-    """Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags. [1]
-    Derived: Bartlett 1935. First differences of white noise (ρ = −1/2 at lag 1) give 1.5; those of quantization noise (−2/3
-    and 1/6) give 1.944, the maximum over all mixtures of the five terms.
-    """
-
-    stretches: int = 32
-    """Number of stretches. The spread of their correlations, by Student's t, shows how much fast differences scatter if
-    neighbouring samples are correlated. [1] Judgement: the spread is known to an eighth.
-    """
-
-    most_samples: int = 1 << 22
-    """Samples whose fast differences are used, in evenly spaced stretches. [samples] Judgement: limits the time."""
-
-
-THRESHOLDS = CorrelationThresholds()
+# Probability of a finding for a stream with independent axes; divided among its pairs and its measures. [1]
+# Judgement: one false alarm in 10⁴ records.
+_FALSE_ALARM = 1e-4
+# Smallest correlation that is reported. [1] Derived: a smaller one has no consequence; the variance of the mean of
+# two Allan variances grows by the factor 1 + r².
+_REPORTED = 0.05
+# Smallest number of means whose correlation is measured. [1] Judgement: it is known to 0.13.
+_LEAST_MEANS = 60
+# Factor from one length of means to the next; the last is the longest with `_LEAST_MEANS` means. [1] Judgement: slow
+# common noise shows within two octaves.
+_LONGER = 4
+# Variance of the correlation of n pairs of independent Gaussian series, times n: Σ ρ₁(l)ρ₂(l) over all lags. [1]
+# Derived: Bartlett 1935. First differences of white noise (ρ = −1/2 at lag 1) give 1.5; those of quantization noise
+# (−2/3 and 1/6) give 1.944, the maximum over all mixtures of the five terms.
+INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
+# Number of stretches. The spread of their correlations, by Student's t, shows how much fast differences scatter if
+# neighbouring samples are correlated. [1] Judgement: the spread is known to an eighth.
+_STRETCHES = 32
+# Samples whose fast differences are used, in evenly spaced stretches. [samples] Judgement: limits the time.
+_MOST_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream) -> list[Finding]:
@@ -68,12 +49,12 @@ def cross_axis(stream: Stream) -> list[Finding]:
     Identical axes are a separate warning. If there are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly
     spaced parts.
     """
-    if len(stream.channels) < 2 or stream.grid.n < 4 * THRESHOLDS.stretches:
+    if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
     columns = {channel: stream.column(channel) for channel in stream.channels}
     pairs = list(combinations(stream.channels, 2))
     lengths = _lengths(stream)
-    level = THRESHOLDS.false_alarm / ((1 + len(lengths)) * len(pairs))
+    level = _FALSE_ALARM / ((1 + len(lengths)) * len(pairs))
     fast = {channel: _differences(column) for channel, column in columns.items()}
     slow = [{channel: _slow(column, length) for channel, column in columns.items()} for length in lengths]
     correlated: list[AxisPair] = []
@@ -88,16 +69,16 @@ def cross_axis(stream: Stream) -> list[Finding]:
             r, mean_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
                 slower = _by_number(means[first], means[second], level)
-                if abs(slower) > abs(r) + _chance(len(means[first]), 0.05, THRESHOLDS.inflation):
+                if abs(slower) > abs(r) + _chance(len(means[first]), 0.05, INFLATION):
                     r, mean_length = slower, length
-        if THRESHOLDS.reported <= abs(r) <= 1 + 1e-9:
+        if _REPORTED <= abs(r) <= 1 + 1e-9:
             seconds = mean_length * stream.grid.tau0
             correlated.append(AxisPair(first=first, second=second, coefficient=r, mean_length=seconds))
     if not correlated:
         return identical
     correlated.sort(key=lambda pair: -abs(pair.coefficient))
     largest = abs(correlated[0].coefficient)
-    stretches = 1 if stream.grid.n <= THRESHOLDS.most_samples else THRESHOLDS.stretches
+    stretches = 1 if stream.grid.n <= _MOST_SAMPLES else _STRETCHES
     only_slow = all(pair.mean_length for pair in correlated)
     details = CorrelatedAxes(pairs=tuple(correlated), only_slow=only_slow, stretches=stretches)
     channels = tuple(c for c in stream.channels if any(c in (pair.first, pair.second) for pair in correlated))
@@ -106,31 +87,31 @@ def cross_axis(stream: Stream) -> list[Finding]:
 
 def _are_identical(first: Floats, second: Floats) -> bool:
     """Whether two columns are identical, with the same missing samples. Most columns already differ in the first few."""
-    return np.array_equal(
-        first[: THRESHOLDS.stretches], second[: THRESHOLDS.stretches], equal_nan=True
-    ) and np.array_equal(first, second, equal_nan=True)
+    return np.array_equal(first[:_STRETCHES], second[:_STRETCHES], equal_nan=True) and np.array_equal(
+        first, second, equal_nan=True
+    )
 
 
 def _lengths(stream: Stream) -> list[int]:
     """Lengths of the means in samples: from 1 s up to the longest with `least_means` means."""
-    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (THRESHOLDS.least_means + 1)
+    length, longest = max(round(1 / stream.grid.tau0), 1), stream.grid.n // (_LEAST_MEANS + 1)
     lengths = []
     while length < longest:
         lengths.append(length)
-        length *= THRESHOLDS.longer
+        length *= _LONGER
     return [each for each in [*lengths, longest] if each > 1]
 
 
 def _differences(column: Floats) -> Floats:
     """First differences in stretches, shape (32, k), 0 where one of the two samples is missing."""
     n = len(column)
-    if n > THRESHOLDS.most_samples:
-        size = THRESHOLDS.most_samples // THRESHOLDS.stretches
-        starts = np.linspace(0, n - size, THRESHOLDS.stretches).astype(np.int64)
+    if n > _MOST_SAMPLES:
+        size = _MOST_SAMPLES // _STRETCHES
+        starts = np.linspace(0, n - size, _STRETCHES).astype(np.int64)
         d = np.stack([np.diff(column[start : start + size]) for start in starts])
     else:
-        size = n // THRESHOLDS.stretches
-        d = np.diff(column[: size * THRESHOLDS.stretches].reshape(THRESHOLDS.stretches, size), axis=1)
+        size = n // _STRETCHES
+        d = np.diff(column[: size * _STRETCHES].reshape(_STRETCHES, size), axis=1)
     return _centred(d)
 
 
@@ -163,20 +144,20 @@ def _by_stretches(a: Floats, b: Floats, level: float) -> float:
     has_power = (power[0] > 0) & (power[1] > 0)
     each = both[has_power] / np.sqrt(power[0][has_power] * power[1][has_power])
     count = len(each)
-    if count < THRESHOLDS.stretches // 2:
+    if count < _STRETCHES // 2:
         return 0.0
     bound = float(student_quantile(count - 1, 1 - level / 2)) * float(np.std(each, ddof=1)) / np.sqrt(count)
     number = int(np.count_nonzero((a != 0) & (b != 0))) if a.size <= 1 << 16 else a.size
-    return r if abs(r) > max(bound, _chance(number, level, THRESHOLDS.inflation)) else 0.0
+    return r if abs(r) > max(bound, _chance(number, level, INFLATION)) else 0.0
 
 
 def _by_number(a: Floats, b: Floats, level: float) -> float:
     """Correlation of slow differences; 0 if chance explains it with this number of pairs."""
     number = int(np.count_nonzero((a != 0) & (b != 0)))
-    if number < THRESHOLDS.least_means:
+    if number < _LEAST_MEANS:
         return 0.0
     r = float(a @ b / np.sqrt((a @ a) * (b @ b)))
-    return r if abs(r) > _chance(number, level, THRESHOLDS.inflation) else 0.0
+    return r if abs(r) > _chance(number, level, INFLATION) else 0.0
 
 
 @lru_cache

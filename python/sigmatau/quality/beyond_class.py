@@ -1,4 +1,6 @@
-"""Fits with more noise than the noisiest sensors: motion, another disturbance or another unit, whatever the spectrum."""
+"""Fits with more noise than the noisiest sensors have: motion, another disturbance or a wrong unit, whatever the
+spectrum.
+"""
 
 from __future__ import annotations
 
@@ -41,10 +43,10 @@ def _noisiest_density(quantity: str, lowest: float, highest: float, tau0: float)
 
 
 def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[Finding]:
-    """Whether a fitted model has more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
+    """Report a fitted model with more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
-    All terms, processes and resonances count together, because motion is divided among them in any way. Lines and warm-up
-    do not count. None where a warning of `findings` doubts the unit, or names bursts or steps.
+    All terms, processes and resonances are added, because a fit may divide motion among them in any way. Lines and warm-up
+    are not included. No finding if a warning in `findings` doubts the unit, or reports bursts or steps.
     """
     limits = SENSOR_CLASSES.get(fitted.quantity)
     if (

@@ -1,7 +1,8 @@
-"""Clocks of several records of one unit: lines, resonances and filter corners are at the same frequencies in all of them.
+"""Comparison of the clocks of several records of one unit, in which lines, resonances and filter corners have the same
+frequencies.
 
-A record whose frequencies all have the same factor to those of the others was sampled at another rate than it was read
-with, or by another clock.
+A record whose frequencies all differ from those of the other records by one factor was read with a wrong rate, or sampled by
+another clock.
 """
 
 from __future__ import annotations
@@ -48,11 +49,11 @@ class Mark:
     ----------
     channel : str
     kind : {"line", "resonance", "corner"}
-        What it is a frequency of.
+        Kind of the frequency.
     frequency : float
         [Hz]
     error : float
-        Half of its interval, relative.
+        Half of its interval, over the frequency.
     """
 
     channel: str
@@ -65,8 +66,8 @@ class Mark:
 class _Shift:
     """Marks of a record, compared with those of another record."""
 
-    same: bool  # whether most are at the same place
-    factor: float | None  # logarithm of the factor that the others have; None if there is none
+    same: bool  # whether most marks are at the same place
+    factor: float | None  # logarithm of the factor of the other marks; None if they have no common factor
     error: float
     marks: int
 
@@ -85,7 +86,7 @@ def collect_marks(fits: Mapping[str, NoiseFit]) -> tuple[Mark, ...]:
 
 
 def _mark(channel: str, kind: Literal["line", "resonance", "corner"], frequency: Interval, part: float) -> Mark | None:
-    """A mark with `part` of its interval as the error; None without an interval, or with one wider than the frequency."""
+    """Build a mark whose error is `part` of its interval; None without an interval, or if it is wider than the frequency."""
     value, low, high = frequency.value, frequency.low, frequency.high
     if value and low is not None and high is not None and 0 < high - low < value:
         return Mark(channel, kind, value, part * (high - low) / value)
@@ -93,7 +94,7 @@ def _mark(channel: str, kind: Literal["line", "resonance", "corner"], frequency:
 
 
 def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
-    """The records whose clock is off, by name, with the finding that says by how much.
+    """Find the records whose clock is wrong. Each gets a finding that states by how much.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def _reversed(shift: _Shift) -> _Shift:
 
 
 def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
-    """The factor that the frequencies of one record have to those of another."""
+    """Find the factor between the frequencies of two records."""
     pairs = [
         (k, math.log(a.frequency / b.frequency), a.error + b.error)
         for k, a in enumerate(ours)
@@ -158,12 +159,12 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
 
 
 def _matching_marks(pairs: Sequence[tuple[int, float, float]], shift: float) -> set[int]:
-    """Marks that are at the place of one of the other record, moved by a shift, within the errors of both."""
+    """Marks that agree, after a shift and within both errors, with a mark of the other record."""
     return {k for k, d, e in pairs if abs(d - shift) <= e}
 
 
 def _one_origin(marks: Sequence[Mark]) -> bool:
-    """Whether all marks may be a line and its multiples: a fan whose speed differs is not a clock."""
+    """Whether all marks may be a line and its multiples: a fan whose speed differs does not indicate a clock."""
     if any(mark.kind != "line" for mark in marks):
         return False
     lowest = min(marks, key=lambda mark: mark.frequency)

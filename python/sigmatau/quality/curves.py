@@ -1,4 +1,4 @@
-"""The curves of a record, and findings about curves and about channels that have none."""
+"""The curves of a record, and findings about curves and about channels without a curve."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def too_few_samples(stream: Stream, channel: str) -> Finding:
 
 
 def constant_channels(stream: Stream) -> list[Finding]:
-    """Channels of a sensor that never change, or have no sample, found without their curves."""
+    """Channels of a sensor that never change or have no samples. They are found without their curves."""
     if stream.quantity == "temperature":
         return []
     findings = []
@@ -80,7 +80,9 @@ def constant_channels(stream: Stream) -> list[Finding]:
 def strided(
     curves: Mapping[str, DeviationCurve], stream: str | None = None, *, out_of_memory: bool = False
 ) -> list[Finding]:
-    """From which averaging time on clusters of one stream (its name, its curves by channel) do not begin at every sample."""
+    """Averaging time from which on the clusters of a stream do not begin at every sample. The stream is given by its name
+    and its curves by channel.
+    """
     curve = next(iter(curves.values()))
     if curve.stride is None:
         return []
@@ -99,7 +101,8 @@ def compute_curves(
     bounded: Collection[str],
     threads: int | None,
 ) -> tuple[dict[str, DeviationCurve], dict[str, DeviationCurve], list[Finding]]:
-    """Allan deviations by channel; those on the grid of a fit of streams in `bounded` memory; findings of other channels.
+    """Allan deviations by channel. Streams in `bounded` use bounded memory and the grid of a fit. Other channels get a
+    finding.
 
     Raises
     ------
@@ -111,7 +114,8 @@ def compute_curves(
     available: Mapping[str, DeviationCurve]
     fitted_on: dict[str, DeviationCurve] = {}
     for stream in record.streams:
-        if stream.quantity == "temperature":  # used for the drift of the sensors; its noise is not analysed
+        # the temperature describes the drift of the sensors; its noise is not analysed
+        if stream.quantity == "temperature":
             continue
         if stream.mask is not None and long == "strided":
             refuse_missing(stream, "bounded memory, `long` 'strided',", instead="take `long` 'exact'")

@@ -1,8 +1,8 @@
-"""Facts: what is known of a stream, computed once and used by every check.
+"""Facts about a stream, each computed once and used by every check.
 
-A fact is a function of a stream, or of one channel of it, that several checks need: the spikes, the resolution, the
-periodogram, the stream without held values. Inside `keep_facts` each is computed once for the same samples, whatever stream
-object they come in; outside it, a fact is an ordinary function.
+A fact is a function of a stream, or of one of its channels, that several checks need: the spikes, the resolution, the
+periodogram, the stream without held values. Within `keep_facts` each fact is computed once for the same samples, even if
+they are in different stream objects. Outside it, a fact is an ordinary function.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _FACTS: ContextVar[dict[Hashable, tuple[object, object]] | None] = ContextVar("f
 
 @contextmanager
 def keep_facts() -> Iterator[None]:
-    """Keep the facts of all streams until the end of the block; inside another such block, until the end of that."""
+    """Keep the facts of all streams until the end of the block, or of an outer block of this kind."""
     if _FACTS.get() is not None:
         yield
         return
@@ -37,7 +37,7 @@ def keep_facts() -> Iterator[None]:
 
 
 def forget(stream: Stream) -> None:
-    """Drop the facts of a stream whose samples are needed no more: they would stay in memory with them."""
+    """Drop the facts of a stream that is no longer needed, because they keep its samples in memory."""
     facts, arrays = _FACTS.get(), set(map(id, stream.samples.raw))
     for key, (stream_of_fact, _) in list((facts or {}).items()):
         if facts is not None and not arrays.isdisjoint(map(id, cast("Stream", stream_of_fact).samples.raw)):
@@ -45,9 +45,9 @@ def forget(stream: Stream) -> None:
 
 
 def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int | None = None) -> dict[str, T]:
-    """Results by name, computed side by side and with the same facts; the first error in the order of the names is raised.
+    """Compute results by name in parallel, with shared facts. If several fail, the error of the first name is raised.
 
-    The kernels and the larger NumPy operations work without the interpreter's lock.
+    The kernels and the larger NumPy operations release the interpreter's lock.
     """
     workers = min(len(names), threads or os.cpu_count() or 1)
     if workers < 2:
@@ -62,7 +62,7 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
                 errors[name] = error
 
     workers_started = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
-    with suppress(RuntimeError):  # without memory for another thread, those that are there do the work
+    with suppress(RuntimeError):  # if there is no memory for another thread, the existing threads do the work
         for thread in workers_started:
             thread.start()
     work()
@@ -70,7 +70,7 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
         if thread.ident is not None:
             thread.join()
     for name in names:
-        if isinstance(errors.get(name), MemoryError):  # alone it may have enough
+        if isinstance(errors.get(name), MemoryError):  # without the other threads there may be enough memory
             results[name] = function(name)
         elif name in errors:
             raise errors[name]
@@ -78,7 +78,7 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
 
 
 def stream_fact(function: Callable[[Stream], T]) -> Callable[[Stream], T]:
-    """A function of a stream as a fact of all its channels."""
+    """Make a function of a stream a fact, shared by all its channels."""
 
     @functools.wraps(function)
     def fact(stream: Stream) -> T:
@@ -89,7 +89,7 @@ def stream_fact(function: Callable[[Stream], T]) -> Callable[[Stream], T]:
 
 
 def channel_fact(function: Callable[[Stream, str], T]) -> Callable[[Stream, str], T]:
-    """A function of one channel of a stream as a fact of that channel."""
+    """Make a function of one channel of a stream a fact."""
 
     @functools.wraps(function)
     def fact(stream: Stream, channel: str) -> T:
@@ -104,12 +104,13 @@ def _remember(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
     if facts is None:
         return compute()
     if key not in facts:
-        facts[key] = stream, compute()  # the stream too: a key is made of addresses, which must not be used again
+        # the stream is kept too: the key consists of addresses, which must not be reused
+        facts[key] = stream, compute()
     return cast("T", facts[key][1])
 
 
 def _channel_key(stream: Stream, channel: str) -> Hashable:
-    """A key of the samples of a channel: addresses of their arrays, and how they are read."""
+    """Key of the samples of a channel: the addresses of their arrays, and how they are read."""
     k = stream.channels.index(channel)
     raw, missing = stream.samples.raw[k], stream.samples.missing
     grid, transform = stream.grid, stream.samples.transforms[k]

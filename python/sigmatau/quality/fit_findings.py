@@ -145,7 +145,7 @@ def _finding(
 
 
 def _between_samples(channel: str, sample_findings: Sequence[Finding]) -> bool:
-    """Whether samples of a channel are held or interpolated, which has the spectrum of a filter."""
+    """Whether the samples of a channel are held or interpolated. Their spectrum is that of a filter."""
     return any(
         finding.code in ("interpolated", "repeated_samples") and channel in (finding.channels or (channel,))
         for finding in sample_findings
@@ -153,7 +153,7 @@ def _between_samples(channel: str, sample_findings: Sequence[Finding]) -> bool:
 
 
 def _counted_angle(fitted: NoiseFit, sample_findings: Sequence[Finding]) -> list[Finding]:
-    """Quantization noise by the step of a counted angle, against that of the fit."""
+    """Quantization noise expected from the step of a counted angle, compared with that of the fit."""
     term = fitted.terms.get("quantization")
     for finding in sample_findings:
         steps = finding.details
@@ -188,7 +188,9 @@ def _copy_fields(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit)
 
 
 def _second_explanation(fitted: NoiseFit) -> list[Finding]:
-    """The first other model that explains the record as well, if each of the two has something that the other lacks."""
+    """The first other model that explains the record as well, if each of the two models has something that the other
+    lacks.
+    """
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
     for explanation in fitted.second:
         if explanation.exponent is not None:
@@ -216,7 +218,7 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
 
 
 def _other_exponent(fitted: NoiseFit, exponent: float, terms: Mapping[str, float]) -> Finding:
-    """A bias instability with another exponent in the place of what the fit has for it."""
+    """A bias instability with another exponent, in place of the terms that the fit has for it."""
     replaced = ("bias_instability", "rate_random_walk")
     details = SecondExplanation(
         quantity=fitted.quantity,
@@ -231,7 +233,7 @@ def _other_exponent(fitted: NoiseFit, exponent: float, terms: Mapping[str, float
 
 
 def walk_freedom(fitted: NoiseFit) -> float:
-    """Degrees of freedom of the square of the random walk by its standard error s, ½(N/s)²; inf if not observed."""
+    """Degrees of freedom of the square of the random walk, from its standard error s: ½(N/s)²; inf if it is not observed."""
     walk, variance = fitted.terms.get("random_walk"), fitted.covariance.variance_of(Parameter("random_walk"))
     return walk.value**2 / (2 * variance) if walk is not None and walk.value and variance else math.inf
 
@@ -259,7 +261,9 @@ def _lines(fitted: NoiseFit) -> list[Finding]:
 
 
 def grouped(lines: Sequence[FittedSinusoid], *, rate: float) -> tuple[SpectralLine, ...]:
-    """Lines with their harmonics, strongest first: others at whole multiples of the lowest, folded at half the rate."""
+    """Group lines with their harmonics, the strongest group first. Harmonics are multiples of the lowest line, folded at
+    half the rate.
+    """
     remaining = sorted(lines, key=lambda line: line.frequency.value)
     groups = []
     while remaining:
@@ -281,7 +285,7 @@ def _is_harmonic(line: FittedSinusoid, first: FittedSinusoid, rate: float) -> bo
 
 def _half_width(line: FittedSinusoid) -> float:
     low, high = line.frequency.low, line.frequency.high
-    return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with it
+    return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with the line
 
 
 def _line(line: FittedSinusoid, rate: float, harmonics: tuple[SpectralLine, ...] = ()) -> SpectralLine:
@@ -356,10 +360,10 @@ def by_channel(fits: Mapping[str, NoiseFit], sample_findings: Sequence[Finding],
 
 
 def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """Findings of the samples, without what the drifts of the fits explain.
+    """Remove the findings about samples that the drifts of the fits explain.
 
-    Steps of the mean are left out: `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that share slow
-    noise alone are an info.
+    Steps of the mean are removed, because `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that
+    have only slow noise in common become an info.
     """
     drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
     remaining = []
@@ -375,9 +379,9 @@ def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFi
 
 
 def other_axes_disturbed(fits: Iterable[NoiseFit]) -> list[Finding]:
-    """The quantified axes of a sensor whose other axes are disturbed: at most one finding.
+    """Report the quantified axes of a sensor that has other, disturbed axes: at most one finding.
 
-    Which axes are disturbed beyond use is chance where all are shaken: see docs/study/rest.md.
+    If all axes are shaken, it is chance which of them are disturbed too much for a fit: see docs/study/rest.md.
     """
     fits = tuple(fits)
     disturbed = tuple(

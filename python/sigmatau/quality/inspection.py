@@ -108,7 +108,7 @@ def _examined(
 
 
 def _against_fits(record: Record, sample_findings: Sequence[Finding], bounded: Sequence[str]) -> list[Finding]:
-    """The findings, with those that need a fit, as `sigmatau.analyze` has them."""
+    """Add the findings that need a fit, as `sigmatau.analyze` does."""
     streams = [stream for stream in record.streams if stream.quantity != "temperature"]
     number = sum(stream.grid.n * len(stream.channels) for stream in streams)
     if number > FITTED or bounded or not all(memory.fits(stream, None) for stream in streams):
@@ -128,7 +128,7 @@ def _against_fits(record: Record, sample_findings: Sequence[Finding], bounded: S
 
 
 def _varies(stream: Stream, channel: str) -> bool:
-    """Whether a channel changes by more than rounding, within the range that can be squared."""
+    """Whether a channel changes by more than rounding, and its squares are within range."""
     x = stream.column(channel)
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     largest = LARGEST

@@ -1,4 +1,4 @@
-"""Mean of a channel over what was analysed, and the standard error of that mean."""
+"""Mean of a channel over the analysed samples, and its standard error."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def mean_value(stream: Stream, channel: str) -> float:
 
 
 def channel_mean(stream: Stream, channel: str, fitted: NoiseFit | None) -> ChannelMean | None:
-    """The mean of a channel, with its error by the fitted noise; None without a finite mean."""
+    """The mean of a channel with its error from the fitted noise; None if the mean is not finite."""
     value = mean_value(stream, channel)
     if not math.isfinite(value):
         return None
@@ -58,7 +58,7 @@ def channel_mean(stream: Stream, channel: str, fitted: NoiseFit | None) -> Chann
 
 
 def _error(fitted: NoiseFit) -> float | None:
-    """Standard deviation of the mean of noise that averages out."""
+    """Standard deviation of a mean, for noise that averages out."""
     if not fitted.quantified or any(name in fitted.model for name in SLOW) or fitted.warm_up is not None:
         return None
     length = fitted.n * fitted.tau0

@@ -1,4 +1,4 @@
-"""The noisiest and the quietest gyros and accelerometers for sale: limits of what the noise of a sensor can be."""
+"""The noisiest and the quietest existing gyros and accelerometers, as limits of the noise of a sensor."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class SensorClass:
 
 
 SENSOR_CLASSES: dict[str, SensorClass] = {
-    # Random walk: datasheets of the first MEMS gyros have 0.1 (deg/s)/√Hz; consumer ones since have 0.004 to 0.03. Bias
-    # instability and rate random walk: some times those of the noisiest MEMS of studies/rest_windows.py, 200 deg/h and
-    # 300 deg/h/√h. Ramp: a warm-up of 1 deg/s within 100 s. Quietest: the fibre-optic rotational seismometer blueSeis-3A,
-    # 20 nrad/s/√Hz (F. Bernauer et al., Seismol. Res. Lett. 89, 2018, doi:10.1785/0220170143).
+    # Random walk: datasheets of the first MEMS gyros have 0.1 (deg/s)/√Hz; later consumer gyros have 0.004 to 0.03.
+    # Bias instability and rate random walk: several times those of the noisiest MEMS in studies/rest_windows.py, 200
+    # deg/h and 300 deg/h/√h. Ramp: a warm-up of 1 deg/s within 100 s. Quietest: the fibre-optic rotational seismometer
+    # blueSeis-3A, 20 nrad/s/√Hz (F. Bernauer et al., Seismol. Res. Lett. 89, 2018, doi:10.1785/0220170143).
     "angular_rate": SensorClass(
         noisiest={
             "random_walk": 0.1 * _DEGREE,

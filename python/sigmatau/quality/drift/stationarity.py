@@ -102,7 +102,9 @@ def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding
 
 
 def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | None:
-    """The significant differences of segments, where the evidence is strongest, which is not where the ratio is largest."""
+    """The significant differences between segments, at the averaging time with the strongest evidence, not the largest
+    ratio.
+    """
     tested = segment_test(x, fitted)
     if tested is None or not tested.p_value < _FALSE_ALARM:
         return None
@@ -184,7 +186,7 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
 
 
 def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | None:
-    """Degrees of freedom of each variance in a segment, and their correlation."""
+    """Degrees of freedom of each variance in a segment, and the correlation of the variances."""
     if len(sizes) == 0:
         return None
     line = fitted.sinusoid[0] if fitted.sinusoid else None
@@ -219,9 +221,9 @@ def _law(fitted: NoiseFit, size: int, sizes: Ints) -> tuple[Floats, Floats] | No
 class Cusum:
     """Largest distance of the running sum from a straight line."""
 
-    sample: int  # that of the largest distance
-    p_value: float  # by Kolmogorov's law
-    ratio: float  # mean square after over that before
+    sample: int  # sample at the largest distance
+    p_value: float  # p-value by Kolmogorov's law
+    ratio: float  # mean square after the change over that before it
 
 
 def cusum(x: Floats) -> Cusum | None:

@@ -1,4 +1,6 @@
-"""Steps of the mean that a fitted drift hides or is mistaken for: the samples without the drift are searched."""
+"""Steps of the mean that a fitted drift hides, or that were mistaken for a drift: they are searched in samples without the
+drift.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +19,14 @@ from sigmatau.record.streams import Stream
 
 
 def drifts(fitted: NoiseFit | None) -> bool:
-    """Whether a warm-up or a drift with the temperature is part of a fit."""
+    """Whether a fit contains a warm-up or a drift with the temperature."""
     return fitted is not None and (fitted.warm_up is not None or follows_temperature(fitted))
 
 
 def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
-    """A stream of the record, or its beginning, without the drifts of the fits; the same object if there are none."""
+    """Subtract the drifts of the fits from a stream of the record, or from its beginning; the same object if there are
+    none.
+    """
     if not any(drifts(fits.get(channel)) for channel in stream.channels):
         return stream
     degrees = block_temperature(record, record.stream_of(stream.channels[0]))
@@ -42,7 +46,7 @@ def _without(stream: Stream, channel: str, fitted: NoiseFit | None, degrees: Flo
 
 
 def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """One finding ``not_static`` for each channel with a drift that has steps of the mean without it.
+    """Report the steps of the mean that remain without the drift: one finding ``not_static`` for each channel with a drift.
 
     Parameters
     ----------

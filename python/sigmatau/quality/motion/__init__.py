@@ -1,1 +1,1 @@
-"""Motion of a sensor that should rest: shocks, steps of the mean, and whether it is at rest at all."""
+"""Motion of a sensor that should be at rest: shocks, steps of the mean, and whether the sensor is at rest."""

@@ -1,4 +1,4 @@
-"""Whether the direction of gravity changes in the frame of a triad of accelerometers."""
+"""Test of whether the direction of gravity changes in the frame of an accelerometer triad."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
 
 
 def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
-    """Stretches in which the direction of gravity changes, within a minute or from one end to another, with its motion."""
+    """Stretches in which the direction of gravity changes, within a minute or over the whole record, with the motion."""
     if not measures_gravity(means, in_si=False):
         return []
     x = np.stack([mean.by_octave[mean.second] for mean in means])
@@ -81,7 +81,9 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
 
 
 def _farthest(directions: Floats) -> tuple[int, int]:
-    """First of two directions that are nearly as far apart as any, and how many blocks the second is behind it."""
+    """Find two directions that are nearly as far apart as any: the first one, and the number of blocks from it to the
+    second.
+    """
     some = int((directions[:, 0] @ directions).argmin())
     opposite = int((directions[:, some] @ directions).argmin())
     return min(some, opposite), abs(some - opposite)

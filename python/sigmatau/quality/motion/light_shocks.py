@@ -1,4 +1,4 @@
-"""Shocks too light or short for a burst: spikes on several axes at about one time."""
+"""Shocks too light or short for a burst, with spikes on several axes at about the same time."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _AFTER_SPIKES = 0.5
 
 @stream_fact
 def light_shocks(stream: Stream) -> list[Burst]:
-    """Shocks that show as spikes on two axes or more within a quarter of a second, in more than one row: a burst per axis.
+    """Shocks: spikes on at least two axes within a quarter of a second and in more than one row. Returns a burst per axis.
 
-    A corrupt row makes spikes on all axes in that row only; a shock rings.
+    A corrupt row has spikes on all axes in that row only, whereas a shock rings.
     """
     if stream.quantity not in ("angular_rate", "acceleration") or len(stream.channels) < _LEAST_AXES:
         return []

@@ -19,9 +19,10 @@ from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
 
-NORMAL_MEDIAN = 0.6745  # of absolute normal deviates
+NORMAL_MEDIAN = 0.6745  # median of the sizes of standard normal deviates
 
-NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SENSOR_CLASSES.items()}  # [SI unit/√Hz]
+# noise of the noisiest sensors [SI unit/√Hz]
+NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SENSOR_CLASSES.items()}
 
 
 # Number of averaging times, each twice the one before: 1/16 s to 4 s. [1] Derived: see `_SHORTEST`.
@@ -61,7 +62,7 @@ _CORRELATED_MEANS = 20
 class OctaveMeans:
     """The means of a channel by octaves of averaging time, and the noise that they have at rest.
 
-    The octaves of a stream below 1 Hz begin at its samples, and its "second" lasts four of them.
+    For a stream below 1 Hz the octaves begin at single samples, and the octave of a second is four samples.
     """
 
     def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
@@ -77,7 +78,7 @@ class OctaveMeans:
         self.by_octave: dict[int, Floats] = dict(zip(octaves, means, strict=True))
         self.step: float = find_step(stream, channel) or 0.0
         self.floor: float = self._floor()
-        self.unit_is_sure: bool = False  # whether gravity shows it
+        self.unit_is_sure: bool = False  # whether gravity confirms the unit
 
     @property
     def level(self) -> float:
@@ -90,14 +91,14 @@ class OctaveMeans:
         return self.shortest * 2.0 ** (octave - self.first)
 
     def differences(self, octave: int, start: float = 0.0, stop: float = math.inf) -> Floats:
-        """Second differences of a stretch, as standard deviations of one mean."""
+        """Second differences in a stretch, scaled to the standard deviation of one mean."""
         tau = self.tau(octave)
         x = self.by_octave[octave]
         x = x[round(start / tau) : min(round(min(stop / tau, len(x))), len(x))]
         return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
 
     def median_level(self, octave: int, start: float = 0.0, stop: float = math.inf) -> float:
-        """√τ times the deviation of means of a stretch by the median; NaN for too few. [unit/√Hz]"""
+        """√τ times the deviation of the means of a stretch, from the median; NaN if there are too few. [unit/√Hz]"""
         d = present(self.differences(octave, start, stop))
         return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
 
@@ -106,7 +107,9 @@ class OctaveMeans:
         return STEPS * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
 
     def reach(self, limit: float, edges: Floats) -> Bools:
-        """Whether medians between edges may reach a level at some averaging time, by counts of second differences."""
+        """Whether the median between edges may reach a level at some averaging time, decided by counting second
+        differences.
+        """
         start, stop = edges[:-1], edges[1:]
         reached = np.zeros(len(start), dtype=bool)
         for octave in self.by_octave:
@@ -121,9 +124,9 @@ class OctaveMeans:
         return reached
 
     def _floor(self) -> float:
-        """√τ times the deviation of means in the quiet parts of the record, with what rounding makes. [unit/√Hz]
+        """√τ times the deviation of means in the quiet parts of the record, including what rounding adds. [unit/√Hz]
 
-        A short record has no quiet tenth: the medians of its second differences leave a moment of motion out.
+        A short record need not have a quiet tenth, but medians of its second differences ignore a short motion.
         """
         octave = max(FLOOR, self.first)
         d, tau = self.differences(octave), self.tau(octave)
@@ -138,7 +141,7 @@ class OctaveMeans:
         return math.sqrt(quiet + self.step**2 / 12 * self.stream.grid.tau0)
 
     def limit_floor(self) -> None:
-        """Take noise beyond that of any sensor for motion, unless it is white: then the unit is wrong."""
+        """Treat noise beyond that of any sensor as motion, unless it is white: then the unit is wrong."""
         noisiest = NOISIEST[self.quantity]
         if self.floor > noisiest and (self.quantity == "angular_rate" or self.unit_is_sure) and not self._is_white():
             self.floor = noisiest
@@ -157,12 +160,12 @@ class OctaveMeans:
         return correlation < max(_CORRELATED, _CORRELATED_ERRORS / math.sqrt(max(len(pairs), 1)))
 
     def span(self, start: float, stop: float) -> Span:
-        """A stretch from the first sample on as one of the log."""
+        """Times in the log of a stretch, given from the first sample."""
         lead, length = self.stream.grid.lead, self.stream.grid.duration
         return lead + max(start, 0.0), lead + min(stop, length)
 
     def leave_out(self, spans: Iterable[Span]) -> None:
-        """Take the means of some stretches of the log for missing."""
+        """Mark the means in some stretches of the log as missing."""
         lead = self.stream.grid.lead
         for octave, x in self.by_octave.items():
             tau = self.tau(octave)
@@ -172,7 +175,7 @@ class OctaveMeans:
     def motion(
         self, kind: Literal["varies", "turns", "tilts", "shakes"], size: float, times: float, tau: float
     ) -> Motion:
-        """A motion of this channel."""
+        """Build a motion of this channel."""
         return Motion(channel=self.channel, quantity=self.quantity, kind=kind, size=size, times=times, tau=tau)
 
 

@@ -1,4 +1,4 @@
-"""Shocks and other motion, after which the mean is what it was before, and steps of the mean (tilt)."""
+"""Shocks and other motion after which the mean returns, and steps of the mean (tilt)."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ _CANCELS = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class ShocksAndSteps:
-    """Motion of the channels of a stream."""
+    """Motion and steps found in the channels of a stream."""
 
-    bursts: list[Burst]  # and excursions
-    steps: dict[str, list[MeanStep]]  # of the mean, of the channels that have any
+    bursts: list[Burst]  # bursts and excursions
+    steps: dict[str, list[MeanStep]]  # steps of the mean, for channels that have any
     window: int  # samples in a window
 
 
 def shocks(stream: Stream) -> list[MaskedFinding]:
-    """Shocks and other motion after which the mean is what it was before: at most one finding, of all axes.
+    """Report shocks and other motion after which the mean returns: at most one finding, for all axes.
 
-    Their samples are those of all axes, with a margin: a shock of one axis reaches the others. They are looked for beside
-    spikes.
+    The finding covers the samples of all axes, with a margin, because a shock on one axis reaches the others. Shocks are
+    also searched among spikes.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
@@ -72,7 +72,7 @@ def _overlap(a: Burst, b: Burst) -> bool:
 
 
 def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
-    """Motion of a sensor that should rest and that is not left out: steps of the mean (tilt), by channel.
+    """Report motion that is not left out: steps of the mean (tilt), by channel.
 
     Parameters
     ----------
@@ -99,12 +99,12 @@ def _remains(windows: Windows, step: MeanStep) -> bool:
 
 
 def _change(before: Floats, after: Floats) -> float:
-    """Change of the median; NaN if a side has no window."""
+    """Change of the median; NaN if there is no window on one side."""
     return median(after) - median(before)
 
 
 def between_steps(stream: Stream, findings: Sequence[Finding]) -> Stream:
-    """The stream with the neighbourhood of steps of the mean taken for missing, by findings about them."""
+    """Mark the samples around the reported steps of the mean as missing."""
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
     for finding in findings:
         if isinstance(finding.details, NotStatic) and finding.channel in stream.channels:
@@ -124,7 +124,7 @@ def shocks_and_steps(stream: Stream) -> ShocksAndSteps:
         if moved:
             windows = replace(windows, mean=_mean_without_motion(windows, moved))
         steps = mean_steps(stream, windows)
-        if steps:  # the two edges of an excursion of some seconds are not steps
+        if steps:  # the two edges of a short excursion are not steps
             gone = excursions(stream, windows)
             steps = [step for step in steps if not any(_comes_back(windows, step, excursion) for excursion in gone)]
         if steps:
@@ -134,7 +134,7 @@ def shocks_and_steps(stream: Stream) -> ShocksAndSteps:
 
 
 def _mean_without_motion(windows: Windows, moved: Sequence[Burst]) -> Floats:
-    """The mean without motion; across a shock it steps from the mean before to the mean after."""
+    """The mean without motion. At a shock it steps from the mean before to the mean after."""
     mean = windows.mean.copy()
     for burst in moved:
         first, last = burst.start // windows.length, burst.stop // windows.length
@@ -146,7 +146,7 @@ def _mean_without_motion(windows: Windows, moved: Sequence[Burst]) -> Floats:
 
 
 def _comes_back(windows: Windows, step: MeanStep, excursion: Burst) -> bool:
-    """Whether a step is an edge of an excursion after which the mean is what it was before."""
+    """Whether a step is an edge of an excursion, after which the mean returns."""
     size, w = excursion.stop - excursion.start, windows.length
     if not excursion.start - 2 * size <= step.sample <= excursion.stop + 2 * size:
         return False
@@ -156,7 +156,7 @@ def _comes_back(windows: Windows, step: MeanStep, excursion: Burst) -> bool:
 
 
 def _shock_finding(stream: Stream, moved: Sequence[Burst], window: int) -> Finding:
-    """All bursts of a stream in one finding."""
+    """Collect all bursts of a stream in one finding."""
     groups: list[list[Burst]] = []
     for burst in sorted(moved, key=lambda b: b.start):
         if groups and burst.start <= max(b.stop for b in groups[-1]):
@@ -178,7 +178,7 @@ def _in_order(stream: Stream, moved: Sequence[Burst]) -> tuple[str, ...]:
 
 
 def _together(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurst:
-    """Bursts of several axes at one time."""
+    """Join bursts of several axes that overlap in time."""
     strongest = max(group, key=lambda b: b.ratio)
     first, last = min(b.start for b in group), max(b.stop for b in group)
     return MotionBurst(
@@ -192,7 +192,7 @@ def _together(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurs
 
 
 def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, beside_drift: bool = False) -> Finding:
-    """Finding about one or more steps of the mean: when, how large, and what they add to the rate random walk."""
+    """Build the finding about steps of the mean: when, how large, and what they add to the rate random walk."""
     grid = stream.grid
     leave_out, keep = _leave_out_or_keep(stream, steps)
     details = NotStatic(
@@ -210,7 +210,8 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
             for step in steps
         ),
         beside_drift=beside_drift,
-        # Half the mean square of a step's triangle of differences, Δ²τ/(3T), is what K² = Δ²/T makes: K²τ/3, eq. (21).
+        # The squared differences about a step form a triangle; half their mean, Δ²τ/(3T), equals K²τ/3 of eq. (21) for
+        # K² = Δ²/T.
         added_walk=math.sqrt(sum(step.size**2 for step in steps) / grid.duration),
         leave_out=leave_out,
         keep=keep,
@@ -228,10 +229,11 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
 def _leave_out_or_keep(
     stream: Stream, steps: Sequence[MeanStep]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """The stretch that should be left out of a record with steps, or the part that should be kept.
+    """Decide which stretch of a record with steps should be left out, or which should be kept.
 
-    The stretch between two steps that cancel is left out; otherwise the longest part between steps is kept, because a
-    record without the moment of a step still has both means. From the beginning of the whole record; None for its ends. [s]
+    The stretch between two steps that cancel is left out. Otherwise the longest part between steps is kept, because leaving
+    out only the moment of a step would keep both means. Times are from the beginning of the whole record; None stands for
+    its ends. [s]
     """
     n = stream.grid.n
     if len(steps) == 2:

@@ -1,4 +1,4 @@
-"""A record that begins near zero and settles at its mean, as a filter does that starts from zero."""
+"""A record that begins near zero and settles at its mean, like the output of a filter that starts from zero."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SETTLED = 4.0
 
 
 def settled_from(stream: Stream, channel: str) -> int:
-    """First sample of a channel at its mean, if it begins near zero and settles; 0 for any other beginning."""
+    """Index of the first sample at the mean, for a channel that begins near zero and settles; 0 for any other beginning."""
     tau0 = stream.grid.tau0
     w = max(round(WINDOW_LENGTH / tau0), WINDOW)
     count = stream.grid.n // w - 2
@@ -41,7 +41,8 @@ def settled_from(stream: Stream, channel: str) -> int:
     first = head[: _RISING + 1]
     if not (np.isfinite(first).all() and np.isfinite(level)) or abs(first[0]) > _NEAR_ZERO * abs(level):
         return 0
-    if first[0] == first[1] or not np.all((first < level) == (level > 0)):  # held at zero, or beyond the mean
+    # held at zero, or on the other side of the mean
+    if first[0] == first[1] or not np.all((first < level) == (level > 0)):
         return 0
     x = stream.column(channel)[: (count + 2) * w].reshape(-1, w)
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
@@ -60,9 +61,9 @@ def settled_from(stream: Stream, channel: str) -> int:
 
 
 def start_transient(stream: Stream) -> list[MaskedFinding]:
-    """Channels that begin near zero and settle at their mean within ten seconds, as a filter from zero does.
+    """Report channels that begin near zero and settle at their mean within ten seconds, like a filter that starts from zero.
 
-    At most one finding; the beginning of all axes is concerned, because they have the same filter.
+    At most one finding. It applies to all axes, because they have the same filter.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []

@@ -1,9 +1,9 @@
-"""Whether a sensor rests, and when it moves, by the means of its samples over 1/16 s to 4 s.
+"""Detection of motion from the means of samples over 1/16 s to 4 s.
 
-The noise of a sensor at rest is white at these averaging times, or falls with them: √τ times the deviation of the means is
-the same at all of them, N, beside drifts that take second differences out. Motion has its power between 0.1 Hz and 10 Hz:
-the same measure then rises with the averaging time, beyond the random walk of any sensor. Vibration that is faster does not
-raise it, so that a sensor on an engine may rest.
+The noise of a sensor at rest is white at these averaging times, or falls faster: √τ times the deviation of the means is the
+same at all of them, N. Second differences remove drifts. Motion has its power between 0.1 Hz and 10 Hz: √τ times the
+deviation then rises with the averaging time, beyond the random walk of any sensor. Faster vibration does not raise it, so
+that a sensor on an engine may count as at rest.
 """
 
 from __future__ import annotations
@@ -103,9 +103,9 @@ class Movement:
 def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> Movement:
     """Find the stretches in which the sensors of a record move, by angular rates and accelerations.
 
-    Seconds move if their means, or those of quarters of them, depart from those beside them as in someone's hands, for more
-    than a moment or to another position. Of the rest, a block of 40 s or more moves, or the whole, if the median of its
-    second differences is beyond noise at some averaging time.
+    A second is in motion if its means, or the means of its quarters, depart from those beside them as in a hand-held sensor,
+    for more than a moment or with a change of position. Among the rest, a block of 40 s or more, or the whole record, is in
+    motion if the median of its second differences exceeds the noise at some averaging time.
     """
     by_stream = [_octave_means(stream, threads) for stream in streams]
     means = [axis for axes in by_stream for axis in axes]
@@ -126,7 +126,7 @@ def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> M
 
 
 def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
-    """Computes the means of the channels of a sensor that can be judged."""
+    """Compute the means of the channels of a sensor that can be judged."""
     if stream.quantity not in SENSOR_CLASSES:
         return ()
     if not has_plausible_values(stream):
@@ -138,7 +138,7 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
     by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
-    means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not measured
+    means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not a measurement
     sure = measures_gravity(means, in_si=True)
     for axis in means:
         axis.unit_is_sure = sure
@@ -147,7 +147,7 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
 
 
 def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
-    """Blocks that move, and the whole if the other blocks move together; drifts are not white over longer means."""
+    """Blocks in motion. All blocks are in motion if the others are so together; drifts are not white over longer means."""
     if axis.slow:
         return []
     whole = axis.stream.grid.duration
@@ -199,14 +199,14 @@ def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
 
 
 def _steepest(axis: OctaveMeans, tau: float) -> tuple[float, float]:
-    """Change of the mean of a sensor from one averaging time to the next, and that beyond which it is a motion."""
+    """Change of the mean of a sensor from one averaging time to the next, and the change beyond which it is a motion."""
     steepest = SENSOR_CLASSES[axis.quantity].noisiest["rate_ramp"] * tau
     noise = max(axis.floor / math.sqrt(tau), axis.step)
     return steepest, max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise)
 
 
 def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
-    """Whether half of the changes between edges are beyond that of a motion, as `_drift` needs it."""
+    """Whether half of the changes between edges exceed the limit of a motion, as `_drift` requires."""
     octave = _octave_of_drift(axis)
     tau = axis.tau(octave)
     _, limit = _steepest(axis, tau)
@@ -227,7 +227,7 @@ def _octave_of_drift(axis: OctaveMeans) -> int:
 
 
 def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
-    """A motion with a steady change of the mean that no sensor has: the median of first differences of means of 4 s."""
+    """A motion with a steady change of the mean that no sensor has, from the median of first differences of means of 4 s."""
     octave = _octave_of_drift(axis)
     tau = axis.tau(octave)
     x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
@@ -273,7 +273,7 @@ def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
 
 
 def _raise_seconds(largest: Floats, sizes: Floats, tau: float, second: float, *, first: int) -> None:
-    """Raise the largest change of each second to the sizes at means over `tau`; sizes[0] is that at mean `first`."""
+    """Raise the largest change of each second to the sizes of means over `tau`; sizes[0] belongs to mean `first`."""
     second_of_mean = np.minimum(((np.arange(len(sizes)) + first) * tau / second).astype(int), len(largest) - 1)
     np.maximum.at(largest, second_of_mean, sizes)
 
@@ -300,7 +300,7 @@ def _groups(flagged: Bools) -> Sequence[tuple[int, int]]:
 
 
 def _turned(axis: OctaveMeans, second: Floats, a: int, b: int) -> bool:
-    """Whether the sensor has another position after the seconds a to b: by gravity, or by the angle turned."""
+    """Whether the position of the sensor changes from second a to second b, by gravity or by the angle turned."""
     before, after = (
         present(part)
         for part in (

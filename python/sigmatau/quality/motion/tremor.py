@@ -1,4 +1,4 @@
-"""Shaking of a whole sensor: noise of all axes beyond that of any sensor, and the tremor of a hand."""
+"""Shaking of a whole sensor: noise on all axes beyond that of any sensor, and the tremor of a hand."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from sigmatau.findings.rest import Motion
 from sigmatau.quality.motion.octave_means import NOISIEST, OctaveMeans
 from sigmatau.quality.samples.common import take_samples
 
-_AXES = 3  # of a sensor that shows gravity
+_AXES = 3  # axes of a sensor that shows gravity
 
 
 @dataclass(frozen=True, slots=True)
 class _LeastRatios:
-    """Least ratios of the density in the band of tremor to that below it, by the geometric mean over the axes and on each
-    axis, and to that above it on each axis.
+    """Smallest ratios of the density in the tremor band: to that below, as a geometric mean over the axes and on each axis,
+    and to that above on each axis.
     """
 
     below_by_mean: float
@@ -90,11 +90,13 @@ _UNSTEADY = 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The motion of a sensor with a tremor, or whose axes all have noise beyond that of any sensor, not by a wrong unit.
+    """The motion of a sensor with a tremor, or of one whose axes all have noise beyond that of any sensor if the unit is not
+    in doubt.
 
-    Accelerometers that measure gravity in the stated unit and are as noisy exclude a wrong unit; so does a tremor, and noise
-    that grows or fades within the record. Samples that are too slow for a tremor do not tell motion from white noise: there,
-    and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit in doubt.
+    The unit is not in doubt if accelerometers are as noisy and measure gravity in the stated unit, if there is a tremor, or
+    if the noise grows or fades within the record. Samples that are too slow for a tremor do not distinguish motion from
+    white noise. For them, and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the
+    unit is in doubt.
     """
     axes = [axis for axis in means if not axis.slow]
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
@@ -120,7 +122,7 @@ def _loud_without_tremor(motion: Motion | None) -> Motion | None:
 
 
 def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The noise of the loudest axis, if all axes are beyond the noise of any sensor."""
+    """The noise of the loudest axis, if all axes exceed the noise of any sensor."""
     if not means:
         return None
     levels = [_level(axis) for axis in means]
@@ -133,7 +135,7 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
 
 
 def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
-    """The loudest axis whose density below vibration is beyond that of any sensor, if the unit is sure."""
+    """The loudest axis whose density below vibration exceeds that of any sensor, if the unit is certain."""
     motions: list[Motion] = []
     limit = _BEYOND * NOISIEST["acceleration"]
     for axis in accelerometers:
@@ -147,7 +149,9 @@ def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | Non
 
 
 def _level(means: OctaveMeans) -> float:
-    """Root mean square of √τ times the deviation of means; NaN for too few, or where rounding makes it. [unit/√Hz]"""
+    """Root mean square of √τ times the deviation of means; NaN if there are too few, or if rounding explains it.
+    [unit/√Hz]
+    """
     power = 0.0
     for octave in (max(octave, means.first) for octave in _OCTAVES):
         level = means.median_level(octave)
@@ -180,7 +184,7 @@ class _Peak:
 def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
-    On all axes of gyros and accelerometers; gyros that are loud show it alone, and on one axis too.
+    It must be on all axes of gyros and accelerometers. Loud gyros are enough alone, and then on a single axis.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
     peaks = _peaks(axes, _FAINT, by_median=True) if len(gyros) >= _AXES else ()
@@ -194,7 +198,7 @@ def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
 
 
 def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
-    """The peaks of all axes, if each stands out from what is above it, and those of each sensor from what is below."""
+    """The peaks of all axes, if each stands out from the density above it, and those of each sensor also from that below."""
     peaks: list[_Peak] = []
     for axis in axes:
         peak = _peak(axis, by_median=by_median)
@@ -239,9 +243,10 @@ def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
 def _densities(
     means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
 ) -> list[float] | None:
-    """Two-sided densities in some bands [Hz], by periodograms of a length [s]; None if there are too few, or one is 0.
+    """Two-sided densities in some bands [Hz], from periodograms of a length [s]; None if there are too few, or if a density
+    is 0.
 
-    The mean over the frequencies of a band, or their median, which lines do not raise.
+    The mean over the frequencies of a band, or the median, which lines do not raise.
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)

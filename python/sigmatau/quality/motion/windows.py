@@ -70,7 +70,7 @@ _HALF_WINDOWS = 6
 
 @dataclass(frozen=True, slots=True)
 class Burst:
-    """A stretch of one channel in which it moves."""
+    """A stretch of one channel with motion."""
 
     channel: str
     start: int  # samples, stop not included
@@ -85,21 +85,21 @@ class Burst:
 class MeanStep:
     """A lasting step of the mean."""
 
-    sample: int  # first sample after the step, to half the window
+    sample: int  # first sample after the step, known to half a window
     size: float  # new mean less old mean [unit of the stream]
     window: int  # samples in the windows that show it best
-    ratio: float  # size in standard deviations of the difference of such windows
+    ratio: float  # size over the standard deviation of the difference of such windows
     half_width: int  # of the interval in which the mean changes [samples]
     gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """A channel by windows of about a second."""
+    """A channel summarised by windows of about a second."""
 
     channel: str
     length: int  # samples in a window
-    first: float  # the first sample there is [unit of the stream]
+    first: float  # the first sample that is present [unit of the stream]
     mean: Floats  # mean less `first`; NaN where half of a window is missing [unit of the stream]
     power: Floats  # mean square of the changes from sample to sample [unit², of the stream]
 
@@ -116,7 +116,7 @@ def summarise_windows(stream: Stream, channel: str) -> Windows:
         x = stream.samples.read(c, start, min(start + many, n)).reshape(-1, w)
         if math.isnan(first):
             first = float(next(iter(present(x.ravel())), math.nan))
-        x = x - first  # a large level would cost digits
+        x = x - first  # a large mean would cost digits
         changes = np.diff(x, axis=1)
         power = np.einsum("ij,ij->i", changes, changes) / (w - 1)
         mean = np.einsum("ij->i", x) / w
@@ -132,7 +132,7 @@ def summarise_windows(stream: Stream, channel: str) -> Windows:
 
 
 def _mean_of_present(x: Floats) -> tuple[Floats, Ints]:
-    """Mean of each row over the samples that it has, and how many those are."""
+    """Mean of the samples that are present in each row, and their number."""
     is_present = ~np.isnan(x)
     count = is_present.sum(axis=1)
     return np.where(is_present, x, 0.0).sum(axis=1) / np.maximum(count, 1), count
@@ -153,7 +153,8 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
     """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
-    its cube root in robust standard deviations, and itself over the usual one. One or two spikes are not a burst.
+    its cube root in robust standard deviations, and the mean square itself as a ratio to the usual one. One or two spikes
+    are not a burst.
     """
     channel, power, w = windows.channel, windows.power, windows.length
     if np.count_nonzero(np.isfinite(power)) < LEAST_WINDOWS:
@@ -179,7 +180,7 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
 
 
 def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
-    """Lasting steps of a channel's mean that its noise does not make, in order of time; none for fewer than 48 windows.
+    """Lasting steps of a channel's mean that its noise does not explain, in order of time; none for fewer than 48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
     rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the same
@@ -224,8 +225,8 @@ def _change(half: Floats, a: int, b: int) -> float:
 def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
     """Steps of the mean between the two sides of missing half windows of w samples.
 
-    A gap that is too long for a distribution of differences as far apart is judged by the longest lag that has one: of slow
-    noise the spread grows with the root of the lag at most, that of a rate random walk.
+    If a gap is too long for a distribution of differences at this distance, the longest lag with a distribution is used: the
+    spread of slow noise grows at most with the root of the lag, as for a rate random walk.
     """
     gaps = sorted(runs(np.isnan(half)), key=lambda gap: gap[0] - gap[1])
     window = (half[:-1] + half[1:]) / 2
@@ -253,8 +254,9 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
 def _departures(
     stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
 ) -> tuple[Floats, float, float] | None:
-    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach; one
-    difference of `apart` is independent.
+    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach.
+
+    One difference in `apart` is independent.
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
@@ -269,7 +271,7 @@ def _departures(
 
 
 def _gradual(mean: Floats, place: int, half_width: int) -> bool:
-    """Whether a line fits better about a place than two constant parts."""
+    """Whether a line fits better around a place than two constant parts."""
     start = max(place - half_width, 0)
     x, k = mean[start : place + half_width], place - start
     is_present = np.isfinite(x)
@@ -285,9 +287,9 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
 def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ()) -> list[Burst]:
     """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
 
-    A rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s less the mean of the two beyond its neighbours is
-    Gaussian for each of the five terms, as are the differences of `mean_steps`, and has the same threshold. Excursions
-    beside one of the `steps` of the channel are ignored.
+    A rotation or a push, for example. The mean of each window of 1 s, 2 s, 4 s and 8 s, less the mean of the windows beyond
+    its neighbours, is Gaussian for each of the five terms, as are the differences of `mean_steps`, and has the same
+    threshold. Excursions beside one of the `steps` of the channel are ignored.
     """
     channel, mean, w = windows.channel, windows.mean, windows.length
     c = stream.channels.index(channel)
@@ -322,7 +324,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
 
 
 def _where(mean: Floats, about: int, half_width: int) -> int:
-    """The window at which a step is, by least squares of two constant parts about a place."""
+    """The window of a step, from a least-squares fit of two constant parts around a place."""
     start = max(about - 2 * half_width, 0)
     x = mean[start : about + 2 * half_width]
     x = np.where(np.isfinite(x), x, median(present(x)))

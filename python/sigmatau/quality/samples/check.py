@@ -1,4 +1,4 @@
-"""All checks of samples: one module per kind of fault; each takes a stream and returns findings."""
+"""All checks of samples that are not disturbances. Each takes a stream and returns findings."""
 
 from dataclasses import replace
 
@@ -30,5 +30,5 @@ def check(stream: Stream) -> list[Finding]:
         *repeated_samples(masked_by(without_dust(stream), disturbed)),
     ]
     findings += [*copied_stretches(stream), *interpolated(still), *coarse_resolution(still)]
-    # Without its channels a finding of the gyros may equal one of the accelerometers.
+    # Without its channels, a finding about gyros may equal one about accelerometers.
     return [finding if finding.channels else replace(finding, channels=stream.channels) for finding in findings]

@@ -75,14 +75,16 @@ def beyond_chance(by_chance: float, *, times: float) -> float:
 
 
 def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
-    """A channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples more."""
+    """Read a channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples
+    more.
+    """
     c, n = stream.channels.index(channel), stream.grid.n
     for start in range(0, n, CHUNK):
         yield start, stream.samples.read(c, start, min(start + CHUNK + overlap, n))
 
 
 def take_samples(stream: Stream, channel: str, *, count: int) -> Floats:
-    """Some `count` samples of a channel, from evenly spread stretches; all of them if there are no more."""
+    """Take about `count` samples of a channel from evenly spaced stretches; all of them if there are no more."""
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= count:
         return stream.samples.read(c, 0, n)
@@ -92,7 +94,7 @@ def take_samples(stream: Stream, channel: str, *, count: int) -> Floats:
 
 
 def present(x: Floats) -> Floats:
-    """The samples that are there."""
+    """The samples that are not missing."""
     is_present = np.isfinite(x)
     return x if is_present.all() else x[is_present]
 
@@ -101,8 +103,8 @@ _SHORT_ROW = 32  # values in a row below which NumPy is slow, so that its column
 
 
 def row_means(rows: Floats, *, share: float = 0.5) -> Floats:
-    """Mean of each row; NaN with less than a part `share` of its values."""
-    # By columns: NumPy is slow for short rows.
+    """Mean of each row; NaN if less than `share` of its values are present."""
+    # Summed by columns, because NumPy is slow for short rows.
     means = functools.reduce(np.add, rows.T) / rows.shape[1] if rows.shape[1] < _SHORT_ROW else rows.mean(axis=1)
     torn = np.flatnonzero(np.isnan(means))
     if len(torn):
@@ -114,7 +116,7 @@ def row_means(rows: Floats, *, share: float = 0.5) -> Floats:
 
 
 def block_means(stream: Stream, channel: str, length: int) -> Floats:
-    """Means of a channel over blocks of samples, NaN where half of one is missing; shape (n_blocks,)."""
+    """Means of a channel over blocks of samples, NaN if half of a block is missing; shape (n_blocks,)."""
     c, n = stream.channels.index(channel), stream.grid.n // length * length
     many = max(CHUNK // length, 1) * length
     parts = [row_means(stream.samples.read(c, a, min(a + many, n)).reshape(-1, length)) for a in range(0, n, many)]
@@ -122,7 +124,7 @@ def block_means(stream: Stream, channel: str, length: int) -> Floats:
 
 
 def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
-    """Means, and those of each next octave of averaging time: of two neighbours each."""
+    """Means, and means of two neighbours for each further octave of averaging time."""
     by_octave = [means]
     while len(by_octave) < octaves:
         means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
@@ -146,18 +148,18 @@ def block_rms(x: Floats) -> float:
 
 
 def rounding_dust(x: Floats, n: int) -> float:
-    """Below this, changes of n increments x may be the rounding of the angles that they were taken from: ε·64·n·rms(x).
+    """Largest change of n increments x that rounding of the original angles can make: ε·64·n·rms(x).
 
-    An angle goes no further in n samples than n times their root mean square; its rounding is ε of that.
+    In n samples an angle changes by at most n times their root mean square, and its rounding is ε of that.
     """
     return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
 
 
 @stream_fact
 def without_dust(stream: Stream) -> Stream:
-    """The stream with values made equal that differ by rounding alone, as the differences of printed angles do."""
+    """Make values equal that differ only by rounding, as the differences of printed angles do."""
     columns, changed = [], False
-    if stream.samples.transforms[0].kind != "increments":  # counts with a slow bias taken off are no rounding
+    if stream.samples.transforms[0].kind != "increments":  # counts minus a slow bias differ by more than rounding
         return stream
     for channel in stream.channels:
         x = stream.column(channel)
@@ -174,17 +176,17 @@ def without_dust(stream: Stream) -> Stream:
 
 
 def _joined(x: Floats, apart: float) -> Floats:
-    """Replace values that differ by at most `apart` by one value."""
-    values, which = np.unique(x, return_inverse=True)  # NaN last, and apart from all others
+    """Merge values that differ by at most `apart` into one value."""
+    values, which = np.unique(x, return_inverse=True)  # NaN last, and different from all others
     group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
     first = np.flatnonzero(np.diff(group, prepend=-1))
     return np.asarray(values[first][group][which], dtype=np.float64)
 
 
 def growing_step(x: Floats) -> float:
-    """The coarsest step of the parts of a record, if it is not fine against the noise, and not that of all parts; else 0.
+    """The coarsest step in any part of a record, if it is coarse against the noise and not the same in all parts; else 0.
 
-    The step of an angle or velocity in single precision doubles with it; the common step of all values is the first.
+    The step of a single-precision angle or velocity doubles with its size; the common step of all values is the first one.
     """
     if len(x) < _STEP_PARTS * _LEAST_IN_PART:
         return 0.0
@@ -202,7 +204,7 @@ def growing_step(x: Floats) -> float:
 
 
 def full_ends(x: Floats) -> list[float]:
-    """The largest and the smallest value, where more samples have it than have the next one inwards: no tail has."""
+    """The largest and the smallest value, if more samples have it than the next value inwards, which no tail does."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     ends = []
     for end, sign in ((low, 1.0), (high, -1.0)):
@@ -217,7 +219,7 @@ def full_ends(x: Floats) -> list[float]:
 
 
 def white_level(x: Floats, tau0: float) -> tuple[float, int]:
-    """The least of τ·σ²(τ), and at how many samples: N² of a record that shows white noise, else a bound on it.
+    """The smallest τ·σ²(τ) and its number of samples: N² if the record shows white noise, else an upper bound of it.
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
@@ -231,10 +233,11 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
 
 
 def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
-    """The length that the longest of these runs exceeds with probability `false_alarm`, by the others; 0 for too few runs.
+    """The length that the longest of these runs exceeds with probability `false_alarm`, from the other runs; 0 if there are
+    too few.
 
-    The tail of waiting times is exponential: of the m runs beyond a length u the excess has the median e·ln 2, and the
-    longest is beyond u + e·ln(m/p) with probability p. A median, so that runs that are faults do not make others normal.
+    The tail of waiting times is exponential. The m runs beyond a length u exceed it by a median of e·ln 2, and the longest
+    exceeds u + e·ln(m/p) with probability p. A median is used so that faulty runs do not raise the limit.
     """
     if len(lengths) < _MIN_RUNS:
         return 0.0
@@ -259,10 +262,10 @@ def spans_of_runs(stream: Stream, first: Ints, lengths: Ints) -> tuple[tuple[Spa
 
 
 def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
-    """At most one finding of several axes in place of one per axis, each given with the size of its effect.
+    """Merge the findings of several axes, each given with the size of its effect, into one.
 
-    Channels and spans of all axes, a warning if one of them is; details, size and factors of the axis with the largest
-    effect, which the field `strongest` of the details names.
+    The result has the channels and spans of all axes, and is a warning if one of them is. Details, size and factors are
+    those of the axis with the largest effect, which the field `strongest` of the details names.
     """
     if len(findings) < 2:
         return [finding for _, finding in findings]
@@ -279,7 +282,7 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
 
 
 def united(spans: Iterable[Span], *, gap: float = 0.0) -> tuple[Span, ...]:
-    """Spans in order of time, joined if they overlap or if at most a gap [s] separates them."""
+    """Spans in order of time. They are joined if they overlap or if at most a gap [s] separates them."""
     joined: list[Span] = []
     for start, stop in sorted(spans):
         if joined and start <= joined[-1][1] + gap:

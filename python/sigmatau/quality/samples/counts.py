@@ -1,4 +1,6 @@
-"""Counts of an angle: samples whose sum was rounded, not each by itself, by how the variance of sums grows."""
+"""Counts of an angle: whether the sum of the samples was rounded, and not each sample, from the growth of the variance of
+sums.
+"""
 
 from __future__ import annotations
 
@@ -32,17 +34,18 @@ _RARE = 0.1
 _UNEXPLAINED = 0.3
 
 
-_ROUNDING = 0.25  # variance of sums by the white rounding of their ends: 6/12/2 [steps²]
-_NOISE = np.geomspace(1e-5, 30.0, 150)  # variances of a sample before rounding that are tried [steps²]
-_HARMONICS = np.arange(1, 33)[:, None]  # of the rounding error, a sawtooth: the rest has 1 % of its power
+_ROUNDING = 0.25  # variance of sums from the white rounding of their ends: 6/12/2 [steps²]
+_NOISE = np.geomspace(1e-5, 30.0, 150)  # tested variances of a sample before rounding [steps²]
+_HARMONICS = np.arange(1, 33)[:, None]  # harmonics of the rounding error, a sawtooth: the others have 1 % of its power
 
 
 def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None:
     """Whether the sum of samples was rounded, or each sample by itself; None if the record does not show it.
 
-    `samples` in steps, from any offset. If each was rounded by itself, the sum of m samples has m times the variance of one,
-    more with slow noise or a filter. If the angle was rounded, only the two ends of a sum have rounding errors. How its
-    variance grows then follows from the mean rate and the noise before rounding, of which the noise alone is free.
+    `samples`: in steps, from any offset. If each sample was rounded, the variance of the sum of m samples is m times that of
+    one sample, and more with slow noise or a filter. If the angle was rounded, only the two ends of a sum have rounding
+    errors. The growth of its variance then follows from the mean rate and the noise before rounding; only the noise is
+    unknown.
     """
     samples = samples[:_EXAMINED]
     sizes, variances, errors = [], [], []
@@ -75,7 +78,7 @@ def rounding_by_sums(samples: Floats) -> Literal["of_sums", "of_samples"] | None
 
 
 def steps_a_sample(samples: Floats) -> float:
-    """Mean rate in steps a sample, but for whole steps: -0.5 to 0.5. An offset of the log does not matter."""
+    """Mean rate modulo whole steps per sample: −0.5 to 0.5. An offset of the log does not matter."""
     present = samples[np.isfinite(samples)]
     return float(np.rint(present - present[0]).mean() + 0.5) % 1 - 0.5 if len(present) else 0.0
 

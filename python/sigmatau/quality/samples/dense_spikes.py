@@ -1,4 +1,4 @@
-"""Frequent spikes, which show as a hump in the tail of the noise although each alone could be noise."""
+"""Frequent spikes, which form a hump in the tail of the noise although each alone could be noise."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 class _Tail:
     """Residuals of a part of a record in standard deviations."""
 
-    side: int  # neighbours on either side whose median is taken off
+    side: int  # number of neighbours on either side whose median is subtracted
     usual: float  # median of the absolute residuals [unit of the samples]
     scale: float  # standard deviation outside the tail over the median residual of a block
-    share: float  # samples in the tail beyond that of noise [1]
-    heights: Floats  # of the samples beyond `remaining` that stand alone
-    count: int  # residuals
-    clustered: bool  # whether the largest are nearer to each other than by chance
+    share: float  # share of samples in the tail minus that of noise [1]
+    heights: Floats  # sizes of the samples beyond `remaining` without a large neighbour
+    count: int  # number of residuals
+    clustered: bool  # whether the largest residuals are closer to each other than by chance
 
     def number_beyond(self, height: float) -> int:
         return int(np.count_nonzero(self.heights > height))
@@ -100,9 +100,9 @@ class _Tail:
 def dense_spikes(x: Floats, step: float) -> Bools | None:
     """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
 
-    A record has a hump if of 24 000 samples twelve or more are beyond 5 standard deviations, and twice as many as between 4
-    and 5. The standard deviation is that of the samples outside the tail; where the noise is stronger for 128 samples, the
-    local one. Noise below the `step` of the numbers is not examined.
+    A record has a hump if at least 12 of 24 000 samples are beyond 5 standard deviations, and twice as many as between 4 and
+    5. The standard deviation is that of the samples outside the tail, or the local one where the noise is stronger for 128
+    samples. Noise below the `step` of the numbers is not examined.
     """
     tail = _tail(x, step)
     if tail is None or tail.share > _MAX_SHARE or tail.clustered:
@@ -137,7 +137,7 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
 
 
 def hidden(rest: Floats, step: float) -> bool:
-    """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
+    """Whether the remaining samples have more outliers than noise makes, so that smaller spikes remain."""
     tail = _tail(rest, step)
     if tail is None:
         return False
@@ -150,9 +150,9 @@ def _threshold(false_share: float) -> float:
 
 
 def _tail(x: Floats, step: float) -> _Tail | None:
-    """The tail of a part of the record, for the number of neighbours that leaves the least residual.
+    """The tail of a part of the record, with the number of neighbours that gives the smallest residual.
 
-    Many neighbours are better for white noise, few for a random walk.
+    Many neighbours are better for white noise, and few for a random walk.
     """
     parts = stretches(x)
     best: tuple[float, int, list[Floats]] | None = None
@@ -208,7 +208,7 @@ def _is_clustered(in_company: Bools, n: int) -> bool:
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:
-    """Standard deviation from the median outside the tail, and the share of samples in the tail beyond that of noise."""
+    """Standard deviation of the residuals outside the tail, and the share of samples in the tail beyond that of noise."""
     share, n = 0.0, len(ordered)
     chance = 2 * _NORMAL.cdf(-_REMAINING)
     for _ in range(20):
@@ -219,7 +219,9 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
-    """Samples less the median of those on both sides, NaN where more than half of these are missing; steps are blurred."""
+    """Samples less the median of their neighbours on both sides; NaN if more than half of these are missing. Steps are
+    blurred.
+    """
     result: Floats = x - neighbour_medians(x, side, side)
     if step > 0:
         result += step / 2 * (np.arange(len(x)) * _GOLDEN % 1 - 0.5)
@@ -247,7 +249,7 @@ def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
 
 
 def _heights(x: Floats, places: Ints, side: int) -> Floats:
-    """Distance of some samples from the median of those on both sides; 0 where nearly all of these are missing."""
+    """Distance of some samples from the median of their neighbours on both sides; 0 if nearly all of these are missing."""
     heights = np.zeros(len(places))
     for start in range(0, len(places), CHUNK):
         some = places[start : start + CHUNK]
@@ -259,7 +261,7 @@ def _heights(x: Floats, places: Ints, side: int) -> Floats:
 
 
 def _stands_alone(x: Floats, places: Ints, side: int, heights: Floats, quantile: float, times: float) -> Bools:
-    """Whether samples are far from either side, compared with the scatter of their neighbours."""
+    """Whether samples are far from both sides, compared with the scatter of their neighbours."""
     from_sides = np.abs(residuals(x, places, side))
     is_high = heights > times * scatter(x, places, quantile)
     return np.asarray((from_sides > _ONE_SIDE * heights) & is_high)

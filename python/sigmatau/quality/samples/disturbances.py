@@ -1,4 +1,4 @@
-"""Disturbances: samples that are clearly not noise of the sensor, by cause, and the stream without them."""
+"""Disturbances: samples that are clearly not noise of the sensor, by cause, and the removal of these samples."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
     "shocks": shocks,
     "spikes": spikes,
 }
-"""Causes by the name that `keep` gives them, in the order in which they are looked for: each beside those before it."""
+"""Causes by the names that `keep` uses, in the order of the search. Each search ignores the samples found before."""
 
-_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # these compare samples for equality
+_EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
 
 
 # Share of a channel beyond which a cause is the record, and not a disturbance of it. [1] Judgement: the rest would be
@@ -49,12 +49,12 @@ class Disturbance:
 
     cause: str  # a key of `CAUSES`
     finding: Finding
-    mask: Bools | None  # the samples, shape (n, n_channels); None if leaving them out would not help
+    mask: Bools | None  # the disturbed samples, shape (n, n_channels); None if leaving them out would not help
 
 
 @stream_fact
 def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
-    """The disturbances of a stream, in the order of `CAUSES`."""
+    """Find the disturbances of a stream, in the order of `CAUSES`."""
     collected: list[Disturbance] = []
     even = without_dust(stream)
     for cause, looked_for in CAUSES.items():
@@ -66,7 +66,7 @@ def disturbances(stream: Stream) -> tuple[Disturbance, ...]:
 
 
 def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
-    """The stream with the samples of some disturbances taken for missing; the same object if there are none."""
+    """Mark the samples of some disturbances as missing; the same object if there are none."""
     for disturbance in disturbed:
         if disturbance.mask is not None:
             stream = masked(stream, disturbance.mask)
@@ -74,7 +74,7 @@ def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
 
 
 def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[Finding]]:
-    """The stream without its disturbances, except for the causes to `keep`, and the findings about all of them."""
+    """Remove the disturbances of a stream, except for the causes to `keep`, and return the findings about all of them."""
     causes, disturbed = set(keep), disturbances(stream)
     findings = []
     for disturbance in disturbed:
@@ -87,8 +87,8 @@ def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[F
 
 
 def _left_out(finding: Finding, count: int) -> Finding:
-    """Of noise with heavy tails a part is left out with the spikes: the random walk may be too small. With small spikes that
-    remain it is too large.
+    """State how leaving out spikes changes the random walk. If the noise has heavy tails, part of it is left out, and the
+    random walk may be too small. If small spikes remain, it is too large.
     """
     details = finding.details
     if not isinstance(details, Spikes):

@@ -1,4 +1,4 @@
-"""Dropouts: zeros that were written for lost samples, in runs of one channel or in rows of all."""
+"""Dropouts: zeros in place of lost samples, in runs of one channel or in rows of all channels."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _EXAMINED = 1 << 17
 
 
 def zero_rows(stream: Stream) -> Bools | None:
-    """Samples that are 0 on all axes of a stream at once more often than by chance; None if there are none.
+    """Samples that are 0 on all axes of a stream at once, if there are more than by chance; else None.
 
-    The chance of a 0 on one axis is q/(√(2π)·s) at most for steps q and noise of standard deviation s. A stream of one
-    channel is judged where 0 is more than 12 standard deviations from its level.
+    The chance of a 0 on one axis is at most q/(√(2π)·s) for steps q and noise of standard deviation s. A stream with one
+    channel is judged if 0 is more than 12 standard deviations from its mean.
     """
     together, counts = np.ones(stream.grid.n, dtype=bool), list[int]()
     for channel in stream.channels:
@@ -67,7 +67,7 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
         return 1.0
     (middle, spread), zero = median_and_spread(x), zero_rate(stream, channel)
     steps = resolution(stream, channel)
-    if steps is not None:  # of coarse numbers more than half may be equal
+    if steps is not None:  # with coarse numbers, more than half may be equal
         spread = max(spread, steps.step)
     if zero is not None and spread > 0 and abs(middle - zero) > _BEYOND_NOISE * spread:
         return 0.0
@@ -77,7 +77,7 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
         if lost >= _MIN_ROWS and lost > beyond_chance(about, times=TIMES_CHANCE):
             return 0.0
     if steps is None:
-        # Where half of n numbers occur once, none has a larger part than some 1/n.
+        # If half of n numbers occur once, no number has a share of more than some 1/n.
         return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
     scale = block_rms(x - middle)
     chance = steps.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0

@@ -1,4 +1,4 @@
-"""Single rows that are in the log twice: written again, or written in place of a lost one."""
+"""Rows that occur twice in a row: written again, or written in place of a lost one."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _MAX_RUN = 3
 
 
 def copied_rows(stream: Stream) -> Bools | None:
-    """Samples that are equal to the one before on all axes of a stream, where chance does not make them; None if none are.
+    """Samples that equal the one before on all axes of a stream, if there are more than by chance; else None.
 
-    If neighbours on axis c are equal by chance in a part p_c of all rows, they are so on all axes in ∏p_c. A stream of one
-    axis is judged by `sigmatau.quality.samples.repeated_samples`.
+    If neighbours on axis c are equal by chance in a share p_c of all rows, they are equal on all axes in ∏p_c.
+    `sigmatau.quality.samples.repeated_samples` judges a stream with one axis.
     """
     if len(stream.channels) < 2 or any(t.kind == "accumulated" for t in stream.samples.transforms):
         return None
@@ -55,7 +55,7 @@ def copied_rows(stream: Stream) -> Bools | None:
 
 
 def copies(stream: Stream) -> list[MaskedFinding]:
-    """Rows that are in the log twice, where they are too few to be a sensor slower than its log. At most one finding."""
+    """Report rows that are in the log twice, if they are too few for a sensor slower than its log. At most one finding."""
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:
         return []

@@ -1,4 +1,4 @@
-"""Interpolation: samples that lie on straight lines between others."""
+"""Interpolation: samples that are on straight lines between others."""
 
 from __future__ import annotations
 
@@ -38,24 +38,24 @@ class Upsampling:
 
     factor: float  # rate of the log over that of the sensor
     aligned: bool  # whether the sensor's samples are among those of the log
-    share: float  # part of the samples that lie on the line through their neighbours
+    share: float  # share of the samples that are on the line through their neighbours
 
     @property
     def shortest(self) -> float:
         """σ(τ₀) over that of white noise with the same σ at long τ.
 
-        Slopes s between independent samples of variance v, r apart, have variance 2v/r² and correlation -1/2; a part 1/r
-        of the changes is shared out between two of them if the samples are not aligned: σ²(τ₀) = (v/r²)(1 - 1/(2r)),
-        aligned v/r², and white noise has v·r.
+        The slopes s between independent samples of variance v, r apart, have variance 2v/r² and correlation −1/2. If the
+        samples are not aligned, a share 1/r of the changes is divided between two slopes: σ²(τ₀) = (v/r²)(1 − 1/(2r)); if
+        they are aligned it is v/r². White noise has v·r.
         """
         r = self.factor
         return math.sqrt((1.0 if self.aligned else 1 - 1 / (2 * r)) / r**3)
 
 
 def upsampling(stream: Stream, channel: str) -> Upsampling | None:
-    """Whether a channel was interpolated linearly, by the second differences that are zero to rounding; None if not.
+    """Detect linear interpolation of a channel from second differences that are zero to rounding; None if there is none.
 
-    None too for a ratio of rates below 2 whose samples are not aligned: then no three samples are on a line.
+    None also for a ratio of rates below 2 whose samples are not aligned, because no three samples are then on a line.
     """
     x = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, x)
@@ -64,7 +64,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     first, second = np.diff(x), np.diff(x, n=2)
     is_present = np.isfinite(second)
     count = int(np.count_nonzero(is_present))
-    # Counts to which a slow bias was added have no common step, but changes of zero as often as lines.
+    # Counts to which a slow bias was added have no common step, but as many changes of zero as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
     if chance > TOO_COARSE:
         return None
@@ -74,13 +74,14 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
         return None
     knots = np.flatnonzero(is_present & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
-    # A sensor's sample bends the line at one sample of the log if it is one of them, at two if it lies between.
+    # A sensor's sample bends the line at one sample of the log if it is one of them, and at two if it lies between
+    # them.
     samples = int(np.sum((runs + 1) // 2))
     return Upsampling(factor=count / samples, aligned=median(runs) < 1.5, share=share)
 
 
 def filled_outages(stream: Stream) -> list[MaskedFinding]:
-    """Gaps that were filled with straight lines. At most one finding."""
+    """Report gaps that were filled with straight lines. At most one finding."""
     gaps = {c: f.outages for c in stream.channels if (f := filled(stream, c)) is not None and len(f.outages[0])}
     if not gaps:
         return []
@@ -104,14 +105,14 @@ def filled_outages(stream: Stream) -> list[MaskedFinding]:
 
 
 def interpolated(stream: Stream) -> list[Finding]:
-    """Channels whose samples were interpolated linearly: all from a lower rate, or some where others were lost. One finding.
+    """Report channels with linearly interpolated samples: all from a lower rate, or some in place of lost ones. One finding.
 
-    Where all samples were made from a lower rate, `factors` holds the random walk read at one sample over the sensor's own;
-    at long τ it is right.
+    If all samples come from a lower rate, `factors` contains the random walk read at one sample over that of the sensor; at
+    long τ it is correct.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
     upsampled = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
-    if upsampled:  # what is wrong everywhere counts for more than what is wrong here and there
+    if upsampled:  # an interpolation of all samples has priority over local ones
         return [_from_lower_rate(stream, upsampled)]
     singles = {c: f for c, f in gaps.items() if f.singles}
     return [_in_place_of_lost(stream, singles)] if singles else []

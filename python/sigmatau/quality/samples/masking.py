@@ -1,4 +1,4 @@
-"""Samples taken for missing: masks, and their stretches as times."""
+"""Marking samples as missing: masks, and their stretches as times."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sigmatau.findings.finding import Finding, Span
 from sigmatau.record.streams import Stream
 
 MaskedFinding = tuple[Finding, Bools | None]
-"""A finding and the samples that it is about, shape (n, n_channels); None if leaving them out would not help."""
+"""A finding and a mask of its samples, shape (n, n_channels); None if leaving them out would not help."""
 
 
 # Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
@@ -24,7 +24,7 @@ _APART = 7
 
 
 def masked(stream: Stream, mask: Bools) -> Stream:
-    """The stream with samples taken for missing by a mask, shape (n,) or (n, n_channels); the same object if it is empty."""
+    """Mark samples as missing by a mask, shape (n,) or (n, n_channels); the same object if the mask is empty."""
     if not mask.any():
         return stream
     missing = np.array(np.broadcast_to(mask.reshape(len(mask), -1), (stream.grid.n, len(stream.channels))))
@@ -34,9 +34,9 @@ def masked(stream: Stream, mask: Bools) -> Stream:
 
 
 def bridged(stream: Stream) -> Stream:
-    """The stream with good samples nearby in place of up to four missing ones, because spectra cannot use such gaps.
+    """Replace up to four consecutive missing samples by good samples nearby, because spectra cannot use such gaps.
 
-    The seventh good sample before: no neighbour, so that noise stays as rough as it is.
+    The seventh good sample before is used. It is not adjacent, so that the noise stays equally rough.
     """
     if stream.mask is None:
         return stream
@@ -57,7 +57,7 @@ def bridged(stream: Stream) -> Stream:
 
 
 def mask_from_spans(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
-    """True in some stretches of n samples, which may reach beyond its ends; shape (n,)."""
+    """Mask of some stretches of n samples, which may extend beyond the ends; shape (n,)."""
     mask = np.zeros(n, dtype=bool)
     for start, stop in spans:
         mask[max(start, 0) : max(stop, 0)] = True
@@ -65,5 +65,5 @@ def mask_from_spans(n: int, spans: Iterable[tuple[int, int]]) -> Bools:
 
 
 def in_seconds(stream: Stream, spans: Iterable[tuple[int, int]]) -> tuple[Span, ...]:
-    """Stretches of samples as times from the beginning of the whole record. [s]"""
+    """Convert stretches of samples to times from the beginning of the whole record. [s]"""
     return tuple((stream.grid.time(start), stream.grid.time(stop)) for start, stop in spans)

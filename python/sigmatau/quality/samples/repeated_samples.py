@@ -54,18 +54,18 @@ _RIGHT_FROM_TIMES = 4
 class Repeats:
     """How samples of a stream repeat."""
 
-    channels: tuple[str, ...]  # those that repeat
-    share: float  # part of the samples that are copies of the one before
-    shortest: int  # how often a sample is there, but for the rarest 2.5 % at either end
+    channels: tuple[str, ...]  # channels whose samples repeat
+    share: float  # share of the samples that are copies of the one before
+    shortest: int  # number of repetitions of a sample, ignoring the rarest 2.5 % at either end
     longest: int
     # mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
     # sensor at this rate
     squares: float
-    regular: bool  # whether copies come as evenly as from a sensor at a lower rate, and not at random
+    regular: bool  # whether copies are as evenly spaced as from a sensor at a lower rate, and not random
 
     @property
     def times(self) -> float:
-        """How often a sample occurs on average."""
+        """Mean number of times that a sample occurs."""
         return 1 / (1 - self.share)
 
 
@@ -75,7 +75,7 @@ def runs_of_equal(x: Floats, *, shortest: int = 2) -> Runs:
 
 
 def runs_of_places(places: Ints) -> Runs:
-    """First places and lengths of the runs of places that follow each other; `places` in order."""
+    """First places and lengths of the runs of consecutive places; `places` in order."""
     if len(places) == 0:
         return places, places
     breaks = np.flatnonzero(np.diff(places) > 1)
@@ -85,7 +85,7 @@ def runs_of_places(places: Ints) -> Runs:
 
 def _runs(equal: Bools, shortest: int) -> Runs:
     longer = max(shortest - 2, 0)
-    # Where a run goes on for so long: rarer than what is equal to its neighbour, and so faster to gather.
+    # Starts of runs that are long enough: they are rarer than equal neighbours, and so faster to collect.
     n = max(len(equal) - longer, 0)
     going = equal[:n].copy()
     for k in range(1, longer + 1):
@@ -96,7 +96,7 @@ def _runs(equal: Bools, shortest: int) -> Runs:
 
 @stream_fact
 def repeats(stream: Stream) -> Repeats | None:
-    """Whether samples occur several times, on all channels at once or on some; None if not, or if it cannot be told.
+    """Find repeated samples, on all channels at once or on some; None if there are none, or if this cannot be decided.
 
     On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
     equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
@@ -141,7 +141,7 @@ def repeats(stream: Stream) -> Repeats | None:
 
 
 def _in_all_parts(columns: list[Bools], share: float) -> bool:
-    """Whether most parts of the record say so: the step of single precision grows with an angle, on all axes at once."""
+    """Whether most parts of the record show it: the step of single precision grows with an angle, on all axes at once."""
     parts = 0
     edges = np.linspace(0, len(columns[-1]), _PARTS + 1).astype(int).tolist()
     for a, b in pairwise(edges):
@@ -151,7 +151,9 @@ def _in_all_parts(columns: list[Bools], share: float) -> bool:
 
 
 def _inside(x: Floats) -> Bools | None:
-    """Where a sample is inside the range: samples at an end of it may be equal without being copies. None: everywhere."""
+    """Mask of samples inside the range; None for everywhere. Samples at an end of the range may be equal without being
+    copies.
+    """
     ends = full_ends(x)
     if not ends:
         return None
@@ -185,14 +187,14 @@ def _evenly(equal: Bools, share: float) -> bool:
     if count < _MIN_STRETCHES:
         return True
     copies = equal[: count * size].reshape(count, size).sum(axis=1)
-    # The middle half of the stretches: a pause or two does not matter. ±0.67 standard deviations hold it.
+    # Only the middle half of the stretches is used, ±0.67 standard deviations, so that a pause or two does not matter.
     low, high = np.quantile(copies, [0.25, 0.75])
     spread = float(high - low) / 1.349
     return spread < _MAX_SPREAD * math.sqrt(size * share * (1 - share))
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
-    """Share of copies on a channel beyond those by chance; 0 if chance may explain it."""
+    """Share of copies on a channel beyond those expected by chance; 0 if chance may explain it."""
     counted = equal if inside is None else equal[inside]
     n = len(counted)
     differences = np.diff(x[: 1 << 18])
@@ -206,14 +208,14 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     share = (int(np.count_nonzero(counted)) / (n + 1) - chance) / (1 - chance)
     if not share > _MIN_SHARE + chance + SIGMAS * math.sqrt(chance / n):
         return 0.0
-    # A part of a record that sticks is no repetition: in the middle of the runs, samples must repeat too.
+    # A stuck part of the record is not a repetition: inside the runs samples must repeat too.
     by_part = sorted(np.count_nonzero(part) / max(len(part), 1) for part in np.array_split(counted, 8))
     spread_out = by_part[2] > chance + (1 - chance) * share / 3
     return share if spread_out and _repeats_beside_mode(stream, channel, x, equal, share) else 0.0
 
 
 def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
-    """Whether values other than the most frequent one repeat as often: a counter rests on one value between its pulses."""
+    """Whether values other than the most frequent one repeat as often. A counter stays at one value between its pulses."""
     steps = resolution(stream, channel)
     if steps is None or steps.ratio >= FEW_STEPS:
         return True
@@ -248,13 +250,14 @@ def _solved(shares: list[float], all_at_once: float) -> float:
 def repeated_samples(stream: Stream) -> list[Finding]:
     """Samples that are copies of the one before: sample and hold, duplicated messages. At most one finding.
 
-    `factors` holds more than the random walk only where the rate was given by the user: it may then be the sensor's.
+    `factors` has terms other than the random walk only if the user gave the rate, which may then be the sensor's.
     """
     how = repeats(stream)
     if how is None:
         return []
     k, rate, may_be_sensors = how.times, stream.grid.rate, stream.grid.source.given_alone
-    # Some samples count more often: N² of the rows is Σw²/n of that of a sensor at their rate, Σw²/(n·k) of a slower one.
+    # Some samples count more often: N² of the rows over that of a sensor is Σw²/n at the same rate, and Σw²/(n·k) at a
+    # lower one.
     at_log_rate, at_sensor_rate = math.sqrt(how.squares), math.sqrt(how.squares / k)
     factors: tuple[tuple[str, float], ...] = ()
     if not how.regular:

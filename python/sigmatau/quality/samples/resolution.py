@@ -1,4 +1,4 @@
-"""Resolution: the step of the numbers, against the noise that must blur it."""
+"""Resolution: the step of the numbers, compared with the noise that should blur it."""
 
 from __future__ import annotations
 
@@ -89,10 +89,10 @@ class Resolution:
 
 
 def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
-    """The step q of numbers that are a + k·q with whole k, each known to a part of q; None if there is none.
+    """Find the step q of numbers a + k·q with integers k, each known to a fraction of q; None if there is none.
 
-    Offsets and scales do not matter, nor that each value was rounded after it was scaled (printed decimals, float32): the
-    step is that of the counts, by regression of the values on their whole numbers. Values closer than `rounding` are one.
+    Offsets and scales do not matter, nor does rounding after scaling (printed decimals, float32): the step is that of the
+    counts, by regression of the values on their integers. Values closer than `rounding` count as one.
     """
     x = present(x)
     values = np.sort(x)
@@ -103,7 +103,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     gaps = gaps[gaps > rounded]
     if len(gaps) == 0 or (len(gaps) < _MIN_VALUES and 2 * (len(gaps) + 1) > len(x)):
         return None
-    # The least gap is the step to one rounding; each wider set of gaps gives it more exactly, for the next.
+    # The smallest gap is the step to within rounding. Each wider set of gaps gives the step more exactly.
     step = float(gaps.min())
     for widest in (1.5, 6.5, 50.5, math.inf):
         narrow = gaps[gaps < widest * step]
@@ -111,7 +111,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     counts = np.concatenate(([0.0], np.cumsum(np.rint(gaps / step))))
     levels = np.concatenate(([0.0], np.cumsum(gaps)))
     centred = counts - counts.mean()
-    # Not by BLAS, whose threads would take ten times as long for so few.
+    # Not by BLAS, whose threads would take ten times as long for so little data.
     slope = float(np.einsum("i,i", centred, levels) / np.einsum("i,i", centred, centred))
     off = levels - levels.mean() - slope * centred
     return slope if np.abs(off).max() <= _MAX_OFF * slope else None
@@ -120,8 +120,8 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
 def white_sum(increments: Floats) -> int | None:
     """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two.
 
-    The rounding of an angle that moves by much less than a step from sample to sample is nearly the same in both, and its
-    density rises with the frequency like no term's. None if no sum of which the record has enough is long enough.
+    If an angle moves by much less than a step between samples, its rounding is nearly the same in both samples, and no term
+    has the resulting spectrum. None if no sum that occurs often enough is long enough.
     """
     previous, size = False, 1
     while len(increments) // size >= _MIN_SUMS:
@@ -146,16 +146,16 @@ def resolution(stream: Stream, channel: str) -> Resolution | None:
         return None
     differences = np.diff(x)
     noise = block_rms(differences)
-    if noise == 0.0:  # most blocks see no change
+    if noise == 0.0:  # most blocks contain no change
         differences = present(differences)
         noise = float(np.sqrt(np.mean(differences * differences))) if len(differences) else 0.0
     return Resolution(channel=channel, step=step, noise=noise / math.sqrt(2), unit=stream.unit)
 
 
 def step_of_changes(changes: Floats) -> float:
-    """The step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
+    """Step of numbers whose common step is hidden by a slow compensation or by printed decimals; 0 if there is none.
 
-    The largest q of which the changes from sample to sample are whole multiples to about a tenth: Σ cos(2π·d/q) over the
+    The largest q for which the changes from sample to sample are integer multiples to about a tenth: Σ cos(2π·d/q) over the
     changes d is nearly their number.
     """
     size = np.abs(present(changes))[:_CHANGES]
@@ -177,9 +177,9 @@ def step_of_changes(changes: Floats) -> float:
 
 @channel_fact
 def equal_by_chance(stream: Stream, channel: str) -> float:
-    """Part of the samples that equal another one far away: what coarse noise makes equal without a fault.
+    """Share of the samples that equal another one far away, as coarse noise does without a fault.
 
-    A median of blocks, so that a stuck or lost part of the record does not count.
+    A median of blocks, so that a stuck or lost part of the record does not matter.
     """
     x = stream.column(channel)
     lag = min(_LAG, len(x) // 4)
@@ -188,7 +188,7 @@ def equal_by_chance(stream: Stream, channel: str) -> float:
 
 
 def usual_value(stream: Stream, channel: str) -> float:
-    """The largest part of the samples that one value has, from the equal ones: Σp² of normal noise is p/√2."""
+    """The largest share of the samples that have one value, from the share of equal ones: Σp² of normal noise is p/√2."""
     equal = equal_by_chance(stream, channel)
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
@@ -200,18 +200,18 @@ def find_step(stream: Stream, channel: str) -> float:
 
 
 def hides_noise(stream: Stream) -> bool:
-    """Whether a channel has a step so coarse that the noise seen is that of the rounding, more or less than the sensor's."""
+    """Whether the step of a channel is so coarse that the noise of the numbers is mostly that of rounding."""
     resolved = (resolution(stream, channel) for channel in stream.channels)
     return any(steps is not None and steps.ratio < _MIN_NOISE_STEPS for steps in resolved)
 
 
 def rounded(finding: Finding) -> bool:
-    """Whether rates have steps that may show in the intervals of their coefficients."""
+    """Whether the steps of rates may show in the intervals of the coefficients."""
     return isinstance(finding.details, CoarseResolution) and finding.details.rounding != "quantization"
 
 
 def coarse_resolution(stream: Stream) -> list[Finding]:
-    """Channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding per channel.
+    """Report channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding each.
 
     Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise. Rounding of an angle
     is quantization noise, also in a log of rates: see `sigmatau.quality.samples.counts`. Below half a step of noise it is
@@ -227,7 +227,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
         return None
     sample = present(take_samples(stream, channel, count=_EXAMINED))
     if 2 * len(np.unique(np.rint((sample - sample[0]) / resolved.step))) > len(sample):
-        return None  # a line without noise has a step too, but no value twice
+        return None  # a line without noise has a step too, but no repeated value
     tau0, step = stream.grid.tau0, resolved.step
     details = CoarseResolution(step=step, noise=resolved.noise, unit=resolved.unit, rounding="unknown", added=None)
     severity: Severity = "warning"
@@ -261,7 +261,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
 
 
 def _counted(stream: Stream, channel: str, step: float) -> bool:
-    """Whether the angle was rounded. Where its sums do not show it, an angle was, and a rate was not."""
+    """Whether the angle was rounded. If sums do not show it, angles count as rounded, and rates do not."""
     by_sums = rounding_by_sums(stream.column(channel) / step)
     if by_sums is not None:
         return by_sums == "of_sums"
@@ -277,14 +277,14 @@ def _rounding(stream: Stream, channel: str) -> float:
     step = max(len(raw) // 4096, 1)
     with np.errstate(invalid="ignore"):  # a damaged number may be a signalling NaN
         some = np.asarray(raw[::step], dtype=float)
-    if stream.mask is not None:  # what is taken for missing may be any number
+    if stream.mask is not None:  # excluded samples may have any value
         gone = stream.mask[::step, k]
         some = some[: len(gone)][~gone]
     with np.errstate(invalid="ignore"):
         largest = float(np.nanmax(np.abs(some), initial=0.0))
     if not math.isfinite(largest):
         return 0.0
-    # One unit in the last place is a step that a log may have; half of one is the rounding.
+    # One unit in the last place is a step that a log may have; its rounding is half of that.
     epsilon = float(np.finfo(raw.dtype).eps) if raw.dtype.itemsize < 8 else 8 * float(np.finfo(float).eps)
     factor = abs(t.scale * t.factor) / (1.0 if t.kind == "rate" else stream.grid.tau0)
     return 0.4 * epsilon * largest * factor

@@ -47,10 +47,11 @@ _MAX_SHARE = 0.9
 
 
 def saturation(stream: Stream) -> list[MaskedFinding]:
-    """Channels that are at their largest or smallest value more often than a tail of noise is. At most one finding each way.
+    """Report channels that are at their largest or smallest value more often than a tail of noise. At most one finding for
+    each end.
 
-    Stretches at an end of the range can be left out. Where noise touches an end all over the record, leaving out would take
-    its tail away: `factors` holds what clipping does to white noise.
+    Stretches at an end of the range can be left out. If noise touches an end throughout the record, leaving out would remove
+    its tail; `factors` then contains the effect of clipping on white noise.
     """
     spread, stretches = list[tuple[float, Finding]](), list[tuple[float, Finding]]()
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
@@ -64,7 +65,7 @@ def saturation(stream: Stream) -> list[MaskedFinding]:
             continue
         resolved = resolution(stream, channel)
         step = 0.0 if resolved is None else resolved.step
-        # With few values, and noise that is seldom seen, the outermost value is not an end of a range.
+        # With few values, and few visible noise changes, the outermost value is not an end of a range.
         judged = resolved is None or (
             resolved.ratio >= _MIN_NOISE_STEPS
             and high - low >= _LEVELS * step
@@ -91,14 +92,15 @@ def saturation(stream: Stream) -> list[MaskedFinding]:
 
 def _too_often(x: Floats, end: float, step: float) -> bool:
     values = np.unique(present(x))
-    edges = np.flatnonzero(np.diff(values) > step / 2)  # values closer than that differ by rounding
+    edges = np.flatnonzero(np.diff(values) > step / 2)  # closer values differ by rounding
     firsts, lasts = values[np.append(0, edges + 1)], values[np.append(edges, -1)]
     tail = slice(None, -_LEVELS - 1, -1) if end == values[-1] else slice(_LEVELS)
     outer = tuple(zip(firsts[tail], lasts[tail], strict=True))
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
-    # A long stay is one visit; but where others stay, as pulses that fall between two samples do, all samples count.
+    # A long stay counts as one visit. But if other values stay as long, as between the pulses of a counter, all samples
+    # count.
     part = min(visits[0] / total, samples[0] / sum(samples))
     if part <= 1 / _LEVELS:
         return False
@@ -116,12 +118,12 @@ def _is_rounded_angle(x: Floats) -> bool:
 
 
 def _visits(places: Ints) -> int:
-    """Runs of neighbouring samples: one long stay is one visit, so that a sensor that is read twice is not at fault."""
+    """Count runs of neighbouring samples. A long stay is one visit, so that reading a sensor twice does not count as two."""
     return int(np.count_nonzero(np.diff(places) > 1)) + 1 if len(places) else 0
 
 
 def _clipped_sd(low: float, high: float, *, half: float = 0.0) -> float:
-    """Standard deviation of unit Gaussian noise of which parts `low` and `high` are held at the ends, `half` a step out."""
+    """Standard deviation of unit Gaussian noise whose parts `low` and `high` are held at the ends, `half` a step out."""
     a = _NORMAL.inv_cdf(low) if low > 0 else -40.0
     b = -_NORMAL.inv_cdf(high) if high > 0 else 40.0
     pa, pb = _NORMAL.pdf(a), _NORMAL.pdf(b)
@@ -149,7 +151,7 @@ def _finding(
     factors: tuple[tuple[str, float], ...] = ()
     if spread:
         factor = 1.0
-        for _ in range(3 if resolved else 1):  # the step is known in parts of the clipped noise
+        for _ in range(3 if resolved else 1):  # the step is known as a fraction of the clipped noise
             factor = _clipped_sd(low, high, half=factor / resolved.ratio / 2 if resolved else 0.0)
         factors = (("random_walk", factor),)
     details = Saturation(

@@ -36,7 +36,7 @@ TIMES = 2.0
 
 
 def neighbours(x: Floats, indices: Ints, first: int, last: int) -> Floats:
-    """The samples from `first` to `last` after each index; NaN beyond the ends."""
+    """The samples from offset `first` to `last` after each index; NaN beyond the ends."""
     places = indices[:, None] + np.arange(first, last + 1)
     inside = (places >= 0) & (places < len(x))
     return np.where(inside, x[np.clip(places, 0, len(x) - 1)], np.nan)

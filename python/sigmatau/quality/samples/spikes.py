@@ -59,22 +59,22 @@ _SMOOTH = 0.4
 
 
 _BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-_MIDDLE = 6.0  # heights of a single spike in the middle of its fourth difference, 6 of (1, 4, 6, 4, 1)
+_MIDDLE = 6.0  # factor of a single spike in the middle of its fourth difference: 6 of (1, 4, 6, 4, 1)
 
 
 def find_spikes(x: Floats) -> Bools:
     """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
-    Where spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of
-    the noise, see `sigmatau.quality.samples.dense_spikes`. Where most blocks of 32 samples contain spikes, the scale is
-    that of the median residual and the medians are of 16 samples: up to 20 % of spikes are found. The rest is searched
-    again without the spikes found.
+    If spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of the
+    noise, see `sigmatau.quality.samples.dense_spikes`. If most blocks of 32 samples contain spikes, the scale is that of the
+    median residual and the medians are over 16 samples: up to 20 % of spikes are found. The other samples are searched again
+    without the spikes found.
 
-    The threshold is six standard deviations of that residual or more, so that Gaussian noise of any of the five terms gives
-    less than 0.001 spikes a record, whatever its length; plus one step of the numbers. The standard deviation is a median
-    over blocks, which spikes cannot move; where the neighbours scatter more than the record as a whole, as in a shock,
-    theirs counts. In noise smoother than a random walk, a spike must stand out in the fourth differences too. A step of the
-    mean is not a spike. Fewer than 32 samples that can be judged have none.
+    The threshold is at least six standard deviations of that residual, plus one step of the numbers, so that Gaussian noise
+    of any of the five terms makes less than 0.001 spikes per record, whatever its length. The standard deviation is a median
+    over blocks, which spikes cannot move. If the neighbours scatter more than the record as a whole, as in a shock, their
+    scatter is used. In noise smoother than a random walk, a spike must stand out in the fourth differences too. A step of
+    the mean is not a spike. No spikes are found with fewer than 32 samples that can be judged.
     """
     x = np.asarray(x, dtype=np.float64)
     is_spike = np.zeros(len(x), dtype=bool)
@@ -113,7 +113,7 @@ def spike_mask(stream: Stream, channel: str) -> Bools:
 
 
 def more_below(rest: Floats) -> bool:
-    """Whether a record without its spikes has more outliers than noise makes: smaller spikes remain."""
+    """Whether the remaining samples have more outliers than noise makes, so that smaller spikes remain."""
     scale = _scale(rest)
     return not scale.smooth and hidden(rest, scale.step)
 
@@ -133,7 +133,7 @@ def spikes(stream: Stream) -> list[MaskedFinding]:
 
 @stream_fact
 def spikes_missing(stream: Stream) -> Stream:
-    """The stream with its spikes taken for missing; the very same if it has none."""
+    """Mark the spikes of a stream as missing; the same object if there are none."""
     return masked(stream, np.stack([spike_mask(stream, channel) for channel in stream.channels], axis=1))
 
 
@@ -176,7 +176,7 @@ def _multiple(n: int) -> float:
 
 
 def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
-    """Distance of spikes from the median of the good samples beside them, or of all good samples where there are none."""
+    """Distance of spikes from the median of the good samples beside them; of all good samples if none are beside them."""
     heights = np.empty(len(places))
     for start in range(0, len(places), _BATCH):
         some = places[start : start + _BATCH]
@@ -190,18 +190,18 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """Noise that a sample is compared with."""
+    """The noise with which a sample is compared."""
 
     noise: float  # standard deviation of the residual against one side
-    step: float  # of the numbers
-    side: int  # neighbours on either side
-    in_tail: int  # residuals in the tail
+    step: float  # step of the numbers
+    side: int  # number of neighbours on either side
+    in_tail: int  # number of residuals in the tail
     fourth: float  # standard deviation of the fourth differences, over 6
-    smooth: bool  # whether that is small: a low-pass filter is far below the sampling rate
+    smooth: bool  # whether that is small, because a low-pass filter is far below the sampling rate
 
 
 def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> Ints:
-    """In smooth noise, only the samples that stand out in the fourth differences too; otherwise all of them."""
+    """In smooth noise, keep only the samples that also stand out in the fourth differences; else keep all."""
     if len(places) == 0 or not scale.smooth:
         return places
     places_present = np.flatnonzero(np.isfinite(x))
@@ -228,7 +228,7 @@ def _scale(x: Floats) -> _Scale:
             return _Scale(math.nan, 0.0, side, 0, math.inf, smooth=False)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
-    # A median of |residuals| is a whole number of half steps, so that many may hide in it.
+    # A median of |residuals| is an integer number of half steps, so that much noise may be hidden.
     usual = median(np.abs(present(residual))) / NORMAL_QUARTILE
     in_tail = int(np.count_nonzero(np.abs(residual) > TAIL_FROM * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
@@ -240,7 +240,9 @@ def _scale(x: Floats) -> _Scale:
 
 
 def _where_two_are(x: Floats) -> Floats:
-    """Residuals of samples that have two or more of the four before them: where most are missing, of all the record."""
+    """Residuals of samples with at least two of the four samples before them. If most are missing, those of the whole
+    record.
+    """
     places_present = np.flatnonzero(np.isfinite(x))
     has_two = places_present[2:] - places_present[:-2] <= SIDE
     places = places_present[2:][has_two][: STRETCH * STRETCHES]
@@ -250,7 +252,7 @@ def _where_two_are(x: Floats) -> Floats:
 
 
 def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Medians of four each: the sum less the extremes. NaN if one is missing."""
+    """Medians of four numbers each: half the sum without the extremes. NaN if one is missing."""
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
     high = np.maximum(np.minimum(a, b), np.minimum(c, d))
     return np.asarray((low + high) / 2)

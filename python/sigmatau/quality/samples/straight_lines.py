@@ -1,4 +1,4 @@
-"""Lost samples that were filled in with straight lines: single ones, and outages."""
+"""Lost samples that were filled in with straight lines: single samples and outages."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ _EXAMINED = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Which second differences of a channel are 0."""
+    """The size up to which second differences of a channel count as 0."""
 
     rounding: float  # rounding of a second difference by double precision [unit of the stream]
     largest: float  # second differences up to this are 0 [unit of the stream]
     scale: float  # root mean square of those that are not 0 to rounding [unit of the stream]
-    chance: float  # part of all that noise makes 0; 1 if there is no noise
+    chance: float  # share of second differences that are 0 in noise; 1 if there is no noise
 
 
 def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
@@ -75,8 +75,9 @@ def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
 class StraightParts:
     """Which samples lie on the line through their neighbours."""
 
-    places: Ints  # those samples
-    chance: float  # share of all that noise puts there
+    # the samples on a line
+    places: Ints  # the same as above
+    chance: float  # share of all samples that noise puts on a line
     # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
     smooth: float
 
@@ -88,10 +89,10 @@ class Filled:
     first: Ints  # first sample and length of each run of them
     lengths: Ints
     min_stretch: int  # length of a run from which on it is an outage
-    singles: float  # part of the samples that is in shorter runs, less what chance puts on lines
+    singles: float  # share of the samples in shorter runs, minus what chance puts on lines
     # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
     random_walk: float
-    short: float  # σ at one sample over the sensor's own
+    short: float  # σ at one sample over that of the sensor
 
     @property
     def outages(self) -> Runs:
@@ -130,10 +131,10 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
 def filled(stream: Stream, channel: str) -> Filled | None:
     """Samples of a channel that were filled in with straight lines, where others were lost.
 
-    A line is reported from L samples on, where n·p^L < 1e-4 and p is the share of samples on lines: for white noise, and
-    from more samples on where the changes of second differences are small. Single samples are reported where more than 0.4
-    % are on lines beyond three times what chance makes, and the samples between them change as noise does: in a record
-    interpolated from another rate all samples are on lines.
+    A line of L samples is reported if n·p^L < 1e-4, where p is the share of samples on lines in white noise; a longer one is
+    required if the changes of second differences are small. Single samples are reported if more than 0.4 % are on lines
+    beyond three times chance and the samples between them change as noise does: in a record interpolated from another rate
+    all samples are on lines.
     """
     parts = straight_parts(stream, channel)
     if parts is None or not len(parts.places):
@@ -180,11 +181,10 @@ def filled(stream: Stream, channel: str) -> Filled | None:
 
 
 def _noise_between(x: Floats, straight: Ints) -> bool:
-    """Whether neighbouring changes away from the lines are not parts of one line.
+    """Whether adjacent changes away from the lines belong to different lines, as in noise.
 
-    Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise of −1/2, noise behind a filter up
-    to 1. Then the number of samples between lines decides: lines between samples of a lower rate leave an even number, or
-    one.
+    Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise has −1/2, noise after a filter up
+    to 1. Then the number of samples between lines decides: between lines through samples of a lower rate it is even, or one.
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
@@ -203,10 +203,11 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
 
 
 def _effect_of_lost(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
-    """N at long τ and σ at one sample, over those of the sensor.
+    """N at long τ and σ at one sample, both over those of the sensor.
 
-    A gap of g samples gives g/2 of weight to each of the two beside it: N² is as the mean of the squared weights over all
-    rows. The g + 1 changes across it are each (b − a)/(g + 1): (g + 1)⁻¹ of the squares in place of g + 1.
+    A gap of g samples adds g/2 of weight to each of the two samples beside it: N² is proportional to the mean of the squared
+    weights over all rows. Each of the g + 1 changes across it is (b − a)/(g + 1), so that their squares sum to a (g + 1)⁻¹
+    share instead of g + 1.
     """
     weight = np.ones(n + 2)
     gone = np.zeros(n + 2, dtype=np.int8)

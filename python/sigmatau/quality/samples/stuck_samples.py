@@ -1,4 +1,4 @@
-"""Runs of equal samples that noise does not make: of a stuck sensor, or zeros of a dropout."""
+"""Runs of equal samples that noise does not explain: a stuck sensor, or zeros of a dropout."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ _EXAMINED = 1 << 14
 def stuck_runs(stream: Stream, channel: str) -> Runs:
     """First samples and lengths of the runs of equal samples of a channel that are longer than the noise can explain.
 
-    A run is too long if n·p^length < 1e-4, where p is the probability that a sample of the white part of the noise falls
-    into the middle of a step, the largest there can be. Noise behind a low-pass filter rests on one value at its extremes:
-    beside a run that is a fault it jumps. No run is reported where less than 0.6 steps of noise are seen:
-    then the mean may be near the border of a step, and the noise may rest on one value in the middle of another.
+    A run is too long if n·p^length < 1e-4, where p is the largest probability that a sample of the white part of the noise
+    falls into one step, the middle one. Noise after a low-pass filter stays at one value at its extremes; beside a faulty
+    run it jumps. No run is reported if the numbers show less than 0.6 steps of noise: the mean may then be near the border
+    of a step, and the noise may stay at one value when the mean is in the middle of another.
     """
     x = stream.column(channel)
     first, lengths = runs_of_equal(x, shortest=_MIN_RUN)
@@ -70,7 +70,8 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         if resolved is not None:
             if resolved.ratio < _MIN_NOISE_STEPS:
                 return math.inf
-            # Rounding makes q²/12 of what is seen; neighbours of quantization noise differ by 3/2 of what white ones do.
+            # Rounding adds q²/12 to the visible noise; neighbours differ in quantization noise by 3/2 of what they do
+            # in white noise.
             variance = (resolved.noise**2 * times - resolved.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(resolved.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
@@ -103,7 +104,7 @@ def _is_smooth(x: Floats) -> bool:
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:
-    """The rate that the number 0 of the log stands for; None for accumulated values, whose rate is 0 where they stick."""
+    """The rate that the number 0 of the log means; None for accumulated values, whose rate is 0 while they are constant."""
     transform = stream.samples.transforms[stream.channels.index(channel)]
     if transform.kind == "accumulated":
         return None
@@ -112,7 +113,9 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
 
 
 def zero_runs(stream: Stream, channel: str) -> Runs:
-    """The runs in which the log holds only the number 0; none if single samples are 0 too (coarse, or a range from 0 on)."""
+    """The runs in which the log contains only the number 0; none if single samples are 0 too (coarse numbers, or a range
+    from 0 on).
+    """
     first, lengths = stuck_runs(stream, channel)
     if len(first) == 0:
         return first, lengths
@@ -128,10 +131,10 @@ def zero_runs(stream: Stream, channel: str) -> Runs:
 
 
 def stuck_samples(stream: Stream) -> list[MaskedFinding]:
-    """Runs of equal samples that are improbably long for the step and the noise of a channel. At most one finding.
+    """Report runs of equal samples that are improbably long for the step and the noise of a channel. At most one finding.
 
-    None for a channel that never changes, for runs at an end of the range, see `saturation`, and for runs of the number 0,
-    see `dropouts`.
+    No finding for a channel that never changes, for runs at an end of the range (see `saturation`), or for runs of the
+    number 0 (see `dropouts`).
     """
     masks = []
     for channel in stream.channels:

@@ -1,4 +1,4 @@
-"""The random walk with spikes that are the end of a continuous tail, and without small spikes that stay in the noise."""
+"""The random walk with the spikes that belong to a continuous tail, and without small spikes that remain in the noise."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ class TailReading:
     Attributes
     ----------
     factor : float
-        Random walk with the spikes that belong to the tail over that without them; 1 if none does. [1]
+        Random walk with the spikes that belong to the tail, over that without them; 1 if no spike does. [1]
     error : float
-        Relative standard error of the random walk with them: by the kurtosis of all samples of the tail, and by the variance
-        of a tail beyond the samples of the record. [1]
+        Relative standard error of the random walk with these spikes, from the kurtosis of all samples of the tail, and from
+        the variance of a tail beyond the samples of the record. [1]
     """
 
     factor: float
@@ -47,10 +47,10 @@ class TailReading:
 def read_tail(clean: Floats, heights: Floats) -> TailReading:
     """Random walk with the spikes of a continuous tail: those below the gaps in the sizes of spikes.
 
-    White noise has N² = σ²τ₀, so that the factor is the root of the ratio of the variances. The relative variance of N² from
-    n samples with the excess kurtosis κ is (2 + κ)/n; the interval of the fit has the first term. The kurtosis of a record
-    does not show the tail beyond the size x that one of its samples exceeds, on average: its variance is α/(α − 2) x²/n for
-    the exponent α.
+    White noise has N² = σ²τ₀, so the factor is the root of the ratio of the variances. The relative variance of N² from n
+    samples with the excess kurtosis κ is (2 + κ)/n; the interval of the fit includes the first term. The kurtosis of a
+    record does not show the tail beyond the size x that one of its samples exceeds on average: the variance of that part is
+    α/(α − 2) x²/n for the exponent α.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def read_tail(clean: Floats, heights: Floats) -> TailReading:
 
 
 def _without_gap(sizes: Floats, largest: float) -> Floats:
-    """Ascending sizes below every gap, from the largest sample down; `largest`: of the other samples."""
+    """Ascending sizes below every gap, counted from the largest sample down. `largest`: the largest of the other samples."""
     while len(sizes) and largest > 0:
         ratio = sizes / np.maximum(np.concatenate(([0.0], sizes[:-1])), largest)
         above = np.arange(len(sizes), 0, -1)
@@ -91,7 +91,7 @@ def _without_gap(sizes: Floats, largest: float) -> Floats:
 
 
 def read_small_spikes(clean: Floats) -> float:
-    """Random walk of all samples over that without small spikes; 1 if no more samples stand alone than noise makes.
+    """Random walk of all samples over that without small spikes; 1 if no more samples stand out alone than noise makes.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Stretches of a record that are left out: their samples are taken for missing, and the grid stays as it is.
+"""Exclusion of stretches of a record: their samples count as missing, and the grid stays as it is.
 
 A window is one piece; several short stretches can be left out from the middle of a record without losing the rest.
 """
@@ -22,12 +22,12 @@ from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
 _FORMS = "give stretches such as 720s:722s,1080s:1083s, :10s or 2h:"
-_TO_ROUNDING = 1e-6  # of a sample
+_TO_ROUNDING = 1e-6  # rounding tolerance [samples]
 _LISTED = 5
 
 
 def from_the_start(record: Record) -> Record:
-    """The record with times of its streams from the beginning of the earliest stream, as options count them."""
+    """Count the times of all streams from the beginning of the earliest one, as options do."""
     origin = min(stream.grid.start for stream in record.streams)
     if all(stream.grid.lead == stream.grid.start - origin for stream in record.streams):
         return record
@@ -36,7 +36,7 @@ def from_the_start(record: Record) -> Record:
 
 
 def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, list[Finding]]:
-    """The record with some stretches taken for missing on all sensors, and the finding ``"left_out"``, an info.
+    """Mark some stretches of a record as missing on all sensors, and report the finding ``"left_out"``, an info.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     spans = [_span(part, end) for part in parts]
     streams, left_out = [], list[LeftOutOfStream]()
     for stream in record.streams:
-        if stream.quantity == "temperature":  # not disturbed by what disturbs the sensors
+        if stream.quantity == "temperature":  # a disturbance of the sensors does not reach it
             streams.append(stream)
             continue
         bad = np.zeros(stream.grid.n, dtype=bool)
@@ -89,7 +89,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
 
 
 def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
-    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all of them."""
+    """Split causes of disturbances, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all causes."""
     texts = [keep] if isinstance(keep, str) else list(keep)
     names = [part.strip() for text in texts for part in text.split(",") if part.strip()]
     for name in names:
@@ -114,6 +114,6 @@ def _span(text: str, end: float) -> tuple[float, float]:
 
 
 def _first_sample_from(stream: Stream, time: float) -> int:
-    """The first sample at a time or after it."""
+    """The first sample at or after a time."""
     index = math.ceil((time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING)
     return min(max(index, 0), stream.grid.n)

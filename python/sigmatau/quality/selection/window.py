@@ -1,9 +1,9 @@
-"""Part of a record by time, or the most stable part.
+"""Selection of a part of a record by time, or of its most stable part.
 
-The paper analyses the best two hours of four. A window chosen by the least scatter of the noise that is then measured shows
-less of that noise: of a rate random walk, half of its Allan variance at a quarter of the window (docs/study/selection.md).
-So the criterion is independent of the noise where possible: the temperature; else for gyros the accelerometers, and for
-accelerometers the gyros. Their noise is independent, and what disturbs both (motion, temperature, supply) still shows.
+The paper analyses the best two hours of four. If the window with the least scatter of the measured noise is chosen, it shows
+less of this noise: of a rate random walk, half of its Allan variance at a quarter of the window (docs/study/selection.md).
+The criterion is therefore independent of the noise if possible: the temperature, or for gyros the accelerometers, and for
+accelerometers the gyros. Their noise is independent, and causes that disturb both (motion, temperature, supply) still show.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ class Criterion:
 
     # least range of a temperature; least scatter of the other kind of sensor; least scatter of the stream itself
     kind: Literal["temperature", "other", "own"]
-    stream: Stream  # the stream that is looked at
+    stream: Stream  # the stream whose values decide
 
 
 def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
-    """The part of a record that ``--window`` names, and the finding ``"window_chosen"`` of `most_stable`.
+    """Cut the part of a record that ``--window`` names, and report the finding ``"window_chosen"`` of `most_stable`.
 
     Parameters
     ----------
@@ -99,11 +99,12 @@ def cut(record: Record, text: str) -> Record:
 
 
 def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
-    """The most stable window of a length [s], for each stream by a criterion that is independent of its noise if possible.
+    """Cut the most stable window of a length [s], for each stream by a criterion that is independent of its noise if
+    possible.
 
-    A temperature: the window in which its means over 60 s range least, for all streams. Without one: for gyros the window
-    in which the standard deviation of the accelerometers' means over 60 s is least, and the other way round. Without that
-    either: the stream's own. Of several axes the product of the standard deviations counts.
+    With a temperature: for all streams, the window in which the range of its means over 60 s is smallest. Without a
+    temperature: for gyros the window in which the standard deviation of the accelerometers' means over 60 s is smallest, and
+    vice versa. Without the other sensor: the same for the stream itself. Standard deviations of several axes are multiplied.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
                 f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
             )
         start, relative = _most_stable_start(by, length)
-        # In the clock of the log, so that streams on grids of their own are cut alike.
+        # In the clock of the log, so that streams on different grids are cut alike.
         begin = max(by.stream.grid.start + start, stream.grid.start)
         begin = min(begin, stream.grid.start + total - length)
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
@@ -184,7 +185,9 @@ def _running(values: Floats, size: int) -> Floats:
 
 
 def _most_stable_start(by: Criterion, length: float) -> tuple[float, float]:
-    """Start of the most stable window, from the first sample of the stream looked at, and its scatter over the median."""
+    """Start of the most stable window, from the first sample of the deciding stream, and its scatter over the median
+    scatter.
+    """
     stream = by.stream
     block = block_length(length, stream.grid.tau0)
     means = [_means(stream, channel, block) for channel in stream.channels]
@@ -216,7 +219,7 @@ def _means(stream: Stream, channel: str, block: int) -> Floats:
 
 
 def _between(stream: Stream, start: float, stop: float, text: str) -> Stream:
-    """Samples from `start` to `stop` in the clock of the log."""
+    """Cut the samples from `start` to `stop`, in the clock of the log."""
     grid = stream.grid
     first = max(round((start - grid.start) / grid.tau0), 0)
     last = min(round((stop - grid.start) / grid.tau0), grid.n)

@@ -53,7 +53,7 @@ class Mark:
     frequency : float
         [Hz]
     error : float
-        Half of its interval, over the frequency.
+        Half of its interval, over the frequency. [1]
     """
 
     channel: str

@@ -14,18 +14,19 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Covariance, Parameter
 
 Subject = Callable[[NoiseFit], Adjustment | None]
-"""A check: what it changes in a fit, as the checks before it left it; None for nothing."""
+"""A check of the record. It is called with the fit that the previous checks left, and returns a change or None."""
 
 _WITHOUT: Mapping[Part, Any] = {
     **dict.fromkeys(("gauss_markov", "sinusoid", "resonance", "second", "unclear", "discrepancy", "reasons"), ()),
     **dict.fromkeys(("response", "warm_up", "highest", "alike_from", "alike_sigma")),
     "covariance": Covariance(),
 }
-_LESS: tuple[Cause, ...] = ("rounding", "changing_level")  # whose reasons come last: others hide more
+# checks whose reasons are listed last, because others hide more
+_LESS: tuple[Cause, ...] = ("rounding", "changing_level")
 
 
 def adjusted(fitted: NoiseFit, *subjects: Subject) -> NoiseFit:
-    """The fit with what each subject changes, one after the other."""
+    """Apply the changes of all checks to a fit, one after the other."""
     for subject in subjects:
         adjustment = subject(fitted)
         if adjustment is not None:
@@ -46,7 +47,7 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
             process = processes[parameter.part][parameter.number - 1]
             interval = replace(getattr(process, parameter.quantity), low=change.after.low, high=change.after.high)
             processes[parameter.part][parameter.number - 1] = replace(process, **{parameter.quantity: interval})
-    hidden = [  # by a wider interval: they remain in the model
+    hidden = [  # terms that a wider interval hides; they remain in the model
         change.parameter.part
         for change in adjustment.changes
         if change.kind == "widen"
@@ -81,7 +82,7 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
 
 
 def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
-    """The reasons of the fit: what hides most comes first."""
+    """The reasons of the fit, the one that hides most first."""
     reasons = () if "reasons" in adjustment.without else fitted.reasons
     if "highest" in adjustment.without:
         reasons = tuple(reason for reason in reasons if not isinstance(reason, UnmodelledBand))
@@ -91,7 +92,7 @@ def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
 
 
 def _changed_term(term: FittedTerm, change: Change) -> FittedTerm:
-    """A term with another interval or limit; one whose interval does not exclude 0 has a limit."""
+    """Replace the interval or limit of a term. A term whose interval contains 0 gets a limit."""
     after = change.after
     if change.kind == "limit":
         return FittedTerm(

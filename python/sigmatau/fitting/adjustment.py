@@ -1,4 +1,4 @@
-"""What a check of the record changes in a fit, as data; `sigmatau.fitting.adjust` applies it."""
+"""Changes that a check of the record makes to a fit, as data. `sigmatau.fitting.adjust` applies them."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Ends:
     Attributes
     ----------
     low, high : float or None
-        None without an interval. [SI]
+        Ends of the interval; None without one. [SI]
     upper_limit : float or None
-        Of a term that was not observed. [SI]
+        Upper limit of a term that was not observed. [SI]
     """
 
     low: float | None
@@ -79,10 +79,10 @@ class Change:
     ----------
     parameter : Parameter
     kind : {"widen", "limit"}
-        "widen": the interval or limit is another. "limit": a limit alone remains, or nothing.
+        "widen": the interval or limit changes. "limit": only a limit remains, or nothing.
     before, after : Ends
     scale : float
-        Standard error in the covariance over that before. [1]
+        Standard error in the covariance, over that before the change. [1]
     """
 
     parameter: Parameter
@@ -93,7 +93,7 @@ class Change:
 
     @classmethod
     def limiting(cls, parameter: Parameter, number: FittedTerm | Interval, limit: float | None = None) -> Change:
-        """A change that leaves only a limit of a number, or nothing.
+        """Build a change that leaves only a limit, or nothing.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class Change:
 
     @classmethod
     def widening(cls, parameter: Parameter, before: Ends, after: Ends) -> Change:
-        """A change of an interval or limit; the standard error grows as the width of the interval.
+        """Build a change of an interval or limit. The standard error grows with the width of the interval.
 
         Parameters
         ----------
@@ -145,15 +145,15 @@ class Adjustment:
     findings : tuple of str
         Codes of the findings that state the cause.
     changes : tuple of Change
-        Of numbers; a number that becomes a limit leaves the covariance.
+        Changes by number. A number that becomes a limit is removed from the covariance.
     verdict : str or None
-        Verdict of the fit; None if it remains.
+        New verdict of the fit; None if it does not change.
     without : tuple of str
-        Parts that the fit loses.
+        Parts that are removed from the fit.
     tau_min : float or None
-        Shortest averaging time that the fit describes; None if it remains. [s]
+        Shortest averaging time that the fit describes; None if it does not change. [s]
     reason : Reason or None
-        Of the fit; it is not in JSON, where the fit has it.
+        Reasons for the fit. They are not in the JSON of the adjustment, but in that of the fit.
     """
 
     cause: Cause

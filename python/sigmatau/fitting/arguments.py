@@ -1,4 +1,4 @@
-"""Checks of arguments that all fits have."""
+"""Checks of arguments that all fits have in common."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ _LEVELS = (0.5, 0.999)
 
 
 def wanted_terms(terms: object) -> set[str]:
-    """The terms that may be present, all for None; raises `OptionError` for others, or if none of them is a noise."""
+    """Select the terms that may be present; None means all. Raises `OptionError` for unknown terms, or if no noise term is
+    left.
+    """
     if terms is None:
         return set(TERMS)
     if isinstance(terms, str) or not isinstance(terms, Iterable):
@@ -31,7 +33,7 @@ def wanted_terms(terms: object) -> set[str]:
 
 
 def check_level(level: object) -> None:
-    """Raise `OptionError` for a confidence level that is not used."""
+    """Raise `OptionError` for a confidence level that is not supported."""
     low, high = _LEVELS
     if not low <= real(level) <= high:
         raise OptionError(f"{{option}} must lie in {low:g} … {high:g}, not {level!r}", option="level")

@@ -1,8 +1,8 @@
 """Bandwidth of a sensor from records at several sampling rates, section IV-C and Fig. 12 of the paper.
 
 White noise of density N² behind the filter H of a sensor has the density N² Σ_k |H(f + k·rate)|² when it is sampled without
-an anti-alias filter. Slow rates measure N² times the area of |H|², fast rates the form of |H|²: all logs together determine
-N, the bandwidth and the order, also if no rate is far above the bandwidth.
+an anti-alias filter. Slow rates measure N² times the area of |H|², and fast rates the shape of |H|². All logs together
+determine N, the bandwidth and the order, even if no rate is far above the bandwidth.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from sigmatau.record.record import Record
 
 _SIGNIFICANT = 1e-3  # p-value below which logs differ, no filter explains them, or they show a bandwidth
-_TOLERATED_N = 1.05  # ratio of N up to which logs that differ are of one sensor: temperature changes N by some %
-_TOLERATED_BANDWIDTH = 1.1  # the same of the bandwidth
-_SPREAD = 1.1  # of the deviance over χ²: with the form of the filter known, errors were 1.06 intervals (167 sensors)
-_PAIR = 2  # logs of which neither is the rest
-_SAME_SAMPLES = 64  # consecutive ones that two records of noise do not have in common
+_TOLERATED_N = 1.05  # largest ratio of N between logs of one sensor: temperature changes N by some %
+_TOLERATED_BANDWIDTH = 1.1  # the same for the bandwidth
+# spread of the deviance over χ²: with a known form of the filter, errors were 1.06 intervals (167 sensors)
+_SPREAD = 1.1
+_PAIR = 2  # number of logs among which neither is the majority
+_SAME_SAMPLES = 64  # number of consecutive equal samples that two records of noise cannot have in common
 
 
 def bandwidth(
@@ -114,7 +115,7 @@ def bandwidth(
 
 
 def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
-    """The records by name: their own, that of their file, or their rate."""
+    """Name the records: by the name that was given, the name of their file, or their rate."""
     named: dict[str, Record] = dict(records) if isinstance(records, Mapping) else {}
     unnamed = [] if named or isinstance(records, Mapping) else [records] if isinstance(records, Record) else records
     for record in (*named.values(), *unnamed):
@@ -153,7 +154,9 @@ def _channel_bandwidth(channel: str, named: Mapping[str, Record], *, tolerance: 
 
 
 def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[FilterSource], tuple[str, ...]]:
-    """The logs with this channel by rate, and those left out because a faster one has their samples."""
+    """Collect the logs with this channel by rate, and those that are left out because a faster log contains their
+    samples.
+    """
     every = []
     for name, record in named.items():
         if channel in record.channels:
@@ -167,7 +170,7 @@ def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[FilterSour
 
 
 def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
-    """Whether every k-th sample of a log is the beginning of a slower one."""
+    """Whether every k-th sample of a log is a sample of the beginning of a slower one."""
     step = round(fast.stream.grid.rate / slow.stream.grid.rate)
     count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)
     begin = slow.y[:count]
@@ -176,7 +179,7 @@ def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
 
 
 def _judge(logs: Logs, best: FilterFit, channel: str) -> SensorVerdict:
-    """Whether the logs agree, and a filter explains them."""
+    """Test whether the logs agree, and whether a filter explains them."""
     laws = [logs.deviance_law(place) for place in logs.places]
     mean, variance = sum(law[0] for law in laws), sum(law[1] for law in laws)
     p = float(normal_below((mean - best.fit.deviance) / math.sqrt(variance)))

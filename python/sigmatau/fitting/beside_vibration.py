@@ -1,4 +1,4 @@
-"""The interval of the random walk beside vibration: what lines may have taken of it."""
+"""The interval of the random walk if there are lines, which may have removed part of it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Parameter
 
-# From both limits on, the lines may be parts of the noise. Of the quiet real records only ch104.mat exceeds both; noise
-# whose level changes 5 to 30 times has 7 to 550 lines in 0.07 to 0.8 of the band, and not one true line:
+# Beyond both limits, the lines may be parts of the noise. Of the quiet real records only ch104.mat exceeds both. Noise
+# whose level changes by a factor of 5 to 30 has 7 to 550 lines in 0.07 to 0.8 of the band, and no true line:
 # docs/study/disturbed.md.
-_MANY_LINES = 10  # lines that a fit left out
-_CROWDED = 0.05  # share of the band that they cover
+_MANY_LINES = 10  # number of lines that a fit left out
+_CROWDED = 0.05  # share of the band that the lines cover
 
 
 _WALK = Parameter("random_walk")
@@ -26,9 +26,9 @@ _WALK = Parameter("random_walk")
 def crowded_lines(
     fitted: NoiseFit, *, native: ChannelFit, without_lines: Callable[[], ChannelFit], spacing: float
 ) -> Adjustment | None:
-    """The random walk with the interval of the model in which no line is left out too, if lines crowd the band.
+    """Extend the interval of the random walk by that of the model in which no line is left out, if lines crowd the band.
 
-    Narrow resonances of that model stand for lines: their power in the band is noise as well.
+    Narrow resonances of that model take the place of lines: their power in the band counts as noise too.
 
     Parameters
     ----------
@@ -56,16 +56,18 @@ def crowded_lines(
 
 
 def _crowded_share(lines: Sequence[tuple[float, float]], *, spacing: float, highest: float) -> float:
-    """Part of the band up to `highest` that lines leave out if they are many and it is much; 0 otherwise.
+    """Share of the band up to `highest` that lines leave out; 0 unless the lines are many and their share is large.
 
-    `lines`: ends of what each leaves out; `spacing`: distance of the densities. [Hz]
+    `lines`: ends of the stretch that each line leaves out; `spacing`: distance of the densities. [Hz]
     """
     share = sum(min(high, highest) - low + spacing for low, high in lines if low < highest) / highest
     return share if len(lines) >= _MANY_LINES and share > _CROWDED else 0.0
 
 
 def as_wide(fitted: NoiseFit, *, alone: FittedTerm, reason: CrowdedLines) -> Adjustment | None:
-    """The random walk of a joint fit with an interval at least as wide, relative, as that of a run with crowded lines."""
+    """Widen the random walk of a joint fit, so that its relative interval is no narrower than that of a run with crowded
+    lines.
+    """
     walk = fitted.terms.get("random_walk")
     if walk is None or not walk.observed:
         return None
@@ -76,14 +78,14 @@ def as_wide(fitted: NoiseFit, *, alone: FittedTerm, reason: CrowdedLines) -> Adj
 
 
 def _relative(term: FittedTerm) -> tuple[float, float]:
-    """The ends of the interval of an observed term over its value; of any other, an interval that begins at 0."""
+    """Ends of the interval of an observed term over its value; for any other term an interval from 0."""
     if term.value is None or term.low is None or term.high is None:
         return 0.0, 1.0
     return term.low / term.value, term.high / term.value
 
 
 def _joined(walk: FittedTerm, low: float, high: float, *, reason: CrowdedLines) -> Adjustment:
-    """The random walk with another interval in its interval or below its limit."""
+    """Join the interval or limit of the random walk with another interval."""
     if walk.value is None or walk.low is None or walk.high is None:
         limit = None if walk.upper_limit is None else max(walk.upper_limit, high)
         return _changed(walk, Ends(walk.low, walk.high, limit), reason=reason)

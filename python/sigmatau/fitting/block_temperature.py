@@ -1,4 +1,4 @@
-"""Mean temperature of the blocks of a sensor, without the resolution steps and the noise of the thermometer.
+"""Mean temperature of the blocks of a sensor, after removal of the resolution steps and the noise of the thermometer.
 
 Errors of the thermometer make the coefficient per kelvin too small, and temperature changes that it does not show look like
 a rate random walk of the sensor (errors in variables). The temperature of a coarse thermometer is therefore taken at its
@@ -19,9 +19,9 @@ from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
 _OVERSAMPLED = 4  # points of interpolation in a block
-_MOST_CHANGES = 0.25  # share of the samples; if more change, the noise averages out the steps
-_TOGETHER = 0.01  # share of the record: changes back and forth that are no further apart count as one
-_MOST_LEVELS = 256  # of a coarse thermometer
+_MOST_CHANGES = 0.25  # largest share of samples with a change; with more, noise averages the steps out
+_TOGETHER = 0.01  # changes back and forth within this share of the record count as one
+_MOST_LEVELS = 256  # largest number of distinct values of a coarse thermometer
 _SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
 
@@ -38,7 +38,7 @@ def mean_temperatures(edges: Floats, thermometer: Stream) -> Floats:
     time = np.asarray(middle[finite], dtype=np.float64)
     values = between_steps(time, np.asarray(column[finite], dtype=np.float64))
     step = float(edges[1] - edges[0])
-    # Missing samples would be missing in the integral.
+    # A missing sample would make the whole integral missing.
     if step > 2 * tau0 and finite.all():
         integral = np.concatenate([[0.0], np.cumsum(values)]) * tau0
         borders = np.concatenate([time - tau0 / 2, [time[-1] + tau0 / 2]])
@@ -54,20 +54,20 @@ def mean_temperatures(edges: Floats, thermometer: Stream) -> Floats:
 
 
 def between_steps(time: Floats, values: Floats) -> Floats:
-    """Temperatures of a coarse thermometer at the same times [s], interpolated between its changes of level; shape (n,).
+    """Interpolate the temperatures of a coarse thermometer between its changes of value, at the same times [s]; shape (n,).
 
-    The same values if the steps are fine, or if noise averages them out.
+    Returns the values unchanged if the steps are fine, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:
         return values
     steps = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
-    # Noise makes the level change back and forth several times: they are one change, in their middle.
+    # Noise makes the value change back and forth several times. These count as one change, in their middle.
     begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _TOGETHER)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
     many = np.diff(np.append(begins, len(steps)))
-    odd = many % 2 == 1  # after an even number the level is the same: noise alone
+    odd = many % 2 == 1  # after an even number of changes the value is the same, which is noise alone
     steps, mid = (np.add.reduceat(steps, begins) / many)[odd], mid[begins][odd]
     after = values[changes[begins + many - 1] + 1][odd]
     if len(steps) < 2:
@@ -77,7 +77,8 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     half = np.abs(np.diff(values))[changes[[0, -1]]] / 2
     first = values[0] + np.clip(mid[0] - slope[0] * (steps[0] - time[0]) - values[0], -half[0], half[0])
     last = values[-1] + np.clip(mid[-1] + slope[-1] * (time[-1] - steps[-1]) - values[-1], -half[1], half[1])
-    # At an extremum the same change occurs twice: a parabola with the slope of the interval before.
+    # At an extremum the same change occurs twice. It is interpolated by a parabola with the slope of the interval
+    # before.
     turns = np.flatnonzero((slope == 0) & (np.diff(steps) > 0))
     turns = turns[turns > 0]
     length = steps[turns + 1] - steps[turns]
@@ -99,7 +100,8 @@ def smoothed(levels: Floats) -> Floats:
 
     n = len(levels)
     k = np.arange(n)
-    line = levels[0] + (levels[-1] - levels[0]) * k / (n - 1)  # the cosines have no slope at the ends
+    # remove the line, because the cosines have no slope at the ends
+    line = levels[0] + (levels[-1] - levels[0]) * k / (n - 1)
     modes = dct(levels - line, norm="ortho")
     penalty = (2 - 2 * np.cos(np.pi * k / n)) ** 2
     best, lowest = levels, np.inf

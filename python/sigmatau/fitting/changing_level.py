@@ -1,9 +1,9 @@
-"""A white level that changes along the record: the test, and the interval of the random walk by a random effect.
+"""A white level that changes along the record: the test, and the interval of the random walk with a random effect.
 
-The level is a random process in time. The error of its mean over the record is the difference to the mean of the next
-record of this length, over √2: for independent eighths their standard deviation over √8, and as much as the Allan
-deviation of the level at the length of the record where it wanders. Three laws are possible for the logarithm of the level:
-white, flicker and random walk.
+The level is a random process in time. The error of its mean over the record is the difference from the mean of the next
+record of the same length, over √2. For independent eighths this is their standard deviation over √8; if the level wanders,
+it is as much as the Allan deviation of the level at the length of the record. Three laws are possible for the logarithm of
+the level: white, flicker and random walk.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 
 Levels = Sequence[tuple[int, float, float]]
-"""Eighths of a record that have samples: number, white level over that of the fit, its variance by chance."""
+"""Eighths of a record that have samples: number, white level over that of the fit, and its variance by chance."""
 
 _EIGHTHS = 8
-_LEAST_EIGHTHS = 4  # with levels: half of them, as in the test of segments
-_SLOW_WAVES = 2  # half cycles of a level that wanders over the whole record
+_LEAST_EIGHTHS = 4  # smallest number of eighths with levels: half of them, as in the test of segments
+_SLOW_WAVES = 2  # number of half cycles of a level that wanders over the whole record
 _WALK = Parameter("random_walk")
 
-# Sizes of a law over the scatter of the eighths, a logarithmic grid. Beyond both ends the likelihood falls to 10⁻³ of its
-# peak or to a constant that chance alone explains.
+# Tested sizes of a law over the scatter of the eighths, on a logarithmic grid. Beyond both ends the likelihood falls to
+# 10⁻³ of its peak, or to a constant that chance alone explains.
 _SIZES = np.geomspace(0.03, 60.0, 80)
-_HALVINGS = 40  # of the interval of a quantile
+_HALVINGS = 40  # halvings of the interval of a quantile
 
 
 # P-value of a level that is the same in all eighths, at least. [1] Study: docs/theory/likelihood.md measures the
@@ -41,9 +41,10 @@ UNSTEADY = 0.003
 
 
 def unsteadiness(levels: Levels) -> float:
-    """P-value of a level that is the same in all eighths; 1 with fewer than four of them.
+    """P-value of an equal level in all eighths; 1 with fewer than four of them.
 
-    The scatter of all eighths and the part of two slow waves in it are tested; the smaller p-value counts twice.
+    Two statistics are tested: the scatter of all eighths, and the part of two slow waves in it. The smaller p-value counts
+    twice.
     """
     if len(levels) < _LEAST_EIGHTHS:
         return 1.0
@@ -58,7 +59,8 @@ def unsteadiness(levels: Levels) -> float:
 
 
 def changing_level(fitted: NoiseFit, *, levels: Levels, p_value: float) -> Adjustment | None:
-    """The random walk with the interval of a random process in time, if the level of its eighths is not the same.
+    """Widen the interval of the random walk for a level that is a random process in time, if the eighths have different
+    levels.
 
     `p_value`: see `unsteadiness`.
     """
@@ -87,21 +89,23 @@ def _log_ratio(larger: float, smaller: float) -> float:
 
 
 def _ends(value: float, sides: Sequence[float], error: float) -> tuple[float, float]:
-    """Ends of a random walk whose logarithm has an interval with two sides, and an error of twice the logarithm."""
+    """Ends of the interval of a random walk whose logarithm has a two-sided interval and an error of the squared
+    logarithm.
+    """
     below, above = (math.hypot(side, 0.5 * error) for side in sides)
     return value * math.exp(-below), value * math.exp(above)
 
 
 @frozen
 class LevelErrors:
-    """Half widths of intervals of ln N² for what a changing level does.
+    """Half widths of the intervals of ln N² under a changing level.
 
     Attributes
     ----------
     mean : float
         Error of the mean of this record, whose eighths are measured.
     following : float
-        Difference of the mean of the next record to that of this one, by the law alone.
+        Difference between the means of the next record and of this one, from the law alone.
     """
 
     mean: float
@@ -146,7 +150,7 @@ def _columns(levels: Levels) -> tuple[np.ndarray, Floats, Floats]:
 
 
 def _residual(curves: Floats, values: Floats) -> float:
-    """Sum of squares of values beside curves."""
+    """Sum of squares of values after a fit of curves."""
     rest = values - curves @ np.linalg.lstsq(curves, values, rcond=None)[0]
     return float(rest @ rest)
 
@@ -154,7 +158,7 @@ def _residual(curves: Floats, values: Floats) -> float:
 def _laws() -> list[Floats]:
     """Covariances of the eighths of this record and of the next one, of size 1: white, flicker and random walk.
 
-    Those of the last two are generalised: only contrasts have them.
+    The last two are generalised covariances, valid for contrasts only.
     """
     lag = np.abs(np.subtract.outer(np.arange(2 * _EIGHTHS), np.arange(2 * _EIGHTHS))).astype(float)
     flicker = lag**2 * np.log(np.maximum(lag, 1)) - 0.5 * sum(
@@ -164,7 +168,7 @@ def _laws() -> list[Floats]:
 
 
 def _error_of_mean(eighths: np.ndarray) -> Floats:
-    """The mean of the next record less that of the eighths, over √2, as a combination of the eighths of both."""
+    """The mean of the next record less that of this one, over √2, as a combination of the eighths of both."""
     difference = np.zeros(2 * _EIGHTHS)
     difference[eighths] = -1 / len(eighths)
     difference[_EIGHTHS:] = 1 / _EIGHTHS
@@ -172,7 +176,7 @@ def _error_of_mean(eighths: np.ndarray) -> Floats:
 
 
 def _half_width(means: Floats, deviations: Floats, weights: Floats, level: float) -> float:
-    """The distance from 0 that a mixture of normal laws does not exceed with the probability `level`."""
+    """Distance from 0 that a mixture of normal laws exceeds with the probability 1 − `level`."""
     below, above = 0.0, float(np.max(np.abs(means) + 10 * deviations))
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)

@@ -28,12 +28,12 @@ FitMethod = Literal["likelihood", "gls"]
 TEMPERATURE = "temperature"
 """Name of the regressor that is the temperature of the log's thermometer."""
 
-# A drift that is left out becomes a rate random walk: of 24 axes that warmed up, the interval held K in 18 with 3.3 for both
-# limits, and in 24 with 1 for the first.
-_LEAST_RATIO = 1.0  # temperature coefficient over its standard error from which it stays in the model
-_STATED_RATIO = 3.3  # the same from which it is a finding
-_MOST_TEMPERATURES = 1 << 14  # at which the temperature is computed: the model uses it at no more
-_MOST_UNKNOWN = 0.1  # share of the record without a temperature
+# A drift that is left out becomes a rate random walk. For 24 axes that warmed up, the interval contained K in 18 if
+# both limits were 3.3, and in 24 if the first was 1.
+_LEAST_RATIO = 1.0  # ratio of the temperature coefficient to its standard error, from which on it stays in the model
+_STATED_RATIO = 3.3  # the same from which on it is a finding
+_MOST_TEMPERATURES = 1 << 14  # largest number of times at which the temperature is computed; the model uses no more
+_MOST_UNKNOWN = 0.1  # largest share of the record without a temperature
 
 # Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
 _QUANTIZATION_SIZE = 8  # cluster size at which its share is computed [samples]
@@ -173,7 +173,7 @@ def follows_temperature(fitted: NoiseFit) -> bool:
 
 
 def _ratio(fitted: NoiseFit) -> float:
-    """Size of the temperature coefficient over its standard error."""
+    """Ratio of the temperature coefficient to its standard error."""
     coefficient = fitted.regressors[TEMPERATURE]
     assert coefficient.high is not None
     return float(
@@ -182,7 +182,9 @@ def _ratio(fitted: NoiseFit) -> float:
 
 
 def block_temperature(record: Record, stream: Stream) -> NDArray[np.float64] | None:
-    """Temperature at the samples, from the thermometer of the log; None if there is none, or it says nothing."""
+    """Temperature at the samples, from the thermometer of the log; None if there is none, or if it contains no
+    information.
+    """
     thermometer = next((candidate for candidate in record.streams if candidate.quantity == "temperature"), None)
     if thermometer is None or thermometer is stream:
         return None

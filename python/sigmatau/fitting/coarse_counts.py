@@ -1,4 +1,4 @@
-"""Fit of counts of an angle whose rounding is not white from sample to sample: by sums of them, or upper limits."""
+"""Fit of counts of an angle whose rounding is not white from sample to sample: a fit of their sums, or upper limits."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def fit_sums(
         fitted = fit_channel(record, channel, terms=terms)
         if not fitted.terms:
             return fitted
-        # Lines and resonances of such counts are those of the rounding.
+        # Lines and resonances of such counts are artefacts of the rounding.
         without: tuple[Part, ...] = ("sinusoid", "resonance", "highest", "reasons")
         return adjusted(
             fitted, partial(_hidden, stream=stream, summed=summed, quantization=quantization, without=without)
@@ -66,14 +66,14 @@ def fit_sums(
 def _hidden(
     fitted: NoiseFit, *, stream: Stream, summed: int | None, quantization: float, without: tuple[Part, ...] = ()
 ) -> Adjustment:
-    """Upper limits alone: the rounding hides the noise, all but its own."""
+    """Replace all terms by upper limits, because the rounding hides all other noise."""
     reason = CoarseCounts(summed=summed, hidden=True)
     limits = limits_alone(fitted, stream, cause="coarse_counts", reason=reason, without=without)
     return replace(limits, changes=tuple(_raised(change, quantization) for change in limits.changes))
 
 
 def _raised(change: Change, quantization: float) -> Change:
-    """The limit of quantization noise with that of the step in it."""
+    """Raise the limit of quantization noise to that of the step."""
     limit = change.after.upper_limit
     if change.parameter != Parameter("quantization") or limit is None or limit >= quantization:
         return change
@@ -81,7 +81,7 @@ def _raised(change: Change, quantization: float) -> Change:
 
 
 def _adjusted_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustment:
-    """A fit of sums: what they show of lines, resonances and a filter is folded at half their rate."""
+    """Adjust a fit of sums: its lines, resonances and filter are folded at half the rate of the sums."""
     has_process = bool(fitted.gauss_markov) or fitted.warm_up is not None
     return Adjustment(
         cause="coarse_counts",
@@ -94,7 +94,7 @@ def _adjusted_sums(fitted: NoiseFit, *, summed: int, tau_min: float) -> Adjustme
 
 
 def _summed(stream: Stream, channel: str, size: int) -> Stream:
-    """The mean rates of sums of increments; missing where an increment is."""
+    """The mean rates over sums of increments; a sum with a missing increment is missing."""
     whole = stream.grid.n // size * size
     rates = stream.column(channel)[:whole].reshape(-1, size).mean(axis=1)
     missing = np.isnan(rates)

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from sigmatau.noise.terms import NOISE, TERMS
 
 _POWERS = {name: term.interval_power for name, term in TERMS.items()}
-LONGEST_SHARE = 3  # The longest averaging time is the record over this; a longer one has hardly two degrees of freedom
-LEAST_TIMES = 8  # Smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
+# largest ratio of the record to an averaging time; longer averaging times have hardly two degrees of freedom
+LONGEST_SHARE = 3
+LEAST_TIMES = 8  # smallest number of averaging times: four terms, and four degrees of freedom for the goodness of fit
 
 
 def power_of_interval(name: str) -> int:
@@ -26,11 +27,11 @@ def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:
 
 
 def coefficient(theta: float, name: str, tau0: float) -> float:
-    """A coefficient in SI from its θ in samples."""
+    """Convert θ in samples to a coefficient in SI."""
     return float(math.sqrt(max(theta, 0.0)) * tau0 ** (1 - power_of_interval(name) / 2))
 
 
 def half_octaves(smallest: int, largest: int) -> Sequence[int]:
-    """Those of the cluster sizes 1, 2, 3, 4, 6, 8, 12 … that lie between two sizes."""
+    """The cluster sizes among 1, 2, 3, 4, 6, 8, 12 … that lie between two sizes."""
     sizes = {seed << j for seed in (1, 3) for j in range(largest.bit_length())}
     return tuple(sorted(size for size in sizes if smallest <= size <= largest))

@@ -20,30 +20,31 @@ from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.noise.uncertainty import avar_covariance
 from sigmatau.results import Printed, plain, seconds
 
-_MIXED = 3.0  # errors between the slope of a curve and that of a term, from which on other noise is there too
+# difference of the slope of a curve from that of a term, in standard errors, from which on other noise is present too
+_MIXED = 3.0
 
 
 @frozen
 class CurveSlope(Printed):
-    """Slope of a curve over a stretch of averaging times, and the terms that have it.
+    """Slope of a curve over a stretch of averaging times, and the terms with this slope.
 
     Attributes
     ----------
     channel, quantity : str
-        Of the curve.
+        Name of the channel.
     tau_min, tau_max : float
         First and last averaging time used. [s]
     points : int
-        Averaging times used, at most eight in an octave.
+        Averaging times used, at most eight per octave.
     value : float
         Slope of log σ over log τ. [1]
     error : float
-        Its standard error: the exact one for a curve of the terms in `terms`, the largest of them; by eq. (26) for a ramp
-        and if clusters do not overlap. [1]
+        Standard error of the slope. For a curve of one of the terms in `terms` it is exact, and the largest is stated; for a
+        ramp, or if clusters do not overlap, it is that of eq. (26). [1]
     terms : tuple of str
-        Terms whose line may be laid there: their slope differs from `value` by at most the tolerance of the rule of
-        `sigmatau.read_off` and two errors of a curve of this term. Printed with "mostly" if it differs by more than three
-        errors: other noise is in the stretch too.
+        Terms whose line may be fitted there: their slope differs from `value` by at most the tolerance of the rule of
+        `sigmatau.read_off` plus two errors of a curve of this term. "mostly" is printed before them if the difference is
+        more than three errors, because other noise is then present in the stretch too.
 
     See Also
     --------
@@ -114,7 +115,7 @@ class CurveSlope(Printed):
 
 
 def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> CurveSlope:
-    """Slope of a curve between two averaging times, with its error: a power law with a free exponent.
+    """Fit a power law with a free exponent to a curve between two averaging times; return its slope and the error.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which densities of a spectrum are independent: a window makes neighbouring frequencies similar."""
+"""Test of which densities of a spectrum are independent: a window makes neighbouring frequencies similar."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 
-_LARGEST_STEP = 4  # between frequencies: windows correlate up to three neighbours (flat top)
-_SIGMAS = 3.0  # by which the scatter of neighbours must be too small
+_LARGEST_STEP = 4  # largest distance of frequencies: windows correlate up to three neighbours (flat top)
+_SIGMAS = 3.0  # number of standard errors by which the scatter of neighbours must be too small
 _ERROR = 2.2
 """Standard error of the ratio of the two second differences of independent values, times √n: 2.15 to 2.27 in
 1500 sets of 100, 400 and 2000 logarithms of χ² with 2 and 100 degrees of freedom."""
 
 
 def independent_step(density: Floats) -> int:
-    """The least distance of frequencies whose densities are independent; 1 where they are.
+    """Smallest distance of frequencies with independent densities; 1 if all are independent.
 
-    The second difference of logarithms that are next to each other is compared with that of those two apart; neither has the
-    level nor the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, for independent values 1.
+    The second difference of adjacent logarithms is compared with that of logarithms two apart. Neither depends on the level
+    or the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, for independent values 1.
     """
     logarithms = np.log(density)
     for step in range(1, _LARGEST_STEP):

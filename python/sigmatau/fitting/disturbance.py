@@ -1,4 +1,4 @@
-"""Records whose noise is hidden, by vibration or by rounding: when a fit says so, and the upper limits that remain."""
+"""Records whose noise is hidden by vibration or by rounding: the tests in a fit, and the upper limits that remain."""
 
 from __future__ import annotations
 
@@ -82,11 +82,11 @@ _WITHOUT: tuple[Part, ...] = (
     *("gauss_markov", "response", "warm_up", "alike_from", "alike_sigma", "second", "unclear", "discrepancy"),
     "covariance",
 )
-"""What a fit loses if the noise is hidden: lines and resonances are those of the vibration."""
+"""Fields that a fit loses if the noise is hidden, because lines and resonances are those of the vibration."""
 
 
 def vibration_share(fitted: NoiseFit) -> float:
-    """Share of lines and narrow resonances in the power of the record, beside random walk and quantization noise."""
+    """Share of lines and narrow resonances in the power of the record; the rest is random walk and quantization noise."""
     shaken = sum(line.amplitude.value**2 / 2 for line in fitted.sinusoid) + _power_of_resonances(fitted)
     walk = fitted.terms.get("random_walk")
     level = 0.0 if walk is None else walk.value or walk.upper_limit or 0.0
@@ -96,10 +96,10 @@ def vibration_share(fitted: NoiseFit) -> float:
 
 
 def burst_share(x: Floats, tau0: float) -> float:
-    """Share of motion that comes and goes in the power of the loudest times; 0 if none is seen.
+    """Share of intermittent motion in the power at the loudest times; 0 if there is none.
 
-    People and vehicles move a sensor at times, for a fraction of a second or longer. Differences of neighbouring clusters
-    then have a distribution with wide tails, which those of neighbouring samples, mostly noise, have not.
+    People and vehicles move a sensor for a fraction of a second or longer. Differences of neighbouring clusters then have
+    wider tails than those of neighbouring samples, which are mostly noise.
     """
     steps = np.abs(np.diff(x[: 2 * _MOST_BURST_BLOCKS]))
     step = float(np.min(steps, where=steps > 0, initial=math.inf))
@@ -111,7 +111,7 @@ def burst_share(x: Floats, tau0: float) -> float:
 
 
 def _loudness(x: Floats, m: int, floor: float) -> float:
-    """Power of the loudest differences of sums of `m` samples over that of the median, relative to normal ones.
+    """Ratio of the power of the loudest differences of sums of `m` samples to that of the median, relative to normal noise.
 
     1 if there are too few, or if the median is below `floor`.
     """
@@ -127,7 +127,7 @@ def _loudness(x: Floats, m: int, floor: float) -> float:
 
 @cache
 def _loud_of_normal(share: float) -> float:
-    """The loudest sizes over the median of those of normal noise."""
+    """Ratio of the loudest sizes to the median, for normal noise."""
     return float(normal_quantile((1 + share) / 2)) / float(normal_quantile(0.75))
 
 
@@ -136,7 +136,7 @@ def _samples(fitted: NoiseFit, stream: Stream, *, limit: int) -> Floats:
 
 
 def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
-    """Whether the Allan deviations are all well above the random walk of the model, or one is surely below it."""
+    """Whether all Allan deviations are well above the random walk of the model, or one is certainly below it."""
     walk = fitted.terms.get("random_walk")
     level = None if walk is None else walk.value or walk.upper_limit
     if walk is None or level is None:
@@ -150,7 +150,9 @@ def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
 
 
 def _power_of_resonances(fitted: NoiseFit) -> float:
-    """Power of the narrow resonances behind the filter: a peak of its series amplifies one that it contains."""
+    """Power of the narrow resonances after the filter. A peak of the series of the filter amplifies a resonance within
+    it.
+    """
     narrow = [r for r in fitted.resonance if is_narrow(r.frequency.value, r.width.value)]
     series = fitted.response
     return sum(
@@ -159,19 +161,21 @@ def _power_of_resonances(fitted: NoiseFit) -> float:
 
 
 def is_narrow(frequency: float, width: float) -> bool:
-    """Whether a resonance is a vibration: no shape of the sensor's noise, and no drift.
+    """Whether a resonance is a vibration, rather than a property of the sensor's noise or a drift.
 
-    The fit makes none wider than a quarter of its centre: one at that bound counts.
+    The fit makes none wider than a quarter of its centre; one at that bound counts as a vibration.
     """
     widest = _NARROW * frequency
     return (width < widest or math.isclose(width, widest)) and frequency > _SLOWEST
 
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
-    """Whether vibration hides the noise: it comes and goes, or it has much of the power and the white noise of the model
-    shows at no averaging time, or it has most of the power. Some steady lines beside a white level that shows hide nothing.
+    """Whether vibration hides the noise. It does if it is intermittent, if it has much of the power and the white noise of
+    the model shows at no averaging time, or if it has most of the power.
 
-    `unsteady` is the p-value of a white level that is the same in all eighths of the record.
+    A few steady lines beside a visible white level hide nothing.
+
+    `unsteady` is the p-value of an equal white level in all eighths of the record.
     """
     if burst_share(_samples(fitted, stream, limit=_LONGEST_LOOK), fitted.tau0) > 0:
         return True
@@ -186,7 +190,9 @@ def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
 
 
 def vibration_power(fitted: NoiseFit, stream: Stream) -> VibrationPower:
-    """The share of the vibration in the power, and the quietest stretch of the record with its limit if that is smaller."""
+    """The share of the vibration in the power, and the quietest stretch of the record, if its limit is smaller, with that
+    limit.
+    """
     x = _samples(fitted, stream, limit=_LONGEST)
     first, last, quietest = _quietest(x, fitted.tau0)
     whole = upper_limits(x, fitted.tau0, ("random_walk",))["random_walk"]
@@ -204,7 +210,7 @@ def vibration_power(fitted: NoiseFit, stream: Stream) -> VibrationPower:
 
 
 def hidden_by_vibration(fitted: NoiseFit, *, stream: Stream, unsteady: float) -> Adjustment | None:
-    """Upper limits alone if vibration hides the noise; see `is_disturbed`."""
+    """Replace all terms by upper limits if vibration hides the noise; see `is_disturbed`."""
     if not is_disturbed(fitted, stream, unsteady=unsteady):
         return None
     return limits_alone(fitted, stream, cause="vibration", reason=vibration_power(fitted, stream))
@@ -233,16 +239,17 @@ def limits_alone(
 
 
 def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int | None = None) -> dict[str, float]:
-    """Upper limit of each term from the Allan variances: every other term, and every vibration, only adds to them.
+    """Upper limit of each term from the Allan variances: every other term and every vibration only adds to them.
 
-    A low-pass filter takes white and slow noise away at short times, so that their limits come from clusters of 32 samples
-    on. `inf` where there are too few.
+    A low-pass filter removes white and slow noise at short times, so their limits come from clusters of at least 32 samples.
+    `inf` if there are too few.
     """
     limits = dict.fromkeys(terms, math.inf)
     for m, variance, pairs in octaves(x):
         if pairs < (_MIN_PAIRS if min_pairs is None else min_pairs):
             break
-        spread = 2 / (9 * (2 * pairs / 3))  # of χ² with 2/3 a pair of clusters of white noise (Lesage and Audoin)
+        # spread of χ² with 2/3 degrees of freedom per pair of clusters of white noise (Lesage and Audoin)
+        spread = 2 / (9 * (2 * pairs / 3))
         high = variance / (1 - spread - _QUANTILE * math.sqrt(spread)) ** 3  # its lower quantile (Wilson and Hilferty)
         for name in terms:
             if m >= _LEAST_SIZE or name == "quantization":
@@ -252,7 +259,7 @@ def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int
 
 
 def _quietest(x: Floats, tau0: float) -> tuple[int, int, float]:
-    """First sample, end and upper limit of the random walk of the stretch in which that is least."""
+    """First sample, end, and upper limit of the random walk of the stretch where this limit is smallest."""
     count = max(min(_STRETCHES, len(x) // _LEAST_STRETCH), 1)
     edges = np.linspace(0, len(x), count + 1).astype(int).tolist()
     stretches = [(upper_limits(x[a:b], tau0, ("random_walk",))["random_walk"], a, b) for a, b in pairwise(edges)]

@@ -1,8 +1,8 @@
 """Joint likelihood of the filter of a sensor over logs at several rates.
 
-S(f) = N² Σ_k |H(f + k·rate)|² + b/f + k/f² + v/rate + the rounding of the values. N² and the numbers of the filter are
-common to all logs. Slow noise, as 1/f and 1/f², is of each log; it passes the filter, or comes in behind it. White noise of
-the converter, behind the filter, has one variance v for all logs; it is in the model if the logs demand it.
+S(f) = N² Σ_k |H(f + k·rate)|² + b/f + k/f² + v/rate + the rounding of the values. N² and the parameters of the filter are
+the same for all logs. Slow noise, 1/f and 1/f², is separate for each log; it passes the filter, or is added after it. White
+noise of the converter, after the filter, has one variance v for all logs; it is in the model if the logs require it.
 """
 
 from __future__ import annotations
@@ -21,27 +21,28 @@ from sigmatau.fitting.sensor_filters import SensorFilter, all_filters
 from sigmatau.frozen import frozen
 
 PRICE = 4.0
-"""Fall of the deviance that a further number of the model must gain. SAME as that of the filters of a single record."""
+"""Fall of the deviance that a further parameter of the model must achieve, as for the filters of a single record."""
 
-_MEAN = np.full(NODES, 1 / NODES)  # of a model in a bin
-_SLOW = 2  # powers of 1/f of slow noise
-_ROUNDS = 40  # of reweighting in a fit, at most
-_ROUNDS_OF_SEARCH = 5  # the same for each corner that is tried
-_SETTLED = 1e-4  # fall of the deviance that ends them
-_STEPS = 25  # of the numbers of a filter
-_DIFFERENCE = 1e-3  # of ln of a number, for derivatives
-_FARTHEST_STEP = 1.0  # of ln of a number
-_SINGULAR = 1e-8  # singular values over the largest that count as 0
-_NOTHING = 1e-150  # a length in place of 0
-_SMALLEST_ERROR = 1e-4  # standard error of the logarithm of a number; a smaller one of the curvature is rounding
-_LARGEST_ERROR = 0.5  # the same; the likelihood is no parabola so far away
+_MEAN = np.full(NODES, 1 / NODES)  # weights of the mean of a model over a bin
+_SLOW = 2  # number of powers of 1/f in slow noise
+_ROUNDS = 40  # largest number of reweightings in a fit
+_ROUNDS_OF_SEARCH = 5  # the same for each corner that is tested
+_SETTLED = 1e-4  # fall of the deviance at which they end
+_STEPS = 25  # largest number of steps of the parameters of a filter
+_DIFFERENCE = 1e-3  # difference of ln of a parameter for derivatives
+_FARTHEST_STEP = 1.0  # largest step of ln of a parameter
+_SINGULAR = 1e-8  # ratio of singular values to the largest, below which they count as 0
+_NOTHING = 1e-150  # length in place of 0
+_SMALLEST_ERROR = 1e-4  # standard error of the logarithm of a parameter; a smaller one from the curvature is rounding
+_LARGEST_ERROR = 0.5  # the same: so far away the likelihood is not a parabola
 _HALVINGS = 6
-_CORNERS = 2.0  # tried in an octave
-_LOWEST_CORNER = 0.002  # that is tried, over the lowest rate
-_HIGHEST_CORNER = 64.0  # that is tried, over the highest rate
-_SEARCHED = (("one pole", 1), ("running mean", 1))  # with all corners; the others start at the best
+_CORNERS = 2.0  # number of corners that are tested per octave
+_LOWEST_CORNER = 0.002  # lowest corner that is tested, over the lowest rate
+_HIGHEST_CORNER = 64.0  # highest corner that is tested, over the highest rate
+# families that are tested with all corners; the others start at the best corner
+_SEARCHED = (("one pole", 1), ("running mean", 1))
 _FIRST_STEPS = 4
-_HOPELESS = 100.0  # rise over the best at which a family is given up after a first look
+_DROPPED_ABOVE = 100.0  # rise above the best deviance at which a family is dropped after a first look
 _MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin: errors of 26 % bridge two corners of the search
 _NOISE_OF_SEARCH = 0.1  # white noise over the median density, which fills the zeros of running means
 _TRIALS = (0.7, 1.0, 1.4)  # factors of the best corner at which the other families start
@@ -49,13 +50,13 @@ _TRIALS = (0.7, 1.0, 1.4)  # factors of the best corner at which the other famil
 
 @frozen(eq=False)
 class LinearFit:
-    """The levels that explain the logs best behind a filter with given numbers.
+    """The levels that explain the logs best with a filter that has given parameters.
 
     Attributes
     ----------
     deviance : float
     levels : ndarray, shape (n_levels,)
-        N², then 1/f and 1/f² of each log, then the converter if it has a column; none negative.
+        N², then 1/f and 1/f² of each log, then the converter if it has a column; none is negative.
     model : ndarray, shape (n_bins,)
     """
 
@@ -66,7 +67,7 @@ class LinearFit:
 
 @frozen
 class ResponseForm:
-    """What the model has beside the white noise of the sensor.
+    """Parts of the model besides the white noise of the sensor.
 
     Attributes
     ----------
@@ -74,7 +75,7 @@ class ResponseForm:
     converter : bool
         Whether there is white noise of the converter.
     passes : bool
-        Whether slow noise passes the filter; otherwise it comes in behind it.
+        Whether slow noise passes the filter; otherwise it is added after it.
     """
 
     filter: SensorFilter
@@ -83,19 +84,19 @@ class ResponseForm:
 
     @property
     def price(self) -> float:
-        """Of its numbers behind the first."""
+        """Price of its parameters after the first."""
         return PRICE * (self.filter.count - 1 + self.converter)
 
 
 @frozen(eq=False)
 class FilterFit:
-    """A form of the model with its best numbers.
+    """A form of the model with its best parameters.
 
     Attributes
     ----------
     form : ResponseForm
     numbers : ndarray, shape (n_numbers,)
-        Of the filter.
+        Parameters of the filter.
     fit : LinearFit
     """
 
@@ -125,9 +126,9 @@ class Logs:
     rounding : ndarray, shape (n_bins,)
         Density of the rounding of the values.
     places : tuple of slice
-        Of the bins of each log.
+        Number of bins of each log.
     rounds : int
-        Of reweighting, at most.
+        Largest number of reweightings.
     """
 
     spectra: tuple[LogSpectrum, ...]
@@ -139,7 +140,7 @@ class Logs:
 
     @classmethod
     def from_spectra(cls, spectra: Sequence[LogSpectrum]) -> Logs:
-        """Joins the bins of logs."""
+        """Join the bins of logs."""
         ends = np.cumsum([0, *(len(s.density) for s in spectra)]).tolist()
         return cls(
             spectra=tuple(spectra),
@@ -150,14 +151,16 @@ class Logs:
         )
 
     def weakened(self) -> Logs:
-        """The same logs with few degrees of freedom a bin and more white noise, for a search: maxima are then wide."""
+        """The same logs with few degrees of freedom per bin and more white noise, so that the maxima of a search are
+        wide.
+        """
         added = np.concatenate([np.full(len(s.density), _NOISE_OF_SEARCH * np.median(s.density)) for s in self.spectra])
         modes = np.minimum(self.modes, _MODES_OF_SEARCH)
         density, rounding = self.density + added, self.rounding + added
         return replace(self, modes=modes, density=density, rounding=rounding, rounds=_ROUNDS_OF_SEARCH)
 
     def columns(self, form: ResponseForm, numbers: Floats) -> Floats:
-        """Densities of levels of 1, shape (n_bins, n_levels)."""
+        """Densities for levels of 1, shape (n_bins, n_levels)."""
         count, family = len(self.spectra), form.filter
         table = np.zeros((len(self.density), 1 + _SLOW * count + form.converter))
         for k, (log, place) in enumerate(zip(self.spectra, self.places, strict=True)):
@@ -172,12 +175,12 @@ class Logs:
         return table
 
     def deviance(self, model: Floats) -> float:
-        """Twice the fall of the log-likelihood from a model that has every density exactly."""
+        """Twice the fall of the log-likelihood, relative to a model that equals every density."""
         ratio = self.density / model
         return float(np.sum(self.modes * (ratio - 1 - np.log(ratio))))
 
     def deviance_law(self, place: slice) -> tuple[float, float]:
-        """Mean and variance of the deviance of the bins of a log from the true model."""
+        """Mean and variance of the deviance of the bins of a log for the true model."""
         half = self.modes[place] / 2
         mean = self.modes[place] * (np.log(half) - digamma(half))
         # Var[ν r − ν ln r] = ν² ψ′(ν/2) − 2ν, with ψ′ by its series, which holds to 1e-4 from ν = 4 on.
@@ -188,7 +191,7 @@ class Logs:
         return float(mean.sum()), float((4 * half**2 * trigamma - 4 * half).sum())
 
     def fit_levels(self, form: ResponseForm, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
-        """The best levels, by reweighted least squares without negative levels."""
+        """Fit the levels by reweighted least squares without negative levels."""
         from scipy.optimize import nnls
 
         table = self.columns(form, numbers)
@@ -205,7 +208,7 @@ class Logs:
         return LinearFit(deviance=self.deviance(model), levels=levels, model=model)
 
     def error_of_density(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> float:
-        """Standard error of N², with the numbers as they are; infinite if it is 0."""
+        """Standard error of N² with fixed parameters; infinite if it is 0."""
         if not fit.levels[0] > 0:
             return math.inf
         weight = np.sqrt(self.modes / 2) / fit.model
@@ -215,7 +218,7 @@ class Logs:
         return math.sqrt(max(float(inverse[0, 0]), 0.0)) / float(size[0])
 
     def fit_numbers(self, start: FilterFit, *, steps: int = _STEPS) -> FilterFit:
-        """The best numbers of a form from a start, by scoring of numbers and levels together."""
+        """Fit the parameters of a form from a start, by scoring of parameters and levels together."""
         form, numbers, fit = start.form, start.numbers, start.fit
         for _ in range(steps):
             step = self._step(form, numbers, fit)
@@ -241,7 +244,7 @@ class Logs:
         return np.asarray(np.clip(solution[: len(numbers)], -_FARTHEST_STEP, _FARTHEST_STEP))
 
     def _design(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
-        """Derivatives of ln S by the numbers, then by the levels that are not 0, times the root of the modes."""
+        """Derivatives of ln S by the parameters, then by the levels other than 0, times the root of the number of modes."""
         table = self.columns(form, numbers)
         slopes = []
         for k in range(len(numbers)):
@@ -252,7 +255,7 @@ class Logs:
         return np.asarray(np.column_stack([*slopes, table[:, fit.levels > 0]]) * weight[:, None])
 
     def errors_of_numbers(self, best: FilterFit) -> Floats:
-        """A root of the covariance of the numbers of a fit, shape (n_numbers, n_numbers)."""
+        """A root of the covariance of the parameters of a fit, shape (n_numbers, n_numbers)."""
         design = self._design(best.form, best.numbers, best.fit) / math.sqrt(2)
         size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
         inverse = np.linalg.pinv((design / size).T @ (design / size), rcond=_SINGULAR, hermitian=True)
@@ -264,21 +267,21 @@ class Logs:
 
 
 def limited(family: SensorFilter, numbers: Floats, spectra: Sequence[LogSpectrum]) -> Floats:
-    """Numbers within the limits of corners and of the family."""
+    """Clip parameters to the limits of corners and of the family."""
     low, high = corner_limits(spectra)
     limits = ((low, high), *family.limits)
     return np.array([min(max(x, a), b) for x, (a, b) in zip(numbers, limits, strict=True)])
 
 
 def corner_limits(spectra: Sequence[LogSpectrum]) -> tuple[float, float]:
-    """Lowest and highest frequency of −3 dB that are tried, as logarithms."""
+    """Lowest and highest frequency of −3 dB that are tested, as logarithms."""
     rates = [log.rate for log in spectra]
     lowest = max(_LOWEST_CORNER * min(rates), min(float(log.nodes[0, 0]) for log in spectra))
     return math.log(lowest), math.log(_HIGHEST_CORNER * max(rates))
 
 
 def best_fits(logs: Logs) -> list[FilterFit]:
-    """The fits of all families that are not hopeless, the best first."""
+    """Fit all families that are not dropped after a first look; the best first."""
     rates = {log.rate for log in logs.spectra}
     # A digital filter runs at the rate of the logs, if they have one.
     families = {(f.name, f.order): f for f in all_filters(rates.pop() if len(rates) == 1 else None)}
@@ -291,12 +294,12 @@ def best_fits(logs: Logs) -> list[FilterFit]:
     forms = [_changed(logs, fit, replace(fit.form, passes=passes)) for fit in starts for passes in (True, False)]
     fits = _refined(logs, forms)
     converted = _refined(logs, [_changed(logs, fit, replace(fit.form, converter=True)) for fit in fits])
-    # Noise of the converter is no explanation unless the logs demand it.
+    # Noise of the converter is only used as an explanation if the logs require it.
     return sorted([*converted, *fits], key=_cost) if converted[0].cost < fits[0].cost else fits
 
 
 def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
-    """The best of some corners, and from there the best numbers."""
+    """Find the best of some corners, and refine the parameters from there."""
     fits, form = [], ResponseForm(filter=family)
     for corner in corners:
         numbers = limited(family, np.array([corner, *family.start]), logs.spectra)
@@ -305,10 +308,10 @@ def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
 
 
 def _refined(logs: Logs, starts: Sequence[FilterFit]) -> list[FilterFit]:
-    """Full fits of those that are not hopeless after a few steps, the best first."""
+    """Complete the fits of families that remain after a few steps; the best first."""
     rough = [logs.fit_numbers(start, steps=_FIRST_STEPS) for start in starts]
     lowest = min(fit.cost for fit in rough)
-    return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < lowest + _HOPELESS), key=_cost)
+    return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < lowest + _DROPPED_ABOVE), key=_cost)
 
 
 def _cost(fit: FilterFit) -> float:
@@ -316,5 +319,5 @@ def _cost(fit: FilterFit) -> float:
 
 
 def _changed(logs: Logs, fit: FilterFit, form: ResponseForm) -> FilterFit:
-    """The same numbers in another form, or with the levels that suit other weights."""
+    """Keep the parameters in another form, or refit the levels with other weights."""
     return FilterFit(form=form, numbers=fit.numbers, fit=logs.fit_levels(form, fit.numbers, begin=fit.fit.model))

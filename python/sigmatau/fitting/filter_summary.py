@@ -1,4 +1,4 @@
-"""What a region of filters says: intervals of the bandwidth, of N without aliasing, and of the rate to sample at."""
+"""Summary of a region of filters: intervals of the bandwidth, of N without aliasing, and of the rate to sample at."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from sigmatau.record.streams import Stream
 
 _RESPONSE_FROM = 0.03  # lowest frequency of the response, over the bandwidth
 _RESPONSE_TO = 10.0  # highest one
-_RESPONSES = 61  # frequencies of the response
+_RESPONSES = 61  # number of frequencies of the response
 _RATE_FROM = 0.25  # lowest rate of the aliasing, over the bandwidth
 _RATE_TO = 100.0  # highest one
-_RATES = 27  # rates of the aliasing
+_RATES = 27  # number of rates of the aliasing
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
-_RATE_STEP = 1.1  # of the search from there
+_RATE_STEP = 1.1  # factor from one rate of the search down to the next
 _BISECTIONS = 12
-_WIDEST = 20.0  # half the width of ln N that is stated
+_WIDEST = 20.0  # largest stated half width of ln N
 
 Quantity = Callable[[SensorFilter, Floats], float]
 
@@ -44,11 +44,11 @@ class FilterSource:
     Attributes
     ----------
     name : str
-        Of the log.
+        Name of the log.
     stream : Stream
-        Of this channel alone.
+        Unit of this channel alone.
     y : ndarray, shape (n,)
-        Its rates; NaN where samples are missing. [unit of the stream]
+        Rates of the channel; NaN for missing samples. [unit of the stream]
     """
 
     name: str
@@ -58,7 +58,7 @@ class FilterSource:
 
 @frozen
 class SensorVerdict:
-    """Whether the logs agree, and a filter explains them.
+    """Whether the logs agree, and whether a filter explains them.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ def summary(
     is_open = judgement.verdict == "rate too low"
 
     def interval(quantity: Quantity, unit: str) -> Interval:
-        """The range of a quantity that rises with the bandwidth."""
+        """Interval of a quantity that grows with the bandwidth."""
         values = [quantity(each.filter, each.numbers) for each in region]
         high = None if is_open else max(values)
         return Interval(value=quantity(best.filter, best.numbers), low=min(values), high=high, unit=unit)
@@ -167,9 +167,9 @@ def summary(
 
 
 def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> Interval:
-    """N of the samples of one log, with what is aliased, behind the fitted filter."""
+    """N of the samples of one log, including aliased noise, with the fitted filter."""
     log = logs.spectra[k]
-    # In a single log noise of the converter may look as that of the sensor: it has the level of the joint fit.
+    # In a single log noise of the converter can look like that of the sensor, so its level is that of the joint fit.
     converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
     alone = Logs.from_spectra([replace(log, quantization=log.quantization + converter)])
     form = replace(best.form, converter=False)
@@ -199,10 +199,10 @@ def _rate_needed(family: SensorFilter, numbers: Floats, tolerance: float) -> flo
 
 @functools.lru_cache(maxsize=1024)
 def _relative_rate_needed(family: SensorFilter, form: tuple[float, ...], tolerance: float) -> float:
-    """The needed rate over the bandwidth, from the numbers behind the first."""
+    """The needed rate over the bandwidth, from the parameters after the first."""
     numbers = np.array([0.0, *form])
     high = _FASTEST * family.equivalent(numbers)
-    # From above, because the images of a running mean vanish at some low rates.
+    # Searched from above, because the images of a running mean vanish at some low rates.
     while family.aliasing(low := high / _RATE_STEP, numbers) < 1 + tolerance:
         high = low
     for _ in range(_BISECTIONS):

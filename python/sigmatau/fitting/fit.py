@@ -19,7 +19,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.statement import no_fit, stated
 from sigmatau.model.processes import real
 
-_PER_OCTAVE = 8  # averaging times, at most
+_PER_OCTAVE = 8  # largest number of averaging times per octave
 
 
 def fit(

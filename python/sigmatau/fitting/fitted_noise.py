@@ -1,4 +1,4 @@
-"""What a fit states of the noise of one channel, and the curve of its model."""
+"""Values that a fit states about the noise of one channel, and the curve of its model."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ QUANTIFIED: tuple[Verdict, ...] = ("adequate", "adequate_with", "widened")
 """Verdicts of fits whose coefficients have intervals."""
 
 LEAST_P_VALUE = 1e-6
-"""P-value of the goodness of fit below which wider intervals allow for the misfit in the random walk alone."""
+"""P-value of the goodness of fit below which only the random walk keeps an interval, widened for the misfit."""
 
 
 @frozen(eq=False)
 class FittedNoise:
-    """The values of a `NoiseFit`, which has their meaning, and its curve."""
+    """The values of a `NoiseFit`, with the same meaning, and the curve of the model."""
 
     channel: str
     quantity: str
@@ -154,7 +154,7 @@ class FittedNoise:
     def degrees_of_freedom(self, *, m: ArrayLike) -> NDArray[np.float64] | None:
         """Degrees of freedom of overlapped Allan variances for the fitted model.
 
-        Exact at up to 100 sizes; interpolated between 100 if there are more.
+        Exact for up to 100 sizes; for more, interpolated between 100 sizes.
 
         Parameters
         ----------
@@ -170,15 +170,15 @@ class FittedNoise:
 
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """For each observed term, the averaging times at which it makes half of the variance or more; its line can be
-        read off there. None if other noise hides it everywhere. [s]
+        """For each observed term, the averaging times at which it makes half of the variance or more, so that its line can
+        be read off; None if other noise hides it everywhere. [s]
         """
         return self._ranges(self.observed)
 
     @property
     def model_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """The averaging times of `line_ranges`, and those of terms of the model that are not observed, as another model
-        explains the record as well, if there are any. [s]
+        """The averaging times of `line_ranges`, and those of terms of the model that are not observed because another model
+        explains the record as well. [s]
         """
         spans = self._ranges(self.model)
         return {name: span for name, span in spans.items() if span is not None or self.terms[name].observed}
@@ -191,5 +191,5 @@ class FittedNoise:
 
     @property
     def is_fitted(self) -> bool:
-        """Whether there is a fit: else `reason` states why there is none."""
+        """Whether there is a fit. If not, `reason` states why."""
         return self.verdict != "too_short" and self.tau_min is not None and self.tau_max is not None

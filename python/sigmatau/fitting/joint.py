@@ -36,25 +36,26 @@ from sigmatau.record.streams import Stream
 Over = Literal["runs", "axes"]
 
 COMMON = ("bias_instability", "rate_random_walk")
-"""Terms that are common to all runs by default. Quantization noise and random walk differ by per cent from day to day, many
-times the error of one day."""
+"""Terms that are common to all runs by default. Quantization noise and random walk differ from day to day by some per cent,
+many times their error in one day.
+"""
 
 MOST_RUNS = 100
-"""Runs of one fit: its work grows with the square of their number."""
+"""Largest number of runs of one fit. The work grows with the square of this number."""
 
 _SAME_RATE = 0.01  # relative difference of sample intervals: one filter describes all runs
 
 
 @frozen(eq=False)
 class JointRun:
-    """What one record contributes to a joint fit of a channel."""
+    """Contribution of one record to a joint fit of a channel."""
 
     name: str
     channel: str
     stream: Stream
     summary: LikelihoodSummary
-    curves: tuple[Floats, ...]  # that the mean may follow, at the blocks of the summary
-    fit: NoiseFit  # of this run alone
+    curves: tuple[Floats, ...]  # curves that the mean may follow, at the blocks of the summary
+    fit: NoiseFit  # fit of this run alone
 
 
 def fit_jointly(
@@ -218,7 +219,7 @@ def build_run(
     processes: Sequence[float] | None = None,
     level: float = 0.95,
 ) -> JointRun:
-    """What a record contributes to a joint fit; `fit` is that of the channel alone, if it is known.
+    """Collect what a record contributes to a joint fit. `fit` is that of the channel alone, if it exists.
 
     Raises
     ------
@@ -244,7 +245,7 @@ def build_run(
 
 
 def why_unfit(stream: Stream, channel: str) -> Unfit | None:
-    """Why a channel cannot be fitted jointly; None if it can."""
+    """Why a channel cannot be fitted jointly; None if it can be."""
     if not usable(stream, channel):
         return "too_few_samples"
     return "constant" if never_changes(stream, channel) else None
@@ -305,7 +306,7 @@ def join(
 
 
 def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[JointRun], longest: JointRun) -> Adjustment | None:
-    """Upper limits alone if vibration hides the noise of the joint fit or of one of its runs."""
+    """Replace all terms by upper limits if vibration hides the noise of the joint fit or of one of its runs."""
     alone = replace(fitted, channel=longest.channel)
     if all(run.fit.verdict != "disturbed" for run in runs) and not is_disturbed(alone, longest.stream, unsteady=1.0):
         return None
@@ -322,13 +323,13 @@ def _hidden_by_vibration(fitted: NoiseFit, *, runs: Sequence[JointRun], longest:
         limits_alone(replace(fitted, channel=run.channel), run.stream, cause="vibration", reason=vibration)
         for run in runs
     ]
-    # Each run bounds the noise of one sensor, but an axis only its own.
+    # Each run limits the noise of one sensor, but an axis limits only its own noise.
     several_axes = len({run.channel for run in runs}) > 1
     return (max if several_axes else min)(adjustments, key=_walk_limit)
 
 
 def _walk_limit(adjustment: Adjustment) -> float:
-    """The limit that an adjustment leaves of the random walk; inf without one."""
+    """The limit of the random walk after an adjustment; inf if there is none."""
     limits = (change.after.upper_limit for change in adjustment.changes if change.parameter == Parameter("random_walk"))
     return next(limits, None) or math.inf
 
@@ -348,7 +349,7 @@ def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:
-    """Raise `DataError` if a run has another unit or rate than the first one. `names`: of both runs."""
+    """Raise `DataError` if a run has another unit or rate than the first run. `names`: of both runs."""
     if (stream.quantity, stream.unit) != (first.quantity, first.unit):
         raise DataError(
             f"{names[0]}: {channel} is in {stream.unit}, in {names[1]} it is in {first.unit};"

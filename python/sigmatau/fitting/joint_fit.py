@@ -1,4 +1,4 @@
-"""Result of a joint fit: the model of all runs, how much they differ, and which runs do not belong to the others."""
+"""Result of a joint fit: the model of all runs, how much they differ, and which runs are outliers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import TablesByChannel, Tabular, duration_text, plain
 
 ALPHA = 0.01
-"""Corrected p-value below which a run does not belong to the others, and below which runs differ."""
+"""Corrected p-value below which a run is an outlier, and below which runs differ."""
 
 
 @frozen
 class Spread:
-    """How a coefficient differs from run to run.
+    """Variation of a coefficient from run to run.
 
     Attributes
     ----------
@@ -47,17 +47,17 @@ class RunOfJoint:
     ----------
     name : str
     fit : NoiseFit
-        Of this run alone.
+        Name of this run alone.
     values : mapping of str to Interval
         Coefficients that differ from run to run. [SI]
     own : mapping of str to Interval
-        Common coefficients as this run alone has them, with intervals that are symmetric about the square. [SI]
+        Common coefficients fitted to this run alone, with intervals that are symmetric about the square. [SI]
     p_value : float
-        Of the run among the others; corrected for the number of runs and tests. Small if the run does not belong to them.
+        P-value of the run among the others, corrected for the number of runs and tests. Small for an outlier.
     cause : str
-        Where the run differs most: a term, or ``"all"``: the shape of the spectrum, with its filter.
+        Where the run differs most: a term, or ``"all"`` for the shape of the spectrum with its filter.
     factor : float or None
-        The coefficient of `cause` over that of the other runs; None if they do not show it. [1]
+        The coefficient of `cause` over that of the other runs; None if one of them does not show it. [1]
     """
 
     name: str
@@ -70,7 +70,7 @@ class RunOfJoint:
 
     @property
     def belongs(self) -> bool:
-        """Whether the run has the model of the others."""
+        """Whether the run is not an outlier."""
         return self.p_value >= ALPHA
 
     def to_dict(self) -> dict[str, Any]:
@@ -83,7 +83,7 @@ class RunOfJoint:
         return self.fit.n * self.fit.tau0
 
     def text(self, quantity: str) -> str:
-        """In words why a run does not belong.
+        """Why a run is an outlier, in words.
 
         Parameters
         ----------
@@ -114,10 +114,10 @@ class JointChannel(Tabular):
     common : tuple of str
         Terms that are the same in all runs.
     spreads : mapping of str to Spread
-        Spreads of the terms that differ from run to run, where the runs show them.
+        Variation of the terms that differ from run to run, if the runs show them.
     homogeneity : mapping of str to float
-        P-value of the same coefficient in all runs, by common term, where the runs show it. A term with p < 0.01 is in
-        `spreads` instead, unless most runs alone do not show it.
+        P-value of equal coefficients in all runs, by common term, if the runs show it. A term with p < 0.01 is in `spreads`
+        instead, unless most single runs do not show it.
     runs : tuple of RunOfJoint
 
     See Also
@@ -172,7 +172,7 @@ class JointChannel(Tabular):
         return plain(self, "common spreads homogeneity runs outliers")
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a run and coefficient, see `Tabular.columns`; the joint coefficients first."""
+        """One row per run and coefficient, see `Tabular.columns`; the joint coefficients first."""
         rows: list[dict[str, Any]] = []
         for name, term in self.fit.items():
             line = {"run": "all", "term": name, "value": term.value, "low": term.low, "high": term.high}

@@ -1,4 +1,4 @@
-"""Biases of the random walk that findings state, as part of its interval."""
+"""Biases of the random walk that findings report, included in its interval."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ _WALK = Parameter("random_walk")
 
 @frozen
 class WalkBias:
-    """What findings on a channel state of the bias of its random walk.
+    """Biases of the random walk of a channel that findings report.
 
     Attributes
     ----------
     factors : tuple of (float, float)
-        Random walk of the fit over that of the sensor: without the finding of spikes, and with it. Spikes of a continuous
-        tail, which were left out, and small ones, which were not, may be noise of the sensor. [1]
+        Random walk of the fit over that of the sensor, without the finding about spikes and with it. Spikes of a continuous
+        tail were left out, and small spikes were not; both may be noise of the sensor. [1]
     tail_error : float
         Relative standard error of the random walk with the spikes that were left out of a continuous tail; 0 without one.
     findings : tuple of str
-        Their codes: rounding near a step, samples that are held, repeated or filled in, saturation, aliasing, spikes.
+        Codes of these findings: rounding near a step, samples that are held, repeated or filled in, saturation, aliasing,
+        spikes.
     """
 
     factors: tuple[float, float]
@@ -56,9 +57,10 @@ def walk_bias(findings: Sequence[Finding], channel: str) -> WalkBias:
 
 
 def bias(fitted: NoiseFit, *, biases: Sequence[WalkBias]) -> Adjustment | None:
-    """The interval or limit of the random walk with that of the log and that of the sensor; values stay those of the log.
+    """Extend the interval or limit of the random walk, so that it contains both that of the log and that of the sensor. The
+    value stays that of the log.
 
-    `biases`: of the channel; of a joint fit, those of its runs.
+    `biases`: those of the channel, or of the runs of a joint fit.
     """
     factors, walk = (1.0, *(factor for each in biases for factor in each.factors)), fitted.terms.get("random_walk")
     largest, smallest = max(factors), min(factors)

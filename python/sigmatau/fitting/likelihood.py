@@ -28,10 +28,10 @@ from sigmatau.model.processes import LowPass
 from sigmatau.noise.terms import NOISE
 from sigmatau.record.streams import Stream
 
-_MOST_PROCESSES = 8  # given Gauss-Markov processes
-_MOST_REGRESSORS = 20  # given curves
-_LEAST_CURVE = 1e-150  # smallest size of a regressor whose square stays in range
-_LARGEST_CURVE = 1e150  # largest one
+_MOST_PROCESSES = 8  # largest number of given Gauss-Markov processes
+_MOST_REGRESSORS = 20  # largest number of given curves
+_LEAST_CURVE = 1e-150  # smallest regressor whose square stays in range
+_LARGEST_CURVE = 1e150  # the largest such regressor
 
 
 def fit_samples(
@@ -46,9 +46,9 @@ def fit_samples(
 ) -> NoiseFit:
     """Fit the noise of a channel to its samples.
 
-    The model holds the terms and what else the spectrum shows: a filter, lines, Gauss-Markov processes, resonances, a
-    warm-up, a ramp. Each was added because it raises the likelihood by more than its price. Where the model is not quite
-    right, the intervals are wider for it.
+    The model contains the terms and further parts that the spectrum shows: a filter, lines, Gauss-Markov processes,
+    resonances, a warm-up, a ramp. A part is added if it raises the likelihood by more than its price. If the model is not
+    exact, the intervals are widened for the misfit.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _refuse(
 
 
 def _numbers(values: object) -> Floats | None:
-    """Real numbers; None if they are not."""
+    """Convert to real numbers; None if they are not."""
     try:
         numbers = np.asarray(values)
         return None if numbers.dtype.kind not in "biuf" else numbers.astype(np.float64)
@@ -147,7 +147,7 @@ def _numbers(values: object) -> Floats | None:
 
 
 def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
-    """A curve that is given at the samples, at other times."""
+    """Interpolate a curve that is given at the samples to other times."""
     values = np.asarray(curve, dtype=float)
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
@@ -155,7 +155,7 @@ def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
 def as_noise_fit(
     stream: Stream, channel: str, fit: ChannelFit, *, regressors: tuple[str, ...] = (), level: float
 ) -> NoiseFit:
-    """The fit of a channel, with names and units."""
+    """Convert the fit of a channel, with names and units."""
     unit = stream.unit
     reasons: tuple[Reason, ...] = () if fit.highest is None else (UnmodelledBand(highest=fit.highest),)
     if fit.worst_band is not None:
@@ -185,7 +185,7 @@ def as_noise_fit(
 
 
 def _response(fitted: FilterEstimate, unit: str) -> FittedFilter:
-    """The filter, whose stand-in acts on samples of the record's rate."""
+    """Convert the filter. Its equivalent in a model acts on samples of the record's rate."""
     low_pass = None
     if fitted.low_pass is not None:
         order, before = fitted.low_pass

@@ -1,7 +1,7 @@
 """Spectrum of a log in bins of an eighth of an octave, by cosine modes, for fits of a sensor's filter.
 
-The modes of the cosine transform of white noise are independent, each χ² with one degree of freedom, and those of a random
-walk nearly so: no taper is needed, and slow noise does not leak into the white band.
+The modes of the cosine transform of white noise are independent, each χ² with one degree of freedom; those of a random walk
+nearly so. Therefore no taper is needed, and slow noise does not leak into the white band.
 """
 
 from __future__ import annotations
@@ -18,32 +18,35 @@ from sigmatau.frozen import frozen
 
 MIN_RUN = 256
 MIN_SAMPLES = 1000
-"""Fewest samples of a run without gaps, and of all runs; fewer have no white band beside slow noise."""
+"""Smallest number of samples of a run without gaps, and of all runs; with fewer no white band is visible beside slow
+noise.
+"""
 
 NODES = 5
 """Frequencies in a bin at which a model is averaged."""
 
 _PER_OCTAVE = 8
-_LOWEST_MODE = 4  # below, a mode has the drift of the record
-_OCTAVES_OF_PEAK = 12  # below half the rate in which the octave with the most variance is searched
-_OCTAVES_BELOW = 8  # the peak, from which on bins are used: slower noise says nothing of the filter
-_WEAKEST = 1e-3  # density over that of the peak: below, noise of the converter replaces that of the sensor
-_FEWEST_MODES = 16  # of a bin that has a median, and of one that can be the peak
-_LINE = 30.0  # power of a mode over the mean of its bin; noise has it in 4 of 10⁸
-_SIDE = 8  # modes on either side of a line that go with it
-_LEAKAGE = 0.02  # share of the noise that a line may leak into a mode farther away
-_STRONG = 1e4  # power of a line over that of the noise beside it from which on it is subtracted before the transform
-_MOST_LINES = 12  # that are subtracted
-_LOWEST_PEAK = 8  # first frequency at which a line is looked for
-_NEIGHBOURS = 200  # frequencies on either side that a line is compared with
-_GOLDEN = 0.6180339887498949  # section of an interval
-_GOLDEN_STEPS = 30  # sections, to 1e-6 of a frequency step
-_NOTHING = 1e-300  # a density in place of 0
-_MOST_RUNS = 64  # without gaps that are used, the longest ones
-_MEDIAN_OF_MODE = 0.45493642  # of χ² with one degree of freedom
-_FOR_STEP = 4096  # samples in which the step of the values is searched
-_WHOLE = 1e-3  # distance of a difference from a whole number of steps, over the step
-_MOST_STEPS = 1e4  # in the largest difference: finer values have no quantization that matters
+_LOWEST_MODE = 4  # lowest mode that is used; lower modes contain the drift of the record
+_OCTAVES_OF_PEAK = 12  # octaves below half the rate in which the octave with the most variance is searched
+# octaves below that peak from which on bins are used: slower noise contains no information about the filter
+_OCTAVES_BELOW = 8
+_WEAKEST = 1e-3  # density over that of the peak: below it, noise of the converter replaces that of the sensor
+_FEWEST_MODES = 16  # smallest number of modes of a bin with a median, and of one that can be the peak
+_LINE = 30.0  # power of a mode over the mean of its bin that makes it a line; noise reaches it in 4 of 10⁸ cases
+_SIDE = 8  # number of modes on either side of a line that are left out with it
+_LEAKAGE = 0.02  # largest share of the noise that a line may leak into a mode farther away
+_STRONG = 1e4  # power of a line over that of the adjacent noise from which on it is subtracted before the transform
+_MOST_LINES = 12  # largest number of lines that are subtracted
+_LOWEST_PEAK = 8  # first frequency at which a line is searched
+_NEIGHBOURS = 200  # number of frequencies on either side with which a line is compared
+_GOLDEN = 0.6180339887498949  # golden section of an interval
+_GOLDEN_STEPS = 30  # number of sections, to 1e-6 of a frequency step
+_NOTHING = 1e-300  # density in place of 0
+_MOST_RUNS = 64  # largest number of runs without gaps that are used, the longest ones
+_MEDIAN_OF_MODE = 0.45493642  # median of χ² with one degree of freedom
+_FOR_STEP = 4096  # number of samples in which the step of the values is searched
+_WHOLE = 1e-3  # largest distance of a difference from a multiple of the step, over the step
+_MOST_STEPS = 1e4  # largest number of steps in the largest difference: with more, quantization does not matter
 
 
 @frozen(eq=False)
@@ -133,7 +136,7 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
 
 
 def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]:
-    """Sum of the densities of the modes in each bin, their number, and how many belong to lines."""
+    """Sum of the densities of the modes in each bin, their number, and the number that belongs to lines."""
     n = len(y)
     modes = _cosine_modes(_without_strong_lines(y - y.mean())) ** 2 * (2 / (n * rate))
     # Mode k has the frequency k·rate/(2n). The last edge is half the rate, which no mode has.
@@ -162,7 +165,7 @@ def _cosine_modes(y: Floats) -> Floats:
 
 
 def _without_strong_lines(y: Floats) -> Floats:
-    """The samples without sinusoids that leak into the whole spectrum, each fitted with its frequency."""
+    """Subtract sinusoids that leak into the whole spectrum from the samples. Each is fitted with its frequency."""
     n = len(y)
     t = np.arange(n) - 0.5 * (n - 1)
     window = 1 + np.cos(2 * np.pi * t / n)
@@ -184,7 +187,9 @@ def _without_strong_lines(y: Floats) -> Floats:
 
 
 def _without_lines(modes: Floats, pairs: Sequence[tuple[int, int]]) -> Bools:
-    """The modes that are noise: without lines, and without what they leak, which falls as the square of the distance."""
+    """Select the modes that are noise, without lines and without their leakage, which falls as the square of the
+    distance.
+    """
     noise = np.ones(len(modes), dtype=bool)
     for start, stop in pairs:
         if stop - start < _FEWEST_MODES:
@@ -206,7 +211,7 @@ def _white_band(f: Floats, density: Floats, modes: Floats, rate: float) -> Bools
 
 
 def _quantization(y: Floats) -> float:
-    """Variance of the rounding of values to whole steps, step²/12; 0 if they have no step. [unit²]"""
+    """Variance of the rounding of values to integer steps, step²/12; 0 if they have no step. [unit²]"""
     differences = np.abs(np.diff(y[:_FOR_STEP]))
     differences = differences[differences > 0]
     if not len(differences):

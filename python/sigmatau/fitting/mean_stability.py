@@ -1,10 +1,11 @@
 """Bias stability as standard deviation of means: STD of 10 s or 100 s means, as in GJB 2426A.
 
-The means of consecutive stretches of a record have a sample variance (ddof = 1) that grows with the record for slow noise,
-so that the number is one of this record's length. Its interval is for the square root of the expected variance at this
-length. The modes of the means (cosine transform, type II) are independent to a good approximation: their expected powers
-follow from the fitted model, and the variance is a sum of χ² of one degree of freedom with these weights. The interval also
-holds for the ends of the intervals of flicker noise and random walk, and covers the truth in 95 % of records or more.
+The means of consecutive stretches of a record have a sample variance (ddof = 1) that grows with the length of the record for
+slow noise, so the number only describes records of this length. The interval is that of the square root of the expected
+variance at this length. The modes of the means (cosine transform, type II) are independent to a good approximation: their
+expected powers follow from the fitted model, and the variance is a sum of χ² of one degree of freedom with these weights.
+The interval includes the ends of the intervals of flicker noise and random walk, and covers the truth in at least 95 % of
+records.
 
 References
 ----------
@@ -33,19 +34,20 @@ AVERAGES = (10.0, 100.0)
 """Averaging times that are computed. [s]"""
 
 LEAST_MEANS = 10
-"""Means below which nothing is stated: the variance of fewer says little of the noise."""
+"""Smallest number of means: the variance of fewer says little about the noise."""
 
-_FILLED = 0.5  # share of the samples of a mean that must be there
+_FILLED = 0.5  # smallest share of the samples of a mean that must be present
 _PIECE = 1 << 20  # samples read at a time
-_AT_ONCE = 1 << 12  # modes whose aliases are in memory
-_ALIASES = 16  # of a mode that are summed one by one on each side; the rest of sinc² is taken as white
+_AT_ONCE = 1 << 12  # number of modes whose aliases are in memory
+# number of aliases of a mode on each side that are summed one by one; the rest of sinc² is treated as white
+_ALIASES = 16
 _SLOW = tuple(name for name in NOISE if name in SLOW)
 # The search is in the logarithm of 1 − 2·w·tilt of the largest weight w, in which the normal quantile is nearly straight.
-_FIRST_STEP = 0.5  # from 0, doubled until the quantile lies between two points
-_FARTHEST = 40.0  # where the search ends
-_NEAREST = 0.01  # to 0, where the saddlepoint is a difference of nearly equal numbers
+_FIRST_STEP = 0.5  # first step from 0; it is doubled until the quantile lies between two points
+_FARTHEST = 40.0  # end of the search
+_NEAREST = 0.01  # distance from 0 within which the saddlepoint is a difference of nearly equal numbers
 _STEPS = 40
-_CLOSE = 1e-10  # of a normal quantile
+_CLOSE = 1e-10  # tolerance of a normal quantile
 
 
 @frozen
@@ -59,7 +61,7 @@ class MeanStability:
     means : int
         Number of means.
     value : float
-        Their standard deviation, ddof = 1. [rate unit]
+        Standard deviation of the means, ddof = 1. [rate unit]
     low, high : float or None
         Interval of the expected value at this length of the record; None if no model fits. [rate unit]
     edf : float or None
@@ -133,7 +135,7 @@ def mean_stability(
 
 
 def _means(stream: Stream, channel: int, m: int) -> Floats:
-    """Means of consecutive stretches of `m` samples; NaN if fewer than half of the samples are there."""
+    """Means of consecutive stretches of `m` samples; NaN if fewer than half of the samples are present."""
     blocks = stream.grid.n // m
     at_once = max(_PIECE // m, 1)
     means = np.full(blocks, np.nan)
@@ -158,7 +160,7 @@ def _interval(value: float, fitted: NoiseFit, m: int, n: int) -> tuple[float | N
         total, noise = float((powers + drifts).sum()), float(powers.sum())
         if not (total > 0 and noise > 0):
             return None, None, None
-        # The quotient of the measured and the expected variance lies between these with the probability `level`.
+        # The ratio of the measured to the expected variance lies between these quantiles with the probability `level`.
         below, above = (quantile(powers / total, drifts / total, probability) for probability in (tail, 1 - tail))
         lows.append(value / math.sqrt(above))
         highs.append(value / math.sqrt(below))
@@ -167,8 +169,9 @@ def _interval(value: float, fitted: NoiseFit, m: int, n: int) -> tuple[float | N
 
 
 def _models(fitted: NoiseFit) -> Iterator[NoiseFit]:
-    """The fitted model, and it with each slow term at the ends of its interval or at its limit: what a record does not show
-    of a random walk makes the variance of its means much less certain.
+    """The fitted model, and variants with each slow term at the ends of its interval or at its limit.
+
+    A random walk that the record does not determine makes the variance of its means much less certain.
     """
     yield fitted
     for name in _SLOW:
@@ -181,7 +184,7 @@ def _models(fitted: NoiseFit) -> Iterator[NoiseFit]:
 
 
 def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
-    """Expected powers of the modes 1 … n − 1 of `n` means of `m` samples, by the fitted model: of its noise, and of its
+    """Expected powers of the modes 1 … n − 1 of `n` means of `m` samples for the fitted model: of its noise, and of its
     deterministic parts (ramp, warm-up, lines). [(rate unit)²]
     """
     span = m * fitted.tau0
@@ -203,7 +206,7 @@ def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
 
 
 def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
-    """Squares of the modes of what is not noise."""
+    """Squared modes of the parts that are not noise."""
     t = (np.arange(n) + 0.5) * span
     mean = fitted.model.get("rate_ramp", 0.0) * t
     if fitted.warm_up is not None:
@@ -249,7 +252,7 @@ def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
     With w = 1 and d = 0 it is χ²; the error is below 0.6 % from three equal modes on, and 2 % for a random walk.
     """
     wanted = NormalDist().inv_cdf(probability)
-    # Bracketed from the middle outwards, then false position in the form of Illinois.
+    # The search brackets the quantile from the middle outwards, then uses the Illinois variant of false position.
     a = b = -_NEAREST if wanted > 0 else _NEAREST
     off_a = off_b = _saddlepoint(weights, shifts, a)[1] - wanted
     step = _FIRST_STEP if off_a > 0 else -_FIRST_STEP

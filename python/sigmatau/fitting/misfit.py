@@ -1,4 +1,4 @@
-"""The floor of a fit: what is stated of a record that no model describes."""
+"""Reduction of a fit that does not describe the record to what can still be stated."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from sigmatau.model.parameters import Parameter, Quantity
 
 
 def misfit(fitted: NoiseFit) -> Adjustment | None:
-    """The interval of an observed random walk alone if p < 1e-6; any other term has no value and no limit.
+    """Keep only the interval of an observed random walk if p < 1e-6. Any other term has neither a value nor a limit.
 
-    White noise dominates most of the band, and its interval allows for the misfit there. Behind a filter its density is that
-    of a few frequencies: its interval then holds the largest discrepancy at any of them. The other terms are values of a
-    wrong model, which stays as the description of the curve.
+    White noise dominates most of the band, and its interval allows for the misfit there. After a filter its density is that
+    of a few frequencies, so its interval then includes the largest discrepancy at any of these. The other terms belong to a
+    wrong model, which only remains as a description of the curve.
     """
     if not fitted.is_misfit:
         return None
@@ -49,8 +49,9 @@ def misfit(fitted: NoiseFit) -> Adjustment | None:
 
 
 def _behind_filter(fitted: NoiseFit) -> float:
-    """Factor by which the random walk may be larger or smaller than in its interval."""
+    """Factor by which the random walk may lie outside its interval."""
     if fitted.response is None:
         return 1.0
     largest = max((deviation for _, deviation in fitted.discrepancy), default=0.0)
-    return math.exp(NormalDist().inv_cdf(0.5 + fitted.level / 2) * largest / 2)  # half: of N, not of the density N²
+    # half, because it applies to N and not to the density N²
+    return math.exp(NormalDist().inv_cdf(0.5 + fitted.level / 2) * largest / 2)

@@ -26,7 +26,7 @@ from sigmatau.results import (
 )
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
-_MOST_LINES = 3  # that are printed one by one
+_MOST_LINES = 3  # number of lines that are printed one by one
 
 
 @frozen(eq=False)
@@ -43,10 +43,10 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     terms : mapping of str to FittedTerm
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
-        Lines of the spectrum. A likelihood leaves them out of the fit; their frequencies are then the bands left out.
+        Lines of the spectrum. A likelihood fit leaves them out; their frequencies are then the bands left out.
     resonance : tuple of Resonance
     response : FittedFilter or None
-        Filter on all noise but quantization.
+        Filter that acts on all noise except quantization.
     warm_up : WarmUp or None
     regressors : mapping of str to Interval
         Coefficients of the regressors of the mean, by name.
@@ -56,10 +56,10 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         If a rate random walk was observed: a Gauss-Markov process of this or a longer correlation time explains the record
         as well. [s]
     alike_sigma : float or None
-        Standard deviation of the process of this time. [rate unit]
+        Standard deviation of the process with this correlation time. [rate unit]
     second : tuple of SecondModel
         Other models that explain the record as well, with processes in place of terms or terms in place of processes. The
-        intervals and limits hold them.
+        intervals and limits include them.
     discrepancy : tuple of (float, float)
         Discrepancy of the model that the intervals allow for: frequency in Hz, and standard deviation of the logarithm
         of the density.
@@ -311,7 +311,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         return texts
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a term, see `Tabular.columns`."""
+        """One row per term, see `Tabular.columns`."""
         every = list(self.terms.values())
         rows: dict[str, list[Any]] = {name: [getattr(term, name) for term in every] for name in _TERM_COLUMNS}
         same = len(every)
@@ -396,7 +396,7 @@ def _in_words(interval: Interval, factor: float, unit: str) -> str:
 
 
 def _replacing(second: SecondModel) -> str:
-    """What another model has in the place of a term, in words."""
+    """The parts of another model that replace a term, in words."""
     if second.exponent is not None:
         return f"bias instability with the density f^-{second.exponent:.2f}"
     return "Gauss-Markov process" if second.warm_up is None else "warm-up"

@@ -1,4 +1,4 @@
-"""The result at a glance: a row an axis with its main coefficients and how far to trust them, in 80 columns."""
+"""Overview of a result: one row per axis with its main coefficients and how far to trust them, in 80 columns."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import aligned, duration_text
 
 COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
-"""The terms that have a column: those that filters take."""
+"""Terms with a column: those that filters use."""
 
-_MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}  # of trust, below the table
+# meaning of the grades of trust, printed below the table
+_MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}
 _SHORT_LABELS = ("random walk", "bias instab.", "rate walk")  # of `COLUMNS`
 
 Form = Literal["full", "short", "below"]
-"""How wide the table is: with the names of the terms, with short names, or also with the interval below each value."""
+"""Form of the table: with the names of the terms, with short names, or also with the interval below each value."""
 
 _FORMS: tuple[Form, ...] = ("full", "short", "below")
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
@@ -79,7 +80,9 @@ def overview_rows(
     columns: Sequence[str] = COLUMNS,
     form: Form = "full",
 ) -> list[tuple[str, ...]]:
-    """The cells of `overview`: a head, for each sensor a row of units, and a row a channel, or two with intervals below."""
+    """The cells of `overview`: a head, a row of units for each sensor, and one row per channel, or two with intervals
+    below.
+    """
     findings = tuple(findings)
     labels = (TERMS[term].label("signal") for term in columns) if form == "full" else _SHORT_LABELS
     levels = {f"{100 * fitted.level:g} %" for fitted in fits.values()}
@@ -120,7 +123,7 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
 
 
 def _lowers_trust(finding: Finding, fitted: NoiseFit, channel: str) -> bool:
-    """Whether a finding is a warning about a channel that the intervals of its fit do not allow for."""
+    """Whether a finding is a warning about a channel that the intervals of its fit do not include."""
     is_allowed = (finding.size or 0.0) < finding.details.allowed_share * fitted.n
     return finding.severity != "info" and (channel in finding.channels or not finding.channels) and not is_allowed
 
@@ -136,7 +139,7 @@ def _kind(fitted: NoiseFit) -> tuple[str, str, int, float, int]:
 
 
 def _printed_number(fitted: NoiseFit, name: str) -> float | None:
-    """The value or the upper limit of a term; None without both."""
+    """The value or the upper limit of a term; None if it has neither."""
     term = fitted.get(name)
     return None if term is None else term.upper_limit if term.value is None else term.value
 

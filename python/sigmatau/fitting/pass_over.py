@@ -1,4 +1,4 @@
-"""One pass over the samples of a channel, with what is missing: what its likelihood keeps of it."""
+"""Reads the samples of a channel once, including the missing ones, and keeps what its likelihood needs."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from sigmatau.arrays import Floats
 from sigmatau.record.streams import Stream
 
 LEAST_SAMPLES = 512
-"""Shortest record whose likelihood is used: of 280 white samples, the random walk was covered in 90 of 100, of 600 in 99."""
+"""Shortest record whose likelihood is used: with 280 white samples the interval contained the random walk in 90 of 100
+records, with 600 in 99.
+"""
 
 _PIECE = 1 << 18  # samples that are read at once
 _SMALL_SHARE = 0.07
-"""Up to 0.07·√n missing samples are replaced by values on straight lines: this changes the white level by less than a tenth
-of its standard error."""
+"""Up to 0.07·√n missing samples are replaced by linear interpolation, which changes the white level by less than a tenth of
+its standard error.
+"""
 _LEAK = 0.01
-"""Largest share that the error of these values, which is white, may have of the density at any frequency."""
+"""Largest share of the white error of this interpolation in the density at any frequency."""
 
 
 def usable(stream: Stream, channel: str, *, needed: int = LEAST_SAMPLES) -> bool:
-    """Whether a channel has enough samples for its likelihood, and in enough places."""
+    """Whether a channel has enough samples for its likelihood, and whether they are spread enough."""
     mask = _present(stream, channel)
     if mask is None:
         return stream.grid.n >= needed
@@ -33,7 +36,7 @@ def usable(stream: Stream, channel: str, *, needed: int = LEAST_SAMPLES) -> bool
 
 
 def _present(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
-    """Where a channel has samples; None if none is missing."""
+    """Mask of the samples that are present; None if none is missing."""
     if stream.mask is None:
         return None
     missing = stream.mask[:, stream.channels.index(channel)]
@@ -41,12 +44,12 @@ def _present(stream: Stream, channel: str) -> NDArray[np.bool_] | None:
 
 
 def _span(mask: NDArray[np.bool_]) -> slice:
-    """From the first to the last sample."""
+    """First and last sample that are present."""
     return slice(int(mask.argmax()), len(mask) - int(mask[::-1].argmax()))
 
 
 def summarized(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
-    """What the likelihood keeps of a channel, and the time of its first sample. [s]"""
+    """Summarise a channel for its likelihood; return the time of its first sample too. [s]"""
     grid, k = stream.grid, stream.channels.index(channel)
     mask = _present(stream, channel)
     span = slice(0, grid.n) if mask is None else _span(mask)
@@ -73,7 +76,7 @@ def summarized(stream: Stream, channel: str) -> tuple[LikelihoodSummary, float]:
 
 
 def never_changes(stream: Stream, channel: str) -> bool:
-    """Whether all samples that are there are the same."""
+    """Whether all samples that are present are equal."""
     k, first = stream.channels.index(channel), math.nan
     for begins in range(0, stream.grid.n, _PIECE):
         piece = stream.samples.read(k, begins, min(begins + _PIECE, stream.grid.n))
@@ -86,7 +89,7 @@ def never_changes(stream: Stream, channel: str) -> bool:
 
 
 def _between(stream: Stream, k: int, absent: NDArray[np.int64]) -> Floats:
-    """Values on straight lines between the samples beside the missing ones."""
+    """Interpolate linearly between the samples beside the missing ones."""
     values = np.empty(len(absent))
     for gap in np.split(np.arange(len(absent)), np.flatnonzero(np.diff(absent) > 1) + 1):
         if len(gap):
@@ -97,6 +100,6 @@ def _between(stream: Stream, k: int, absent: NDArray[np.int64]) -> Floats:
 
 
 def _error_between(stream: Stream, k: int, span: slice) -> float:
-    """Mean square of the error of such values, by those of samples that are there."""
+    """Mean square of the interpolation error, estimated from samples that are present."""
     x = stream.samples.read(k, span.start, min(span.start + _PIECE, span.stop))
     return float(np.nanmean((x[1:-1] - 0.5 * (x[:-2] + x[2:])) ** 2))

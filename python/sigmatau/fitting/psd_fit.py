@@ -23,11 +23,11 @@ from sigmatau.noise.terms import NOISE, TERMS, display_units, psd
 from sigmatau.results import Printed, lines_text, plain
 from sigmatau.units import find
 
-_MIN_FREQUENCIES = 10  # frequencies
-_STEPS = 100  # of the reweighted least squares
-_CONVERGED = 1e-9  # of −2 ln L
-_HALVINGS = 40  # of a step; most steps to an end of an interval
-_AT_THE_END = 1e-6  # of the root of the rise of −2 ln L, and relative width of the bracket
+_MIN_FREQUENCIES = 10  # smallest number of frequencies
+_STEPS = 100  # largest number of steps of the reweighted least squares
+_CONVERGED = 1e-9  # tolerance of −2 ln L
+_HALVINGS = 40  # largest number of halvings of a step, and of steps to an end of an interval
+_AT_THE_END = 1e-6  # tolerance of the root of the rise of −2 ln L, and relative width of the bracket
 _MISFIT = 0.01
 """p-value below which the terms do not describe the density, as in `sigmatau.fit`."""
 
@@ -41,8 +41,8 @@ class PsdFit(Printed):
     Attributes
     ----------
     model : ChannelModel
-        The observed terms, with their intervals, and limits of the others: for `state_space`, `predict` and the exports. It
-        has no intervals and no limits if the terms do not describe the density.
+        The observed terms with their intervals, and limits of the others, as input of `state_space`, `predict` and the
+        exports. Without intervals and limits if the terms do not describe the density.
     p : float
         P-value of the goodness of fit: probability of a larger misfit if the model is right.
     f_min, f_max : float
@@ -197,7 +197,8 @@ def fit_psd(
     check_nyquist(float(f[-1]), tau0)
     names = [name for name in NOISE if name in wanted_terms(terms) and (tau0 is not None or name != "quantization")]
     shapes = np.array([psd(name, 1.0, f, tau0=tau0) for name in names])
-    scale = float(np.exp(np.log(measured).mean()))  # so that squares of very small and very large densities are numbers
+    # scale so that squares of very small and very large densities stay in range
+    scale = float(np.exp(np.log(measured).mean()))
     fitted = _Likelihood(measured / scale * (0.5 if sided == "one" else 1.0), weights, shapes)
     best = fitted.maximum()
     rise, threshold = (float(chi2_quantile_above([1.0], [q])[0]) for q in (1 - level, 2 - 2 * level))
@@ -209,7 +210,7 @@ def fit_psd(
     maximum = chosen.maximum()
     values = maximum.theta
     present = [names[k] for k in observed]
-    if len(present) < len(names):  # with few degrees of freedom the other terms take a part of these
+    if len(present) < len(names):  # with few degrees of freedom the other terms absorb a part of these
         for k, name in enumerate(present):
             low, high = chosen.profile(k, maximum, rise)
             ends[name] = min(ends[name][0], low), max(ends[name][1], high)
@@ -246,7 +247,7 @@ def _check_unit(unit: str) -> None:
 
 
 def _freedom(dof: ArrayLike, f: Floats) -> Floats:
-    """Degrees of freedom of each density; raises `OptionError` for others than positive numbers."""
+    """Degrees of freedom of each density. Raises `OptionError` unless they are positive numbers."""
     values = np.asarray(dof)
     if values.dtype.kind not in "fiu" or values.shape not in ((), f.shape):
         raise OptionError(
@@ -259,7 +260,7 @@ def _freedom(dof: ArrayLike, f: Floats) -> Floats:
 
 @frozen(kw_only=False, eq=False)
 class _Maximum:
-    """Squared coefficients, and −2 ln L there."""
+    """Squared coefficients, and −2 ln L at this point."""
 
     theta: Floats
     value: float
@@ -267,14 +268,14 @@ class _Maximum:
 
 @frozen(kw_only=False, eq=False)
 class _Likelihood:
-    """Whittle's likelihood of densities for squared coefficients of shapes."""
+    """Whittle's likelihood of densities, as a function of the squared coefficients of given shapes."""
 
     measured: Floats
     dof: Floats
     shapes: Floats
 
     def maximum(self, held: Floats | float = 0.0) -> _Maximum:
-        """The largest likelihood with squared coefficients that are not negative, beside a density that is held.
+        """Maximise the likelihood over non-negative squared coefficients, with a fixed additional density.
 
         The densities S are weighted by dof/S² in least squares, and again with the new S, until the likelihood is
         stationary.
@@ -285,7 +286,7 @@ class _Likelihood:
         return min((self._climbed(start, held) for start in starts), key=lambda end: end.value)
 
     def _climbed(self, theta: Floats, held: Floats | float) -> _Maximum:
-        """The stationary likelihood that a start leads to."""
+        """Iterate from a start to a stationary point of the likelihood."""
         value = self._value(theta @ self.shapes + held)
         for _ in range(_STEPS):
             total = theta @ self.shapes + held
@@ -306,14 +307,14 @@ class _Likelihood:
         return _Maximum(theta, value)
 
     def _value(self, density: Floats) -> float:
-        """−2 ln L, without what does not depend on the density."""
+        """−2 ln L, without terms that do not depend on the density."""
         if not (density > 0).all():
             return math.inf
         ratio = self.measured / density
         return float(self.dof @ (ratio - 1 - np.log(ratio)))
 
     def value_with(self, k: int, theta: float) -> float:
-        """The least −2 ln L with one squared coefficient held."""
+        """Smallest −2 ln L with one squared coefficient fixed."""
         rest = np.delete(self.shapes, k, axis=0)
         held = theta * self.shapes[k]
         if not len(rest):
@@ -321,7 +322,7 @@ class _Likelihood:
         return _Likelihood(self.measured, self.dof, rest).maximum(held).value
 
     def without(self, k: int) -> float:
-        """The least −2 ln L without a term; infinite for the only one."""
+        """Smallest −2 ln L without a term; infinite for the only term."""
         return math.inf if len(self.shapes) == 1 else self.value_with(k, 0.0)
 
     def profile(self, k: int, best: _Maximum, rise: float) -> tuple[float, float]:
@@ -338,8 +339,9 @@ class _Likelihood:
         return self._crossing(k, middle, 0.0, best.value, rise), upper
 
     def _crossing(self, k: int, inside: float, outside: float, target: float, rise: float) -> float:
-        """The squared coefficient between two where −2 ln L is `target` + `rise`: regula falsi (Illinois) of the root of the
-        rise, which is nearly linear.
+        """The squared coefficient between two others at which −2 ln L is `target` + `rise`.
+
+        Regula falsi (Illinois) on the root of the rise, which is nearly linear.
         """
 
         def excess(theta: float) -> float:

@@ -1,4 +1,4 @@
-"""Lines in ranges that were given by hand: laid through what the other lines leave, and refused where the slope is wrong."""
+"""Lines in ranges that were given by hand: fitted to what the other lines leave, and refused if the slope is wrong."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ _SLOPE_ERRORS = 2.0
 """Standard errors of the slope that are allowed in addition to the tolerance of the term's rule, as in the rules."""
 
 _CORRELATION = 0.5
-"""Of overlapping Allan variances an octave apart: 0.4 for quantization, 0.53 for white and 0.88 for red noise (N = 1000).
-The error of a slope falls with it, so that it is not too small for red noise."""
+"""Correlation of overlapping Allan variances an octave apart: 0.4 for quantization, 0.53 for white and 0.88 for red noise (N
+= 1000). The error of a slope decreases with it, so a value is chosen that does not make the error too small for red noise.
+"""
 
-_WHOLE = 0.95  # least mean share of a line whose slope is called that of the curve
+_WHOLE = 0.95  # smallest mean share of a line whose slope is called that of the curve
 
 
 @frozen
 class Slope:
-    """Measured slope of a curve, or of what other lines leave of it.
+    """Measured slope of a curve, or of what other lines leave.
 
     Attributes
     ----------
     value, error : float
-        Of log σ over log τ. [1]
+        Slope of log σ over log τ. [1]
     source : {"curve", "rest"}
     """
 
@@ -42,11 +43,11 @@ class Slope:
     source: Literal["curve", "rest"]
 
     def differs(self, term: str) -> bool:
-        """Whether it is not that of a term, by the tolerance of its rule and the error of the curve."""
+        """Whether it differs from that of a term, given the tolerance of its rule and the error of the curve."""
         return abs(self.value - TERMS[term].slope) > RULES[term].tolerance + _SLOPE_ERRORS * self.error
 
     def against(self, term: str) -> str:
-        """The slope and that of a term: ``"the slope +1.00 ± 0.31, not -0.5"``."""
+        """The slope beside that of a term: ``"the slope +1.00 ± 0.31, not -0.5"``."""
         slope = f"{TERMS[term].slope:+g}" if TERMS[term].slope else "0"
         if not math.isfinite(self.error):
             return f"one point, no slope of {slope}"
@@ -59,14 +60,14 @@ class Slope:
 
 @frozen
 class HandLine:
-    """A line that is laid by hand.
+    """A line in a range given by hand.
 
     Attributes
     ----------
     value : float
         Coefficient. [SI]
     forced : bool
-        Whether it is drawn although the slope of the curve is not its own.
+        Whether it is drawn although the slope of the curve is different.
     """
 
     value: float
@@ -76,7 +77,7 @@ class HandLine:
 def lay_by_hand(
     curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], held: Mapping[str, float], *, force: bool
 ) -> tuple[dict[str, HandLine], dict[str, str]]:
-    """Lay lines in given ranges beside lines that are held: the lines, and those that are refused with the reason.
+    """Fit lines in given ranges beside fixed lines; return the lines, and the refused lines with reasons.
 
     A line is refused if the slope of what the other lines leave differs from its own by more than the tolerance of its
     rule and twice its error, or if they leave less than the error of the curve. With `force` it is laid all the same:
@@ -115,12 +116,12 @@ def lay_by_hand(
 
 
 def _hidden(curve: DeviationCurve, points: NDArray[np.intp], term: str) -> str:
-    """The reason against a line for which the others leave less than the error of the curve."""
+    """The reason to refuse a line if the others leave less than the error of the curve."""
     return f"{HIDDEN}, which has {slope_of_curve(curve, points).against(term)}"
 
 
 def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
-    """Slope of a straight line through points of a curve, with the weights 1/δ²; NaN of one point."""
+    """Slope of a straight line through points of a curve, with weights 1/δ²; NaN for one point."""
     constant = np.ones(len(points))
     value, error = _free_slope(curve, points, np.log(curve.avar[points]), constant)
     return Slope(value=value, error=error, source="curve")
@@ -129,9 +130,7 @@ def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
 def slope_of_rest(
     curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, lines: Mapping[str, float]
 ) -> Slope | None:
-    """Slope of what other lines leave of a curve in the range of a line, by a step of Gauss and Newton from this line; None
-    for one point.
-    """
+    """Slope of what other lines leave of a curve in the range of a line, from one Gauss-Newton step; None for one point."""
     if len(points) < 2:
         return None
     line = avar(term, value, m=curve.m[points], tau0=curve.tau0)

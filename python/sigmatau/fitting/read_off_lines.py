@@ -1,7 +1,7 @@
-"""The lines of the read-off: which averaging times each uses, and how high it lies.
+"""The lines of the read-off: which averaging times each line uses, and its height.
 
-The lines of a curve are laid together: in the range of each line the sum of all lines lies on the curve, on average. A line
-that is alone therefore goes through the curve, and one beside others through what the others leave of it.
+The lines of a curve are fitted together: in the range of each line the sum of all lines lies on the curve, on average. A
+single line therefore goes through the curve, and one of several through what the others leave.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from sigmatau.estimators.allan import DeviationCurve
 from sigmatau.noise.terms import avar
 
 PER_OCTAVE = 8
-"""Averaging times that are used, at most: neighbours on a dense grid add no information."""
+"""Largest number of averaging times per octave: neighbours on a dense grid add no information."""
 
 LEAST_SHARE = 0.02
-"""Least mean share of the variance in its range that a line has; one with less has no definite height."""
+"""Smallest mean share of a line in the variance over its range; with less its height is not determined."""
 
 HIDDEN = "the lines of the other terms reach the curve there"
-"""Reason against a line for which the others leave nothing."""
+"""Reason to refuse a line if the others leave nothing."""
 
-_MOST_STEPS = 100  # of the joint fit of all lines
-_CONVERGED = 1e-10  # step of the logarithms of the variances that ends it
-_LARGEST_STEP = 1.0  # of the logarithm of a variance
+_MOST_STEPS = 100  # largest number of steps of the joint fit of all lines
+_CONVERGED = 1e-10  # step of the logarithms of the variances at which it ends
+_LARGEST_STEP = 1.0  # largest step of the logarithm of a variance
 
 Span = tuple[float, float]
 
@@ -54,7 +54,7 @@ def _shown(value: object) -> str:
 
 
 def thinned(curve: DeviationCurve, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Indices of the usable averaging times of a curve, at most `PER_OCTAVE` in an octave."""
+    """Indices of the usable averaging times of a curve, at most `PER_OCTAVE` per octave."""
     points = np.flatnonzero(usable & (curve.avar > 0))
     bins = np.floor(np.log2(curve.tau[points]) * PER_OCTAVE)
     return points[np.concatenate(([True], np.diff(bins) > 0))[: len(points)]]
@@ -87,7 +87,7 @@ def points_in(curve: DeviationCurve, span: Span) -> NDArray[np.intp]:
 def lay(
     curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], *, held: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Lay a line of each term through its range of a curve.
+    """Fit a line of each term to its range of a curve.
 
     The heights c² of the lines solve Σ wᵢ·sᵢ·ln(σ²ᵢ/Σc²) = 0, the sum over the points i of the range of each line, with
     wᵢ = 1/δᵢ² by eq. (26) and the line's share sᵢ of the sum of the lines there. The line of a term is its expected
@@ -129,7 +129,7 @@ def _solved(
     shape = np.log([avar(name, 1.0, m=curve.m[used], tau0=curve.tau0) for name in ranges])
     weight = np.array([np.isin(used, points) for points in ranges.values()]) / curve.error[used] ** 2
     weight /= weight.sum(axis=1, keepdims=True)
-    with np.errstate(divide="ignore"):  # no line is held
+    with np.errstate(divide="ignore"):  # there are no fixed lines
         log_held = np.log(sum_of_lines(curve, held, used))
     measured = np.log(curve.avar[used])
     height = (weight * (measured - shape)).sum(axis=1)

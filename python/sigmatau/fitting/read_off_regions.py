@@ -1,4 +1,4 @@
-"""Where the lines of the read-off go if no range is given: the regions of a curve that have the slope of a term."""
+"""Search for the regions of a curve that have the slope of a term, for lines without a given range."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from sigmatau.noise.terms import TERMS, Term, avar
 from sigmatau.results import plain
 
 LARGEST_ERROR = 0.41
-"""Largest error by eq. (26) of the averaging times that are used: those up to a quarter of the record, as in the paper."""
+"""Largest error by eq. (26) of the averaging times that are used, which excludes those beyond a quarter of the record, as in
+the paper.
+"""
 
 
 @frozen
@@ -33,7 +35,7 @@ class Rule:
     span : float
         Smallest ratio of the longest to the shortest averaging time.
     scatter : float
-        Error of a deviation of this noise as a ratio to the error by eq. (26).
+        Error of a deviation of this noise over that by eq. (26).
     gain : float
         Smallest reduction of the misfit by the term per octave. [squared errors by δ, at least 2 %]
     rest : float
@@ -66,10 +68,11 @@ RULES: Mapping[str, Rule] = {
 
 # A bend below the line of more than 0.1 in log σ cannot come from the five terms, whose sum is convex in the log-log plot.
 _BEND = 0.1
-_BEND_ERROR = 0.25  # largest error by eq. (26) of a point below the line: beyond, low deviations are common by chance
-_SIGMAS = 2.5  # errors by eq. (26) that a point may deviate in addition
+# largest error by eq. (26) of a point below the line; with a larger one low deviations are common by chance
+_BEND_ERROR = 0.25
+_SIGMAS = 2.5  # number of errors by eq. (26) that a point may deviate in addition
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
-SMALLEST_REST = 0.5  # share of the variance that the lines of other terms leave where a further line is looked for
+SMALLEST_REST = 0.5  # share of the variance that the lines of other terms must leave in the region of a further line
 
 
 @frozen
@@ -89,7 +92,7 @@ class Refusal:
     by_hand : bool
         Whether the range was given by hand.
     slope, slope_error : float or None
-        Of the curve in a range that was given by hand; None for one point. [1]
+        Slope of the curve in a range that was given by hand; None for one point. [1]
     """
 
     term: str
@@ -107,9 +110,9 @@ class Refusal:
 
 
 def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
-    """Regions of the terms that have a rule, as indices of the curve, and those that are refused.
+    """Find the regions of the terms that have a rule, as indices of the curve, and those that are refused.
 
-    They are looked for in the curve, and then, one at a time, in what the lines leave that are there already.
+    Regions are searched in the curve, and then, one at a time, in what the existing lines leave.
     """
     whole = Points.from_curve(curve)
     points = whole
@@ -158,12 +161,14 @@ class Points:
     @classmethod
     def from_curve(cls, curve: DeviationCurve) -> Points:
         error = curve.error
-        indices = thinned(curve, error <= LARGEST_ERROR)  # the search goes over all pairs
+        indices = thinned(curve, error <= LARGEST_ERROR)  # a list, because the search goes over all pairs
         tau = curve.tau[indices]
         return cls(indices, curve.m[indices], curve.tau0, tau, np.log(tau), np.log(curve.adev[indices]), error[indices])
 
     def without(self, curve: DeviationCurve, lines: Mapping[str, float]) -> Points:
-        """What lines leave of the curve, where it is most of the variance; its error grows with what is taken away."""
+        """Subtract lines from the curve, where the remainder is most of the variance. Its error grows with the share that is
+        subtracted.
+        """
         taken = sum(
             (avar(name, value, m=self.m, tau0=self.tau0) for name, value in lines.items()), np.zeros(len(self.m))
         )
@@ -190,7 +195,7 @@ class Points:
             return (self.ls[j] - self.ls[i]) / length, np.hypot(delta[i], delta[j]) / length
 
     def longest(self, slope: float, rule: Rule, *, rest: bool) -> tuple[int, int] | None:
-        """First and last point of the longest region of a slope; of equal ones, that at shorter τ."""
+        """First and last point of the longest region of a slope; of equally long ones the one at shorter τ."""
         delta = rule.scatter * self.delta
         octave_slope, octave_error = self.octave_slopes(delta)
         fits = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
@@ -241,7 +246,7 @@ class Points:
         return bool((np.abs(off) <= tolerance + _SIGMAS * delta[i : j + 1]).all())
 
     def bend(self, first: float, last: float, height: float, term: Term) -> str | None:
-        """Reason against a region, in s, if the curve lies below its line before or after it."""
+        """Reason to refuse a region [s] if the curve lies below its line before or after it."""
         if term.name == "random_walk":
             return None  # white noise stays white after a filter
         below = height + term.slope * self.lt - self.ls > _SIGMAS * self.delta + _BEND
@@ -253,9 +258,10 @@ class Points:
         return None
 
     def gain(self, first: float, last: float, term: Term) -> float:
-        """How much better all terms explain a region, in s, than all but this one, which also follow a crossing of two
-        lines. The variances of the region and of a factor of 8 on either side are fitted by both, with weights from δ (at
-        least 2 %): the reduction of the squared errors per octave of points.
+        """Improvement by this term of the fit of all terms to a region [s], which also covers a crossing of two lines.
+
+        The variances of the region and of a factor of 8 on either side are fitted with and without the term, with weights
+        from δ (at least 2 %). The result is the reduction of the squared errors per octave of points.
         """
         around_region = (self.tau >= 0.999 * first / 8) & (self.tau <= 1.001 * last * 8)
         ls = self.ls[around_region]

@@ -1,4 +1,4 @@
-"""A filter that was fitted to the spectrum: its response, its name, and its place in a model."""
+"""A filter that was fitted to the spectrum: its response, its name, and the corresponding part of a model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Shape = Literal["butterworth", "smoothing", "running_mean", "two_poles", "runnin
 
 @frozen
 class FittedFilter:
-    """A filter on all noise but quantization: of a known shape, or ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+    """A filter on all noise except quantization: of a known shape, or ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
 
     Attributes
     ----------
@@ -26,23 +26,23 @@ class FittedFilter:
     interval : float
         Δ: the sample interval, or a multiple where the top of the band was left out. [s]
     shape : str
-        The shape that it is like, such as ``"butterworth"``; ``"uneven"`` if it does not fall to half the power.
+        The most similar shape, such as ``"butterworth"``; ``"uneven"`` if it does not fall to half the power.
     order : int or None
-        Of a Butterworth filter; samples of a running mean; number of running means one after the other.
+        Order of a Butterworth filter, samples of a running mean, or number of running means in series.
     corner : float or None
         Frequency of half the power. [Hz]
     low, high : float or None
         Interval of the corner. [Hz]
     low_pass : LowPass or None
-        The filter in its place in a noise model.
+        The filter as part of a noise model.
     known_to : float or None
-        Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. [Hz]
+        Highest frequency that the fit used, because the filter removes higher ones; 0 for a filter of known shape. [Hz]
     damping : float or None
         Damping ratio of two poles; 0.71 is a Butterworth filter.
     analog : bool
         Whether a Butterworth filter is in front of the sampler, with the corner there, rather than behind it.
     of_white : bool
-        Whether the filter acts on the random walk alone: slower noise is behind it.
+        Whether the filter acts on the random walk alone, and slower noise is added after it.
     """
 
     coefficients: tuple[float, ...]
@@ -60,7 +60,7 @@ class FittedFilter:
     of_white: bool = False
 
     def native(self) -> FilterEstimate:
-        """The filter as the compiled core takes it."""
+        """Convert the filter for the compiled core."""
         return FilterEstimate(
             list(self.coefficients),
             self.tau0,
@@ -78,7 +78,7 @@ class FittedFilter:
         )
 
     def power_of_series(self, frequency: float) -> float:
-        """Power of the series; 1 of a filter of known shape, which has none.
+        """Power of the series; 1 for a filter of known shape, which has none.
 
         Parameters
         ----------

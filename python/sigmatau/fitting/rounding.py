@@ -1,4 +1,4 @@
-"""Rounding of the samples: what a step near the noise or above it adds to the intervals of a fit."""
+"""Rounding of the samples: what a step that is near or above the noise adds to the intervals of a fit."""
 
 from __future__ import annotations
 
@@ -15,36 +15,38 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
 
-_SIGMAS = np.linspace(0.02, 1.2, 237)  # of the noise before rounding [steps]
+_SIGMAS = np.linspace(0.02, 1.2, 237)  # tested sizes of the noise before rounding [steps]
 _COARSE = (
     0.01  # difference of slow changes from which the fit says that it is widened: noise seen below 0.53 steps [steps]
 )
-_LEVELS = 8  # on either side of the mean that rounded noise takes: six standard deviations at least
+_LEVELS = 8  # number of values on either side of the mean that rounded noise takes: six standard deviations at least
 
 
 @frozen(kw_only=False)
 class Rounding:
-    """What is known of the noise before rounding, from the noise that is seen. Both in steps.
+    """Bounds of the noise before rounding, given the noise of the numbers. Both in steps.
 
-    The rounded noise depends on where the mean lies between two steps: halfway between two levels it flips between them
-    however small it is; at a level, noise much smaller than a step never leaves it.
+    The rounded noise depends on the position of the mean within a step: halfway between two values it flips between them
+    however small it is; at a value, noise much smaller than a step never leaves it.
     """
 
     rounded: float
 
     @property
     def smallest(self) -> float:
-        """Least noise before rounding: the mean is halfway between two levels."""
+        """Smallest noise before rounding: the mean is halfway between two values."""
         return float(np.interp(self.rounded, _rounded(0.5), _SIGMAS, left=0.0, right=self.rounded))
 
     @property
     def largest(self) -> float:
-        """Most noise before rounding: the mean is at a level."""
+        """Largest noise before rounding: the mean is at a value."""
         return float(np.interp(self.rounded, _rounded(0.0), _SIGMAS, right=self.rounded))
 
     @property
     def white(self) -> tuple[float, float]:
-        """Factors of the random walk of the log, if its mean moves: least and most. Of no noise, any."""
+        """Smallest and largest factor of the random walk of the log, if its mean moves. Without noise any factor is
+        possible.
+        """
         if not self.rounded > 0:
             return 0.0, math.inf
         low = float(np.interp(self.smallest, _SIGMAS, _rounded(0.0), left=0.0, right=self.rounded))
@@ -53,7 +55,7 @@ class Rounding:
 
     @property
     def dither(self) -> float:
-        """exp(−2π²σ²): 1 where the noise is too small to let slow changes through the rounding, 0 where it is not."""
+        """exp(−2π²σ²): 1 if the noise is too small for slow changes to pass the rounding, 0 if it is large enough."""
         return math.exp(-2 * (math.pi * self.smallest) ** 2)
 
     @property
@@ -63,7 +65,9 @@ class Rounding:
 
 
 def _rounded(phase: float) -> Floats:
-    """Standard deviation of rounded normal noise with the mean at a level (0) or halfway between two (0.5). [steps]"""
+    """Standard deviation of rounded normal noise with the mean at a value (0) or halfway between two values (0.5).
+    [steps]
+    """
     levels = np.arange(-_LEVELS, _LEVELS + 1) - phase
     edges = (np.append(levels, levels[-1] + 1) - 0.5) / _SIGMAS[:, None]
     shares = np.diff(normal_below(edges), axis=1)
@@ -71,10 +75,10 @@ def _rounded(phase: float) -> Floats:
 
 
 def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | None:
-    """Intervals and limits that hold wherever between two steps the mean lies; values stay those of the log.
+    """Intervals and limits that hold for any position of the mean within a step. The values stay those of the log.
 
-    The random walk is that of the log, rounding included: the square root of σ² + step²/12 a sample, on average over the
-    mean. Slow changes differ before and after rounding by at most `Rounding.slow_error`, and in slope by twice `dither`.
+    The random walk is that of the log, including rounding: per sample the square root of σ² + step²/12, averaged over the
+    mean. Slow changes before and after rounding differ by at most `Rounding.slow_error`, and in slope by twice `dither`.
 
     Parameters
     ----------
@@ -88,8 +92,8 @@ def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjus
     coarse = fitted.quantified and rounding.slow_error > _COARSE
     error, slope = rounding.slow_error * step, 2 * rounding.dither
     duration = fitted.n * fitted.tau0
-    # The coefficient whose noise has the largest difference as its standard deviation in the record: of B in all octaves,
-    # of K in the first mode; a ramp between two levels.
+    # The coefficient whose noise has the largest difference as its standard deviation in the record: for B in all
+    # octaves, for K in the first mode, and for a ramp between two values.
     errors = {
         "quantization": error * fitted.tau0 / math.sqrt(2),
         "bias_instability": error * math.sqrt(math.pi / math.log(fitted.n / 2)),
@@ -103,7 +107,7 @@ def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjus
         return max(low - min(limit, low * slope), 0.0), high + top
 
     def widened_white(high: float) -> float:
-        """Of no noise that is seen, that of a mean halfway between two levels."""
+        """Widen the interval for a record without visible noise, whose mean may be halfway between two values."""
         top = rounding.white[1]
         return high * top if top < math.inf else high + step / 2 * math.sqrt(fitted.tau0)
 

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 PAPER_RATES = (3.0, 5.0)
 """Sampling rates over the bandwidth that the paper recommends, section V."""
 
-_NO_ALIASING = 0.01  # share of N by aliasing below which no digits are printed [%]
+_NO_ALIASING = 0.01  # share of aliasing in N below which no digits are printed [%]
 
 Verdict = Literal["adequate", "logs differ", "not explained", "rate too low"]
 
 
 @frozen(eq=False)
 class LoggedRate(Printed):
-    """One log of a sensor.
+    """One log in the result.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class LoggedRate(Printed):
     aliasing : Interval
         Factor by which sampling at this rate increases N. [1]
     random_walk : Interval
-        N of these samples, with what is aliased, from this log alone behind the fitted filter. [unit of N]
+        N of these samples, including aliased noise, from this log alone with the fitted filter. [unit of N]
     p_value : float
         Goodness of the fit in the bins of this log. [1]
     lines : int
@@ -67,7 +67,7 @@ class LoggedRate(Printed):
 
 @frozen(eq=False)
 class FilterResponse(Printed):
-    """|H|² of a filter with its interval; a spectrum does not show the delay.
+    """|H|² of a filter with its interval. The delay cannot be determined from a spectrum.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class FilterResponse(Printed):
 
 @frozen(eq=False)
 class AliasingCurve(Printed):
-    """Factor on N by aliasing at any sampling rate, with its interval.
+    """Factor of aliasing on N at any sampling rate, with its interval.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ class SensorBandwidth(Printed):
     equivalent : Interval
         Noise-equivalent bandwidth, one-sided. [Hz]
     random_walk : Interval
-        N without aliasing: its square is the two-sided density in front of the sampler. [unit of N]
+        N without aliasing: its square is the two-sided density before the sampler. [unit of N]
     rate_needed : Interval
         Lowest sampling rate from which on N is too large by less than `tolerance`. [Hz]
     tolerance : float
@@ -325,7 +325,7 @@ def _text(interval: Interval, factor: float) -> str:
 
 
 def _excess_text(factor: Interval) -> str:
-    """What aliasing adds to N, in per cent."""
+    """The contribution of aliasing to N, in per cent."""
     low, high = (None if x is None else 100 * (x - 1) for x in (factor.low, factor.high))
     if low is None or high is None:
         return "not known"

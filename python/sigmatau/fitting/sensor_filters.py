@@ -1,8 +1,8 @@
 """Filters between the white noise of a sensor and its sampler: |H|², and its sum over the images that sampling folds.
 
-Of a filter with the autocovariance R(t) = ∫ |H|² exp(2πi f t) df the folded density is Σ_k |H(f + k·rate)|² =
-τ₀ Σ_m R(m·τ₀) cos(2π f m τ₀). For poles it is a sum of geometric series, for one running mean two Fejér kernels; both are
-exact at any rate. The first number of every filter is ln of its frequency of −3 dB.
+For a filter with the autocovariance R(t) = ∫ |H|² exp(2πi f t) df the folded density is Σ_k |H(f + k·rate)|² = τ₀ Σ_m
+R(m·τ₀) cos(2π f m τ₀). For poles it is a sum of geometric series, for one running mean two Fejér kernels; both are exact at
+any rate. The first parameter of every filter is ln of its frequency of −3 dB.
 """
 
 from __future__ import annotations
@@ -17,42 +17,43 @@ from numpy.typing import NDArray
 from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 
-_BISECTIONS = 60  # leave no digit of a frequency
+_BISECTIONS = 60  # number of bisections that determine a frequency to all digits
 _SPACING = 1e-6  # relative distance of two poles that would coincide: their residues stay finite
-_LONGEST_SUM = 400  # lags of a sum of cosines; a filter that is longer has few images
-_IMAGES = 2  # on either side, of such a filter
-_DAMPING = (0.3, 3.0)  # limits of the damping of two poles: below, a resonance; above, the faster pole is not visible
+_LONGEST_SUM = 400  # largest number of lags of a sum of cosines; a longer filter has few images
+_IMAGES = 2  # number of images on either side for such a filter
+# limits of the damping of two poles: lower is a resonance; with a higher one the faster pole is not visible
+_DAMPING = (0.3, 3.0)
 _SHARPNESS = (
     0.25,
     12.0,
-)  # limits of duration × cutoff of a FIR filter: its taper alone; a transition of 1/8 of the band
-_TAPS = 256  # of the impulse response of a FIR filter in its table
+)  # limits of duration × cutoff of a FIR filter: from its taper alone to a transition of 1/8 of the band
+_TAPS = 256  # taps of the impulse response of a FIR filter in its table
 _PADDED = 16384  # samples of the transform of a table: 64 frequencies for the inverse of the duration
-_BEYOND = 3.0  # inverse durations above the cutoff up to which a FIR filter lets anything pass
-_HIGHEST_DIGITAL = 0.49  # corner of a digital filter over its clock
-_LOWEST = 1e-12  # |H|², at its zeros
+_BEYOND = 3.0  # distance above the cutoff beyond which a FIR filter passes nothing [inverse durations]
+_HIGHEST_DIGITAL = 0.49  # largest corner of a digital filter, over its clock
+_LOWEST = 1e-12  # |H|² at its zeros
 
 
 @frozen
 class SensorFilter:
-    """A family of filters with one or two numbers.
+    """A family of filters with one or two parameters.
 
     Attributes
     ----------
     name : str
         ``"one pole"``, ``"Butterworth"``, ``"two poles"``, ``"running mean"``, ``"FIR"``.
     order : int
-        Number of poles, of running means in series; 0 of a FIR filter.
+        Number of poles or of running means in series; 0 for a FIR filter.
     power : callable
-        |H|² at frequencies [Hz], from the numbers.
+        |H|² at frequencies [Hz], as a function of the parameters.
     folded : callable
-        Sum of |H|² over all images, at frequencies and for a sampling rate [Hz], from the numbers.
+        Sum of |H|² over all images, at frequencies and for a sampling rate [Hz], as a function of the parameters.
     equivalent : callable
-        Noise-equivalent bandwidth, one-sided, from the numbers. [Hz]
+        Noise-equivalent bandwidth, one-sided, as a function of the parameters. [Hz]
     start : tuple of float
-        The numbers behind the first.
+        Names of the parameters after the first.
     limits : tuple of (float, float)
-        Their limits.
+        Limits of these parameters.
     """
 
     name: str
@@ -65,7 +66,7 @@ class SensorFilter:
 
     @property
     def count(self) -> int:
-        """How many numbers are fitted."""
+        """Number of parameters that are fitted."""
         return 1 + len(self.start)
 
     @property
@@ -82,7 +83,9 @@ class SensorFilter:
 
 @functools.cache
 def all_filters(clock: float | None = None) -> tuple[SensorFilter, ...]:
-    """The families that are compared, those with fewer numbers first; digital filters too, if their clock is stated. [Hz]"""
+    """The families that are compared, those with fewer parameters first. Digital filters are included if their clock is
+    stated. [Hz]
+    """
     butterworth = [_pole_filter("one pole" if n == 1 else "Butterworth", n) for n in (1, 2, 3, 4, 6)]
     means = [_mean_filter(stages) for stages in (1, 2, 3)]
     digital = [] if clock is None else [_digital(order, clock) for order in (1, 2, 3, 4)]
@@ -108,7 +111,7 @@ def _pole_filter(name: str, order: int) -> SensorFilter:
 
 
 def _digital(order: int, clock: float) -> SensorFilter:
-    """A Butterworth filter by the bilinear transform, of samples at a rate."""
+    """A Butterworth filter by the bilinear transform, for samples at a rate."""
 
     def power(f: Floats, numbers: Floats) -> Floats:
         corner = min(math.exp(numbers[0]), _HIGHEST_DIGITAL * clock)
@@ -199,9 +202,9 @@ def _mean_filter(stages: int) -> SensorFilter:
 
 
 def _fejer(x: Floats, length: float) -> Floats:
-    """Folded density of the mean over a length of time, not a whole number of samples; x over the rate.
+    """Folded density of the mean over a time that is not an integer number of samples; x is relative to the rate.
 
-    The triangle of the lags is a mixture of those of the two whole numbers about the length.
+    The triangle of the lags is a mixture of those for the two nearest integers.
     """
     whole = math.floor(length)
     part = length - whole
@@ -212,7 +215,7 @@ def _fejer(x: Floats, length: float) -> Floats:
 
 
 def _spline(x: Floats, stages: int) -> Floats:
-    """Autocovariance of means of unit length in series: the B-spline of twice as many, (2s − 1)-times differentiable."""
+    """Autocovariance of means of unit length in series: the B-spline of twice the order, (2s − 1)-times differentiable."""
     n = 2 * stages
     terms = [(-1) ** i * math.comb(n, i) * np.maximum(x + stages - i, 0.0) ** (n - 1) for i in range(n + 1)]
     return np.where(np.abs(x) < stages, np.sum(terms, axis=0) / math.factorial(n - 1), 0.0)
@@ -253,7 +256,7 @@ def _taper_filter(taper: str) -> SensorFilter:
     def folded(f: Floats, rate: float, numbers: Floats) -> Floats:
         table, half, _ = _table(taper, math.exp(numbers[1]))
         duration = half / math.exp(numbers[0])
-        if duration * rate < 1:  # no sample overlaps another: R(τ₀) = 0
+        if duration * rate < 1:  # no two samples overlap: R(τ₀) = 0
             return np.full(len(f), 2 * equivalent(numbers) / rate)
         count = math.ceil(len(table) * step / (duration * rate)) + 1
         return _images(f, rate, lambda shifted: power(shifted, numbers), count)
@@ -270,7 +273,7 @@ def _taper_filter(taper: str) -> SensorFilter:
 
 
 def _find_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a falling function is 0."""
+    """Find the zero of a falling function."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if function(middle) > 0 else (low, middle)

@@ -19,8 +19,10 @@ from sigmatau.noise.terms import TERMS, coefficient_unit
 def stated(
     curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], terms: Collection[str], level: float
 ) -> NoiseFit:
-    """The result of a fit: intervals of the observed terms and upper limits of the others, or coefficients that describe the
-    curve. `terms`: that were fitted.
+    """Build the result of a fit: intervals of the observed terms and upper limits of the others, or coefficients that only
+    describe the curve.
+
+    `terms`: the terms that were fitted.
     """
     tau_min = int(m[fit.first]) * curve.tau0
 
@@ -70,7 +72,7 @@ def _reasons(curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], tau_min
 
 
 def no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:
-    """The result for a curve that cannot be fitted."""
+    """Build the result for a curve that cannot be fitted."""
     return NoiseFit(
         channel=curve.channel,
         quantity=curve.quantity,

@@ -87,7 +87,7 @@ def _mean_row(fitted: NoiseFit, stability: MeanStability) -> tuple[str, ...]:
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
-    """The coefficients that were read off and where, and observed terms that other noise hides, in words."""
+    """The coefficients that were read off with their ranges, and observed terms that other noise hides, in words."""
     rows = [
         f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[-1])} ({read[name].region})"
         for name in fitted
@@ -99,7 +99,7 @@ def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
 
 
 def _aligned(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
-    """Rows in columns; what is wider than the terminal goes on below its last cell."""
+    """Align rows in columns. A row wider than the terminal continues below its last cell."""
     lines = []
     for row in rows:
         line = "  ".join((*(cell.ljust(w) for cell, w in zip(row[:-1], widths, strict=False)), row[-1])).rstrip()
@@ -115,7 +115,7 @@ _MEANS_LEGEND = (
 
 
 def fit_legend(fits: Mapping[str, NoiseFit], *, means: object = ()) -> str:
-    """What the numbers of `fit_table` are. `means`: true if it has standard deviations of means."""
+    """Explain the numbers of `fit_table`. `means`: whether it contains standard deviations of means."""
     pairs = [(fitted.quantity, name) for fitted in fits.values() for name in fitted if fitted[name].value is not None]
     lines = [*(_FITTED[method] for method in dict.fromkeys(fitted.method for fitted in fits.values())), *_FIT_LEGEND]
     lines += [_MEANS_LEGEND] if means else []
@@ -125,7 +125,7 @@ def fit_legend(fits: Mapping[str, NoiseFit], *, means: object = ()) -> str:
 
 
 def _look_alikes(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    """What else has the slope of the terms, by quantity and name."""
+    """Other effects with the slope of the terms, by quantity and name."""
     notes: dict[str, str] = {}
     for quantity, name in pairs:
         if TERMS[name].look_alikes:
@@ -156,7 +156,7 @@ def read_off_table(read_off: Mapping[str, ReadOff]) -> str:
 
 
 def read_off_legend(read_off: Mapping[str, ReadOff]) -> str:
-    """What the numbers of `read_off_table` are."""
+    """Explain the numbers of `read_off_table`."""
     pairs = [(result.quantity, name) for result in read_off.values() for name in result]
     sources = {channel: {line.range_from for line in result.values()} for channel, result in read_off.items()}
     by_rules = [channel for channel, origins in sources.items() if "rules" in origins]

@@ -4,12 +4,15 @@ from pathlib import Path
 
 import pytest
 
+from sigmatau.analysis import AnalysisOptions
 from sigmatau.cli import main
 from sigmatau.cli.app import app
 from sigmatau.cli.rates import assign_rates
 from sigmatau.cli.reading import ReadingOptions, assign_readings
-from sigmatau.cli.words import repeat_options
+from sigmatau.cli.words import configured_logs, repeat_options, with_config
 from sigmatau.errors import OptionError
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.typed.config import arguments, from_toml, option_words, to_toml
 from sigmatau.typed.pairs import key_numbers
 from sigmatau.typed.rates import parse_rate
 
@@ -196,3 +199,63 @@ def test_a_scale_may_be_a_quotient(text, number):
 def test_other_quotients_are_refused(text):
     with pytest.raises(OptionError, match="is not a number"):
         key_numbers([f"gyro={text}"], "scale", "gyro=0.01")
+
+
+CONFIG = """
+log = "log.csv"
+window = "0s:50s"
+unit = { gyro = "deg/s", accel = "g" }
+leave-out = ["1s:2s", "3s:4s"]
+terms = ["random_walk", "bias_instability"]
+taus = [0.1, 1, 10]
+at_rest = true
+force = false
+rate = 100
+note = ["serial number=A 1"]
+"""
+
+
+def test_a_configuration_file_as_words_and_as_values():
+    table, log = from_toml(CONFIG)
+    assert log == "log.csv"
+    words = option_words(table)
+    assert words == [
+        "--window", "0s:50s", "--unit", "gyro=deg/s,accel=g", "--leave-out", "1s:2s", "--leave-out", "3s:4s",
+        "--terms", "random_walk,bias_instability", "--taus", "0.1,1,10", "--at-rest", "--rate", "100",
+        "--note", "serial number=A 1",
+    ]  # fmt: skip
+    assert arguments(ReadOptions, table) == {"unit": {"gyro": "deg/s", "accel": "g"}, "rate": 100.0}
+    assert arguments(AnalysisOptions, table) == {
+        "window": "0s:50s", "leave_out": ["1s:2s", "3s:4s"], "terms": ["random_walk", "bias_instability"],
+        "taus": [0.1, 1.0, 10.0], "at_rest": True,
+    }  # fmt: skip
+    assert from_toml(to_toml(table, log=log)) == ({k: v for k, v in table.items() if v is not False}, log)
+    assert from_toml(to_toml({"note": {'a "b"\\': "\x7f\n\u2028é"}}))[0] == {"note": {'a "b"\\': "\x7f\n\u2028é"}}
+
+
+def test_typed_options_replace_those_of_the_file(tmp_path):
+    (tmp_path / "a.toml").write_text(CONFIG)
+    words = with_config(["analyze", "x.csv", "--config", str(tmp_path / "a.toml"), "--window=1s:9s", "--rate", "50"])
+    assert "0s:50s" not in words
+    assert words.count("--rate") == 1
+    assert "--at-rest" in words
+    assert with_config(["inspect", "--config", "b.toml"]) == ["inspect", "--config", "b.toml"]
+    assert configured_logs(tmp_path / "a.toml") == (tmp_path / "log.csv",)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "code"),
+    [
+        ("window = [", "not TOML", 2),
+        ("nonsense = 1", "--nonsense", 2),
+        ("log = 3", "must be the name of a file", 2),
+        ("window = 1979-05-27", "a value must be", 2),
+        (None, "cannot be read", 1),
+    ],
+)
+def test_wrong_configuration_files(tmp_path, capsys, text, message, code):
+    file = tmp_path / "a.toml"
+    if text is not None:
+        file.write_text(text)
+    assert main(["analyze", "x.csv", "--config", str(file)]) == code
+    assert message in capsys.readouterr().err

@@ -12,6 +12,9 @@ from known import seed_of
 from sigmatau.cli import main
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import as_arguments, speaking
+from sigmatau.io.read import inspection
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.record.summary import summarise
 
 
 @pytest.fixture
@@ -169,3 +172,34 @@ def test_options_are_typed_or_arguments(tmp_path, capsys):
         assert 'give e.g. `unit={"gyro": "deg/s", "accel": "UNIT"}, rate=HZ`' in repr(st.inspect(named))
     assert main(["inspect", str(named)]) == 0
     assert "give e.g. --unit gyro=deg/s,accel=UNIT --rate HZ or --unit gyro=rad/s" in capsys.readouterr().out
+
+
+def test_what_the_columns_contain(tmp_path):
+    """First values and a picture of every column that can be loaded, those that are no channels too."""
+    log = tmp_path / "log.csv"
+    rows = np.column_stack(
+        [np.arange(1000) / 100, np.random.default_rng(seed_of("columns")).standard_normal((1000, 2))]
+    )
+    rows[10, 2] = np.nan
+    np.savetxt(log, rows, delimiter=",", header="time [s],gyro_x [rad/s],load", comments="")
+    (table,) = inspection.inspect(log, ReadOptions(), sampled=True).tables
+    assert table.places == {"time": 0, "gyro_x": 1}
+    for k in range(3):
+        samples = table.samples[k]
+        assert samples.first == pytest.approx(rows[:5, k])
+        assert len(samples.low) == len(samples.high) == 64
+        assert (samples.low.min(), samples.high.max()) == pytest.approx((np.nanmin(rows[:, k]), np.nanmax(rows[:, k])))
+    (plain,) = inspection.inspect(log, ReadOptions()).tables
+    assert not plain.samples
+    (named,) = inspection.inspect(log, ReadOptions(channels={"time": 1, "gyro_x": 3}), sampled=True).tables
+    assert named.question
+    assert named.places == {"time": 0, "gyro_x": 2}
+
+
+def test_a_channel_in_a_few_numbers():
+    x = np.arange(1000.0)
+    x[[10, 11, 500]] = np.nan
+    summary = summarise(st.Record.from_arrays(rate=100, gyro_x=x, unit={"gyro": "rad/s"}).streams[0], "gyro_x")
+    assert (summary.low, summary.high, summary.peak_to_peak) == (0, 999, 999)
+    assert (summary.missing, summary.gaps) == (3, 2)
+    assert summary.mean == pytest.approx(np.nanmean(x))

@@ -119,6 +119,34 @@ def test_what_is_to_be_kept_is_a_warning_and_in_the_curve():
         analyze(record_of(gyro, accel), keep="spike")
 
 
+def test_one_of_two_spikes_is_kept_by_its_time():
+    gyro, accel = white("two spikes")
+    gyro[[10_000, 20_000], 0] += 1.0
+    record = record_of(gyro, accel)
+    first, second = (f"{at / RATE}s:{(at + 1) / RATE}s" for at in (10_000, 20_000))
+    spans = analyze(record, method="read-off").mask("gyro_x").spans
+    assert [span.start for span in spans] == [10_000, 20_000]
+    for keep, left in (
+        (first, [20_000]),
+        ([second], [10_000]),
+        (f"{first},{second}", []),
+        (f"shocks,{first}", [20_000]),
+    ):
+        assert [span.start for span in analyze(record, keep=keep, method="read-off").mask("gyro_x").spans] == left
+    for wrong in ("5s:4s", "a:b", ":"):
+        with pytest.raises(OptionError, match="keep"):
+            analyze(record, keep=wrong)
+
+
+def test_a_knock_is_kept_on_all_sensors_by_its_time():
+    gyro, accel = knocked("knock")
+    record = record_of(gyro, accel)
+    stretches = analyze(record, method="read-off").mask("accel_z").columns()
+    kept = analyze(record, keep=f"{stretches['start_s'][0]}s:{stretches['stop_s'][-1]}s", method="read-off")
+    assert not kept.mask("gyro_x").spans
+    assert not kept.mask("accel_z").spans
+
+
 def test_stuck_samples_and_their_times():
     gyro, accel = white("stuck")
     gyro[20_000:20_150, 1] = gyro[20_000, 1]

@@ -34,7 +34,8 @@ CONSTANTS = {
         "LOOKED_AT_BOUNDED": "memory",
     },
     "inspection.py": {"FITTED": "time"},
-    "exclusion.py": {"_LISTED": "length of a text", "_TO_ROUNDING": "rounding of a time"},
+    "exclusion.py": {"_LISTED": "length of a text"},
+    "quality/samples/disturbances.py": {"_TO_ROUNDING": "rounding of a time"},
     "time_text.py": {"_UNITS": "definition"},
 }
 """Numbers of a module that limit nothing that is measured, and why."""

@@ -110,6 +110,7 @@ def check(state: State) -> State:
         bandwidth=options.bandwidth,
         looked_at=LOOKED_AT_BOUNDED if bounded else LOOKED_AT,
         keep=options.kept_causes,
+        keep_spans=options.kept_spans,
         untouched=bounded,
         threads=options.threads,
     )

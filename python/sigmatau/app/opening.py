@@ -131,6 +131,7 @@ def _shown_table(contents: Inspection) -> TableInfo:
 
 def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any]) -> list[dict[str, Any]]:
     channels = {place: channel for channel, place in info.places.items()}
+    channels = channels or {k: column.channel for k, column in enumerate(info.columns) if column.channel}
     rows = []
     for k, column in enumerate(info.columns[:_MOST_COLUMNS]):
         channel = channels.get(k)

@@ -26,7 +26,7 @@ from sigmatau.quality.fit_findings import other_axes_disturbed
 from sigmatau.quality.motion.shocks_and_steps import between_steps
 from sigmatau.quality.options import Bandwidth
 from sigmatau.quality.samples.check import check as check_samples
-from sigmatau.quality.samples.disturbances import CAUSES, disturbances, masked_by, without
+from sigmatau.quality.samples.disturbances import CAUSES, disturbances, disturbances_outside, masked_by, without
 from sigmatau.quality.samples.masking import bridged, mask_from_spans, masked
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.quality.spectrum.aliasing import aliasing
@@ -114,10 +114,11 @@ def examine(
     bandwidth: Bandwidth | None = None,
     looked_at: int = LOOKED_AT,
     keep: Sequence[str] = (),
+    keep_spans: Sequence[Span] = (),
     untouched: Collection[str] = (),
     threads: int | None = None,
 ) -> Examination:
-    """Take the disturbances out of a record, except for those to `keep`, with the findings of `check`.
+    """Take the disturbances out of a record, except for causes to `keep` and times to keep, with the findings of `check`.
 
     Nothing is left out of the streams named `untouched`.
     """
@@ -127,7 +128,9 @@ def examine(
         for stream in record.streams
         if stream.quantity != "temperature" and (part := _usable(_beginning(stream, looked_at))) is not None
     }
-    disturbed_spans = in_threads(lambda name: _shared_disturbances(usable[name], keep), tuple(usable), threads)
+    disturbed_spans = in_threads(
+        lambda name: _shared_disturbances(usable[name], keep, keep_spans), tuple(usable), threads
+    )
     elsewhere = {name: _disturbed_elsewhere(part, disturbed_spans) for name, part in usable.items()}
     undisturbed = {
         name: masked(part, np.logical_or.reduce([*elsewhere[name].values()])) if elsewhere[name] else part
@@ -140,9 +143,10 @@ def examine(
         if part is None:
             streams.append(stream)
             continue
-        without_it, findings_left_out = without(part, keep=tuple(CAUSES) if stream.name in untouched else keep)
+        causes = tuple(CAUSES) if stream.name in untouched else keep
+        without_it, findings_left_out = without(part, keep=causes, spans=keep_spans)
         if stream.name not in untouched:
-            for disturbance in disturbances(part):
+            for disturbance in disturbances_outside(part, keep_spans):
                 mask = None if disturbance.cause in keep else disturbance.mask
                 excluded += exclusions(part, mask, disturbance.finding.code)
             for reason, samples in elsewhere[stream.name].items():
@@ -170,7 +174,7 @@ def _trusting_file(finding: Finding, record: Record) -> Finding:
 _SHARED_CAUSES = ("start", "shocks")  # causes that disturb all inertial sensors of a record at once
 
 
-def _shared_disturbances(stream: Stream, keep: Sequence[str]) -> dict[str, list[Span]]:
+def _shared_disturbances(stream: Stream, keep: Sequence[str], keep_spans: Sequence[Span]) -> dict[str, list[Span]]:
     """Times at which a sensor shows a disturbance that affects all sensors of a record, by code, in the clock of the log.
     [s]
     """
@@ -178,7 +182,7 @@ def _shared_disturbances(stream: Stream, keep: Sequence[str]) -> dict[str, list[
     causes = [cause for cause in _SHARED_CAUSES if cause not in keep]
     return {
         disturbance.finding.code: [(start + a * tau0, start + b * tau0) for a, b in runs(disturbance.mask[:, 0])]
-        for disturbance in disturbances(stream)
+        for disturbance in disturbances_outside(stream, keep_spans)
         if disturbance.cause in causes and disturbance.mask is not None
     }
 

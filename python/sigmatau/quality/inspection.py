@@ -11,7 +11,7 @@ import numpy as np
 
 from sigmatau.errors import DataError
 from sigmatau.findings.curves import CheckedWithoutFit
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
 from sigmatau.fitting.channel import fit_channel
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.io.read import inspection
@@ -22,7 +22,7 @@ from sigmatau.quality.curves import constant_channels, rounding
 from sigmatau.quality.facts import keep_facts
 from sigmatau.quality.fit_findings import by_channel, without_consequences
 from sigmatau.quality.options import Bandwidth, InspectOptions
-from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out
+from sigmatau.quality.selection.exclusion import causes_to_keep, from_the_start, leave_out, spans_to_keep
 from sigmatau.quality.selection.rest import at_rest_only, rest
 from sigmatau.record import memory
 from sigmatau.record.record import Record
@@ -76,7 +76,7 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
     inspected = inspection.inspect(path, options)
     if inspected.record is None:
         return inspected
-    untouched = causes_to_keep(options.keep)
+    untouched = causes_to_keep(options.keep), spans_to_keep(options.keep)
     record = from_the_start(inspected.record)
     excluded: list[Finding] = []
     if options.leave_out is not None:
@@ -88,22 +88,24 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
         return replace(inspected, record=record, checks=(*excluded, *constant, *motion))
     bounded = [s.name for s in record.streams if s.mask is None and not memory.fits(s, None)]
     try:
-        still, checks = _examined(record, options.bandwidth, untouched, bounded)
+        still, checks = _examined(record, options.bandwidth, *untouched, bounded)
     except MemoryError:
         if bounded:
             raise
         bounded = [s.name for s in record.streams]
-        still, checks = _examined(record, options.bandwidth, untouched, bounded)
+        still, checks = _examined(record, options.bandwidth, *untouched, bounded)
     checked = [*excluded, *constant, *motion, *checks]
     return replace(inspected, record=record, checks=tuple(_against_fits(still, checked, bounded)))
 
 
 def _examined(
-    record: Record, bandwidth: Bandwidth | None, keep: Sequence[str], bounded: Sequence[str]
+    record: Record, bandwidth: Bandwidth | None, keep: Sequence[str], keep_spans: Sequence[Span], bounded: Sequence[str]
 ) -> tuple[Record, tuple[Finding, ...]]:
     """Examine a record as `sigmatau.analyze` does; only the beginning if it does not fit in memory."""
     looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
-    examined = examine(record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, untouched=bounded)
+    examined = examine(
+        record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, keep_spans=keep_spans, untouched=bounded
+    )
     return examined.record, examined.findings
 
 

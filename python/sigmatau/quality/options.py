@@ -8,7 +8,7 @@ from dataclasses import field
 from sigmatau.frozen import frozen
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.options import option, same_option
-from sigmatau.quality.selection.exclusion import causes_to_keep
+from sigmatau.quality.selection.exclusion import causes_to_keep, spans_to_keep
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
@@ -33,7 +33,7 @@ class CheckOptions:
         metadata=option(
             "Selection",
             "Disturbances to keep in the analysis: dropouts, saturation, stuck, interpolated, copies, start, shocks, spikes"
-            " (with commas between), or all.",
+            " (with commas between), or all; or times in which nothing is left out, 12s:12.5s.",
             "Default: none; they are treated as missing, with a finding.",
             form="texts",
             kind="str or sequence of str",
@@ -55,11 +55,17 @@ class CheckOptions:
 
     def __post_init__(self) -> None:
         causes_to_keep(self.keep)
+        spans_to_keep(self.keep)
 
     @property
     def kept_causes(self) -> tuple[str, ...]:
         """Causes of disturbances that are not left out."""
         return causes_to_keep(self.keep)
+
+    @property
+    def kept_spans(self) -> tuple[tuple[float, float], ...]:
+        """Times in which no disturbance is left out. [s]"""
+        return spans_to_keep(self.keep)
 
 
 @frozen

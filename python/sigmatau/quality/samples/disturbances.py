@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sigmatau.arrays import Bools
 from sigmatau.findings.disturbances import Spikes
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Span
 from sigmatau.quality.facts import stream_fact
 from sigmatau.quality.motion.shocks_and_steps import shocks
 from sigmatau.quality.motion.start_transient import start_transient
@@ -35,6 +36,7 @@ CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
 }
 """Causes by the names that `keep` uses, in the order of the search. Each search ignores the samples found before."""
 
+_TO_ROUNDING = 1e-6  # rounding tolerance [samples]
 _EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
 
 
@@ -73,9 +75,31 @@ def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
     return stream
 
 
-def without(stream: Stream, *, keep: Iterable[str] = ()) -> tuple[Stream, list[Finding]]:
-    """Remove the disturbances of a stream, except for the causes to `keep`, and return the findings about all of them."""
-    causes, disturbed = set(keep), disturbances(stream)
+def disturbances_outside(stream: Stream, spans: Collection[Span]) -> tuple[Disturbance, ...]:
+    """The disturbances of a stream, with no sample in some spans of time from the beginning of the record. [s]"""
+    if not spans:
+        return disturbances(stream)
+    inside = np.zeros(stream.grid.n, dtype=bool)
+    for start, stop in spans:
+        inside[first_sample_from(stream, start) : first_sample_from(stream, stop)] = True
+    outside = []
+    for disturbance in disturbances(stream):
+        mask = None if disturbance.mask is None else disturbance.mask & ~inside[:, None]
+        outside.append(replace(disturbance, mask=mask if mask is not None and mask.any() else None))
+    return tuple(outside)
+
+
+def first_sample_from(stream: Stream, time: float) -> int:
+    """The first sample of a stream at a time from the beginning of the record, or after it. [s]"""
+    index = (time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING
+    return math.ceil(min(max(index, 0), stream.grid.n))
+
+
+def without(stream: Stream, *, keep: Iterable[str] = (), spans: Collection[Span] = ()) -> tuple[Stream, list[Finding]]:
+    """The stream without its disturbances, except for the causes to `keep` and those in some `spans` of time, and the
+    findings about all of them. [s]
+    """
+    causes, disturbed = set(keep), disturbances_outside(stream, spans)
     findings = []
     for disturbance in disturbed:
         if disturbance.mask is None or disturbance.cause in causes:

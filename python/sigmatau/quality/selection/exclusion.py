@@ -14,15 +14,13 @@ import numpy as np
 from sigmatau.errors import OptionError
 from sigmatau.findings.disturbances import LeftOut, LeftOutOfStream
 from sigmatau.findings.finding import Finding
-from sigmatau.quality.samples.disturbances import CAUSES
+from sigmatau.quality.samples.disturbances import CAUSES, first_sample_from
 from sigmatau.quality.samples.masking import masked
 from sigmatau.quality.selection.time_text import parse_time
 from sigmatau.record.record import MIN_SAMPLES, Record
-from sigmatau.record.streams import Stream
 from sigmatau.results import seconds
 
 _FORMS = "give stretches such as 720s:722s,1080s:1083s, :10s or 2h:"
-_TO_ROUNDING = 1e-6  # rounding tolerance [samples]
 _LISTED = 5
 
 
@@ -50,12 +48,11 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     OptionError
         For any other text, for a stretch beyond the record, or if fewer than 4 samples are left.
     """
-    texts = [stretches] if isinstance(stretches, str) else list(stretches)
-    parts = [part.strip() for text in texts for part in text.split(",") if part.strip()]
+    parts = _parts(stretches)
     if not parts:
         raise OptionError(f"{{option}} names nothing: {_FORMS}", option="leave_out")
     end = max(stream.grid.lead + stream.grid.duration for stream in record.streams)
-    spans = [_span(part, end) for part in parts]
+    spans = [_span(part, end, "leave_out") for part in parts]
     streams, left_out = [], list[LeftOutOfStream]()
     for stream in record.streams:
         if stream.quantity == "temperature":  # a disturbance of the sensors does not reach it
@@ -63,7 +60,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
             continue
         bad = np.zeros(stream.grid.n, dtype=bool)
         for start, stop in spans:
-            bad[_first_sample_from(stream, start) : _first_sample_from(stream, stop)] = True
+            bad[first_sample_from(stream, start) : first_sample_from(stream, stop)] = True
         count = int(bad.sum())
         if not count:
             streams.append(stream)
@@ -89,31 +86,43 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
 
 
 def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
-    """Split causes of disturbances, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all causes."""
-    texts = [keep] if isinstance(keep, str) else list(keep)
-    names = [part.strip() for text in texts for part in text.split(",") if part.strip()]
+    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all of them.
+
+    Times among them are those of `spans_to_keep`.
+    """
+    names = [part for part in _parts(keep) if ":" not in part]
     for name in names:
         if name != "all" and name not in CAUSES:
-            raise OptionError(f"{{option}} {name!r} must be all or some of {', '.join(CAUSES)}", option="keep")
+            raise OptionError(
+                f"{{option}} {name!r} must be all or some of {', '.join(CAUSES)}, or times such as 12s:12.5s",
+                option="keep",
+            )
     return tuple(CAUSES) if "all" in names else tuple(dict.fromkeys(names))
 
 
-def _span(text: str, end: float) -> tuple[float, float]:
+def spans_to_keep(keep: str | Sequence[str]) -> tuple[tuple[float, float], ...]:
+    """Times in which no disturbance is left out, ``"12s:12.5s"``, beside the causes of `causes_to_keep`; raises
+    `OptionError`. [s]
+    """
+    return tuple(_span(part, math.inf, "keep") for part in _parts(keep) if ":" in part)
+
+
+def _parts(texts: str | Sequence[str]) -> list[str]:
+    """The parts of texts that commas separate."""
+    listed = [texts] if isinstance(texts, str) else list(texts)
+    return [part.strip() for text in listed for part in text.split(",") if part.strip()]
+
+
+def _span(text: str, end: float, option: str) -> tuple[float, float]:
     first, colon, last = text.partition(":")
     if not colon or ":" in last or not (first.strip() or last.strip()):
-        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option="leave_out")
-    start = parse_time(first, text, option="leave_out", forms=_FORMS) if first.strip() else 0.0
-    stop = parse_time(last, text, option="leave_out", forms=_FORMS) if last.strip() else end
+        raise OptionError(f"{{option}} {text!r} is not understood: {_FORMS}", option=option)
+    start = parse_time(first, text, option=option, forms=_FORMS) if first.strip() else 0.0
+    stop = parse_time(last, text, option=option, forms=_FORMS) if last.strip() else end
     if start >= end:
         raise OptionError(
-            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long", option="leave_out"
+            f"{{option}} {text!r} begins at {seconds(start)} s; the record is {seconds(end)} s long", option=option
         )
     if start >= stop:
-        raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option="leave_out")
+        raise OptionError(f"{{option}} {text!r} ends at {seconds(stop)} s, before it begins", option=option)
     return start, min(stop, end)
-
-
-def _first_sample_from(stream: Stream, time: float) -> int:
-    """The first sample at or after a time."""
-    index = math.ceil((time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING)
-    return min(max(index, 0), stream.grid.n)

@@ -12,7 +12,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 
 STEP = Hint("step")
-_LONGEST_STEP = 1.0  # s; no filter of a vehicle predicts less often
+_LONGEST_STEP = 1.0  # longest step: no filter of a vehicle predicts less often [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

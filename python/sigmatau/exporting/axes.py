@@ -1,4 +1,4 @@
-"""Numbers of x, y and z of a sensor."""
+"""Values for x, y and z of a sensor."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
 
 
 def select_channel(numbers: Numbers, channel: str) -> Numbers:
-    """The same choices for one channel alone."""
+    """Restrict the choices to one channel."""
     return numbers.select(channel)
 
 
 def by_axis(numbers: Numbers, sensor: str, evaluate: Callable[[Numbers], T]) -> tuple[T, T, T]:
-    """`of` applied to x, y and z of a sensor, or three times its result for all axes unless ``axes="each"``."""
+    """Apply `of` to x, y and z of a sensor, or once for all axes unless ``axes="each"``, and return three values."""
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
         value = evaluate(numbers)

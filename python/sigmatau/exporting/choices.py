@@ -36,7 +36,7 @@ _OPTIONS = {**_TERMS, "names": "name"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unplaced:
-    """A choice that does not apply to a target.
+    """A choice that a target has no use for.
 
     Attributes
     ----------
@@ -58,12 +58,12 @@ class Unplaced:
         return _OPTIONS.get(self.choice, self.choice)
 
     def error(self) -> OptionError:
-        """The refusal."""
+        """The error for this choice."""
         return OptionError(self.why, option=self.option)
 
 
 def not_of_a_log(rate: float) -> OptionError:
-    """The error for a sampling rate where only that of the filter applies."""
+    """The error for a sampling rate of a log, where only the rate of the filter can be given."""
     return OptionError(
         f"{{option}} is the sampling rate of a log; the rate of the filter is {Hint('filter_rate', value=rate)}",
         option="rate",
@@ -274,7 +274,7 @@ class Choices:
             )
 
     def without(self, choice: str, key: str | None = None) -> Choices:
-        """The same choices with one reset to its default.
+        """Reset one choice to its default.
 
         Parameters
         ----------

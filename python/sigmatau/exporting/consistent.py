@@ -1,6 +1,6 @@
-"""K that a filter with N and K needs for an honest covariance, and what the written pair costs at other times.
+"""K for which a filter with N and K states its errors correctly, and its misstatement at other times.
 
-No K is consistent for flicker noise at all horizons. The default K is right after the horizon of use, and the file states
+No K is consistent for flicker noise at all horizons. The default K is correct after the horizon of use, and the file states
 the error at other times and that of the bias.
 """
 
@@ -29,14 +29,14 @@ from sigmatau.navigation.reference_filter import (
 from sigmatau.noise.terms import SLOW
 
 HORIZON = 60.0
-"""Default time after which a filter has to state its error right: a minute without the other sensor. [s]"""
+"""Default time after which a filter has to state its error correctly: a minute without the other sensor. [s]"""
 
-_TIMES = (1 / 6, 1.0, 10.0)  # At which a file states the error, in horizons: 10 s, 60 s and 10 min
+_TIMES = (1 / 6, 1.0, 10.0)  # times at which a file states the error, in horizons: 10 s, 60 s and 10 min
 
 
 @frozen(eq=False)
 class AssumedNoise:
-    """The noise of a channel as a filter will meet it: what was observed, and what was not, by a policy.
+    """The noise of a channel that a filter meets: the observed terms, and by a policy the others.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class AssumedNoise:
 
 
 def assume_noise(model: ChannelModel, policy: Unobserved) -> AssumedNoise:
-    """The noise of a channel by a policy for what was not observed."""
+    """Assume the noise of a channel, with a policy for terms that were not observed."""
     terms = assume_terms(model, policy)
     possible = {**model.terms, **model.limits}
     return AssumedNoise(
@@ -73,7 +73,7 @@ def consistent_walk(
 def judge_pair(
     truths: Sequence[AssumedNoise], *, sensor: str, noise: float, walk: float, horizon: float, mean: bool
 ) -> PairConsistency:
-    """What a filter with N = `noise` and K = `walk` states of its errors, for the worst of the axes or their mean square."""
+    """How a filter with N = `noise` and K = `walk` states its errors, for the worst axis or the mean square of the axes."""
     assumed = FilterModel(noise=noise, walk=walk)
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean)
 
@@ -88,19 +88,19 @@ def consistent_process(
 def judge_process(
     truths: Sequence[AssumedNoise], process: GaussMarkov, *, sensor: str, noise: float, horizon: float, mean: bool
 ) -> PairConsistency:
-    """What a filter with a Gauss-Markov bias states of its errors, for the worst of the axes or their mean square."""
+    """How a filter with a Gauss-Markov bias states its errors, for the worst axis or the mean square of the axes."""
     assumed, run = FilterModel(noise=noise, process=process), run_of_process(horizon, process.time)
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean, run=run)
 
 
 def third_state(model: ChannelModel, *, sensor: str, horizon: float) -> FilterModel:
-    """A walk and a Gauss-Markov process for a filter that has room for a third state."""
+    """A walk and a Gauss-Markov process for a filter that can have a third state."""
     noise = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
     return find_third_state(noise, noise=model.terms["random_walk"], aiding=AIDING[sensor], horizon=horizon)
 
 
 def judge_third_state(model: ChannelModel, assumed: FilterModel, *, sensor: str, horizon: float) -> PairConsistency:
-    """What a filter with a third state states of its errors."""
+    """How a filter with a third state states its errors."""
     truth = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
     return _stated([truth], assumed, sensor=sensor, horizon=horizon, mean=False)
 
@@ -114,7 +114,7 @@ def _stated(
     mean: bool,
     run: float | None = None,
 ) -> PairConsistency:
-    """What a filter states of its errors, up to ten times the horizon."""
+    """How a filter states its errors, up to ten times the horizon."""
     times = [share * horizon for share in _TIMES]
     judged = judge_filter(truths, assumed, aiding=AIDING[sensor], times=times, mean=mean, run=run)
     stated = tuple(StatedError(time=error.time, share=error.stated / error.real) for error in judged.coasting)

@@ -145,14 +145,14 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placed:
-    """The choices that a target has a place for, and the others."""
+    """The choices that a target has a field for, and the others."""
 
     choices: Choices
     unplaced: tuple[Unplaced, ...]
 
 
 def place_choices(model: object, names: Iterable[str], choices: Choices) -> dict[str, Placed]:
-    """The choices for each of several targets; raises `OptionError` for one that none of them has a place for."""
+    """Sort the choices for each of several targets. Raises `OptionError` for a choice that no target has a field for."""
     source = make_source(model)
     unplaced = {name: find_unplaced(target(name), choices, source) for name in names}
     _refuse_everywhere(unplaced)
@@ -166,7 +166,7 @@ def _without(choices: Choices, unplaced: Iterable[Unplaced]) -> Choices:
 
 
 def _refuse_everywhere(unplaced: Mapping[str, Sequence[Unplaced]]) -> None:
-    """Raise the error of the first choice that none of the targets has a place for."""
+    """Raise the error of the first choice that no target has a field for."""
     for refused in next(iter(unplaced.values()), ()):
         alike = (refused.choice, refused.key)
         if all(any((each.choice, each.key) == alike for each in choices) for choices in unplaced.values()):
@@ -174,7 +174,7 @@ def _refuse_everywhere(unplaced: Mapping[str, Sequence[Unplaced]]) -> None:
 
 
 def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed) -> Prepared:
-    """As `prepare`, with choices that have a place; a finding for each of the others."""
+    """As `prepare`, with the choices of `place_choices`; each choice without a field becomes a finding."""
     wanted = target(to)
     if path is not None:
         check_path(wanted, path)
@@ -186,11 +186,12 @@ def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed)
     return Prepared(to=to, path=path, content=content, findings=(*findings, *notes))
 
 
-_LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may lack
+_LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may not have
 
 
 def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str, Mapping[str, float]]) -> None:
-    """Raise an error for what the targets need and a record lacks, before the analysis: a sensor, or the rate of the filter.
+    """Raise an error before the analysis if a record lacks something that the targets need: a sensor, or the rate of the
+    filter.
 
     Parameters
     ----------
@@ -226,12 +227,12 @@ def _check_needs(wanted: Target, choices: Choices, rates: Mapping[str, float]) -
 
 
 def check_all(names: Iterable[str], choices: Choices) -> None:
-    """Raise `OptionError` for choices that apply to none of the targets; needs no model."""
+    """Raise `OptionError` for choices that apply to no target. No model is needed."""
     _refuse_everywhere({name: find_unplaced(target(name), choices) for name in names})
 
 
 def find_unplaced(target: Target, choices: Choices, source: Source | None = None) -> list[Unplaced]:
-    """The choices that a target has no place for, by its declaration; without a source, those that depend on none."""
+    """The choices that a target declares no field for. Without a source, only those that do not depend on it."""
     name, default = target.name, Choices()
     listed = ", ".join(target.names) or "none"
     unplaced = [
@@ -269,7 +270,7 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
 
 
 def _uses_horizon(target: Target, choices: Choices) -> bool:
-    """Whether a walk in the file, or what the file states of a filter, depends on the horizon."""
+    """Whether a walk in the file, or a statement about a filter, depends on the horizon."""
     return target.has_walk or "horizon" in choices.walk.values()
 
 
@@ -330,7 +331,7 @@ def _written(
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:
-    """A finding for all channels whose fit is not adequate, and one for the others that are not to be used."""
+    """A finding for all channels whose fit is not adequate, and one for other channels that are not to be used."""
     every = wanted.every_axis or wanted.name == "model"
     written = {
         name: channel

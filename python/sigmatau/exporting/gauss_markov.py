@@ -38,8 +38,8 @@ WALK_TIME = 10.0
 """Correlation time of a process that approximates a walk, in horizons: its Allan deviation is 3.6 % low there."""
 
 
-_HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process
-_MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the process; more is a finding
+_HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process [decades]
+_MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the process, above which there is a finding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,10 +48,10 @@ class Process:
 
     sigma: float  # Standard deviation, including the factor. [rad/s or m/s²]
     time: float  # Correlation time. [s]
-    origin: str  # What it approximates, for a comment
+    origin: str  # The noise that it approximates, for a comment
     fit: str  # Averaging time at which it is exact, and errors elsewhere, for a comment
     place: str  # Name of this averaging time
-    omitted: str = ""  # What it does not include, for a comment
+    omitted: str = ""  # The noise that it does not include, for a comment
     walk: bool = False  # Whether it approximates a random walk, up to a tenth of its correlation time
     is_modelled: bool = False  # Whether it is a process of the model, which no horizon affects
 
@@ -67,7 +67,7 @@ class Process:
 
     @property
     def match(self) -> float:
-        """Averaging time at which its Allan deviation has to be exact. [s]"""
+        """Averaging time at which its Allan deviation must be exact. [s]"""
         return self.time / WALK_TIME if self.walk else PEAK_TIME * self.time
 
     def approximated(self, tau: float) -> float:
@@ -99,7 +99,9 @@ def relative_avar(x: float) -> float:
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
-    """One process for all axes of a sensor: that with the largest σ, or the root mean square with the mean of log time."""
+    """One process for all axes of a sensor: the one with the largest σ, or the root mean square with the geometric mean of
+    the times.
+    """
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
         return _walk_process(numbers, sensor)
@@ -113,7 +115,7 @@ def process(numbers: Numbers, sensor: str) -> Process:
 
 
 def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
-    """The process; with a remark and a finding if the slow noise of the model exceeds it at `match`."""
+    """Add a remark and a finding if the slow noise of the model exceeds that of the process at `match`."""
     tau, rate = written.match, numbers.known_rate()
     slow = {name: slow_avar(model, tau=tau, rate=rate) for name, model in numbers.channels(sensor).items()}
     strongest = max(slow, key=lambda name: slow[name])
@@ -136,7 +138,7 @@ def _mean(processes: Mapping[str, Process]) -> Process:
     every = list(processes.values())
     first, same = every[0], len({(p.walk, p.is_modelled) for p in every}) == 1
     time = math.exp(sum(math.log(p.time) for p in every) / len(every))
-    if not same:  # all with one time, and unchanged Allan deviation at `match`
+    if not same:  # not all have the same time, and unchanged Allan deviation at `match`
         every = [p.with_time(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
     origin = (
@@ -268,7 +270,7 @@ def _walk_horizon(numbers: Numbers, sensor: str) -> float | None:
 
 
 def find_exact_time(numbers: Numbers, name: str) -> tuple[float | None, str]:
-    """The averaging time at which a process is exact for flicker noise, and its name. [s]"""
+    """The averaging time at which a process is exact for flicker noise, and the name of this time. [s]"""
     model = numbers.model.channels[name]
     if numbers.choices.horizon:
         return numbers.choices.horizon, "the horizon"
@@ -359,7 +361,7 @@ def _what_to_choose(numbers: Numbers, name: str, model: ChannelModel, sensor: st
     if "bias_instability" in model.limits:
         text, size = display_units("bias_instability", model.quantity, model.unit)[-1]
         limit_words = f" (its bias instability is {limit_text(model.limits['bias_instability'] / size)} {text})"
-    # One number is for all axes of a sensor, so that all need a limit.
+    # One number applies to all axes of a sensor, so all axes need a limit.
     models = [m for n, m in numbers.whole.channels.items() if stream_name(n) == sensor]
     known_limits = all("rate_random_walk" in m.limits or "rate_random_walk" in m for m in models)
     limit = f"{Hint('walk', sensor, 'upper-limit')} or " if known_limits else ""

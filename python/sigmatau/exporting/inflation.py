@@ -1,4 +1,4 @@
-"""How much larger the noise of a sensor is beside running motors than at rest: the inflation that a filter needs."""
+"""Ratio of the noise of a sensor beside running motors to that at rest: the inflation that a filter needs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from sigmatau.results import Printed, plain, wrapped
 
 Cause = Literal["white vibration", "lines", "slow noise", "smaller", "not shown"]
 
-_SMALLER = 0.9  # factor of a random walk that chance and temperature do not explain
-_LARGER = 1.1  # factor below which no filter is judged differently, as the agreement of two S
+_SMALLER = 0.9  # factor of a random walk below which chance and temperature do not explain it
+_LARGER = 1.1  # factor up to which no filter is judged differently, as in the agreement of two S
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
-_LINES = 1.5  # ratio of the factor of a sample to that of N, above which lines make the noise of a sample
+_LINES = 1.5  # ratio of the factor of a sample to that of N, above which lines dominate the noise of a sample
 
 
 @frozen
@@ -63,16 +63,16 @@ class Factor:
 
 @frozen
 class ChannelCause:
-    """Why a channel has more noise beside motors than at rest, and by which factor.
+    """Why a channel has more noise beside motors than at rest, with the factor.
 
     Attributes
     ----------
     channel : str
     cause : {"white vibration", "lines", "slow noise", "smaller", "not shown"}
-        N is larger; a sample is larger than N explains; bias instability or K is larger; N is smaller; a record does not
-        show N.
+        Kind of the cause: N is larger; a sample is larger than N explains; bias instability or K is larger; N is smaller; a
+        record does not show N.
     factor : Factor
-        Of the coefficient that the cause is about.
+        Factor of the coefficient that is larger.
     frequency : float or None
         Of the largest line that only the second record has. [Hz]
     """
@@ -119,7 +119,9 @@ class Inflation(Printed):
 
     @property
     def causes(self) -> tuple[ChannelCause, ...]:
-        """What is larger beside motors, and why, by channel; none for a channel whose noise is that at rest."""
+        """The coefficients that are larger beside motors, and why, by channel. Channels with the noise at rest are left
+        out.
+        """
         by_term = {(factor.channel, factor.term): factor for factor in self.factors}
         causes: list[ChannelCause] = []
         for channel in dict.fromkeys(factor.channel for factor in self.factors):
@@ -158,7 +160,7 @@ class Inflation(Printed):
         return largest
 
     def statements(self) -> tuple[str, ...]:
-        """What is larger beside motors, why, and what to do, in sentences; also of what is not."""
+        """Sentences on what is larger beside motors, why, and what to do; also if nothing is larger."""
         causes = self.causes
         loud = {cause.channel for cause in causes}
         quiet = [name for name in dict.fromkeys(factor.channel for factor in self.factors) if name not in loud]
@@ -175,7 +177,7 @@ class Inflation(Printed):
         return plain(self, "factors causes")
 
     def head(self) -> tuple[str, ...]:
-        """Lines for the head of a file with the numbers of the running sensor."""
+        """Lines for the head of a file whose numbers are those of the running sensor."""
         by_channel: dict[str, list[str]] = {}
         for factor in self.factors:
             if factor.value is not None and factor.term != "bias_instability":

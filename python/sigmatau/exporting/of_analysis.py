@@ -14,8 +14,9 @@ from sigmatau.model.noise_model import NoiseModel
 from sigmatau.record.record import Provenance, stream_name
 from sigmatau.results import duration_text
 
-_KINDS_IN_HEAD = 8  # of findings
-_SHORTEST_MEANS = 32  # samples; shorter means leave noise of the minimum of the curve out of the variance
+_KINDS_IN_HEAD = 8  # largest number of kinds of findings in the head of a file
+# shortest means [samples]; shorter means leave noise at the minimum of the curve out of the variance
+_SHORTEST_MEANS = 32
 
 
 def source_of_analysis(
@@ -47,10 +48,12 @@ def source_of_analysis(
 
 
 def _sample_variance(curve: DeviationCurve) -> Sample | None:
-    """The variance of a sample, from the Allan variances up to the minimum of the curve. A record minus its means of 2ᵏ
-    samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples (Haar's decomposition), so
-    that its variance is half the sum of their Allan variances. It includes filtered noise, lines and quantization. None
-    if the curve lacks an octave, or ends before means of 32 samples.
+    """The variance of a sample, from the Allan variances up to the minimum of the curve; None if the curve lacks an octave
+    or ends before means of 32 samples.
+
+    A record minus its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
+    (Haar's decomposition), so its variance is half the sum of their Allan variances. It includes filtered noise, lines and
+    quantization.
     """
     adev = {int(m): sigma for m, sigma in zip(curve.m.tolist(), curve.adev.tolist(), strict=True) if sigma == sigma}
     if 1 not in adev:
@@ -77,7 +80,7 @@ def _origin_line(origin: Provenance, fit: NoiseFit, version: str) -> str:
 
 
 def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
-    """A line for each verdict, and ``trust: gyro good, accel_x poor``: a sensor whose axes are alike in one word."""
+    """One line per verdict, and ``trust: gyro good, accel_x poor``. A sensor whose axes have one grade is named once."""
     by_verdict: dict[str, list[str]] = {}
     sensors: dict[str, dict[str, str]] = {}
     for name, fit in fits.items():
@@ -92,7 +95,7 @@ def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
 
 
 def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[str]:
-    """The findings that concern the numbers, a line for each kind: the largest, and the axes of the others."""
+    """The findings about the numbers, one line per kind: the largest, and the axes of the others."""
     kinds: dict[str, list[Finding]] = {}
     for finding in findings:
         channels = finding.channels

@@ -1,4 +1,4 @@
-"""Rate and step of the filter: by the user, or of the record."""
+"""Rate and step of the filter, given by the user or taken from the record."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from sigmatau.hints import Hint
 
 
 def filter_rate(rates: Mapping[str, float], choices: Choices) -> float:
-    """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
+    """Rate of the filter, given by the user or that of the record. Raises `OptionError` if it is unknown or ambiguous.
+    [Hz]
+    """
     rate = known_filter_rate(rates, choices)
     if rate is None:
         listed = ", ".join(f"{name} {hertz:.6g} Hz" for name, hertz in sensor_rates(rates).items())
@@ -25,12 +27,14 @@ def filter_rate(rates: Mapping[str, float], choices: Choices) -> float:
 
 
 def known_filter_rate(rates: Mapping[str, float], choices: Choices) -> float | None:
-    """Rate of the filter by the user, or of the record; None if unknown or ambiguous. [Hz]"""
+    """Rate of the filter, given by the user or that of the record; None if it is unknown or ambiguous. [Hz]"""
     return common_rate(rates) if choices.filter_rate is None else choices.filter_rate
 
 
 def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
-    """Step of the filter by the user, or one over the rate of all channels; raises `OptionError` if unknown. [s]"""
+    """Step of the filter, given by the user or one over the rate of all channels. Raises `OptionError` if it is unknown.
+    [s]
+    """
     if choices.step is not None:
         return choices.step
     if choices.filter_rate is None and (not rates or have_several_rates(rates)):

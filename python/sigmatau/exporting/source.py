@@ -34,9 +34,9 @@ class Sample:
     Attributes
     ----------
     variance : float
-        About the mean over `time`. [(rate unit)²]
+        Variance about the mean over `time`. [(rate unit)²]
     time : float
-        Length of this mean. [s]
+        Averaging time of this mean. [s]
     """
 
     variance: float
@@ -63,7 +63,7 @@ class Source(Printed):
     poor : tuple of str
         Channels whose coefficients the analysis says not to use.
     head : tuple of str
-        What the head of a file says of the source, a line each.
+        Lines about the source for the head of a file.
 
     See Also
     --------
@@ -95,7 +95,7 @@ class Source(Printed):
         return cls(model=model, rates={name: channel.rate for name, channel in model.channels.items() if channel.rate})
 
     def of(self, channels: Iterable[str]) -> Source:
-        """The same with some of the channels.
+        """Select some of the channels.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class ReadBack(Printed):
 
     model: NoiseModel  # Channels ``gyro`` and ``accel`` if the file has one number for all axes
     rate: float | None  # Sampling rate of the file or the caller. [Hz]
-    findings: tuple[Finding, ...]  # Numbers that the file misnames, and numbers that were omitted
+    findings: tuple[Finding, ...]  # Findings about numbers that the file misnames, and about numbers that were omitted
     names: Mapping[str, str] = field(default_factory=dict)  # The topic, if the file has one
 
     def __repr__(self) -> str:
@@ -330,9 +330,10 @@ def _nearly(keys: Iterable[str], expected: Iterable[str]) -> str:
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:
-    """Scalars of the nested block mappings of a YAML file, by their path of keys; lists are skipped. These files use no
-    more of YAML. A scalar may follow a tab, stand on the next line, or continue there: deeper lines belong to the key
-    above. Raises `DataError` for a duplicate key.
+    """Values of the nested block mappings of a YAML file, by their path of keys; lists are skipped.
+
+    These files do not use other parts of YAML. A value may follow a tab, stand on the next line, or continue there: deeper
+    lines belong to the key above. Raises `DataError` for a duplicate key.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []
@@ -354,7 +355,7 @@ def _values(text: str) -> dict[tuple[str, ...], str]:
             while above and above[-1][0] >= indent:
                 above.pop()
             last, depth = (*(name for _, name in above), key), indent
-            scalar = re.sub(r"^(?:[!&]\S*\s*)+", "", (match[5] or "").strip())  # without tag and anchor
+            scalar = re.sub(r"^(?:[!&]\S*\s*)+", "", (match[5] or "").strip())  # value without tag and anchor
             filled = bool(scalar)
             if not filled:
                 above.append((indent, key))

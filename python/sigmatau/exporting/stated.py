@@ -1,4 +1,4 @@
-"""Exports of stated values: a datasheet without any slow noise has a walk matched at a horizon, and the file says so."""
+"""Exports of stated values. If a datasheet states no slow noise, a walk is matched at a horizon, and the file says so."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 
 HORIZON = 10.0
-"""Default averaging time at which a walk is matched to the random walk: that over which a filter for cameras or satellites
-relies on a bias before other sensors correct it. A process is matched where random walk and bias instability are equal.
-[s]"""
+"""Default averaging time at which a walk is matched to the random walk: the time for which a filter with cameras or
+satellites relies on a bias before other sensors correct it. [s]
+
+A process is matched where random walk and bias instability are equal.
+"""
 
 
 def prepare_stated(
@@ -29,9 +31,9 @@ def prepare_stated(
 ) -> Prepared:
     """The file of a target for a model of stated values.
 
-    The rate random walk of a sensor with a bias instability is consistent, as of a measured one. If no slow noise is
-    stated, it has at the horizon the Allan variance of the random walk: a larger one would show there, in the stated
-    random walk.
+    If a bias instability is stated, the rate random walk is that of a consistent filter, as for a measured sensor. If no
+    slow noise is stated, the walk has the Allan variance of the random walk at the horizon: a larger one would show there in
+    the stated random walk.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def prepare_stated(
         if choices.strict or not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
             continue
         if any(map(Numbers(model, choices).has_slow_noise, names)):
-            continue  # of which the target has a consistent walk, or a process
+            continue  # the target has a consistent walk, or a process, for it
         noise = max(model.channels[name].get("random_walk", 0.0) for name in names)
         if not noise:
             continue
@@ -64,7 +66,7 @@ def prepare_stated(
             " of the random walk, as no bias instability is stated"
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
-    # A consistent walk has a default of its own.
+    # A consistent walk has a separate default.
     keeps_horizon = wanted.has_walk or (wanted.has_consistent and not matched)
     chosen = replace(choices, walk=walks, horizon=choices.horizon if keeps_horizon else horizon)
     unplaced = {each.choice for each in find_unplaced(wanted, chosen, source)}

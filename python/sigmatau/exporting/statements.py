@@ -1,4 +1,4 @@
-"""Remarks of a file with N and K only: the noise that it does not take, and what a filter with its numbers states."""
+"""Remarks of a file with N and K only: the noise that it leaves out, and how a filter with its numbers states its errors."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from sigmatau.findings.finding import Finding, Severity
 from sigmatau.model.channel import ChannelModel
 from sigmatau.results import duration_text
 
-_DOMINATED = 2.0  # times N*sqrt(rate), from which quantization in a sample is a finding
+_DOMINATED = 2.0  # ratio of quantization to N*sqrt(rate) in a sample, from which on there is a finding
 SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
-"""How terms that were not observed count, by the policy."""
+"""How terms that were not observed are included, by policy."""
 
 
 def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
-    """Remarks of a target with fields for N and K only: the terms that it does not take, and what its filter states.
+    """Remarks of a target with fields for N and K only: the terms that it leaves out, and how its filter states its errors.
+
     `has_turn_on`: whether it has a field for the turn-on bias.
     """
     remarks = []
@@ -43,7 +44,7 @@ def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
 
 
 def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
-    """A remark on what a filter with the numbers of a sensor states of its errors; adds it as a finding."""
+    """A remark on how a filter with the numbers of a sensor states its errors; it becomes a finding too."""
     truths = numbers.truths(names)
     if numbers.choices.axes == "each":
         pairs = [
@@ -77,7 +78,7 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
 
 
 def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> AssumedNoise:
-    """The noise of a sensor whose factors were measured beside motors: N and all slow noise as large as the factors say."""
+    """Multiply N and all slow noise by the factors measured beside motors."""
     fast, slow = (numbers.factor(term, sensor) for term in ("random_walk", "rate_random_walk"))
     noise = truth.noise
     terms = {name: value * (fast if name == "random_walk" else slow) for name, value in noise.terms.items()}
@@ -86,7 +87,7 @@ def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> Assumed
 
 
 def worst_of_axes(numbers: Numbers, judged: Sequence[PairConsistency]) -> PairConsistency:
-    """The axis whose filter states least of its error at the horizon; adds it as a finding if it is not right."""
+    """The axis whose filter states the smallest part of its error at the horizon. Adds a finding if that is not correct."""
     worst = min(judged, key=lambda pair: pair.stated[1].share)
     if not worst.is_honest():
         severity: Severity = "warning" if worst.is_overconfident() else "info"
@@ -119,7 +120,8 @@ def _add_quantization(numbers: Numbers, channels: Mapping[str, ChannelModel]) ->
     ratios: dict[str, float] = {}
     for name, model in channels.items():
         terms = model.terms
-        noise = terms.get("random_walk", model.limits.get("random_walk"))  # with a limit the ratio is the least
+        # with a limit the ratio is the smallest possible
+        noise = terms.get("random_walk", model.limits.get("random_walk"))
         if rate is not None and noise and "quantization" in terms:
             ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / noise
     dominated = {name: ratio for name, ratio in ratios.items() if ratio > _DOMINATED}

@@ -1,4 +1,4 @@
-"""`Target`: what a target of an export declares."""
+"""`Target`: declaration of a target of an export."""
 
 from __future__ import annotations
 
@@ -11,45 +11,46 @@ from sigmatau.exporting.values import Numbers
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unused:
-    """Choices that a target has no place for."""
+    """Choices that a target has no field for."""
 
     choices: tuple[str, ...]  # attributes of `Choices`
     why: str
-    when: Callable[[Numbers], bool] | None = None  # for which models and other choices; None: for all
+    when: Callable[[Numbers], bool] | None = None  # condition on models and other choices; None: always
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
     """A target of ``sigmatau export``."""
 
-    name: str  # As it is typed, that of its module
+    name: str  # Name as it is typed, which is that of its module
     program: str = ""  # In the tables of docs/how-to/README.md; empty for a target that is not in them
     columns: tuple[str, str] = (
         "",
         "",
-    )  # Cells there: form of N and of K; of other targets, the content and what it needs
+    )  # Cells of that table: form of N and of K; for other targets, the content and what it needs
     aliases: tuple[str, ...] = ()  # Other names of the same program
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
-    write: Callable[[Numbers], str | bytes]  # From `Numbers` to the text of the file; bytes where the file is binary
+    write: Callable[[Numbers], str | bytes]  # Writes `Numbers` as the text of the file; bytes if the file is binary
     sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, one of them, or any signals
     needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
     needs_step: bool = False  # Whether the file depends on a step that only the record or the user states
     may_need_rate: bool = False  # Whether some noise needs the rate of the filter, so that it is asked for beforehand
     needs_rate: bool = False  # Whether the file depends on the rate of the filter
-    has_rate_field: bool = False  # Whether the file has this rate in a field only: its densities do not depend on it
+    has_rate_field: bool = False  # Whether this rate is only a field of the file: its densities do not depend on it
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
     has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
     has_consistent: bool = False  # Whether this process is that of a consistent filter, if the user chooses no walk
-    has_horizon: bool = False  # Whether the file depends on ``horizon`` without ``walk="horizon"`` too
-    unused: tuple[Unused, ...] = ()  # Choices beside these without a place, and why
+    has_horizon: bool = False  # Whether the file depends on ``horizon`` even without ``walk="horizon"``
+    unused: tuple[Unused, ...] = ()  # Further choices without a field, and why
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
     every_axis: bool = False  # Whether the file always has each axis separately
     # Writers of other forms of the file, by extension, from `Numbers` to bytes
     binary: Mapping[str, Callable[[Numbers], bytes]] = field(default_factory=dict)
-    text: str = ""  # Of a target that is a template, see `sigmatau.exporting.template`
-    # Fields beside the noise parameters, with their defaults: ``{"topic": "/imu0"}``
+    text: str = ""  # Text of a target that is a template, see `sigmatau.exporting.template`
+    # Fields besides the noise parameters, with their defaults: ``{"topic": "/imu0"}``
     names: Mapping[str, str] = field(default_factory=dict)
-    name_values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # Values of those that have a few only
+    # Allowed values of those that have only a few
+    name_values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

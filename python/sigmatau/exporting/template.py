@@ -34,9 +34,10 @@ from sigmatau.units import STANDARD_GRAVITY
 class Form(NamedTuple):
     """How a program takes a coefficient."""
 
-    convert: Callable[[float, float], float]  # From coefficient [SI] and sampling rate [Hz] to the number of the file
+    # Converts a coefficient [SI] and the sampling rate [Hz] to the number of the file
+    convert: Callable[[float, float], float]
     unit: str  # Its unit, where ``{}`` is rad/s or m/s^2 for N and its rate of change for K
-    symbol: str  # In the documentation
+    symbol: str  # Symbol in the documentation
 
 
 # N and K as continuous two-sided densities; as standard deviations of a sample; as variances of a sample.
@@ -52,7 +53,7 @@ GRAVITY = digits(STANDARD_GRAVITY)
 """Default of a name for the local gravity. [m/s²]"""
 
 _UNITS = {"gyro": {"N": "rad/s", "K": "rad/s^2"}, "accel": {"N": "m/s^2", "K": "m/s^3"}}
-_TURN_ON = "turn-on "  # begins the form of a place for the turn-on bias
+_TURN_ON = "turn-on "  # beginning of the form of a field for the turn-on bias
 PLACE = re.compile(r"\{(\w+)(?: ([^}]+))?\}")
 
 
@@ -65,7 +66,9 @@ def template(
     names: Mapping[str, str] | None = None,
     aliases: tuple[str, ...] = (),
 ) -> Target:
-    """The target of a template; its text says what it needs. `names`: defaults of the names that the user can give."""
+    """Build the target of a template. Its text shows what it needs. `names`: defaults of the names that the user can
+    give.
+    """
     places = PLACE.findall(text)
     scaled = any("rate" in form for _, form in places)
     has_field = any(place == "rate" for place, _ in places)

@@ -14,10 +14,12 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import MARK_BEGIN, worded
 from sigmatau.results import ASCII
 
-DIGITS: int | None = 4  # of a coefficient, whose interval is seldom narrower than 1 %; None: all
+# significant digits of a coefficient, whose interval is seldom narrower than 1 %; None: all digits
+DIGITS: int | None = 4
 LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
-_LONGEST = 2000  # characters of a comment; the YAML reader of OpenCV had a buffer of 4096 per line
-_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"  # float() also accepts 9_8 and digits of other alphabets
+_LONGEST = 2000  # longest comment [characters]; the YAML reader of OpenCV had a buffer of 4096 per line
+# pattern of numbers, because float() also accepts 9_8 and digits of other alphabets
+_NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
 
 
 def digits(value: float, significant: int | None = None) -> str:
@@ -35,7 +37,7 @@ def digits(value: float, significant: int | None = None) -> str:
 
 
 def measured(value: float) -> str:
-    """A coefficient with the digits that it deserves."""
+    """A coefficient with its significant digits."""
     return digits(value, DIGITS)
 
 
@@ -63,7 +65,7 @@ def with_head(content: str, ending: str, sentences: Iterable[str]) -> str:
     if ending == ".sdf":  # an XML comment must not contain two hyphens
         lines = (re.sub("--+", "-", line) for line in lines)
     head = "".join(f"{before}{line}{after}\n" for line in lines) + ("\n" if ending == ".txt" else "")
-    first = re.match(r"%YAML.*\n|<\?xml.*\n", content)  # which must be the first line of a file
+    first = re.match(r"%YAML.*\n|<\?xml.*\n", content)  # a line that must be the first of a file
     cut = first.end() if first else 0
     return content[:cut] + head + content[cut:]
 
@@ -84,7 +86,7 @@ def quoted(text: str) -> str:
 
 
 def plain_name(text: str, key: str) -> str:
-    """A name that is written without quotes; `OptionError` unless it has only letters, digits and ``_ . / ~ -``."""
+    """A name that is written without quotes. Raises `OptionError` unless it has only letters, digits and ``_ . / ~ -``."""
     if not re.fullmatch(r"[A-Za-z0-9_./~-]{1,255}", text, flags=re.ASCII):
         raise OptionError(
             f"{{option}} {key}={text[:80]!r}: only letters, digits, _ . / ~ and - are allowed", option="name"
@@ -116,8 +118,9 @@ def number(text: str, key: str, *, low: float = 0.0, high: float = LARGEST) -> f
 
 
 def single(value: float, name: str) -> str:
-    """A number in single precision without an exponent, as autopilots store a parameter. Raises `DataError`, with the
-    name of the parameter, for a value out of range of single precision.
+    """A number in single precision without an exponent, as autopilots store a parameter.
+
+    Raises a `DataError` with the name of the parameter for a value that is out of range of single precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         rounded = np.float32(value if DIGITS is None else f"{value:.{DIGITS}g}")

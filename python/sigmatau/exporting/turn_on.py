@@ -19,7 +19,7 @@ from sigmatau.model.turn_on import is_wide
 
 _SMALLEST = 1e-9  # Smallest turn-on bias that the user can give [rad/s or m/s²]
 TURN_ON_NAMES = {"gyro_turn_on_bias": "", "accel_turn_on_bias": ""}
-"""Names of a target with a field for the turn-on bias: a value of the user, in rad/s or m/s²."""
+"""Names of a target with a field for the turn-on bias: a value given by the user, in rad/s or m/s²."""
 
 
 def turn_on_key(sensor: str) -> str:
@@ -28,8 +28,9 @@ def turn_on_key(sensor: str) -> str:
 
 
 def turn_on(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> Number | None:
-    """The standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]
-    `minimum`: smallest value that the user can give; a filter with 0 would take its first bias for exact.
+    """Standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]
+
+    `minimum`: smallest value that the user can give; a filter with 0 would treat its first bias as exact.
     """
     axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number):
@@ -41,7 +42,7 @@ def turn_on(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> Num
 
 
 def turn_on_axes(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> tuple[Number, Number, Number] | None:
-    """The same for x, y and z. For ``axes="each"`` an axis whose spread is not known has the largest of the others."""
+    """The same for x, y and z. For ``axes="each"``, an axis without a known spread gets the largest of the others."""
     axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number) or numbers.choices.axes != "each":
         every = turn_on(numbers, sensor, minimum=minimum)
@@ -52,7 +53,7 @@ def turn_on_axes(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -
 
 
 def unknown_turn_on(sensor: str) -> str:
-    """What a file says of a turn-on bias that is not known."""
+    """The remark of a file on a turn-on bias that is not known."""
     return (
         f"turn-on bias of the {KINDS[sensor]}: not visible in one record; sigmatau compare measures it from several"
         f" power-ups, {Hint('names', turn_on_key(sensor), 'VALUE')} sets it"
@@ -60,7 +61,7 @@ def unknown_turn_on(sensor: str) -> str:
 
 
 def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | dict[str, Number] | None:
-    """The number of the user, or those of the channels that have a spread."""
+    """The number given by the user, or those of the channels that have a spread."""
     key = turn_on_key(sensor)
     if key in numbers.choices.names:
         return Number(value=number(numbers.choices.names[key], key, low=minimum), words="turn-on bias, given")

@@ -39,8 +39,8 @@ class Number:
     """A number in SI, before the conversion of a target."""
 
     value: float  # Estimate times factor
-    words: str  # Origin, for a comment; one line
-    limits: tuple[str, ...] = ()  # Channels whose upper limit this is, unasked
+    words: str  # Origin, as one line for a comment
+    limits: tuple[str, ...] = ()  # Channels whose upper limit was used without a request
 
 
 class Numbers:
@@ -50,9 +50,10 @@ class Numbers:
         self.pair = pair  # Whether they are N and K of a filter without other slow noise
         self.source: Source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
-        self.whole: NoiseModel = self.source.model  # of all channels; `model` may have one of them
+        self.whole: NoiseModel = self.source.model  # model with all channels; `model` may have only one
         self.findings: list[Finding] = []  # about the written file; targets add to it
-        self.limits: dict[str, dict[str, None]] = {}  # channels by term whose upper limit is written, unasked
+        # by term, the channels whose upper limit is written without a request
+        self.limits: dict[str, dict[str, None]] = {}
         self.missing: dict[tuple[str, str], str] = {}  # by sensor and term, why a coefficient must be chosen
         self._truths: dict[str, AssumedNoise] = {}  # by channel
         self._consistent: dict[str, Number] = {}  # K by channel
@@ -67,7 +68,7 @@ class Numbers:
         return self.source.model
 
     def select(self, channel: str) -> Numbers:
-        """The same for one channel."""
+        """Restrict the numbers to one channel."""
         numbers = Numbers(self.source.of([channel]), self.choices, pair=self.pair)
         numbers.whole, numbers.findings, numbers.limits, numbers.missing = (
             self.whole,
@@ -94,7 +95,9 @@ class Numbers:
         return dict(self.sensors[sensor])
 
     def rate(self) -> float:
-        """Rate of the filter by the user, or of the record; raises `OptionError` if unknown or ambiguous. [Hz]"""
+        """Rate of the filter, given by the user or that of the record. Raises `OptionError` if it is unknown or ambiguous.
+        [Hz]
+        """
         rate = self._known_rate
         return filter_rate(self.source.rates, self.choices) if rate is None else rate
 
@@ -115,7 +118,7 @@ class Numbers:
         return digits(self.rate()) if self.choices.filter_rate is not None else measured(self.rate())
 
     def name(self, key: str, default: str) -> str:
-        """A name or constant: of the user, else of the source, else the default."""
+        """A name or constant, given by the user, else by the source, else the default."""
         return self.choices.names.get(key, self.source.names.get(key, default))
 
     def factor(self, term: str, sensor: str) -> float:
@@ -157,24 +160,24 @@ class Numbers:
         return self._noted(self._channel_number(channel, "rate_random_walk"), "rate_random_walk")
 
     def _noted(self, number: Number, term: str) -> Number:
-        """The number, with a note of the upper limits that it is made of."""
+        """Note the upper limits that a number was computed from."""
         if number.limits:
             self.limits.setdefault(term, {}).update(dict.fromkeys(number.limits))
         return number
 
     def limits_written(self) -> tuple[Finding, ...]:
-        """A finding for each term of which upper limits are written, unasked."""
+        """A finding for each term whose upper limits are written without a request."""
         return tuple(
             Finding(severity="info", channels=self._in_order(channels), details=LimitWritten(term=term))
             for term, channels in self.limits.items()
         )
 
     def _in_order(self, channels: Iterable[str]) -> tuple[str, ...]:
-        """Channels as the model has them, so that files that use them in another order have equal findings."""
+        """Sort channels as in the model, so that files that use them in another order have equal findings."""
         return tuple(sorted(channels, key=list(self.whole.channels).index))
 
     def not_used(self) -> tuple[Finding, ...]:
-        """Choices for a coefficient that was observed for every axis, or for a sensor that the model does not have."""
+        """Choices for a coefficient that was observed on every axis, or for a sensor that the model does not have."""
         findings = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
@@ -189,14 +192,16 @@ class Numbers:
         return (self.choices.noise if term == "random_walk" else self.choices.walk).get(sensor)
 
     def _sensor_number(self, sensor: str, term: str) -> Number:
-        """One number for a sensor. If nothing was chosen, axes count that have the coefficient, or an upper limit of it; if
-        that is not known, those that have it, unless `strict` refuses.
+        """One number for a sensor.
+
+        If nothing was chosen, it is computed from the axes that have the coefficient or an upper limit of it. Axes with
+        neither are ignored, unless `strict` raises an error.
         """
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
         if term == "rate_random_walk" and self._is_consistent(sensor):
             wanted = "consistent"
-        if wanted in ("horizon", "consistent"):  # axes without slow noise do not count
+        if wanted in ("horizon", "consistent"):  # axes without slow noise are ignored
             has_slow = self.has_slow_noise if wanted == "horizon" else self._may_have_slow_noise
             slow = [name for name in names if has_slow(name)] or names
             number = self._combine({name: self._channel_number(name, term) for name in slow})
@@ -216,7 +221,7 @@ class Numbers:
         return replace(number, words=number.words + remark)
 
     def _limit(self, channel: str, term: str) -> float | None:
-        """The upper limit that is written unasked; None if that is not allowed, or if there is none."""
+        """The upper limit that is written without a request; None if that is not allowed, or if there is none."""
         return None if self.choices.strict else self.model.channels[channel].limits.get(term)
 
     def _channel_number(self, channel: str, term: str) -> Number:
@@ -262,7 +267,7 @@ class Numbers:
         return self._missing(sensor, term)
 
     def _is_consistent(self, sensor: str) -> bool:
-        """Whether K is that of a consistent filter: if it is chosen, or nothing else is and the slow noise is known."""
+        """Whether K is that of a consistent filter: it was chosen, or nothing else was and the slow noise is known."""
         wanted = self.choices.walk.get(sensor)
         if wanted is None and self.pair and not self.choices.strict:
             return any(map(self._may_have_slow_noise, self.channels(sensor)))
@@ -272,7 +277,7 @@ class Numbers:
         return self._truth(channel).slow
 
     def truths(self, channels: Iterable[str]) -> list[AssumedNoise]:
-        """The noise of channels as a filter will meet it."""
+        """The noise of channels that a filter meets."""
         return [self._truth(name) for name in channels]
 
     def _truth(self, channel: str) -> AssumedNoise:
@@ -306,7 +311,7 @@ class Numbers:
 
     @cached_property
     def _right_error(self) -> str:
-        """What a filter with the consistent walk states right."""
+        """The error that a filter with the consistent walk states correctly."""
         if self.choices.consistent == "bias":
             return "its bias"
         return f"its error after {duration_text(self.choices.horizon or HORIZON)}"
@@ -348,7 +353,7 @@ class Numbers:
         return hints
 
     def _horizon(self) -> float:
-        assert self.choices.horizon is not None  # held by Choices
+        assert self.choices.horizon is not None  # ensured by Choices
         return self.choices.horizon
 
     def _at_horizon(self, channel: str) -> float:

@@ -35,7 +35,7 @@ class Rule:
     span : float
         Smallest ratio of the longest to the shortest averaging time.
     scatter : float
-        Error of a deviation of this noise over that by eq. (26).
+        Error of a deviation of this noise over that by eq. (26). [1]
     gain : float
         Smallest reduction of the misfit by the term per octave. [squared errors by δ, at least 2 %]
     rest : float

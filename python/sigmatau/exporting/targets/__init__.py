@@ -1,4 +1,4 @@
-"""The targets of an export: a module each, whose `TARGET` declares what the file has a place for.
+"""The targets of an export, one module each. Its `TARGET` declares the fields of the file.
 
 A module is imported when its target is asked for. The name of a target is that of its module, with hyphens.
 """
@@ -17,7 +17,7 @@ NAMES = tuple(sorted(module.name.replace("_", "-") for module in iter_modules(__
 
 
 def target(name: str) -> Target:
-    """A target by its name, in any case, or by that of its program; raises `OptionError` that lists them."""
+    """Find a target by its name, in any case, or by that of its program. Raises an `OptionError` that lists the names."""
     if not isinstance(name, str):
         raise OptionError(
             f"{{option}} must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to"

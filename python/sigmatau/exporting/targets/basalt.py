@@ -1,4 +1,4 @@
-"""Basalt: the noise of its calibration file, JSON with one array of x, y and z a value.
+"""Basalt: the noise of its calibration file, JSON with an array of x, y and z for each value.
 
 Continuous-time densities: Basalt multiplies noise by √imu_update_rate itself, and divides the difference of two biases by
 σ·√dt. JSON has no comments: what a number is stands under ``about``, which Basalt does not read.

@@ -71,7 +71,7 @@ def write(numbers: Numbers) -> str:
 
 
 def _is_consistent(numbers: Numbers, sensor: str) -> bool:
-    """Whether σ is that of a consistent filter: unless a walk is chosen, or nothing but what was observed is wanted."""
+    """Whether σ is that of a consistent filter: always, unless a walk is chosen or the user wants only observed terms."""
     chosen = numbers.choices.strict or sensor in numbers.choices.walk or not numbers.has(sensor)
     return not chosen and any(truth.slow for truth in numbers.truths(numbers.channels(sensor)))
 
@@ -111,7 +111,7 @@ def _noise(numbers: Numbers, sensor: str, names: Iterable[str]) -> float:
 
 
 def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
-    """A sentence on what a filter with the numbers of a sensor states of its errors."""
+    """A sentence on how a filter with the numbers of a sensor states its errors."""
     names, horizon = list(numbers.channels(sensor)), numbers.choices.horizon or HORIZON
     each = numbers.choices.axes == "each"
     judged = [
@@ -136,7 +136,9 @@ def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
 
 
 def _initial_lines(numbers: Numbers) -> list[str]:
-    """Keys beside the block for the initial biases, if the model has turn-on biases; KF-GINS takes gbstd, abstd else."""
+    """Keys beside the block for the initial biases, if the model has turn-on biases. KF-GINS uses gbstd and abstd
+    otherwise.
+    """
     lines = []
     for key, sensor, unit in (("initbgstd", "gyro", "deg/h"), ("initbastd", "accel", "mGal")):
         axes = turn_on_axes(numbers, sensor)
@@ -168,7 +170,9 @@ def _time_words(numbers: Numbers, consistent: list[str]) -> str:
 
 
 def _has_horizon_without_use(numbers: Numbers) -> bool:
-    """Whether all processes are those of the model, and no σ is that of a consistent filter."""
+    """Whether all processes are those of the model and no σ is that of a consistent filter, so that the horizon is not
+    used.
+    """
     when = OWN_PROCESSES.when
     return not any(_is_consistent(numbers, sensor) for sensor in KINDS) and when is not None and when(numbers)
 

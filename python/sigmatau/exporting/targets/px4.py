@@ -15,14 +15,14 @@ from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
-_STEP = 0.01  # EKF2_PREDICT_US as it is delivered [s]
-_PARAMETERS = (  # the first releases of EKF2 replace what is below the least by it
+_STEP = 0.01  # default of EKF2_PREDICT_US [s]
+_PARAMETERS = (  # the first releases of EKF2 replace smaller values by the smallest one
     AutopilotParameter(name="EKF2_GYR_NOISE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
     AutopilotParameter(name="EKF2_ACC_NOISE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0),
     AutopilotParameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", low=0.0, high=0.01),
     AutopilotParameter(name="EKF2_ACC_B_NOISE", sensor="accel", kind="walk", unit="m/s^3", low=0.0, high=0.01),
 )
-# Initial uncertainty of a bias, with the largest documented value; 0.1 rad/s and 0.2 m/s^2 as delivered.
+# Initial uncertainty of a bias, with the largest documented value; the defaults are 0.1 rad/s and 0.2 m/s^2.
 _INITIAL = (("EKF2_GBIAS_INIT", "gyro", "rad/s", 0.2), ("EKF2_ABIAS_INIT", "accel", "m/s^2", 0.5))
 
 

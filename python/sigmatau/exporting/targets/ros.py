@@ -103,7 +103,7 @@ def _channel_variance(numbers: Numbers, name: str) -> Number:
 
 
 def _has_value_of_white_noise(numbers: Numbers, name: str) -> bool:
-    """Whether the variance of white noise stands beside that of the samples, from which it differs."""
+    """Whether the variance of white noise is stated beside that of the samples, from which it differs."""
     model = numbers.model.channels[name]
     return "random_walk" in model if _measured(numbers, name) is not None else model.bandwidth is not None
 
@@ -134,7 +134,7 @@ def _parts(numbers: Numbers, name: str) -> str:
 
 
 def _correlated(numbers: Numbers, name: str, value: float, independent: float) -> None:
-    """Add a finding if the variance of a sample is not that of independent samples of the same random walk."""
+    """Add a finding if the variance of a sample differs from that of independent samples with the same random walk."""
     if 1 / _INDEPENDENT_RATIO <= value / independent <= _INDEPENDENT_RATIO:
         return
     corner = numbers.source.corners.get(name) if value < independent else None

@@ -148,7 +148,7 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
 
 
 def _policy(numbers: Numbers) -> Unobserved:
-    """What the systems have of terms that were not observed."""
+    """How the systems include terms that were not observed."""
     return "absent" if numbers.choices.strict else numbers.choices.unobserved
 
 
@@ -172,7 +172,7 @@ def _chosen_terms(numbers: Numbers, name: str) -> dict[str, float]:
 
 
 def _with_third_state(numbers: Numbers, name: str) -> dict[str, Any]:
-    """A system with a walk and one Gauss-Markov process, with which a filter states its errors right up to the horizon."""
+    """A system with a walk and a Gauss-Markov process, for a filter that states its errors correctly up to the horizon."""
     sensor = stream_name(name)
     if sensor not in KINDS:
         raise OptionError(

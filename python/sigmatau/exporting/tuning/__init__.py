@@ -1,1 +1,1 @@
-"""Which noise of a filter is wrong, and by which factor, from its innovations."""
+"""Test of a filter by its innovations: which of its noises is wrong, and by which factor."""

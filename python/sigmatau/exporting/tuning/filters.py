@@ -19,10 +19,10 @@ WHITE = "white"
 SLOW = "slow"
 
 AGREEMENT = 1.1
-"""Ratio of the stated S to that of the matrices, above which they are not of one filter."""
+"""Ratio of the stated S to that of the matrices above which they belong to different filters."""
 
-_LEAST_SHARE = 1e-9  # of R in S; a smaller one is not in the innovations
-_BISECTIONS = 60  # of R in S, to 1e-15 of the decades above
+_LEAST_SHARE = 1e-9  # smallest share of R in S; a smaller one does not show in the innovations
+_BISECTIONS = 60  # bisections of the share of R in S, to 1e-15 of the decades above
 
 
 @frozen(eq=False)
@@ -37,13 +37,12 @@ class FilterMatrices:
     F : ndarray, shape (n_states, n_states) or (n, n_states, n_states)
         Transition between two measurements. [of the states]
     H : ndarray, shape (n_states,), (n_measurements, n_states) or (n, n_measurements, n_states)
-        The measurement, or several. [of the states]
+        The measurement matrix H, with one or several rows. [of the states]
     Q : mapping of str to ndarray, shape (n_states, n_states) or (n, n_states, n_states)
-        Covariance that a step adds, by the noise that a factor is sought for: ``{"white": Q1, "slow": Q2}``.
-        [of the states]
+        Covariance that a step adds, for each noise whose factor is estimated: ``{"white": Q1, "slow": Q2}``. [of the states]
     R : float or ndarray, shape (n_measurements,), optional
-        Variance of the measurement. Default: that which makes the stated S; for a filter that adapts R.
-        [square of the measurement]
+        Variance of the measurement. Default: the one that gives the stated S, for a filter that adapts R. [square of the
+        measurement]
 
     Raises
     ------
@@ -130,13 +129,13 @@ class FilterMatrices:
 
     @property
     def is_constant(self) -> bool:
-        """Whether all matrices are one for all steps, and R is known."""
+        """Whether no matrix changes from step to step, and R is known."""
         steps = self.steps
         lengths = {len(values) for values in (steps.transition, steps.rows, *steps.process.values())}
         return lengths == {1} and self.R is not None
 
     def matrices(self, *, interval: float, stated: float) -> FilterMatrices:
-        """The filter itself, if its S is that of the innovations.
+        """Return the filter if its S is that of the innovations.
 
         Parameters
         ----------
@@ -164,7 +163,7 @@ class FilterMatrices:
         return self
 
     def after(self, first: int) -> FilterMatrices:
-        """The filter without the matrices of its first steps.
+        """Remove the matrices of the first steps.
 
         Parameters
         ----------
@@ -186,7 +185,7 @@ class FilterMatrices:
 class BiasFilter:
     """A filter of an integrated rate and the bias of its sensor: an attitude of a gyro, a velocity of an accelerometer.
 
-    One measurement aids it, or several of the same attitude or velocity.
+    Its attitude or velocity is measured by one sensor, or by several.
 
     Attributes
     ----------
@@ -195,7 +194,7 @@ class BiasFilter:
     walk : float
         K of its bias. [rad/s²/√Hz or m/s³/√Hz]
     deviation : float or None
-        Standard deviation of its measurement. Default: that which makes the stated S. [rad or m/s]
+        Standard deviation of its measurement. Default: the one that gives the stated S. [rad or m/s]
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Innovations of a filter with their stated covariance, checked: of one measurement, or of several that aid one filter."""
+"""Checked innovations of a filter with their stated covariance, for one measurement or several."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from sigmatau.errors import DataError, RecordTooShortError
 from sigmatau.frozen import frozen
 
 FEWEST = 100
-"""Innovations below which nothing is tested: their mean square has an error of 14 %."""
+"""Smallest number of innovations for a test: their mean square then has an error of 14 %."""
 
-_LARGEST = 1e9  # stated standard deviations; a larger innovation is in another unit
-_LARGE_NIS = 9.0  # NIS of a filter all of whose deviations are wrong by a factor of 3
-_ASYMMETRY = 1e-6  # relative, of a stated covariance; a larger one is not rounding
+_LARGEST = 1e9  # largest innovation in stated standard deviations; a larger one is in another unit
+_LARGE_NIS = 9.0  # NIS of a filter whose deviations are all wrong by a factor of 3
+_ASYMMETRY = 1e-6  # largest relative asymmetry of a stated covariance that rounding explains
 
 
 @frozen(eq=False)
@@ -29,11 +29,11 @@ class Innovations:
     innovation : ndarray, shape (n,) or (n, n_measurements)
         Measurement minus its prediction. NaN where one of several measurements is absent. [rad or m/s, or any unit]
     variance : ndarray, shape (n,), (n, n_measurements) or (n, n_measurements, n_measurements)
-        S, the stated variance of the innovation. Of several measurements the full S; the second shape is for
-        measurements that never come together. [square of that unit]
+        S, the stated variance of the innovation. For several measurements the full S, or in the second shape the variances
+        of measurements that never occur together. [square of that unit]
     rate : ndarray, shape (n,) or (n, n_measurements), optional
-        Rate of motion at the time of the measurement: the angular rate for an angle, the acceleration for a velocity.
-        With it a delay and a scale error are estimated. [unit of the innovation a second]
+        Rate of motion at the time of the measurement: the angular rate for an angle, the acceleration for a velocity. With
+        it a delay and a scale error are estimated. [unit of the innovation per second]
     measurements : tuple of str
         Names of several measurements; empty for one.
 
@@ -84,7 +84,7 @@ class Innovations:
 
     @property
     def is_present(self) -> Bools:
-        """Where there is a measurement, shape (n, n_measurements)."""
+        """Mask of the measurements that are present, shape (n, n_measurements)."""
         return ~np.isnan(self.columns)
 
     @property
@@ -99,8 +99,8 @@ class Innovations:
     def normalised(self) -> Floats:
         """Innovations over their stated standard deviations, of the shape of `innovation`. [1]
 
-        Several at a time are multiplied by the inverse of the Cholesky root of S. White with the covariance 1 if the filter
-        is right; NaN where a measurement is absent.
+        Innovations of several measurements are multiplied by the inverse of the Cholesky root of S. They are white with unit
+        covariance if the filter is correct; NaN for an absent measurement.
         """
         whitened = self.whitened(self.columns[:, :, None])[:, :, 0]
         return np.where(self.is_present, whitened, np.nan).reshape(self.innovation.shape)
@@ -112,7 +112,9 @@ class Innovations:
 
     @property
     def has_root_of_variance(self) -> bool:
-        """Whether `variance` seems to be √S: the innovations over it have the variance 1, over its root far from 1."""
+        """Whether `variance` seems to be √S: the innovations over it have a variance of 1, and over its root a very
+        different one.
+        """
         if self.variance.ndim > 1:
             return False
         nis, squared = (float(np.mean((self.innovation / self.variance**power) ** 2)) for power in (0.5, 1.0))
@@ -141,7 +143,7 @@ class Innovations:
         return result
 
     def after(self, skip: float) -> Innovations:
-        """The innovations without those of the first time.
+        """Remove the innovations of the first time.
 
         Parameters
         ----------
@@ -163,7 +165,7 @@ class Innovations:
 
 
 def join_measurements(channels: Mapping[str, Innovations]) -> Innovations:
-    """Take the innovations of several channels as those of one filter, which are updates one after the other.
+    """Join the innovations of several channels, which are successive updates of one filter.
 
     Parameters
     ----------
@@ -192,7 +194,7 @@ def join_measurements(channels: Mapping[str, Innovations]) -> Innovations:
 
 
 def _check(data: Innovations) -> None:
-    """Refuse data that no filter writes."""
+    """Raise an error for data that no filter writes."""
     n = data.time.size
     shape = data.innovation.shape
     for name, shapes in (
@@ -240,7 +242,7 @@ def _check(data: Innovations) -> None:
 
 
 def _check_variance(data: Innovations) -> None:
-    """Refuse an S that is not the covariance of the innovations that are present."""
+    """Raise an error for an S that cannot be the covariance of the innovations that are present."""
     present, covariance = data.is_present, data.covariance
     empty = np.flatnonzero(~present.any(axis=1))
     if empty.size:

@@ -1,4 +1,4 @@
-"""Which noise of a filter is wrong, by the spectrum of its innovations, and what the motion explains of them."""
+"""Which noise of a filter is wrong, from the spectrum of its innovations, and how much of them the motion explains."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from sigmatau.exporting.tuning.run import FilterRun
 from sigmatau.frozen import frozen
 
 CHANCE = 0.04
-"""Probability that a right filter is called wrong, at most."""
+"""Largest probability that a correct filter is called wrong."""
 
 _REJECTION = 0.01  # probability that the true single cause is rejected
-_MISFIT = 0.003  # probability that a filter whose factors alone are wrong is called not explained
-_IMMATERIAL = 1.05  # factor of a standard deviation that changes no filter, however sure it is
-_EVIDENCE = 6.0  # rise of the deviance, a likelihood ratio of 20, by which the second best single cause is worse
-_ROUNDS = 3  # of the motion and the noises beside it, each with the other one's last values
+_MISFIT = 0.003  # probability that a filter with wrong factors only is called not explained
+_IMMATERIAL = 1.05  # factor of a standard deviation that changes no filter, however certain it is
+_EVIDENCE = 6.0  # rise of the deviance by which the second best single cause is worse: a likelihood ratio of 20
+_ROUNDS = 3  # number of rounds in which motion and noises are estimated in turn, each with the last values of the other
 
 
 @frozen(eq=False)
 class RunSpectra:
-    """The run of a filter, and the shares of its noises in the bins of the periodograms.
+    """The run of a filter, and the shares of its noises in the bins of the periodogram.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class RunSpectra:
 
 
 class Runs:
-    """The runs of filters, each reconstructed once for all channels with the same times and S."""
+    """The runs of filters. Each is reconstructed once for all channels with the same times and S."""
 
     def __init__(self) -> None:
         self._runs: dict[object, RunSpectra] = {}
@@ -73,12 +73,12 @@ class Runs:
 
 @frozen(eq=False)
 class Judgement:
-    """What the spectrum of the innovations says of the noises.
+    """What the spectrum of the innovations shows about the noises.
 
     Attributes
     ----------
     explained : ndarray, shape (n, n_measurements)
-        Whitened innovations of the motion.
+        Whitened innovations that the motion causes.
     factors, causes, verdict, p_value, p_misfit
         See `Tuning`.
     slowest : ndarray, shape (n_measurements, n_measurements), or None
@@ -103,9 +103,9 @@ class _NoiseFit:
     best : Fit
     p_misfit : float
     density : ndarray, shape (n_bins, n_measurements, n_measurements)
-        The fitted one, or the measured one if no factors explain it.
+        The fitted density, or the measured one if no factors explain it.
     process : ndarray, of the same shape
-        Its part that is noise of the process; as the filter states it if no factors explain the density.
+        Part of the density that is process noise; as the filter states it if no factors explain the density.
     """
 
     def __init__(self, series: Floats, spectra: RunSpectra) -> None:
@@ -125,7 +125,7 @@ class _NoiseFit:
 def judge(
     data: Innovations, series: Floats, spectra: RunSpectra, assumed: Mapping[str, float], level: float
 ) -> tuple[tuple[MotionEffect, ...], Judgement]:
-    """Estimate delay and scale if the rate is known, and judge the noises without what these explain.
+    """Estimate delay and scale if the rate is known, subtract their effect, and judge the noises.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def judge(
     responses = respond_to_motion(data, spectra.run)
     periodogram = Periodogram.compute(nothing, counts=spectra.counts)
     density = periodogram.restrict(spectra.fine.sum(axis=0))  # as the filter states it
-    whole_fit = _NoiseFit(series, spectra)  # its process noise is also in the rate of the sensor
+    whole_fit = _NoiseFit(series, spectra)  # the process noise is also in the rate of the sensor
     for _ in range(_ROUNDS):
         motion, explained = fit_motion(data, responses, series, periodogram, density, whole_fit.process, level)
         fit = _NoiseFit(series - explained, spectra)
@@ -160,7 +160,7 @@ def judge(
 def _judge_noises(
     explained: Floats, fit: _NoiseFit, spectra: RunSpectra, assumed: Mapping[str, float], level: float
 ) -> Judgement:
-    """Choose the noises that are wrong."""
+    """Select the noises that are wrong."""
     names, shares, best = spectra.run.noises, fit.shares, fit.best
     alone = np.array([shares.fit((k,)).deviance for k in range(len(names))])
     p_value = _significance(shares.fit(()).deviance, alone, best.deviance)
@@ -192,13 +192,15 @@ def _judge_noises(
 
 
 def _is_immaterial(part: FactorInterval) -> bool:
-    """Whether a factor is so near to 1 that no filter is changed by it; or is not shown."""
+    """Whether a factor is too near to 1 to change a filter, or is not determined."""
     differs = part.low > 1 or (part.high is not None and part.high < 1)
     return not differs or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
 
 
 def _significance(unchanged: float, alone: Floats, best: float) -> float:
-    """p-value of a filter by the largest rise of the likelihood, by one factor or by all of them (Bonferroni)."""
+    """p-value of the hypothesis that the filter is correct, from the largest rise of the likelihood by one factor or by all
+    (Bonferroni).
+    """
     count = len(alone)
     single = count * float(chi2_above(1, max(unchanged - float(alone.min()), 0.0)))
     joint = float(chi2_above(count, max(unchanged - best, 0.0)))

@@ -1,8 +1,8 @@
-"""Factors on the variances of a filter by the likelihood of its innovations.
+"""Estimation of factors on the variances of a filter, by the likelihood of its innovations.
 
-The periodogram of whitened innovations is exponential about their density, and the matrix of several measurements Wishart
-distributed about theirs (Whittle). As they are almost white, its leakage is small. Bins of many frequencies are gamma
-distributed about the density in their middle.
+The periodogram of whitened innovations has an exponential distribution about their density; the matrix of several
+measurements has a Wishart distribution (Whittle). Leakage is small, because the innovations are almost white. Bins of many
+frequencies have a gamma distribution about the density at their centre.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ from sigmatau._native.distributions import chi2_above, chi2_quantile_above, diga
 from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.frozen import frozen
 
-Matrices = NDArray[Any]  # complex of several series, real of one
+Matrices = NDArray[Any]  # complex for several series, real for one
 
-_SINGLE = 16  # lowest frequencies, each a bin
-_BIN_RATIO = 1.1  # of the ends of the bins above
+_SINGLE = 16  # number of lowest frequencies, each of which is a bin
+_BIN_RATIO = 1.1  # ratio of the ends of a bin above these
 _LARGEST = 2 * math.log(1e3)  # logarithm of the largest factor of a variance: 1000 on a standard deviation
 _ITERATIONS = 60
-_FIRST_REACH = 0.05  # of the logarithm of a variance, at which the end of an interval is sought first, at least
-_STEPS = 30  # interpolations of an end of an interval; three are usual
-_NARROWEST = 0.02  # share of a bracket that an interpolation removes at least
-_TOLERANCE = 2e-4  # of the distance of an end
-_CONVERGED = 1e-9  # of the deviance
+# smallest step of the logarithm of a variance, at which the search for the end of an interval begins
+_FIRST_REACH = 0.05
+_STEPS = 30  # largest number of interpolations for an end of an interval; three are usual
+_NARROWEST = 0.02  # smallest share of a bracket that an interpolation removes
+_TOLERANCE = 2e-4  # relative tolerance of the distance of an end
+_CONVERGED = 1e-9  # tolerance of the deviance
 _DIFFERENCE = 1e-4  # relative step of the trigamma function
-_COARSE = 1.5  # ratio of the ends of the bins of the test of a misfit
+_COARSE = 1.5  # ratio of the ends of a bin in the test of a misfit
 
 
 @frozen(eq=False)
@@ -47,7 +48,7 @@ class Periodogram:
     number : ndarray, shape (n_bins,)
         Frequencies in each bin.
     is_used : ndarray, shape (n_bins, n_series)
-        A series with few samples has as many independent frequencies only, the lowest ones.
+        Number of samples of each series. A shorter series has fewer independent frequencies, the lowest ones.
     """
 
     frequency: Floats
@@ -59,7 +60,7 @@ class Periodogram:
     def compute(
         cls, series: Floats, *, counts: Ints | None = None, ratio: float = _BIN_RATIO, single: int = _SINGLE
     ) -> Periodogram:
-        """Compute and bin it for series of shape (n, n_series) with some samples each; their means are not in it."""
+        """Compute and bin the periodogram of series of shape (n, n_series), after subtraction of their means."""
         n = len(series)
         lines = np.fft.rfft(series, axis=0)[1 : (n - 1) // 2 + 1]
         power: Matrices = lines[:, :, None] * lines[:, None].conj() / n
@@ -99,7 +100,7 @@ class Periodogram:
         slope = (digamma(w * (1 + _DIFFERENCE)) - digamma(w * (1 - _DIFFERENCE))) / (2 * w * _DIFFERENCE)
         mean = float(np.sum(2 * series * w * (np.log(w) - freedom))) - fitted
         variance = float(np.sum(4 * series * w**2 * (slope - 1 / w)))
-        scale = variance / (2 * mean)  # of the χ² with this mean and variance
+        scale = variance / (2 * mean)  # scale of the χ² with this mean and variance
         deviance = float(np.sum(2 * w[:, None] * (ratio - 1 - np.log(ratio))))
         return float(chi2_above(mean / scale, deviance / scale))
 

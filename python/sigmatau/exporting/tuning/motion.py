@@ -1,8 +1,8 @@
-"""Delay and scale error of a filter by the regression of its innovations on the motion.
+"""Delay and scale error of a filter, from the regression of its innovations on the motion.
 
-A measurement that is late by δ lags the motion by δ·rate, and a sensor whose scale is wrong by ε runs ahead of it by ε
-times the integral of the rate. Both are errors of the measurement to the filter, and its gain makes innovations of them.
-Their sizes are found by least squares, weighted at each frequency by the density of the innovations.
+A measurement that is late by δ lags the motion by δ·rate. A sensor whose scale is wrong by ε leads it by ε times the
+integral of the rate. The filter treats both as errors of the measurement, and its gain turns them into innovations. Their
+sizes are estimated by least squares, weighted at each frequency by the density of the innovations.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ from sigmatau.exporting.tuning.run import FilterRun
 from sigmatau.frozen import frozen
 from sigmatau.results import Printed, plain
 
-_CHANCE = 0.002  # probability that an effect is claimed that is not there
+_CHANCE = 0.002  # probability of a false effect
 _NAMES = {"scale": "scale error", "delay": "delay"}
-_GOALS = {"scale": 1e-3, "delay": 1e-3}  # sizes that a calibration mends, 0.1 % and 1 ms [1, s]
-_DEGENERATE = 1e-10  # information of an effect beside all others, over that of it alone, below which it is not shown
-_LARGEST_SHIFT = 0.5  # of an effect by the noise of the sensor in the rate; a larger one is no motion
-_LONG_GAP = 5.0  # intervals without a rate, in which the motion is unknown
-_MOST_GAPS = 30  # the longest of them
+_GOALS = {"scale": 1e-3, "delay": 1e-3}  # sizes that a calibration can correct, 0.1 % and 1 ms [1, s]
+# information about an effect beside all others, over that about it alone, below which it is not determined
+_DEGENERATE = 1e-10
+# largest share of an effect that is noise of the sensor in the rate; beyond it the rate contains no motion
+_LARGEST_SHIFT = 0.5
+_LONG_GAP = 5.0  # interval without a rate, beyond which the motion is unknown [intervals]
+_MOST_GAPS = 30  # number of such gaps that are modelled, the longest ones
 _TINY = 1e-300
 
 
@@ -38,16 +40,16 @@ class MotionEffect(Printed):
     Attributes
     ----------
     effect : {"scale", "delay"}
-        Relative excess of the sensor's rate over the motion, or time by which the measurement is late.
+        Relative excess of the sensor's rate over the motion, or the delay of the measurement.
     measurement : str
         Name of one of several measurements; empty for one.
     value, low, high : float
-        With the interval, which counts the noise of the sensor in the rate. NaN and ±∞ where the motion does not show it.
-        [1 or s]
+        Value and interval, which includes the noise of the sensor in the rate. NaN and ±∞ if the motion does not determine
+        it. [1 or s]
     has_error : bool
-        Whether it is not 0, with the probability 0.998.
+        Whether it differs from 0, with probability 0.998.
     motion : float
-        Standard deviation of the rate. [unit of the innovation a second]
+        Standard deviation of the rate. [unit of the innovation per second]
     """
 
     effect: Literal["scale", "delay"]
@@ -65,7 +67,7 @@ class MotionEffect(Printed):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the motion shows a size that a calibration mends: 0.1 %, or 1 ms."""
+        """Whether the motion determines the effect to the size that a calibration can correct: 0.1 %, or 1 ms."""
         return self.resolution <= _GOALS[self.effect]
 
     @property
@@ -107,14 +109,14 @@ class MotionEffect(Printed):
 
 @frozen(eq=False)
 class MotionResponses:
-    """Whitened innovations of the motion, and of what is unknown of it.
+    """Whitened innovations that the motion causes, and those of its unknown parts.
 
     Attributes
     ----------
     effects : ndarray, shape (n, n_measurements, 2·n_measurements)
-        Of a scale error of 1 and of a delay of 1 s of the first measurement, then of the next one. [1, 1/s]
+        Responses to a scale error of 1 and a delay of 1 s of the first measurement, then of the next one. [1, 1/s]
     unknown : ndarray, shape (n, n_measurements, n_unknown)
-        Of the state at the beginning, and of the motion in a gap; orthonormal.
+        Responses to the state at the beginning and to the motion in a gap; orthonormal.
     """
 
     effects: Floats
@@ -122,7 +124,7 @@ class MotionResponses:
 
 
 def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
-    """Find what scale error and delay of each measurement do to the innovations.
+    """Compute the innovations that a scale error and a delay of each measurement cause.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
     slope = travelled[-1] / (data.time[-1] - data.time[0])
     errors = np.zeros((n, m, 2 * m))
     for j in range(m):
-        # A constant rate is a ramp and an offset of the measurement, which the bias takes.
+        # A constant rate makes a ramp and an offset of the measurement, which the bias absorbs.
         errors[:, j, 2 * j] = -(travelled[:, j] - slope[j] * (data.time - data.time[0]))
         errors[:, j, 2 * j + 1] = -(rate[:, j] - slope[j])
     gaps = np.flatnonzero(steps > _LONG_GAP * data.interval) + 1
@@ -220,7 +222,7 @@ def fit_motion(
         values = inverted @ np.einsum("fjm,fm->j", weighted, measured).real
         errors = np.sqrt(n * np.diag(inverted)[:count] / 2)
         shifts = n * inverted[:count, :count] @ _noise_in_rate(data, density, process, periodogram)
-        if float(np.abs(shifts[::2]).max()) > _LARGEST_SHIFT:  # the rate has the noise of the sensor, and no motion
+        if float(np.abs(shifts[::2]).max()) > _LARGEST_SHIFT:  # the rate contains noise of the sensor, and no motion
             is_shown, values, errors, shifts = False, np.zeros(len(size)), np.full(count, math.inf), np.zeros(count)
     usual, wide = (float(normal_quantile(chance)) for chance in ((1 + level) / 2, 1 - _CHANCE / 2))
     low = values[:count] - np.maximum(shifts, 0.0)

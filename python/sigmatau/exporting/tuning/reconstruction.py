@@ -1,4 +1,6 @@
-"""The run of a filter that made some innovations: constant where its S is, else step by step."""
+"""Reconstruction of the run of a filter from its innovations: with constant matrices if its S is constant, else step by
+step.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +15,12 @@ from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.run import FilterRun, Steps, constant_run, varying_run
 
 _VARIATION = 1.1  # ratio of the quantiles of S, or of the intervals, above which the gain of the filter is not constant
-_TAILS = (0.01, 0.99)  # these quantiles: a rare gap changes no density
-_JITTER = 0.25  # of the interval, by which a time may be off a whole number of intervals
+_TAILS = (0.01, 0.99)  # these quantiles, so that a rare gap does not matter
+_JITTER = 0.25  # largest deviation of a time from a multiple of the interval [intervals]
 
 
 def reconstruct_run(filter_: Filter, data: Innovations) -> FilterRun:
-    """Find what each noise adds to the innovations of a run.
+    """Compute what each noise adds to the innovations of a run.
 
     Parameters
     ----------
@@ -118,7 +120,7 @@ def _steps_of_run(matrices: FilterMatrices, data: Innovations) -> Steps:
 
 
 def _repeat_over_gaps(steps: Steps, numbers: Ints) -> Steps:
-    """Transition and noise over as many intervals as lie between two measurements."""
+    """Transition and noise over the number of intervals between two measurements."""
     (transition,), n = steps.transition, len(numbers)
     whole = np.empty((n, *transition.shape))
     process = {name: np.broadcast_to(noise, whole.shape).copy() for name, noise in steps.process.items()}

@@ -1,4 +1,6 @@
-"""Result of `sigmatau.tune`: whether innovations are as stated, which noise of the filter is wrong, and by which factor."""
+"""Result of `sigmatau.tune`: whether innovations have the stated covariance, and which noise of the filter is wrong by which
+factor.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ Verdict = Literal[NoiseVerdict, "motion", "offset", "outliers"]
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _RATE_UNITS = {"gyro": "rad/s", "accel": "m/s²"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
-_VAGUE = 3.0  # ratio of an end of an interval to its value, from which the run does not show the noise
+_VAGUE = 3.0  # ratio of an end of an interval to its value, from which on the run does not determine the noise
 
 
 @frozen
@@ -63,12 +65,12 @@ class NoiseFactor(Printed):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the innovations show this noise: both ends are within a factor of 3."""
+        """Whether the innovations determine this noise: both ends are within a factor of 3."""
         return self.high is not None and self.high < _VAGUE * self.value and self.value < _VAGUE * self.low
 
     @property
     def has_error(self) -> bool:
-        """Whether the interval is without 1."""
+        """Whether the interval excludes 1."""
         return self.low > 1 or (self.high is not None and self.high < 1)
 
     @property
@@ -100,11 +102,11 @@ class Whiteness(Printed):
     Attributes
     ----------
     m : ndarray, shape (n_tau,)
-        Innovations that are averaged. [1]
+        Number of innovations that are averaged. [1]
     tau : ndarray, shape (n_tau,)
         Averaging time. [s]
     ratio, low, high : ndarray, shape (n_tau,)
-        1 in a consistent filter; its interval by the χ² of white noise. [1]
+        1 in a consistent filter, with its interval from the χ² of white noise. [1]
     """
 
     m: Floats
@@ -118,7 +120,7 @@ class Whiteness(Printed):
 
     @property
     def is_outside(self) -> Bools:
-        """Where the interval is without 1."""
+        """Where the interval excludes 1."""
         return np.asarray((self.low > 1) | (self.high < 1))
 
     def to_dict(self) -> dict[str, Any]:
@@ -134,7 +136,7 @@ class Tuning(Printed):
     ----------
     channel : str
     n : int
-        Innovations.
+        Number of innovations.
     duration : float
         Time from the first to the last. [s]
     interval : float
@@ -152,7 +154,7 @@ class Tuning(Printed):
     factors : tuple of NoiseFactor
         Factors on each noise of the filter; empty without a filter.
     causes : tuple of NoiseFactor
-        Those that are wrong; with the noise verdict ``"ambiguous"`` those of which one is wrong.
+        Noises that are wrong; with the noise verdict ``"ambiguous"``, those of which one is wrong.
     motion : tuple of MotionEffect
         Scale error and delay of each measurement; empty without the rate of motion, or without a filter.
     has_rate : bool
@@ -160,18 +162,18 @@ class Tuning(Printed):
     has_root_of_variance : bool
         Whether the stated variance seems to be its root.
     verdict : {"consistent", "wrong", "ambiguous", "not explained", "motion", "offset", "outliers", "inconsistent"}
-        Nothing found; `causes` are wrong; one of `causes` is; no factors explain the innovations; they follow the motion;
-        their mean is not zero; some are far beyond all others; not as stated, and no filter is known.
+        Nothing found; `causes` are wrong; one of `causes` is wrong; no factors explain the innovations; they follow the
+        motion; their mean is not zero; some are far beyond all others; not as stated, and no filter is known.
     noise_verdict : {"consistent", "wrong", "ambiguous", "not explained", "inconsistent"}
-        The same of the noises alone, without what the motion explains and without the mean.
+        The same verdict about the noises alone, without the effect of the motion and without the mean.
     outliers : int
-        Innovations beyond 7 standard deviations of the others.
+        Number of innovations beyond 7 standard deviations of the others.
     first_outlier : float or None
         Time of the first of them. [s]
     p_value : float
-        Of the innovations if the filter is right. [1]
+        P-value of the innovations if the filter is correct. [1]
     p_misfit : float or None
-        Of the innovations with the best factors. [1]
+        P-value of the innovations with the best factors. [1]
     level : float
         Confidence level of the intervals. [1]
 
@@ -216,12 +218,12 @@ class Tuning(Printed):
 
     @property
     def mean(self) -> float:
-        """Mean of the normalised innovations; of several measurements that which is farthest from 0. [1]"""
+        """Mean of the normalised innovations; of several measurements the one farthest from 0. [1]"""
         return max(self.means, key=abs)
 
     @property
     def common_factor(self) -> float | None:
-        """One factor on all noises that explains all of them; None if they have different ones, or none is wrong. [1]"""
+        """One factor that explains all wrong noises; None if they need different factors, or if none is wrong. [1]"""
         low = max((factor.low for factor in self.causes), default=0.0)
         high = min((factor.high or 0.0 for factor in self.causes), default=0.0)
         is_joint = self.noise_verdict == "wrong" and len(self.causes) == len(self.factors) > 1

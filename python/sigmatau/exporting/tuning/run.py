@@ -1,9 +1,9 @@
-"""The run of a filter, reconstructed from its matrices and the S that it stated: what each noise adds to its innovations.
+"""The run of a filter, reconstructed from its matrices and the stated S: what each noise adds to its innovations.
 
-With a gain K the error x of the prediction goes on by x' = F·(I − K·H)·x − F·K·v + w, and the innovation is H·x + v, for
-the noise v of the measurement and w of the process. A constant gain gives the density of the innovations in closed form.
-Where S, the interval or the measurements vary, the gain of each step follows from the stated S, and the density is the mean
-power of the periodogram, by the adjoint recursion.
+With a gain K the error x of the prediction evolves as x' = F·(I − K·H)·x − F·K·v + w, and the innovation is H·x + v, for the
+noise v of the measurement and w of the process. A constant gain gives the density of the innovations in closed form. If S,
+the interval or the measurements vary, the gain of each step follows from the stated S, and the density is the mean power of
+the periodogram, computed by the adjoint recursion.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ Complex = NDArray[np.complex128]
 
 MEASUREMENT = "measurement"
 
-_PASSES = 3  # over the run, each from the mean covariance of the last one
-_NEGATIVE_SHARE = 0.01  # of the steps in which S may be below H·P·Hᵀ, by rounding
-_SMALLEST_R = 1e-9  # of S
-_LARGEST_SHARE = 0.5  # of H·P·Hᵀ in the first S, of a P that is a mean over the run
+_PASSES = 3  # passes over the run, each from the mean covariance of the last one
+_NEGATIVE_SHARE = 0.01  # share of the steps in which S may be below H·P·Hᵀ because of rounding
+_SMALLEST_R = 1e-9  # smallest R, over S
+_LARGEST_SHARE = 0.5  # largest H·P·Hᵀ in the first S, for a P that is a mean over the run
 _TINY = 1e-300
-_CORRELATION = 0.1  # of the noises of two measurements, above which their factors are not of separate noises
-_CHUNK = 1 << 22  # complex numbers of the adjoint that are held
+_CORRELATION = 0.1  # correlation of the noises of two measurements, above which their factors are not separate
+_CHUNK = 1 << 22  # number of complex numbers of the adjoint in memory
 
 
 @frozen(eq=False)
@@ -57,7 +57,7 @@ class FilterRun:
     Attributes
     ----------
     noises : tuple of str
-        Of each measurement, then of the process.
+        Names of the noises of each measurement, then of the process.
     closed : ndarray, shape (n or 1, n_states, n_states)
         F·(I − K·H).
     gain : ndarray, shape (n or 1, n_states, n_measurements)
@@ -71,7 +71,7 @@ class FilterRun:
     whitening : ndarray, shape (n or 1, n_measurements, n_measurements)
         Inverse of the Cholesky root of S.
     presence : ndarray, shape (n_measurements,)
-        Fraction of the steps with each measurement.
+        Share of the steps with each measurement.
     """
 
     noises: tuple[str, ...]
@@ -84,7 +84,7 @@ class FilterRun:
     presence: Floats
 
     def respond(self, errors: Floats, start: Floats | None = None) -> Floats:
-        """Innovations that errors of the measurement and of the first state make.
+        """Innovations that errors of the measurement and of the first state cause.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class FilterRun:
     def shares(self, frequency: Floats) -> Complex:
         """Cross-spectral density of the whitened innovations by noise.
 
-        Their sum is the fraction of the steps with each measurement, on the diagonal.
+        On the diagonal, their sum is the share of the steps with each measurement.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class FilterRun:
         ndarray, shape (n_noises, n_f, n_measurements, n_measurements)
         """
         shares = self._constant_shares(frequency) if len(self.closed) == 1 else self._mean_shares(frequency)
-        # The start of the run is known by its mean only; a right filter is white at all frequencies.
+        # Only the mean of the run's start is known; a correct filter is white at all frequencies.
         root = np.linalg.inv(np.linalg.cholesky(shares.sum(axis=0)))
         root = np.sqrt(self.presence)[:, None] * root
         return np.asarray(root @ shares @ root.conj().swapaxes(-1, -2))
@@ -167,7 +167,7 @@ class FilterRun:
         return np.asarray(shares / n)
 
     def _start(self, process: Floats) -> Floats:
-        """Covariance of the first state by noise: its mean over the second half of the run."""
+        """Covariance of the first state by noise: the mean over the second half of the run."""
         n = len(self.closed)
         by_measurement = np.einsum("tsm,tm,trm->mtsr", self.gain, self.measured, self.gain)
         added = np.concatenate([by_measurement, process])
@@ -240,7 +240,7 @@ def varying_run(matrices: Steps, data: Innovations) -> FilterRun:
     first = total.mean(axis=0)
     for _ in range(_PASSES):
         share = np.max(np.diagonal(rows[0] @ first @ rows[0].T) / np.maximum(np.diagonal(stated[0]), _TINY))
-        first = first * min(_LARGEST_SHARE / max(share, _TINY), 1.0)  # where S is small at the beginning
+        first = first * min(_LARGEST_SHARE / max(share, _TINY), 1.0)  # S is small at the beginning
         predicted = np.empty((n, *first.shape))
         covariance = first
         for k in range(n):

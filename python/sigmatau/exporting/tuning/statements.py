@@ -1,4 +1,4 @@
-"""What `tune` says of a filter, in sentences."""
+"""Sentences about a filter for `tune`."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from sigmatau.exporting.tuning.result import NoiseFactor, Tuning
 
 UNIT_NIS = 100.0
-"""NIS, or 1 over it, from which a unit is wrong: noises that are all too small or too large by a factor of 10."""
+"""NIS, or 1 over it, from which on a unit is wrong: all noises are too small or too large by a factor of 10."""
 
 ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
-"""What a user does whose variance is a standard deviation."""
+"""Advice for a variance that is a standard deviation."""
 
 
 def statements_of_tuning(tuning: Tuning) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ def _offset_statements(tuning: Tuning) -> list[str]:
 
 
 def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
-    """What the spectrum says of the noises."""
+    """Sentences on the noises, from the spectrum."""
     if tuning.has_root_of_variance:
         return [f"S {ROOT_OF_VARIANCE}"]
     hidden = [factor.name for factor in tuning.factors if not factor.is_shown and factor not in tuning.causes]
@@ -79,7 +79,7 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
 
 
 def _limit_of_motion(tuning: Tuning) -> str:
-    """Which scale error and delay the motion could not show, and which motion would."""
+    """Which scale error and delay the motion could not determine, and which motion would."""
     hidden = [effect for effect in tuning.motion if not effect.has_error and not effect.is_shown]
     if not hidden:
         return ""

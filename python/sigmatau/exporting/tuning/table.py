@@ -25,16 +25,16 @@ _NORMALISED = {"normalised", "normalized", "nis", "nees", "whitened"}
 # In brackets: [(m/s)^2] or ((m/s)^2), but not an index [0].
 _UNIT = re.compile(r"\s*(?:\[(?!\d+\])([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
-_MOST_SENSORS = 16  # values of a column of numbers that are sensors, not counts
+_MOST_SENSORS = 16  # largest number of distinct values of a column that names sensors and does not count
 _SECONDS = ("s", "ms", "us", "µs", "ns")
-_LONGEST_INTERVAL = 1e4  # s; the times of a longer one are in another unit
-_UNNAMED = "innovation"  # a channel whose columns have no name of their own
-_LISTED = 12  # columns in a message
+_LONGEST_INTERVAL = 1e4  # longest interval [s]; times with a longer one are in another unit
+_UNNAMED = "innovation"  # name of a channel whose columns have no name
+_LISTED = 12  # largest number of columns in a message
 
 
 @frozen
 class _Columns:
-    """Which columns a channel is in."""
+    """The columns of a channel."""
 
     innovation: int
     variance: int
@@ -51,8 +51,8 @@ class _Table:
     units: tuple[str, ...]
     values: Floats
     lines: tuple[int, ...]
-    start: Floats  # the first row, of whichever sensor, whose time is 0; shape (1, n_columns)
-    sensors: tuple[str, ...] = ()  # of each row, if a column names them; this column is not in the table
+    start: Floats  # the first row, of any sensor, whose time is 0; shape (1, n_columns)
+    sensors: tuple[str, ...] = ()  # sensor of each row, if a column names it; this column is not in the table
 
     @property
     def listed(self) -> str:
@@ -60,7 +60,7 @@ class _Table:
         return ", ".join(self.names[:_LISTED]) + (", …" if len(self.names) > _LISTED else "")
 
     def index(self, name: str, option: str) -> int:
-        """Place of a column by its name, or by its number from 1."""
+        """Find a column by its name, or by its number from 1."""
         if name in self.names:
             return self.names.index(name)
         if name.isdigit() and 1 <= int(name) <= len(self.names):
@@ -102,7 +102,7 @@ def read_innovations(
 
 
 def _by_sensor(table: _Table) -> dict[str, _Table]:
-    """The rows of each sensor, if a column names it; else all of them, without a name."""
+    """Split the rows by sensor, if a column names it; else all rows, without a name."""
     if not table.sensors:
         return {"": table}
     named = np.array(table.sensors)
@@ -193,7 +193,7 @@ def _read(place: Path) -> _Table:
         if naming is not None:
             sensors.append(parts[naming].strip('"'))
             parts[naming] = ""
-        # A comma is a decimal comma where semicolons separate.
+        # A comma is a decimal comma if the delimiter is a semicolon.
         numbers = [_number(part.replace(",", ".") if delimiter == ";" else part) for part in parts]
         wrong = [k for k, number in enumerate(numbers) if number is None]
         if wrong:
@@ -376,7 +376,7 @@ def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
 
 
 def _read_rate(table: _Table, chosen: _Columns) -> Floats:
-    """The rate in SI; raises `OptionError` if its unit is not that of the innovation a second."""
+    """Read the rate in SI. Raises `OptionError` if its unit is not that of the innovation per second."""
     assert chosen.rate is not None
     values = table.values[:, chosen.rate]
     unit, stated = table.units[chosen.innovation], table.units[chosen.rate]

@@ -22,13 +22,13 @@ from sigmatau.exporting.tuning.statements import ROOT_OF_VARIANCE
 from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 
-_CLUSTERS = 8  # fewest independent averages; the interval of fewer is wider than a factor of 3
-_LOWEST = 5  # frequencies whose mean power is the density of a mean that no filter explains
-_OFFSET = 0.001  # probability that the mean of innovations without an offset is called one
+_CLUSTERS = 8  # smallest number of independent averages; with fewer the interval is wider than a factor of 3
+_LOWEST = 5  # number of frequencies whose mean power is the density at 0 if no filter explains the innovations
+_OFFSET = 0.001  # probability that a mean is reported for innovations without an offset
 _TAILS = (0.05, 0.95)  # quantiles of S
-_VARIATION = 1.5  # ratio of these quantiles, above which S takes turns or falls
-_BEGINNING = 10  # the first tenth, in which a filter converges
-_OUTLYING = 7.0  # deviations of the others; 1e6 Gaussian innovations have such a one with the probability 3e-6
+_VARIATION = 1.5  # ratio of these quantiles above which S alternates or decreases
+_BEGINNING = 10  # the first tenth of the run, in which a filter converges
+_OUTLYING = 7.0  # deviations from the others; of 1e6 Gaussian innovations one reaches this with probability 3e-6
 
 
 def tune(
@@ -203,7 +203,7 @@ def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, f
 
 
 def _require_converged(data: Innovations) -> None:
-    """Refuse innovations of a filter that still converges, or rows of two sensors as if of one."""
+    """Raise an error for a filter that still converges, or for rows of two sensors as if of one."""
     for stated, present in zip(np.diagonal(data.covariance, axis1=1, axis2=2).T, data.is_present.T, strict=True):
         values = stated[present]
         low, high = (float(value) for value in np.quantile(values, _TAILS))
@@ -228,7 +228,7 @@ def _takes_turns(values: Floats) -> bool:
 
 
 def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, float]:
-    """What the filter assumes, by noise, where it is one number."""
+    """The noise that the filter assumes, by name, if it is one number."""
     if isinstance(filter_, FilterMatrices) and len(run.closed) == 1:
         variances = run.measured[0]
     elif len(run.closed) == 1:
@@ -241,7 +241,7 @@ def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, fl
 
 
 def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, float]:
-    """Mean square with its interval by a χ² of as many degrees as there are independent squares.
+    """Mean square with its interval, from a χ² with as many degrees of freedom as there are independent squares.
 
     The variance of the mean square of a Gaussian series is 2∫P²/n of its density P, and the product of neighbours in the
     periodogram has the mean P².

@@ -4,6 +4,8 @@ import pytest
 
 from sigmatau.app.guard import HEADERS, MAX_BODY
 
+pytest_plugins = ["workbench_pages"]  # the fixtures
+
 TOKEN, MAX_UPLOAD = "a-token-of-the-tests", 3_000_000
 
 

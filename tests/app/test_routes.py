@@ -11,6 +11,8 @@ from workbench_logs import write_log
 
 from sigmatau import Analysis, analyze, read
 
+pytest_plugins = ["workbench_pages"]  # the fixtures
+
 
 def test_about(page, folder):
     about = page.get("api/about").json()
@@ -240,6 +242,7 @@ def test_compare(page, result, folder):
     compared = page.post("api/compare", results=[result, second]).json()
     assert len(compared["curves"]) == len(compared["names"]) == 2
     assert compared["table"]["channel"]
+    assert {each["verdict"] for each in compared["differences"] if each["term"] == "random_walk"} <= {"same", "differs"}
     assert page.post("api/compare", results=[result]).status_code == 400
     assert page.post("api/compare", results=[result, "nothing"]).status_code == 404
 

@@ -10,6 +10,7 @@ from typing import Any
 from sigmatau.analysis import Analysis
 from sigmatau.app.calls import Progress, number
 from sigmatau.lab.lots.comparison import compare_runs
+from sigmatau.lab.lots.differences import term_differences
 from sigmatau.reporting.charts import collect_charts
 from sigmatau.results import printable
 
@@ -25,4 +26,12 @@ def compared(*, analyses: Sequence[bytes], names: Sequence[str], progress: Progr
         for name, result in zip(unique, results, strict=True)
     ]
     table = {key: [number(v, 9) if isinstance(v, float) else v for v in values] for key, values in columns.items()}
-    return json.dumps({"names": unique, "curves": curves, "table": table, "text": repr(comparison)}, default=str)
+    differences = term_differences(*results) if len(results) == 2 else ()
+    content = {
+        "names": unique,
+        "curves": curves,
+        "table": table,
+        "differences": [each.to_dict() for each in differences],
+        "text": repr(comparison),
+    }
+    return json.dumps(content, default=str)

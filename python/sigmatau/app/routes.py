@@ -149,6 +149,7 @@ class Workbench:
     async def open(self, request: Request) -> Response:
         """The columns of a log; a result is kept, and its identifier answered."""
         body = await _body(request)
+        threading.Thread(target=self.analyses.warm, daemon=True).start()  # what comes next
         log = self._log(body)
         if await self._look(log.path, "is_result", log=log):
             parts = await self._look(log.path, "read_result", log=log)

@@ -77,7 +77,7 @@ def serve(
     with _listening(port) as listener:
         token, port = secrets.token_urlsafe(24), listener.getsockname()[1]
         workbench = Workbench(Roots(places), max_upload=max_upload)
-        threading.Thread(target=_warm, args=(workbench,), daemon=True).start()
+        threading.Thread(target=workbench.looks.warm, daemon=True).start()
         config = uvicorn.Config(
             guarded(workbench, token=token, port=port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
@@ -91,12 +91,6 @@ def serve(
                 raise
         finally:
             workbench.close()
-
-
-def _warm(workbench: Workbench) -> None:
-    """Start a worker for looking, and one for analyses, before they are asked for."""
-    workbench.looks.warm()
-    workbench.analyses.warm()
 
 
 def _listening(port: int) -> socket.socket:

@@ -1,6 +1,8 @@
-"""CONTRIBUTING.md is complete: a check, a format and a target are added to a copy of the package by the files that it names.
+"""CONTRIBUTING.md is complete: a check, a format, a target and a term are added to copies of the package by the files that
+it names.
 
-The tests of the copy then cover what was added. No other file of the package or of the tests is touched.
+The tests of the copy then cover what was added. No other file of the package or of the tests is touched. The crate is not
+built anew: of a term it has the name alone, and the copy has a Python form of its Allan variance.
 """
 
 import os
@@ -107,6 +109,31 @@ def _acme(folder: Path, stamps: Stamps, values: Values) -> Path:
 KINDS["Acme"] = Kind(_acme)
 """
 
+TERM = """        Term(
+            name="acme_walk",
+            symbols=("A", "A"),
+            slope=0.5,
+            read_at=1.0,
+            level=1.0,
+            labels={"signal": "acme walk"},
+            short_name="acme",
+            times="/sqrt(s)",
+            si_units={"angular_rate": "rad/s/sqrt(s)", "acceleration": "m/s^2/sqrt(s)"},
+            usual_units={"angular_rate": ("deg/h/sqrt(h)",), "acceleration": ("m/s/h^(3/2)",)},
+            synonyms="acme noise",
+        ),
+"""
+PHASE = """    if term == "acme_walk":
+        return value**2 * tau0**3 / 4 * (lags**3 - lags)
+"""
+# In place of the compiled forms.
+KERNELS = """    if term == "acme_walk":
+        return coefficient**2 * tau0 * (np.asarray(m) + 0.5 / np.asarray(m))
+"""
+DENSITY = """    if term == "acme_walk":
+        return 3 * (coefficient / (2 * np.pi * f)) ** 2
+"""
+
 # by section of CONTRIBUTING.md: new files, and files in which text is inserted (a pattern, and what follows its match)
 ADDED = {
     "Add a check": (
@@ -147,6 +174,47 @@ ADDED = {
             ),
         },
     ),
+    "Add a noise term": (
+        {},
+        {
+            "crates/core/src/terms.rs": (
+                r'(?m)^ +Self::RateRandomWalk => "rate_random_walk",\n',
+                '            Self::AcmeWalk => "acme_walk",\n',
+            ),
+            "noise/terms.py": (r'(?m)^(?= {8}Term\(\n {12}name="rate_ramp")', TERM),
+            "model/covariance.py": (r'(?m)^(?= +if term == "rate_ramp":\n)', PHASE),
+            "fitting/read_off_regions.py": (r"(?m)^RULES: .*\n", '    "acme_walk": Rule(),\n'),
+            "fitting/rounding.py": (r"(?m)^    errors = \{\n", '        "acme_walk": error / math.sqrt(duration),\n'),
+            "fitting/read_off.py": (
+                r"(?m)^    rate_random_walk: Span.*\n",
+                "    acme_walk: Span | None = None,\n",
+                r"rate_random_walk, (?=rate_ramp : tuple)",
+                "acme_walk, ",
+                r"(?m)^        rate_random_walk=rate_random_walk,\n",
+                "        acme_walk=acme_walk,\n",
+            ),
+            "quality/sensor_class.py": (
+                r"(?m)^        noisiest=\{\n",
+                '            "acme_walk": 1.0,\n',
+                r"        noisiest=\{(?=.)",
+                '"acme_walk": 1.0, ',
+            ),
+            "exporting/targets/ieee952.py": (
+                r'(?m)^    "angular_rate": \{\n',
+                '        "acme_walk": (("rad/s/√s", 1.0),),\n',
+                r'(?m)^    "acceleration": \{\n',
+                '        "acme_walk": (("m/s²/√s", 1.0),),\n',
+            ),
+            "analysis/forms.py": (
+                r"(?m)^    rate_random_walk: TermForm.*\n",
+                "    acme_walk: TermForm | None = key(default=None)\n",
+            ),
+            "cli/plan.py": (r"rate_random_walk (?=or rate_ramp)", "or acme_walk "),
+            "cli/store.py": (r"rate_random_walk, (?=rate_ramp, or mean)", "acme_walk, "),
+            "cli/deviation.py": (r"or rate_random_walk", " or acme_walk"),
+            "docs/glossary.md": (r"\Z", "\n| also called | acme noise |\n"),
+        },
+    ),
 }
 NAMED_AS = {
     "quality/samples/one_sign.py": "quality/samples/",
@@ -159,19 +227,24 @@ PAGE = "docs/how-to/acme.md"
 
 
 def place(folder, name):
-    return folder / name if name.startswith(("tests", "docs", "benches")) else folder / "python" / "sigmatau" / name
+    return (
+        folder / name
+        if name.startswith(("tests", "docs", "benches", "crates"))
+        else folder / "python" / "sigmatau" / name
+    )
 
 
-@pytest.fixture(scope="module")
-def sandbox(tmp_path_factory):
-    """A copy of the repository with all three additions."""
-    folder = tmp_path_factory.mktemp("sandbox")
+def copy_with(folder, *sections):
+    """A copy of the repository with the additions of some sections."""
     without = shutil.ignore_patterns("__pycache__", "frozen", "target")
     for name in ("python", "tests", "benches", "docs/how-to"):
         shutil.copytree(ROOT / name, folder / name, ignore=without)
-    for name in ("README.md", "CONTRIBUTING.md", "pyproject.toml", "Cargo.toml", "docs/findings.md"):
+    (folder / "crates" / "core" / "src").mkdir(parents=True)
+    files = ("README.md", "CONTRIBUTING.md", "pyproject.toml", "Cargo.toml", "docs/findings.md", "docs/glossary.md")
+    for name in (*files, "crates/core/src/terms.rs"):
         shutil.copy(ROOT / name, folder / name)
-    for files, insertions in ADDED.values():
+    for section in sections:
+        files, insertions = ADDED[section]
         for name, text in files.items():
             assert not place(folder, name).exists()
             place(folder, name).write_text(text, encoding="utf-8")
@@ -182,6 +255,13 @@ def sandbox(tmp_path_factory):
                 at = begin.start() if pattern.startswith("(?m)^from") else begin.end()
                 text = text[:at] + insertion + text[at:]
             place(folder, name).write_text(text, encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def sandbox(tmp_path_factory):
+    """A copy with a check, a format and a target."""
+    folder = tmp_path_factory.mktemp("sandbox")
+    copy_with(folder, "Add a check", "Add a format", "Add an export target")
     page = (folder / "docs" / "how-to" / "lio-sam.md").read_text(encoding="utf-8")
     (folder / PAGE).write_text(page.replace("lio-sam", "acme"), encoding="utf-8")
     run(folder, "tests/docs/pages.py", "--write", PAGE)
@@ -229,3 +309,48 @@ def test_what_was_added_works(sandbox):
         "print(st.read('log.acme').provenance.format, 'one_sign' in [f.code for f in st.check(record)], 'acme' in NAMES)\n"
     )
     assert run(sandbox, "-c", program).split() == ["acme", "True", "True"]
+
+
+@pytest.fixture(scope="module")
+def with_term(tmp_path_factory):
+    """A copy with a noise term, whose compiled forms are in Python."""
+    folder = tmp_path_factory.mktemp("with term")
+    copy_with(folder, "Add a noise term")
+    kernels = folder / "python" / "sigmatau" / "_native" / "kernels.py"
+    text = kernels.read_text(encoding="utf-8")
+    for name, form in (("avar", KERNELS), ("psd", DENSITY)):
+        head, call, tail = text.partition(f"    return _core.term_{name}(")
+        text = head + form + call + tail
+    kernels.write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_no_list_lacks_the_term(with_term):
+    """The lists of the package and of the crate, the glossary, and the schema of a result."""
+    files = ("noise/test_one_table", "noise/test_synonyms", "analysis/test_schema")
+    out = run(with_term, "-m", "pytest", *QUIET, *(f"tests/{file}.py" for file in files), "-k", "not every_example",
+              UPDATE_WORDS="1")  # fmt: skip
+    assert out.count(".") > 40
+
+
+def test_a_model_has_the_term(with_term):
+    """A model file states it, and the sum of its parts has it; linear systems refuse it."""
+    program = """
+import numpy as np, sigmatau as st
+from sigmatau.navigation.reference_filter import TrueNoise
+open("imu.toml", "w").write('[channels.gyro_x]\\nrandom_walk = "0.1 deg/sqrt(h)"\\nacme_walk = "3 deg/h/sqrt(h)"\\n')
+model = st.NoiseModel.read("imu.toml")
+gyro = model["gyro_x"]
+m, tau0 = np.array([1, 8, 64]), 0.01
+s = lambda l: gyro.phase_autocovariance(l, tau0=tau0)
+np.testing.assert_allclose((6 * s(0 * m) - 8 * s(m) + 2 * s(2 * m)) / (2 * (m * tau0) ** 2), gyro.avar(m=m, tau0=tau0))
+assert gyro.psd([1e-3])[0] > gyro["random_walk"] ** 2
+assert "acme_walk" in model.to_toml() and "acme walk" in st.export(model, to="ieee952")
+matrices = lambda _, dt: st.export(model, to="state-space", choices=st.Choices(step=dt))
+for refused in (st.state_space, st.arma, matrices, lambda noise, dt: TrueNoise(terms=noise.terms)):
+    try:
+        refused(gyro, dt=tau0)
+    except st.DataError as error:
+        print(str(error).count("acme_walk"))
+"""
+    assert run(with_term, "-c", program).split() == ["1"] * 4

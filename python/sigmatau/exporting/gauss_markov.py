@@ -25,7 +25,7 @@ from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
-from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.noise.terms import SLOW, TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 
@@ -187,12 +187,12 @@ def bottom(model: Mapping[str, float]) -> float | None:
     """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] The
     terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
     """
-    q, n, k, r = (
-        model.get(term, 0.0) ** 2 for term in ("quantization", "random_walk", "rate_random_walk", "rate_ramp")
-    )
-    if not (q or n) or not (k or r):
+    powers = np.zeros(1 + max(term.interval_power for term in TERMS.values()))  # derivative times τ³, by power of τ
+    for name, term in TERMS.items():
+        powers[term.interval_power] += 2 * term.slope * float(term.deviation(1.0)) ** 2 * model.get(name, 0.0) ** 2
+    if not (powers < 0).any() or not (powers > 0).any():
         return None
-    roots = np.roots([r, k / 3, 0.0, -n, -6 * q])
+    roots = np.roots(powers[::-1])
     positive = [root.real for root in roots if root.real > 0 and abs(root.imag) <= 1e-9 * abs(root)]
     return float(max(positive))
 
@@ -207,7 +207,7 @@ def _channel_process(numbers: Numbers, sensor: str, name: str) -> Process:
         origin = f"{name}: {_gauss_markov_text(model, strongest)}"
         if len(model.gauss_markov) > 1:
             origin += f", the largest of {len(model.gauss_markov)}"
-        omitted = _left_out(model, "bias_instability", "rate_random_walk", "rate_ramp")
+        omitted = _left_out(model, *SLOW)
         return Process(
             sigma=factor * strongest.sigma,
             time=strongest.time,
@@ -227,7 +227,7 @@ def _channel_process(numbers: Numbers, sensor: str, name: str) -> Process:
                 f" {Hint('horizon', value=10)} or the time over which the filter relies on the bias",
                 option="horizon",
             )
-        omitted = _left_out(model, "rate_random_walk", "rate_ramp")
+        omitted = _left_out(model, *(term for term in SLOW if term != "bias_instability"))
         return Process(
             sigma=factor * SIGMA_OF_FLICKER * b,
             time=time / PEAK_TIME,
@@ -293,7 +293,7 @@ def replaced_noise(numbers: Numbers) -> list[str]:
             continue
         parts, omitted = [], []
         for name, model in numbers.channels(sensor).items():
-            terms = [term for term in ("bias_instability", "rate_ramp") if term in model]
+            terms = [term for term in SLOW if term in model and term != "rate_random_walk"]
             slow = _values(model, *terms) + [_gauss_markov_text(model, g) for g in model.gauss_markov]
             slow += _resonances(model)
             if slow:

@@ -26,7 +26,7 @@ from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LARGEST, SMALLEST
-from sigmatau.noise.terms import TERMS, display_units
+from sigmatau.noise.terms import SLOW, TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds
 
@@ -134,8 +134,7 @@ class Numbers:
     def has_slow_noise(self, channel: str) -> bool:
         """Whether the model has noise that a random walk can match at a horizon."""
         model = self.model.channels[channel]
-        fast = ("quantization", "random_walk")
-        return any(term not in fast for term in model) or bool(
+        return any(term in SLOW for term in model) or bool(
             model.gauss_markov or model.resonance
         )  # sinusoids do not count
 

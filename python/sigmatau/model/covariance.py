@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native.distributions import digamma
 from sigmatau.arrays import Floats
-from sigmatau.errors import OptionError
+from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
@@ -40,7 +40,9 @@ def rate_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
     """Autocovariance of the rate of quantization noise or the random walk, the only stationary terms."""
     if term == "quantization":  # differences of white noise
         return np.asarray(value**2 / tau0**2 * (2.0 * (lags == 0) - 1.0 * (lags == 1)))
-    return np.asarray(value**2 / tau0 * (lags == 0))
+    if term == "random_walk":
+        return np.asarray(value**2 / tau0 * (lags == 0))
+    raise DataError(f"{term} has no autocovariance")
 
 
 def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
@@ -53,7 +55,9 @@ def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
         return value**2 * flicker_phase(lags, tau0)
     if term == "rate_random_walk":
         return value**2 * tau0**3 / 12 * (lags**3 - lags)
-    return value**2 * tau0**4 / 24 * lags**4  # a ramp, of a slope with this mean square
+    if term == "rate_ramp":
+        return value**2 * tau0**4 / 24 * lags**4  # of a slope with this mean square
+    raise DataError(f"{term} has no generalised autocovariance")
 
 
 def flicker_phase(lags: Floats, tau0: float) -> Floats:

@@ -25,7 +25,7 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, Resonance
-from sigmatau.noise.terms import SLOW
+from sigmatau.noise.terms import SLOW, refuse_without_system
 from sigmatau.statespace.riccati import stationary_covariance
 
 Criterion = Literal["horizon", "bias"]
@@ -81,6 +81,9 @@ class TrueNoise:
     terms: Mapping[str, float]
     gauss_markov: tuple[GaussMarkov, ...] = ()
     resonance: tuple[Resonance, ...] = ()
+
+    def __post_init__(self) -> None:
+        refuse_without_system(self.terms)
 
 
 @frozen

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau._native import kernels
 from sigmatau._native.arguments import whole_sizes
+from sigmatau.errors import DataError
 from sigmatau.frozen import frozen
 from sigmatau.noise.shown import SHOWN, ShownUnit, asked_unit, check_units, prefixed_unit, shown_unit
 from sigmatau.units import find
@@ -59,6 +60,9 @@ class Term:
         Other processes with the same slope, which an Allan variance cannot tell apart; empty if none.
     is_noise : bool
         False for the ramp, which is the same in each record.
+    has_system : bool
+        Whether linear systems have a form of it: state spaces, ARMA processes, and the true noise of a filter that is
+        judged. They refuse a model with another term.
     """
 
     name: str
@@ -74,6 +78,7 @@ class Term:
     synonyms: str
     look_alikes: str = ""
     is_noise: bool = True
+    has_system: bool = False
 
     @property
     def interval_power(self) -> int:
@@ -126,6 +131,7 @@ TERMS: Mapping[str, Term] = {
             usual_units={"angular_rate": ("arcsec",), "acceleration": ("m/s",)},
             synonyms="quantisation, quantization noise, angle white noise, white phase noise",
             look_alikes="flicker or white noise of the angle (velocity) itself",
+            has_system=True,
         ),
         Term(
             name="random_walk",
@@ -147,6 +153,7 @@ TERMS: Mapping[str, Term] = {
                 " noise density, rate noise density, acceleration noise density, noise spectral density, nsd,"
                 " gyroscope noise density, accelerometer noise density, white frequency noise"
             ),
+            has_system=True,
         ),
         Term(
             name="bias_instability",
@@ -164,6 +171,7 @@ TERMS: Mapping[str, Term] = {
                 " pink noise, flicker frequency noise, allan deviation floor"
             ),
             look_alikes="a valley between a random walk and a rate random walk, or a Gauss-Markov hump",
+            has_system=True,
         ),
         Term(
             name="rate_random_walk",
@@ -181,6 +189,7 @@ TERMS: Mapping[str, Term] = {
                 " accelerometer random walk"
             ),
             look_alikes="a Gauss-Markov process with a long correlation time",
+            has_system=True,
         ),
         Term(
             name="rate_ramp",
@@ -196,6 +205,7 @@ TERMS: Mapping[str, Term] = {
             synonyms="r, ramp, acceleration ramp, linear drift, drift rate ramp, frequency drift",
             look_alikes="flicker acceleration noise (PSD ~ 1/f³), or a slow change of temperature",
             is_noise=False,
+            has_system=True,
         ),
     )
 }
@@ -208,6 +218,13 @@ SLOW = tuple(name for name, term in TERMS.items() if term.slope >= 0)
 RANKED = tuple(sorted(TERMS, key=lambda name: (abs(TERMS[name].slope) > 1 / 2, TERMS[name].slope)))
 """The terms by how much users need them: the steep ones last."""
 _OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units of their own
+
+
+def refuse_without_system(terms: Iterable[str]) -> None:
+    """Raise `DataError` for a term that linear systems have no form of: without it they would state too little noise."""
+    lacking = [name for name in terms if not TERMS[name].has_system]
+    if lacking:
+        raise DataError(f"no linear system has the noise of {' and '.join(lacking)}; leave it out of the model")
 
 
 def coefficient_unit(term: str, quantity: str, unit: str) -> str:

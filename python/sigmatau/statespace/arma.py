@@ -17,6 +17,7 @@ from sigmatau.arrays import Floats, freeze
 from sigmatau.errors import DataError
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import interval
+from sigmatau.noise.terms import refuse_without_system
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.spectral_factor import RationalSpectrum
 from sigmatau.statespace.state_space import check_channel_model, find_flicker_poles
@@ -248,6 +249,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     (0, 1, 1)
     """
     check_channel_model(model, function="arma")
+    refuse_without_system(model.terms)
     interval("dt", dt)
     if model.sinusoid:
         raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")

@@ -31,6 +31,7 @@ from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.noise_model import NoiseModel
 from sigmatau.model.processes import LowPass, Resonance, interval, real
 from sigmatau.model.unobserved import Unobserved, find_unobserved, include_unobserved, unobserved_text
+from sigmatau.noise.terms import refuse_without_system
 from sigmatau.results import Printed, plain
 from sigmatau.statespace.doubling import RepeatedStep
 from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_poles
@@ -269,6 +270,7 @@ def state_space(
     (('bias',), [[1e-06]])
     """
     check_channel_model(model, function="state_space")
+    refuse_without_system(model.terms)
     not_observed = find_unobserved(model)
     model = include_unobserved(model, unobserved)
     interval("dt", dt)

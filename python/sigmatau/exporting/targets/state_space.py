@@ -26,7 +26,7 @@ from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel, alike_text
 from sigmatau.model.file import doubt_text
 from sigmatau.model.unobserved import Unobserved, assume_terms, find_unobserved, unobserved_text
-from sigmatau.noise.terms import TERMS
+from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
@@ -139,8 +139,7 @@ def _chosen(numbers: Numbers, name: str) -> ChannelModel:
     slow_factor = numbers.factor("rate_random_walk", stream_name(name))
     terms: dict[str, float] = {}
     for term, value in assume_terms(model, _policy(numbers)).items():
-        slow = term in ("bias_instability", "rate_random_walk", "rate_ramp")
-        terms[term] = (slow_factor if slow else white_factor) * value
+        terms[term] = (slow_factor if term in SLOW else white_factor) * value
     terms |= _chosen_terms(numbers, name)
     processes = tuple(replace(g, sigma=slow_factor * g.sigma) for g in model.gauss_markov)
     resonances = tuple(replace(r, sigma=slow_factor * r.sigma) for r in model.resonance)

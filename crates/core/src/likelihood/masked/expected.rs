@@ -61,6 +61,6 @@ pub(super) fn covariance(part: Part, lag: usize, tau0: f64) -> f64 {
         (Term::Quantization, 1) => -1.0 / (tau0 * tau0),
         (Term::BiasInstability, _) => -2.0 / PI * odd_harmonic(lag),
         (Term::RateRandomWalk, _) => -0.5 * tau0 * lag as f64,
-        _ => 0.0,
+        (Term::RandomWalk | Term::Quantization | Term::RateRamp, _) => 0.0,
     }
 }

@@ -517,5 +517,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(ROOT / "tests")]
+    sys.path[:0] = [str(ROOT / "tests"), str(ROOT)]  # files_of imports the helpers of tests, and benches
     raise SystemExit(main())

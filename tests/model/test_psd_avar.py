@@ -84,7 +84,7 @@ def test_a_sampled_density_is_the_function_that_joins_its_points(tau0, between):
         expected = 4 * (weights * half * joined(x) * np.sin(np.pi * x * time) ** 4 / below**2).sum()
         assert got.avar[k] == pytest.approx(expected, rel=1e-12), time
     function = st.avar_from_psd((f[0], f[-1]), joined, tau, sided="two", tau0=tau0)
-    np.testing.assert_allclose(got.avar, function.avar, rtol=1e-6)  # its rule for waves sees the corners as noise
+    np.testing.assert_allclose(got.avar, function.avar, rtol=1e-9)
     np.testing.assert_allclose(got.below, function.below, rtol=1e-9)
     np.testing.assert_allclose(got.above, function.above, rtol=1e-9)
     assert (got.above > 0).all()

@@ -57,37 +57,48 @@ class Pieces:
         self.low: Floats = frequency[interval] * ratio**share
         high = frequency[interval] * ratio ** (share + 1 / counts[interval])
         self.half: Floats = (high - self.low) / 2
-        self.nodes: Floats = (high + self.low)[:, None] / 2 + self.half[:, None] * _NODES
+        self.nodes: Floats = gauss_nodes(self.low, self.half)
         self.density: Floats = _interpolated(frequency, density, law, interval, self.nodes)
 
     def integral(self, time: float, tau0: float | None) -> Floats:
         """4 ∫ S·sin⁴(πfT)/(πfT)² df over the pieces; of samples with n²·sin²(πfτ₀) below; shape of a density. [unit²]"""
         below = math.pi * time * self.nodes if tau0 is None else time / tau0 * np.sin(math.pi * tau0 * self.nodes)
         smooth = self.density / below.reshape(below.shape + (1,) * (self.density.ndim - 2)) ** 2
-        turning = 4 * math.pi * time * self.half > _LITTLE
-        kernel = np.sin(math.pi * time * self.nodes[~turning]) ** 4 * _WEIGHTS * self.half[~turning, None]
-        total = np.einsum("ij,ij...->...", kernel, smooth[~turning])
-        if turning.any():
-            total = total + self._oscillating(smooth[turning], turning, time)
-        return np.asarray(4 * total)
+        return np.asarray(4 * integrals_under_sine(smooth, self.low, self.half, time).sum(axis=0))
 
-    def _oscillating(self, smooth: Floats, turning: NDArray[np.bool_], time: float) -> Floats:
-        """The integral over pieces on which sin⁴ turns often, by the Legendre series of the rest."""
-        from scipy.special import spherical_jn
 
-        order = np.arange(_POINTS)
-        legendre = np.polynomial.legendre.legvander(_NODES, _POINTS - 1)
-        series = np.einsum("jk,ij...->ik...", legendre * _WEIGHTS[:, None] * (order + 0.5), smooth)
-        half = self.half[turning]
-        middle = self.low[turning] + half
-        weights = np.zeros((len(half), _POINTS))
-        weights[:, 0] = 0.375 * 2
-        for turn, height in ((2.0, -0.5), (4.0, 0.125)):
-            # ∫ P_k(t)·exp(jωt) dt = 2·j^k·j_k(ω)
-            phase = np.exp(1j * turn * math.pi * time * middle)[:, None]
-            bessel = spherical_jn(order, (turn * math.pi * time * half)[:, None])
-            weights += height * 2 * (phase * 1j**order * bessel).real
-        return np.asarray(np.einsum("ik,ik...->...", weights * half[:, None], series))
+def gauss_nodes(low: Floats, half: Floats) -> Floats:
+    """Points of the rule in pieces that begin at `low` and are twice `half` long; shape (n_pieces, n_points)."""
+    return (low + half)[:, None] + half[:, None] * _NODES
+
+
+def integrals_under_sine(smooth: Floats, low: Floats, half: Floats, time: float) -> Floats:
+    """The integrals ∫ smooth·sin⁴(πfT) df over pieces, from values at their `gauss_nodes`; shape (n_pieces, ...)."""
+    turning = 4 * math.pi * time * half > _LITTLE
+    result = np.empty((len(low), *smooth.shape[2:]))
+    nodes = gauss_nodes(low[~turning], half[~turning])
+    kernel = np.sin(math.pi * time * nodes) ** 4 * _WEIGHTS * half[~turning, None]
+    result[~turning] = np.einsum("ij,ij...->i...", kernel, smooth[~turning])
+    if turning.any():
+        result[turning] = _oscillating(smooth[turning], low[turning], half[turning], time)
+    return result
+
+
+def _oscillating(smooth: Floats, low: Floats, half: Floats, time: float) -> Floats:
+    """The integrals over pieces on which sin⁴ turns often, by the Legendre series of the rest."""
+    from scipy.special import spherical_jn
+
+    order = np.arange(_POINTS)
+    legendre = np.polynomial.legendre.legvander(_NODES, _POINTS - 1)
+    series = np.einsum("jk,ij...->ik...", legendre * _WEIGHTS[:, None] * (order + 0.5), smooth)
+    weights = np.zeros((len(half), _POINTS))
+    weights[:, 0] = 0.375 * 2
+    for turn, height in ((2.0, -0.5), (4.0, 0.125)):
+        # ∫ P_k(t)·exp(jωt) dt = 2·j^k·j_k(ω)
+        phase = np.exp(1j * turn * math.pi * time * (low + half))[:, None]
+        bessel = spherical_jn(order, (turn * math.pi * time * half)[:, None])
+        weights += height * 2 * (phase * 1j**order * bessel).real
+    return np.asarray(np.einsum("ik,ik...->i...", weights * half[:, None], series))
 
 
 def _diagonal(density: Floats) -> Floats:

@@ -13,54 +13,17 @@ from numpy.typing import ArrayLike
 
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError, OptionError
+from sigmatau.model.density_pieces import gauss_nodes, integrals_under_sine
 
 Density = Callable[[Floats], ArrayLike]
 
-_DIRECT = 8 * math.pi  # x = πfT up to which the kernel is integrated as it is: eight of its humps
+_DIRECT = 8 * math.pi  # x = πfT beyond which eight humps of the kernel are done
 _LOWEST = 1e-30  # of x; below it a density steeper than f^−3 is all that could matter
 _HIGHEST = 1e17
 _SLOPE_POINTS = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
 _STEEPEST = -3.0
 _FINEST = 60  # halvings
-_MAX_INTERVALS = 200_000  # intervals
-
-# Gauss and Kronrod's rule of 7 and 15 points (QUADPACK).
-_NODES = np.array(
-    [
-        0.991455371120812639206854697526329,
-        0.949107912342758524526189684047851,
-        0.864864423359769072789712788640926,
-        0.741531185599394439863864773280788,
-        0.586087235467691130294144045369,
-        0.405845151377397166906606412076961,
-        0.207784955007898467600689403773245,
-        0.0,
-    ]
-)
-_KRONROD = np.array(
-    [
-        0.022935322010529224963732008058970,
-        0.063092092629978553290700663189204,
-        0.104790010322250183839876322541518,
-        0.140653259715525918745189590510238,
-        0.169004726639267902826583426598550,
-        0.190350578064785409913256402421014,
-        0.204432940075298892414161999234649,
-        0.209482141084727828012999174891714,
-    ]
-)
-_GAUSS = np.array(
-    [
-        0.0,
-        0.129484966168869693270611432679082,
-        0.0,
-        0.279705391489276667901467771423780,
-        0.0,
-        0.381830050505118944950369775488975,
-        0.0,
-        0.417959183673469387755102040816327,
-    ]
-)
+_MAX_PIECES = 20_000
 
 
 def integrate_density(
@@ -119,8 +82,8 @@ def integrate_density(
 
         σ²(n) = 4 ∫ S(f)·sin⁴(πfT)/(n²·sin²(πfτ₀)) df,   0 … 1/(2τ₀)
 
-    The first eight humps are integrated as they are. Beyond, sin⁴ = 3/8 − cos(2x)/2 + cos(4x)/8: the first part by the same
-    adaptive rule on a logarithmic axis, the others by QUADPACK's rule for oscillating functions.
+    The integral over each octave, and over halves of those in which the density is not smooth, is that of a sampled density:
+    exact for any number of turns of sin⁴, see `sigmatau.model.density_pieces`.
 
     References
     ----------
@@ -180,56 +143,29 @@ class _Kernel:
         return self.density(x) / (x if self.n is None else self.n * np.sin(x / self.n)) ** 2
 
     def integral(self, start: float, end: float) -> float:
-        if start > 0:
-            split = min(max(_DIRECT, start), end)
-            total = self._smooth(lambda x: self.envelope(x) * np.sin(x) ** 4, start, split) if start < split else 0.0
-            return 4 / (math.pi * self.time) * (total + (self._tail(split, end, total) if end > split else 0.0))
-        slope = self._slope(end)
-        # The integrand goes as x^(2 + slope): of a steep density much is at frequencies that no number of decades covers.
-        if slope <= _STEEPEST + 1e-3:
-            raise DataError(
-                f"the integral of eq. (11) diverges at f = 0: the density rises as f^{slope:.3g}, and an Allan variance"
-                " is finite only where it rises less than f^-3 (a ramp has no density: its Allan variance is that of eq. 23)"
-            )
-        split = min(_DIRECT, end)
-        total = self._smooth(lambda x: self.envelope(x) * np.sin(x) ** 4, _LOWEST, split)
-        # What is left of the lowest frequency: sin⁴x = x⁴.
-        low = np.array([_LOWEST])
-        total += float((self.envelope(low) * low**5)[0]) / (3 + slope)
+        below = 0.0
+        if start == 0:
+            slope = self._slope(end)
+            # The integrand goes as x^(2 + slope): much of a steep density is below any number of decades.
+            if slope <= _STEEPEST + 1e-3:
+                raise DataError(
+                    f"the integral of eq. (11) diverges at f = 0: the density rises as f^{slope:.3g}, and an Allan variance"
+                    " is finite only where it rises less than f^-3 (a ramp has no density: its Allan variance is that of"
+                    " eq. 23)"
+                )
+            # What is left of the lowest frequency: sin⁴x = x⁴.
+            low = np.array([_LOWEST])
+            start, below = _LOWEST, float((self.envelope(low) * low**5)[0]) / (3 + slope)
+        split = min(max(_DIRECT, start), end)
+        total = below + (self._adaptive(start, split, below) if start < split else 0.0)
         if end > split:
-            total += self._tail(split, end, total)
+            total += self._adaptive(split, self._distant(split, total) if math.isinf(end) else end, total)
         return 4 / (math.pi * self.time) * total
 
     def _slope(self, end: float) -> float:
         x = np.array(_SLOPE_POINTS) * min(1.0, end)
         s = self.density(x)
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
-
-    def _smooth(self, function: Callable[[Floats], Floats], start: float, stop: float, partial: float = 0.0) -> float:
-        """By bisection on a logarithmic axis, and on a linear one beyond x = 1 where humps are."""
-        logarithmic = math.log(min(stop, 1.0)) if start < 1 else math.log(stop)
-        edges = np.linspace(math.log(start), logarithmic, max(2, math.ceil(2 * (logarithmic - math.log(start)))))
-        total = _adaptive(lambda u: function(np.exp(u)) * np.exp(u), edges, self.rtol, partial)
-        if start < 1 < stop:
-            humps = np.linspace(1.0, stop, max(2, math.ceil(stop)))
-            total += _adaptive(function, humps, self.rtol, partial + total)
-        return total
-
-    def _tail(self, start: float, end: float, partial: float) -> float:
-        if math.isinf(end):
-            end = self._distant(start, partial)
-        steady = 0.375 * self._smooth(self.envelope, start, end, partial)
-        waves = 0.0
-        a = start
-        while a < end:
-            b = min(8 * a, end)
-            value, remainder = self._waves(a, b)
-            waves += value
-            # What oscillates beyond b is at most the envelope there, over its pace, and twice that.
-            if remainder < 0.1 * self.rtol * (partial + steady) and self.n is None:
-                break
-            a = b
-        return steady + waves
 
     def _distant(self, start: float, partial: float) -> float:
         """Where a density without an end has no more to give; it must fall, or stay."""
@@ -240,59 +176,34 @@ class _Kernel:
             raise DataError("the integral of eq. (11) diverges at f = ∞, or nearly: the density rises; give `f_max`")
         return float(x[done[0]])
 
-    def _waves(self, a: float, b: float) -> tuple[float, float]:
-        """∫ envelope·(cos(4x)/8 − cos(2x)/2), and what may be left beyond."""
-        import warnings
+    def _adaptive(self, start: float, stop: float, partial: float) -> float:
+        """The integral over octaves; pieces that are not yet right are halved, all at once."""
+        edges = np.geomspace(start, stop, max(math.ceil(math.log2(stop / start)), 1) + 1)
+        lower, upper = edges[:-1], edges[1:]
+        values, done = self._pieces(lower, upper), 0.0
+        for _ in range(_FINEST):
+            middle = np.sqrt(lower) * np.sqrt(upper)
+            halves = np.stack((self._pieces(lower, middle), self._pieces(middle, upper)))
+            refined = halves.sum(axis=0)
+            allowed = self.rtol * abs(partial + done + float(refined.sum()))
+            # Shared among all: a thousand pieces with a thousandth each.
+            wrong = np.abs(refined - values) > np.maximum(0.1 * allowed / len(edges), 1e-14 * np.abs(refined))
+            done += float(refined[~wrong].sum())
+            if not wrong.any():
+                return done
+            lower, upper = np.append(lower[wrong], middle[wrong]), np.append(middle[wrong], upper[wrong])
+            values = halves[:, wrong].ravel()
+            if len(lower) > _MAX_PIECES:
+                break
+        else:
+            if float(np.abs(values).sum()) < allowed:  # a step: halved until nothing was left of it
+                return done + float(values.sum())
+        raise DataError(
+            f"`psd` is too rough to be integrated to {self.rtol:g}; allow a larger `rtol`, or end it at an `f_max`"
+        )
 
-        from scipy.integrate import IntegrationWarning, quad
-
-        # In units of a and of the envelope there: where the parts cancel, QUADPACK's tolerance is absolute.
-
-        def envelope(u: float) -> float:
-            return float(self.envelope(np.array([a * u]))[0])
-
-        height = envelope(1.0) or 1.0
-        total = 0.0
-        for turn, weight in ((2.0, -0.5), (4.0, 0.125)):
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", IntegrationWarning)  # rounding, at a tolerance of 1e-13
-                value, _ = quad(
-                    lambda u: envelope(u) / height,
-                    1.0,
-                    b / a,
-                    weight="cos",
-                    wvar=turn * a,
-                    epsabs=1e-13,
-                    epsrel=1e-12,
-                    limit=400,
-                )
-            total += weight * a * height * value
-        return total, envelope(b / a)
-
-
-def _adaptive(function: Callable[[Floats], Floats], edges: Floats, rtol: float, partial: float) -> float:
-    """Integral over the intervals between the edges; those that are not yet right are halved, all at once."""
-    lower, upper = edges[:-1], edges[1:]
-    done = 0.0
-    nodes = np.concatenate((-_NODES, _NODES[-2::-1]))
-    kronrod = np.concatenate((_KRONROD, _KRONROD[-2::-1]))
-    gauss = np.concatenate((_GAUSS, _GAUSS[-2::-1]))
-    for _ in range(_FINEST):
+    def _pieces(self, lower: Floats, upper: Floats) -> Floats:
         half = (upper - lower) / 2
-        x = (lower + upper)[:, None] / 2 + half[:, None] * nodes
-        values = function(x.ravel()).reshape(x.shape)
-        parts, coarse = values @ kronrod * half, values @ gauss * half
-        allowed = rtol * (abs(partial) + abs(done + float(parts.sum())))
-        # Shared among all: a thousand intervals with a thousandth each.
-        wrong = np.abs(parts - coarse) > np.maximum(0.1 * allowed / len(edges), 1e-15 * np.abs(parts))
-        done += float(parts[~wrong].sum())
-        if not wrong.any():
-            return done
-        middle = (lower[wrong] + upper[wrong]) / 2
-        lower, upper = np.concatenate((lower[wrong], middle)), np.concatenate((middle, upper[wrong]))
-        if len(lower) > _MAX_INTERVALS:
-            break
-    else:
-        if float(np.abs(parts[wrong]).sum()) < allowed:  # a step: halved until nothing was left of it
-            return done + float(parts[wrong].sum())
-    raise DataError(f"`psd` is too rough to be integrated to {rtol:g}; allow a larger `rtol`, or end it at an `f_max`")
+        nodes = gauss_nodes(lower, half)
+        envelope = self.envelope(nodes.ravel()).reshape(nodes.shape)
+        return integrals_under_sine(envelope, lower, half, 1 / math.pi)

@@ -41,7 +41,7 @@ _OTHER_NAMES = {
     ("analyze", "--freq"): "the sampling rate is --rate",
     ("analyze", "--fs"): "the sampling rate is --rate",
 }
-"""What to give in place of an option of another command or program."""
+"""What to give in place of an option that belongs to another command or program."""
 
 
 @speaking(as_options)
@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             "MPLBACKEND", None
         )  # no window is opened; Jupyter names a backend that may not be installed here
     keep_freed()
-    atexit.register(gc.freeze)  # at the end nothing is searched for what can be freed: it took as long as an import
+    atexit.register(gc.freeze)  # skip the search for garbage at the end, which took as long as an import
     from cyclopts import CycloptsError
 
     from sigmatau.cli.app import app
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _termination(), settled():
-            result = copy_context().run(  # units that are shown end with the command
+            result = copy_context().run(  # the units of ``--show`` are reset after the command
                 app,
                 [*words[1:], "--help"] if words[:1] == ["help"] else repeat_options(app, with_config(words)),
                 exit_on_error=False,
@@ -100,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _fail("interrupted", 130)
     except (BrokenPipeError, SystemExit) as error:
-        # The reader of the output has ended (`sigmatau … | head`). Rich leaves with SystemExit then.
+        # The reader of the output has stopped (`sigmatau … | head`). Rich then raises SystemExit.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -115,7 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _in_words(error: CycloptsError) -> str:
-    """An error of the command line, with what to type."""
+    """Describe an error of the command line, with what to type."""
     from cyclopts import CoercionError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
     command = error.command_chain[0] if error.command_chain else ""
@@ -161,7 +161,7 @@ def _in_words(error: CycloptsError) -> str:
 
 
 def _explain_kind(kind: str) -> str:
-    """What to say of a word that is no kind of deviation."""
+    """What to answer to a word that is not a kind of deviation."""
     from sigmatau.errors import OptionError
     from sigmatau.estimators.deviation_kinds import estimator
 
@@ -184,7 +184,7 @@ def _as_target(name: str) -> str:
 
 
 class _Terminated(KeyboardInterrupt):
-    """SIGTERM, handled as an interruption, so that temporary files are removed."""
+    """SIGTERM as an exception, handled like an interruption, so that temporary files are removed."""
 
 
 def _terminated(*_: object) -> None:

@@ -53,7 +53,8 @@ from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import channel_quantities, stream_name
 from sigmatau.typed.config import parse_notes
 
-_MOST_LINES = 10  # of findings: with the table of six axes, what comes next and a prompt, a screen of 24
+# largest number of lines of findings: with the table of six axes, the hints and a prompt they fill a screen of 24
+_MOST_LINES = 10
 
 
 def analyze_command(
@@ -189,7 +190,9 @@ def analyze_command(
 
 
 def _notes(texts: Sequence[str], report: Path | None, json: Path | None) -> dict[str, str]:
-    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form, or without a file for it."""
+    """Parse ``["serial number=A123"]`` to a dictionary. Raises `OptionError` for another form, or if there is no file to
+    write it to.
+    """
     if texts and report is None and json is None:
         raise OptionError("--note needs --report r.html or --json r.json", option="note")
     return parse_notes(texts)
@@ -257,7 +260,7 @@ def _print_result(analysis: Analysis, outputs: Outputs, *, verbose: bool, quiet:
 
 
 def _say_refused(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
-    """Name the lines of given ranges that were refused."""
+    """Print the refused lines of given ranges."""
     for line in refused_by_hand(analysis, in_table=with_table and not analysis.fits):
         say(line, quiet=quiet)
 
@@ -268,7 +271,7 @@ def _table(text: str) -> None:
 
 
 def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
-    """Print the coefficients and the findings of each sensor, after the findings of no sensor or of several."""
+    """Print the coefficients and the findings sensor by sensor, after the findings that concern several sensors or none."""
     sections = {"": analysis.headline(), **analysis.sections()}
     findings: dict[str, list[Finding]] = {sensor: [] for sensor in sections}
     for finding in analysis.findings:
@@ -299,7 +302,7 @@ def _analyze_logs(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     readings = assign_readings(reading, logs, places)
-    for option, folder in reversed(outputs.paths.items()):  # libraries of figures before a folder is made
+    for option, folder in reversed(outputs.paths.items()):  # check the libraries of figures before a folder is created
         check_folder(folder, option)
     results = sum(map(is_result, left_out))
     if notes := [str(file) for file in left_out if not is_result(file)]:
@@ -360,7 +363,7 @@ def _in_a_process(
     outputs: Outputs,
     show: str | None,
 ) -> Analysis:
-    set_shown(show)  # for the rows of the table too, which this process prints
+    set_shown(show)  # also for the rows of the table, which this process prints
     record = read_log(log, readings[log], quiet=True)
     check_shown(channel_quantities(record))
     analysis = analyze(record, **settings)
@@ -372,7 +375,7 @@ def _in_a_process(
 
 
 def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
-    """What comes next: options that were not given."""
+    """Hints on further options that were not given."""
     offers = ["-v"]
     offers += ["report: --report r.html"] if outputs.report is None else []
     example = (
@@ -384,7 +387,7 @@ def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
 
 @contextmanager
 def _failures_written(log: Path, json: Path | None, notes: Mapping[str, str]) -> Iterator[None]:
-    """Write a JSON that says why there is no result, so that no earlier one stands for it."""
+    """Write a JSON that states why there is no result, so that the result of an earlier run is not mistaken for it."""
     try:
         yield
     except (OptionError, DataError, ImportError) as error:

@@ -178,7 +178,7 @@ sigmatau store export --store lab.db --what runs -o runs.csv""",
     ),
 }
 
-_MODULES = {"app": "workbench"}  # where a module has another name than its command
+_MODULES = {"app": "workbench"}  # modules whose name differs from that of the command
 
 # Usage of commands with optional arguments, whose names the library does not print.
 _USAGE = {

@@ -1,4 +1,4 @@
-"""Outputs of an analysis: each is written if it can be, whatever happened to the others."""
+"""Outputs of an analysis. Each is attempted, even if another one fails."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Attempts:
 
     @contextlib.contextmanager
     def attempt(self) -> Iterator[None]:
-        """Write one output; an error does not keep the next one from being written."""
+        """Write one output. An error does not prevent the next output."""
         try:
             yield
         except (OptionError, DataError, ImportError, OSError) as error:

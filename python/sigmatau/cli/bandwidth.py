@@ -78,12 +78,12 @@ def bandwidth_command(
 
 
 def _name(log: Path, logs: list[Path]) -> str:
-    """The name of a log without its folder, unless another has it too."""
+    """The name of a log without its folder, unless another log has the same name."""
     return log.name if sum(each.name == log.name for each in logs) == 1 else str(log)
 
 
 def _read(log: Path, reading: ReadingOptions, *, quiet: bool) -> Record:
-    """The record; a log without a sampling rate has that of its name."""
+    """Read a record. If the log has no sampling rate, that in its name is used."""
     try:
         return read_log(log, reading, quiet=quiet)
     except OptionError as error:
@@ -98,7 +98,7 @@ def _read(log: Path, reading: ReadingOptions, *, quiet: bool) -> Record:
 
 
 def _channels(records: dict[str, Record], axes: list[str] | None) -> list[str] | None:
-    """The channels of ``--axes``."""
+    """Select the channels of ``--axes``."""
     if axes is None:
         return None
     available = dict.fromkeys(channel for record in records.values() for channel in record.channels)

@@ -1,4 +1,6 @@
-"""Several logs, in sequence or in parallel: in other processes, so that a failure does not end the others."""
+"""Several logs, in sequence or in parallel. Parallel analyses run in other processes, so that a crash does not stop the
+others.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +28,9 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
-_TABLES = (".csv", ".tsv", ".dat", ".gz")  # a table without rows is a failed log, not a note
-_HEAD = 1 << 16  # bytes that decide whether a file is a log
+# kinds of tables that show a failed log, and not a note, if they have no rows
+_TABLES = (".csv", ".tsv", ".dat", ".gz")
+_HEAD = 1 << 16  # number of bytes that decide whether a file is a log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +42,7 @@ class LogOutcome:
     findings: tuple[Finding, ...] = ()
     marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
-    extract: object = None  # What `keep` of `run` made of the analysis
+    extract: object = None  # Return value of `keep` of `run` for the analysis
 
     @property
     def code(self) -> int:
@@ -50,11 +53,12 @@ class LogOutcome:
 
 
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Logs, including those of folders and their subfolders sorted by name; and the files that are skipped. A log that
-    is named, and is in a named folder too, is read once.
+    """Collect the logs, including those in folders and subfolders, sorted by name, and the files that are skipped.
+
+    A log that is given both by name and by its folder is read once.
     """
     named = [place for place in places if _is_log(place)]
-    logs: dict[Path, Path] = {}  # by resolved path
+    logs: dict[Path, Path] = {}  # logs by resolved path
     left_out: list[Path] = []
     for place in places:
         if _is_log(place):
@@ -74,7 +78,7 @@ def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def _is_log(place: Path) -> bool:
-    """Whether a place is one log: a file, or the folder of a ROS 2 bag."""
+    """Whether a path is one log: a file, or the folder of a ROS 2 bag."""
     return not place.is_dir() or bool(bag_files(place))
 
 
@@ -99,10 +103,10 @@ def _files(folder: Path, above: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def _may_be_a_log(file: Path) -> bool:
-    """Whether a file found in a folder is read: not an empty one, a pipe, a picture, prose, or a result."""
+    """Whether a file in a folder is read. Empty files, pipes, pictures, prose and results are skipped."""
     if file.is_dir():
         return True
-    if file.exists() and not file.is_file():  # opening a pipe waits for a writer
+    if file.exists() and not file.is_file():  # opening a pipe would wait for a writer
         return False
     if file.suffix.lower() in NOT_LOGS:
         return False
@@ -126,9 +130,10 @@ def run(
     jobs: int,
     keep: Callable[[Path, Analysis], object] | None = None,
 ) -> Iterator[LogOutcome]:
-    """Outcomes of logs in the order of completion, `jobs` of them in parallel. `work`: analyses one log and writes its
-    outputs; `keep`: what of an analysis comes back. They are sent to other processes, so they are functions of a module or
-    a `functools.partial` of one.
+    """Yield the outcomes of logs in the order of completion, with `jobs` analyses in parallel.
+
+    `work`: analyses one log and writes its outputs; `keep`: selects what is returned of an analysis. Both are sent to other
+    processes, so they must be functions of a module or a `functools.partial` of one.
     """
     import multiprocessing
     import multiprocessing.connection
@@ -145,7 +150,7 @@ def run(
                 )
                 try:
                     idle.send(waiting[0])
-                except OSError:  # ended without a log
+                except OSError:  # the process ended without a log
                     _end(idle, workers)
                     continue
                 busy[idle] = waiting.pop(0)
@@ -168,7 +173,7 @@ def _started(
     keep: Callable[[Path, Analysis], object] | None,
     workers: dict[Connection, BaseProcess],
 ) -> Connection:
-    """A new process that waits for logs."""
+    """Start a process that waits for logs."""
     our_end, their_end = context.Pipe()
     process = context.Process(target=_work, args=(work, keep, their_end), daemon=True)
     process.start()
@@ -178,7 +183,7 @@ def _started(
 
 
 def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
-    """The exit code of a process that has ended, which is forgotten."""
+    """The exit code of a process that has ended; its record is removed."""
     process = workers.pop(connection)
     connection.close()
     process.join()
@@ -186,8 +191,8 @@ def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int 
 
 
 def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None, logs: Connection) -> None:
-    """Outcomes of logs until no more come: most modules are imported once for all logs of a process."""
-    # Ctrl-C reaches all processes of the terminal; the parent ends the others.
+    """Analyse logs until there are no more. Most modules are imported once for all logs of a process."""
+    # Ctrl-C reaches all processes of the terminal; the parent stops the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     keep_freed()
     gc.freeze()
@@ -197,7 +202,7 @@ def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], obj
         except EOFError:
             return
         logs.send(_outcome(log, work, keep))
-        gc.collect()  # the samples of a log must not stay beside those of the next
+        gc.collect()  # the samples of two logs must not be in memory together
 
 
 def _outcome(

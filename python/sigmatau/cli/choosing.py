@@ -1,4 +1,6 @@
-"""Options of an export, of ``sigmatau export`` and ``sigmatau analyze --export`` alike. Exporting is imported when used."""
+"""Options of an export, shared by ``sigmatau export`` and ``sigmatau analyze --export``. The exporting modules are imported
+when used.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ class Choosing(DeclaredOptions):
         return Choices(**self.arguments())
 
     def first_option(self) -> str | None:
-        """An option that was given, in the form of the command line; None if none was."""
+        """The first option that was given, as typed on the command line; None if there was none."""
         for field in fields(cast("Any", self)):
             if getattr(self, field.name) != field.default:
                 return f"--{spelled(field.name)}"
@@ -42,7 +44,7 @@ class Choosing(DeclaredOptions):
 
 
 def targets_for_shell(context: CompletionContext) -> list[str]:
-    """The names of the targets, for completion of ``--to``; with ``=`` behind them for that of ``--export``."""
+    """The names of the targets for completion of ``--to``; for that of ``--export``, each is followed by ``=``."""
     from sigmatau.exporting.targets import NAMES
 
     return [f"{name}=" if context.argument.name == "--export" else name for name in NAMES]
@@ -50,7 +52,7 @@ def targets_for_shell(context: CompletionContext) -> list[str]:
 
 @contextmanager
 def _name_export(after: str = "", name: str = "") -> Iterator[None]:
-    """Put the target and the option in front of errors of an export, and what else can be done behind them."""
+    """Prefix the target and the option to errors of an export, and append what else can be done."""
     try:
         yield
     except (OptionError, DataError) as error:
@@ -66,11 +68,11 @@ def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
         say(line, quiet=quiet)
 
 
-_ANY_RATE = 100.0  # of all sensors, where a log will show it [Hz]
+_ANY_RATE = 100.0  # rate of all sensors, for a log that will state its own [Hz]
 
 
 def _axes(sensor: str, channels: Sequence[str]) -> list[str]:
-    """The channels of a sensor that an option names; three axes if it names the sensor, or none."""
+    """The channels of a sensor that an option names: three axes if it names the sensor or nothing."""
     named = [name for name in channels if name.startswith(f"{sensor}_")]
     return named or [f"{sensor}_{axis}" for axis in "xyz"]
 
@@ -114,8 +116,8 @@ class Exports:
         return cls(files=files, choices=choices)
 
     def check_reading(self, reading: ReadingOptions | None) -> None:
-        """Raise an error for what the targets need and the options of reading exclude, before a log is read: a sensor, or
-        one rate for the filter.
+        """Raise an error, before a log is read, if the options of reading exclude something that the targets need: a sensor,
+        or one rate for the filter.
         """
         how = (reading or ReadingOptions()).arguments() if self.files else {}
         channels = [name for name in how.get("channels") or {} if name != "time"]
@@ -132,11 +134,11 @@ class Exports:
         self._check({name: dict.fromkeys(_axes(name, channels), known_rates[name]) for name in sensors})
 
     def check_record(self, record: Record) -> None:
-        """Raise an error for what the targets need and the record lacks, before the analysis."""
+        """Raise an error, before the analysis, if the record lacks something that the targets need."""
         self._check({stream.name: dict.fromkeys(stream.channels, stream.grid.rate) for stream in record.streams})
 
     def _check(self, rates: Mapping[str, Mapping[str, float]]) -> None:
-        """Raise an error for what the targets need and these channels lack. `rates`: by channel, by sensor. [Hz]"""
+        """Raise an error if these channels lack something that the targets need. `rates`: by channel, by sensor. [Hz]"""
         if not self.files or self.choices is None:
             return
         from sigmatau.exporting.choices import KINDS
@@ -148,8 +150,9 @@ class Exports:
             )
 
     def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
-        """Write each file that can be written. `result` is the written JSON, which allows another attempt without a second
-        analysis.
+        """Write each file that can be written.
+
+        `result`: the JSON that was written, from which a failed export can be repeated without an analysis.
         """
         if not self.files or self.choices is None:
             return

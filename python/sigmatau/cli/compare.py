@@ -22,7 +22,7 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.results import csv_text
 
-_MOST_UNUSED = 10  # results that are named on the screen
+_MOST_UNUSED = 10  # largest number of unused results that are listed on the screen
 
 _UNUSABLE = 1
 
@@ -137,7 +137,7 @@ def _compare_stored(
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:
-    """Raise an error for an output inside a folder that is read: the next run would read it as a result."""
+    """Raise an error for an output inside a folder that is read, because the next run would read it as a result."""
     folders = [place.resolve() for place in results if place.is_dir()]
     for output in outputs:
         if output is not None and any(folder in output.resolve().parents for folder in folders):
@@ -145,7 +145,7 @@ def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:
 
 
 def _tell_unused(comparison: RunComparison, *, quiet: bool) -> int:
-    """Name what was not compared; the exit code."""
+    """List the results that were not compared; return the exit code."""
     lines = unused_lines(comparison)
     for line in lines[:_MOST_UNUSED]:
         if line.startswith("not used: "):

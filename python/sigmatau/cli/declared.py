@@ -1,4 +1,4 @@
-"""Declared options as parameters of commands: how each form is typed, and the groups of the help; see `sigmatau.options`."""
+"""Declared options as parameters of commands: how each is typed, and the groups of the help; see `sigmatau.options`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from dataclasses import Field
 
 MAIN = Group("Main options", sort_key=1)
-"""What a newcomer needs; the other groups have the rest."""
+"""Group of the options that a newcomer needs; the other options are in other groups."""
 
 GROUPS: Mapping[GroupName, Group] = {name: Group(name, sort_key=2 + k) for k, name in enumerate(get_args(GroupName))}
 
@@ -45,10 +45,10 @@ T = TypeVar("T", bound="DeclaredOptions")
 
 
 class DeclaredOptions:
-    """Base of declared options as they are typed; None for those that are not."""
+    """Base of declared options in typed form. Options that were not typed are None."""
 
     def arguments(self) -> dict[str, Any]:
-        """The options by name, as Python takes them; those that were not typed have their default."""
+        """The options by name, as Python arguments; those that were not typed have their default."""
         values = {}
         for each in fields(cast("Any", self)):  # a dataclass by `typed_options`
             typed = getattr(self, each.name)
@@ -65,7 +65,7 @@ def typed_options(
     only: Collection[str] = (),
     without: Collection[str] = (),
 ) -> Callable[[type[T]], type[T]]:
-    """A class of options as one of the same options as they are typed: all, `only` some, or all `without` some."""
+    """Build a class of options in typed form: all options of a class, `only` some, or all `without` some."""
 
     def decorate(cls: type[T]) -> type[T]:
         cls.__annotations__ = {}

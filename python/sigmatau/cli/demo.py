@@ -22,8 +22,8 @@ from sigmatau.results import aligned
 from sigmatau.simulation.in_memory import simulate
 
 _HOURS = 2.0
-# Sampling rate in hertz and what the screen says of the unit. The rate of the CIMU follows from the error of 0.06 % that the
-# paper states at one sample; for the other two the paper states it.
+# Sampling rate in hertz, and the description of the unit on the screen. The rate of the CIMU follows from the error of
+# 0.06 % that the paper states for one sample; for the other two the paper states the rate.
 _UNITS: Mapping[str, tuple[float, str]] = {
     "cimu": (
         200.0,

@@ -123,14 +123,14 @@ def density_command(
 
 
 def _check_name(name: str, quantity: str) -> None:
-    """Raise `OptionError` for a channel of another sensor than that of the unit."""
+    """Raise `OptionError` for a channel of a sensor that does not have this unit."""
     wanted = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream_name(name), "signal")
     if wanted != quantity:
         raise OptionError(f"--channel {name}: the unit is that of another sensor, {quantity}", option="channel")
 
 
 def _fitted(measured: MeasuredDensity, averages: float, tau0: float | None, *, quiet: bool) -> PsdFit:
-    """The noise terms, of densities that do not depend on each other."""
+    """Fit the noise terms to independent densities."""
     step = independent_step(measured.density)
     if step > 1:
         which = {2: "second", 3: "third"}.get(step, f"{step}th")

@@ -1,4 +1,4 @@
-"""Results of an earlier run: they are not logs, and a run that fails leaves none in place of its own."""
+"""Results of an earlier run. They are not read as logs, and a failed run does not leave them in place of its results."""
 
 from __future__ import annotations
 
@@ -33,8 +33,10 @@ def settled() -> Iterator[None]:
 
 
 def expect(*paths: Path | None, csv: Path | None = None) -> None:
-    """Outputs of this command, once no option is wrong: what an earlier run left there is no result of this one. Files that
-    sigmatau did not write stay. Beside `csv` are the curves.
+    """Declare the outputs of this command after its options were checked. Files there that an earlier run of sigmatau left
+    are removed if the command fails; other files stay.
+
+    `csv`: the curves are beside it.
     """
     before = _expected.get(None)
     for path in (*paths, csv, None if csv is None else curves_path(csv)):

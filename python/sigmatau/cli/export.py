@@ -103,7 +103,7 @@ def export_command(
     choices = (choosing or Choosing()).choices()
     if from_datasheet is not None and rate is not None:
         raise not_of_a_log(rate)
-    # Before a file is read. Whether a datasheet needs the horizon, its values tell.
+    # This is checked before a file is read. Whether a datasheet needs the horizon depends on its values.
     check_all([to], choices if from_datasheet is None else choices.without("horizon"))
     if output is not None:
         check_path(wanted, output)
@@ -162,7 +162,7 @@ def _prepare_datasheet(
     sided: Literal["one", "two"] | None,
     quiet: bool,
 ) -> Prepared:
-    """The file for stated values; where the convention is not stated, that with more noise."""
+    """The file for stated values. If a convention is not stated, the interpretation with more noise is used."""
     sheet = datasheet(name)
     if sided is None and not _states_sides(sheet):
         say(
@@ -186,7 +186,7 @@ def _check_shown(channels: Mapping[str, ChannelModel]) -> None:
 
 
 def _states_sides(sheet: Datasheet) -> bool:
-    """Whether the noise densities of the model have stated conventions."""
+    """Whether the conventions of the model's noise densities are stated."""
     try:
         sheet.model(bias="minimum")
     except OptionError:

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from sigmatau.lab.store.naming import Naming
 
 NOT_AT_REST = 5
-_BATCH = 200  # results of a transaction
-_BATCH_SECONDS = 5.0  # after which fewer are committed too
-_LISTED = 10  # errors that are printed
-_REPORT = 30.0  # between lines of progress that are not on a terminal [s]
+_BATCH = 200  # number of results in a transaction
+_BATCH_SECONDS = 5.0  # time after which fewer results are committed too [s]
+_LISTED = 10  # largest number of errors that are printed
+_REPORT = 30.0  # interval between lines of progress that are not on a terminal [s]
 
 
 def fleet_command(
@@ -54,8 +54,8 @@ def fleet_command(
 ) -> int:
     """Analyse many logs, or very long ones, on several processes or hosts, and add the results to a store.
 
-    Logs that are in the store, unchanged and with the same options, are not analysed again: after an interruption the same
-    command goes on. A log that cannot be used is a row in the store that says why.
+    Logs that are already in the store, unchanged and with the same options, are not analysed again, so that an interrupted
+    command can be repeated. A log that cannot be used becomes a row in the store that states why.
 
     Parameters
     ----------
@@ -109,9 +109,9 @@ def fleet_command(
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
     job = FleetJob(reading=how, settings=chosen, naming=naming)
-    options = job.options  # what is wrong whatever the log is refused here, before it is sent to the workers
+    options = job.options  # wrong options are refused here, before they are sent to the workers
     naming.check()
-    # Workers are in other folders, and logs/a.csv of two folders are two logs.
+    # Workers are in other folders, and logs/a.csv in two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     named = [log for log in find(logs) if not _is_store_file(log.place, place)]
     runs, unnamed = _all_stated(naming, named)
@@ -135,7 +135,7 @@ def fleet_command(
 
 
 def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *, quiet: bool) -> None:
-    """Analyse logs, with progress; what is finished is in the store whatever ends the run."""
+    """Analyse logs, with progress. Finished results are in the store, however the run ends."""
     from sigmatau.lab.fleet.run import run_fleet
 
     try:
@@ -169,7 +169,7 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
         say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
-        return 2  # otherwise the options are right, and some of the files are of another kind
+        return 2  # otherwise the options are correct, and some of the files are of another kind
     if unnamed:
         return 1
     return next(
@@ -178,7 +178,7 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """What the options state of each run, and why logs have no unit or no date; raises `DataError` if no log has them."""
+    """The stated facts about each run, and why logs have no unit or no date. Raises `DataError` if no log has them."""
     stated: dict[str, dict[str, Any]] = {}
     unnamed: list[str] = []
     for log in logs:
@@ -193,7 +193,7 @@ def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str
 
 
 def _stated(naming: Naming, place: str) -> dict[str, Any]:
-    """What the options state of the run of a log."""
+    """The stated facts about the run of a log."""
     from sigmatau.analysis.failed import FailedAnalysis
     from sigmatau.lab.store.rows import in_utc
 
@@ -204,23 +204,23 @@ def _stated(naming: Naming, place: str) -> dict[str, Any]:
 
 
 def _is_store_file(log: str, store: str) -> bool:
-    """Whether a file is the store, or one that SQLite keeps beside it."""
+    """Whether a file is the store, or a file that SQLite keeps beside it."""
     names = {store, *(f"{store}{end}" for end in ("-wal", "-shm", "-journal"))}
     return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
 
 def _before(stored_logs: int, failed: int) -> str:
-    """Logs that are not analysed again, in words; empty for none."""
+    """Describe the logs that are not analysed again; empty if there are none."""
     if not stored_logs:
         return ""
     return f"{stored_logs} were in the store{f' ({failed} of them failed)' if failed else ''}"
 
 
 class _Tally:
-    """Outcomes on their way to the store.
+    """Outcomes that are waiting to be written to the store.
 
-    Failures by an option are held until another log shows that the options are right: `lot` would read them as the latest
-    result of every unit. If the store has logs of the same options, they have been `tried`.
+    Failures because of an option are held back until another log shows that the options are correct; otherwise `lot` would
+    take them as the latest result of every unit. If the store has logs with the same options, these have been `tried`.
     """
 
     def __init__(self, stored: Stored, total: int, *, tried: bool) -> None:
@@ -233,7 +233,7 @@ class _Tally:
         self.errors: list[str] = []
 
     def take(self, outcomes: Sequence[FleetOutcome]) -> None:
-        """Keep outcomes, and write them if they are many, or old."""
+        """Add outcomes, and write all that are waiting if they are many or old."""
         if not self._waiting:
             self._since = time.monotonic()
         self._waiting += outcomes
@@ -246,7 +246,7 @@ class _Tally:
             self.write()
 
     def write(self) -> None:
-        """Write what waits, in one transaction; what is written stays whatever happens."""
+        """Write the waiting outcomes in one transaction. Written outcomes stay, whatever happens later."""
         if self._waiting and not self.held:
             waiting, self._waiting = self._waiting, []
             self._stored.add([outcome.rows for outcome in waiting], [outcome.log for outcome in waiting])
@@ -254,7 +254,7 @@ class _Tally:
 
     @property
     def held(self) -> bool:
-        """Whether every log so far failed, and an option is why."""
+        """Whether every log so far has failed because of an option."""
         return not self._tried and self.codes[2] > 0 and self.finished == len(self.errors)
 
     def summary(self, before: str) -> str:
@@ -270,7 +270,7 @@ class _Tally:
 
 @contextmanager
 def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show logs done, rate and remaining time: on a terminal a bar, otherwise a line now and then."""
+    """Show the number of finished logs, the rate and the remaining time: a bar on a terminal, else a line now and then."""
     begun = time.monotonic()
     if quiet:
         yield lambda _: None

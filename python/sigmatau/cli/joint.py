@@ -109,7 +109,7 @@ def _analysed(
     verbose: bool,
     quiet: bool,
 ) -> tuple[list[AnalysedRun], set[int]]:
-    """What each log contributes, and the exit codes of all; a log that cannot be used is named."""
+    """The contribution of each log, and the exit codes of all. A log that cannot be used is reported."""
     records: list[AnalysedRun] = []
     codes: set[int] = set()
     names = dict(zip(logs, batch.names(logs), strict=True))
@@ -117,7 +117,7 @@ def _analysed(
         finding_texts = []
         firsts: dict[str, tuple[Stream, str]] = {}
         for k, log in enumerate(logs, 1):
-            code = 1  # of an error
+            code = 1  # exit code of an error
             try:
                 record = read_log(log, readings[log], quiet=True)
                 check_shown(channel_quantities(record))
@@ -131,7 +131,7 @@ def _analysed(
                 ]
                 records.append(analysed_run(record, analysis, name=names[log]))
             except (OptionError, _OtherSensorError):
-                raise  # an option that is wrong is wrong for all logs
+                raise  # a wrong option is wrong for all logs
             except (DataError, ImportError) as error:
                 codes.add(code if code == NOT_AT_REST else 1)
                 print_error(str(error))
@@ -146,7 +146,7 @@ class _OtherSensorError(DataError):
 
 
 def _check_same_sensor(record: Record, name: str, firsts: dict[str, tuple[Stream, str]], over: Over) -> None:
-    """Raise an error before a log of another sensor is analysed. `firsts`: the first stream and its log by pool."""
+    """Raise an error, before its analysis, for a log of another sensor. `firsts`: the first stream and its log, by pool."""
     for stream in record.streams:
         for channel in () if stream.quantity == "temperature" else stream.channels:
             pool = channel if over == "runs" else stream.name

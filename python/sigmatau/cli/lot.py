@@ -1,4 +1,4 @@
-"""``sigmatau lot``: judge a lot of units from logs or results; every unit is accounted for."""
+"""``sigmatau lot``: judge a lot of units from logs or results. Every unit gets exactly one state."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.results import printable
 
-_MOST_JOBS = 4  # by default: each holds a record in memory
-_LARGEST_LIST = 1 << 20  # bytes of a list of units
-_USAGE_ERRORS = 2  # at the first logs, none of which could be read: an option is missing, which is one error
+_MOST_JOBS = 4  # default number of processes, each of which holds a record in memory
+_LARGEST_LIST = 1 << 20  # largest size of a list of units [bytes]
+_USAGE_ERRORS = 2  # number of first logs which, if none can be read because of an option, are reported as one error
 
 
 def lot_command(
@@ -75,8 +75,8 @@ def lot_command(
 ) -> int:
     """Judge a lot of units: each is passed, failed, not judged, failed to read, or missing.
 
-    Exit code 0 if all units passed, 3 if one failed, 4 if not all were judged, read and there. Without --spec, the units are
-    described and compared with each other, and none is judged.
+    Exit code 0 if all units passed, 3 if one failed, 4 if not all were present, read and judged. Without --spec, the units
+    are described and compared with each other, and none is judged.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def _outputs(paths: Sequence[Path]) -> list[Path]:
 
 
 def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[list[Path], list[Path]]:
-    """Logs and results. A folder with logs stands for them; one without, for its results."""
+    """Collect logs and results. A folder with logs contributes its logs; a folder without logs, its results."""
     logs: list[Path] = []
     files: list[Path] = []
     for place in places:
@@ -276,7 +276,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
 
 
 def _empty(files: Sequence[Path]) -> list[Path]:
-    """Files without a byte that would be logs: the unit was there, and its record is not."""
+    """Empty files that would be logs: the unit was tested, but its record is missing."""
     return [
         file
         for file in files
@@ -302,7 +302,9 @@ def _by_number(path: Path) -> list[tuple[int, str]]:
 
 
 def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
-    """The folder for the results of this run; results of other units in it are told, because they are not of this run."""
+    """Create the folder for the results. Results of other units in it are reported, because they do not belong to this
+    run.
+    """
     check_folder(folder, "results")
     expect_files(*(folder / f"{name}.json" for name in names))
     earlier = [
@@ -323,8 +325,9 @@ def _analysed(
     jobs: int | None,
     quiet: bool,
 ) -> dict[str, UnitResult]:
-    """The units of logs, each analysed and compared with the specification; raises `OptionError` for an option that the
-    first logs lack.
+    """The units of logs, each analysed and compared with the specification.
+
+    Raises `OptionError` for an option that the first logs lack.
     """
     if not logs:
         return {}
@@ -345,7 +348,7 @@ def _analysed(
 
 
 def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.LogOutcome]) -> None:
-    """Raise the error about an option of the first log that has one, if no log could be read without it."""
+    """Raise the error about an option from the first log that has one, if no log could be read because of it."""
     if any(not outcome.error for outcome in outcomes.values()):
         return
     first = next((k for k, log in enumerate(logs) if log not in outcomes), len(logs))

@@ -8,15 +8,15 @@ import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 
-_GLUE = "\x1f"  # stands for a space at which a line is not divided
-_INDENT, _INDENT_OF_ACTION = 2, 5  # of the lines that follow the first one [characters]
-_ENDS = (".", ",", ";", ":", ")")  # of a clause: what follows is no part of a command
-_PREFIX = "sigmatau:"  # of an error; the name of a file stays behind it
-_PROGRAMS = ("sigmatau", "pip")  # first words of a command
+_GLUE = "\x1f"  # placeholder for a space at which a line is not divided
+_INDENT, _INDENT_OF_ACTION = 2, 5  # indent of the first and of the further continuation lines [characters]
+_ENDS = (".", ",", ";", ":", ")")  # ends of a clause: what follows is not part of a command
+_PREFIX = "sigmatau:"  # prefix of an error, which the name of a file follows on the same line
+_PROGRAMS = ("sigmatau", "pip")  # first words of commands
 
 
 def wrapped(lines: Sequence[str]) -> list[str]:
-    """Lines as wide as the terminal, those that follow the first one indented; unchanged in a pipe."""
+    """Wrap lines at the width of the terminal and indent continuation lines; unchanged in a pipe."""
     if not (sys.stderr.isatty() or "COLUMNS" in os.environ):
         return list(lines)
     width = shutil.get_terminal_size().columns
@@ -32,7 +32,7 @@ def wrap_message(line: str, width: int) -> list[str]:
 
 
 def print_error(text: str, *, rows: str = "") -> None:
-    """Print an error, in one line unless standard error is a terminal, and the lines that show what it is about."""
+    """Print an error, in one line unless standard error is a terminal, followed by the lines that illustrate it."""
     from sigmatau.results import printable
 
     line = f"sigmatau: {printable(' '.join(text.split()))}"
@@ -41,7 +41,9 @@ def print_error(text: str, *, rows: str = "") -> None:
 
 
 def _glue_commands(line: str, room: int) -> Iterator[str]:
-    """The words of a message with the space or glue before each; a command wider than `room` is divided before options."""
+    """Split a message into words, each with the space or glue before it. A command wider than `room` is divided before
+    options.
+    """
     words = line.split(" ")
     joins = [False, *(_stays_behind(words, k) for k in range(1, len(words)))]
     start = 0
@@ -54,7 +56,7 @@ def _glue_commands(line: str, room: int) -> Iterator[str]:
 
 
 def _stays_behind(words: Sequence[str], k: int) -> bool:
-    """Whether a word stays behind the word before it: the value of an option, a further value, or a further option."""
+    """Whether a word must stay behind the word before it: the value of an option, a further value, or a further option."""
     before, word = words[k - 1], words[k]
     if before == _PREFIX:
         return k == 1

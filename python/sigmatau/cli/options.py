@@ -35,12 +35,12 @@ ENDINGS: Mapping[str, Sequence[str]] = {
 }
 """Endings of an output by option; any if there are none."""
 _REPORTS = ("report", "output")  # options that need typst for a PDF
-_DATABASE = b"SQLite format 3\0"  # first bytes of a file
+_DATABASE = b"SQLite format 3\0"  # first bytes of a database file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
 
 
 def matched(places: Sequence[Path]) -> tuple[Path, ...]:
-    """The places, with patterns such as ``shift/*.csv`` expanded, because not every shell does it."""
+    """Expand patterns such as ``shift/*.csv``, because not every shell does."""
     files_named: list[Path] = []
     for place in places:
         _check_place(place)
@@ -55,7 +55,7 @@ def matched(places: Sequence[Path]) -> tuple[Path, ...]:
 
 
 def _check_place(place: Path) -> None:
-    """Raise `OptionError` for the value of an option that stands apart from its option, and is no file."""
+    """Raise `OptionError` for a word that is no file, but the value of an option that stands apart from it."""
     word = str(place)
     if os.path.lexists(place):
         return
@@ -94,7 +94,7 @@ def check_output(path: Path | None, endings: Sequence[str], option: str) -> None
 
 
 def _need_libraries(path: Path, option: str) -> None:
-    """Raise ImportError with the command to install what writes an output, if it is missing."""
+    """Raise an ImportError with the installation command if a library for an output is missing."""
     if option in _FIGURES:
         from sigmatau.plot.style import need_matplotlib
 
@@ -115,7 +115,7 @@ def _is_database(path: Path) -> bool:
 
 
 def check_folder(path: Path | None, option: str) -> None:
-    """Create the folder for several results; raise an error for anything but a folder."""
+    """Create the folder for several results. Raise an error if the place is not a folder."""
     if path is None:
         return
     if str(path) == "-" or path.suffix.lower() in (".json", ".csv", ".png", ".svg", ".pdf", ".html") or path.is_file():
@@ -140,7 +140,7 @@ def refuse_same(log: Path, /, **outputs: Path | None) -> None:
 
 
 def command_line() -> str:
-    """The command line of this process, as it can be typed again."""
+    """The command line of this process, in a form that can be typed again."""
     import shlex
 
     return shlex.join(["sigmatau", *sys.argv[1:]])
@@ -149,7 +149,7 @@ def command_line() -> str:
 def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:
     """Check the outputs of a command by option, before a long computation; ``-`` is standard output.
 
-    What an earlier run left in their place is removed if the command fails, see `expect`.
+    If the command fails, results of an earlier run in these places are removed, see `expect`.
     """
     files = {option: path for option, path in outputs.items() if path is not None and str(path) != "-"}
     for option, path in files.items():
@@ -165,7 +165,7 @@ def json_text(content: object, *, ascii_only: bool = False) -> str:
 
 
 def _in_unicode() -> bool:
-    """Whether standard output has all characters."""
+    """Whether standard output can encode all characters."""
     return "utf" in (sys.stdout.encoding or "").lower()
 
 
@@ -173,12 +173,12 @@ def write_json(content: object, path: Path) -> None:
     """Write a JSON file; an error leaves no file."""
     text = json_text(content)
     with atomic(path) as temporary:
-        # Bytes of a file name that are not UTF-8 become the escapes that JSON has for them.
+        # Bytes of a file name that are not UTF-8 are written as JSON escapes.
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def write_csv(analysis: Analysis, path: Path) -> None:
-    """Write the coefficients, and the curves to a file beside it; an error leaves neither half written."""
+    """Write the coefficients, and the curves to a file beside them. After an error neither file is half written."""
     for table, file in ((analysis, path), (analysis.curves, curves_path(path))):
         with atomic(file) as temporary:
             temporary.write_text(csv_text(table.columns()), encoding="utf-8")
@@ -220,20 +220,22 @@ def write_result(table: str, content: object, json: Path | None) -> None:
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Findings for a terminal, grouped by kind; an action that several of a kind have in common is printed once."""
+    """Findings for a terminal, grouped by kind. If several findings of a kind have the same action, it is printed once."""
     lines: list[str] = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     for alike in kinds.values():
-        lines += dict.fromkeys(line(finding) for finding in alike)  # tables of one logger may have the same gap
+        lines += dict.fromkeys(line(finding) for finding in alike)  # two tables of one logger may have the same gap
         lines += [f"  -> {action}" for action in dict.fromkeys(finding.action for finding in alike if finding.action)]
     return lines
 
 
 def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: bool) -> list[str]:
-    """The channels whose values can be printed and drawn, and a warning of each other; `DataError` if there are none.
-    A channel that never changes has none, and squares of numbers beyond 1e±150 are 0 or not finite.
+    """Select the channels whose values can be printed and drawn, and warn of each other channel. Raises `DataError` if none
+    is left.
+
+    A channel that never changes has no noise, and squares of numbers beyond 1e±150 are 0 or not finite.
     """
     good = [name for name, numbers in values.items() if np.isfinite(numbers).all() and numbers.max(initial=0.0) > 0]
     unusable = [name for name in values if name not in good]
@@ -246,9 +248,10 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
 
 
 def screen(analysis: Analysis, *, below: int, legend: bool = True) -> str:
-    """The overview for the width of the terminal, with the curves in dots if the terminal shows them and has room for them.
+    """The overview for the width of the terminal, with the curves drawn in dots if the terminal can show them and is high
+    enough.
 
-    `below`: lines that follow. `legend`: see `Analysis.overview`.
+    `below`: number of lines that follow. `legend`: see `Analysis.overview`.
     """
     size = shutil.get_terminal_size()
     if not sys.stdout.isatty():

@@ -1,4 +1,4 @@
-"""Files that an analysis writes: of one log, or into folders of several."""
+"""Output files of an analysis: of one log, or in folders for several logs."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ class Outputs:
 
     @property
     def paths(self) -> dict[str, Path]:
-        """The outputs that were asked for, by option."""
+        """The requested outputs, by option."""
         return {option: getattr(self, option) for option in _ENDINGS if getattr(self, option) is not None}
 
     @property
     def files(self) -> dict[str, Path]:
-        """The same without standard output."""
+        """The same, except standard output."""
         return {option: path for option, path in self.paths.items() if str(path) != "-"}
 
     def check(self, logs: Sequence[Path], exports: Exports) -> None:
@@ -51,7 +51,7 @@ class Outputs:
         check_outputs(logs, **self.files, **named, **curves)
 
     def inside(self, name: str) -> Outputs:
-        """The files of one log in the folders of several."""
+        """The output files of one log, in the folders for several."""
         files: dict[str, Any] = {option: folder / f"{name}{_ENDINGS[option]}" for option, folder in self.paths.items()}
         return replace(self, **files)
 
@@ -64,7 +64,7 @@ class Outputs:
         record: Record | None = None,
         quiet: bool,
     ) -> None:
-        """Write the files, the numbers first. `content`: makes the JSON; `record`: for the report."""
+        """Write the files, the numbers first. `content`: returns the JSON; `record`: the record for the report."""
         files = self.files
         if "csv" in files:
             with attempts.attempt():
@@ -84,5 +84,5 @@ class Outputs:
 
 
 def worst_code(codes: Collection[int]) -> int:
-    """The exit code for several logs: that of the worst."""
+    """The exit code for several logs: the worst of their codes."""
     return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)

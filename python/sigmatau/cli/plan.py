@@ -89,7 +89,7 @@ def plan_command(
     if hours is not None and not 0 < hours < float("inf"):
         raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
-    misfits = []  # units of channels that the value is not of: "deg/h" does not fit an accelerometer
+    misfits = []  # channels whose unit the value does not have: "deg/h" does not fit an accelerometer
     for name in channels or noises:
         channel = noises[name]
         processes = getattr(channel.noise, "gauss_markov", ())
@@ -130,7 +130,7 @@ def plan_command(
             )
     if not plans:
         if value is not None and misfits:
-            value_in_si(value, misfits[-1], "--value")  # raises which units fit
+            value_in_si(value, misfits[-1], "--value")  # raises an error that lists the fitting units
         raise OptionError(f"{source}: no channel has noise ignored {term}", option="term")
     write_result("\n".join(map(repr, plans)), [plan.to_dict() for plan in plans], Path("-") if json else None)
     return 0

@@ -16,7 +16,7 @@ def slope_range(text: str) -> tuple[float, float]:
 
 
 def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
-    """The slope of each curve between two averaging times, and the terms that have it, a line a channel."""
+    """The slope of each curve between two averaging times, and the terms with this slope; one line per channel."""
     try:
         fitted = [fit_slope(curve, tau_min=span[0], tau_max=span[1]) for curve in analysis.curves.values()]
     except OptionError as error:
@@ -31,7 +31,9 @@ _FORCE = "--force draws a refused line"
 
 
 def lines_by_hand(analysis: Analysis) -> list[str]:
-    """What was read off in the given ranges beside a fit, a line a channel. A read-off without a fit has its own table."""
+    """Coefficients read off in the given ranges beside a fit, one line per channel. A read-off without a fit is printed as a
+    table.
+    """
     lines = []
     for channel, read in analysis.read_off.items() if analysis.fits else ():
         texts = [
@@ -45,7 +47,7 @@ def lines_by_hand(analysis: Analysis) -> list[str]:
 
 
 def refused_by_hand(analysis: Analysis, *, in_table: bool) -> list[str]:
-    """The lines of given ranges that were refused, and why, a line each, unless the table has them."""
+    """Refused lines of given ranges with reasons, one line each, unless they are in the table."""
     lines = [
         f"{channel} {TERMS[refusal.term].label(read.quantity)} not read off from {seconds(refusal.tau_min)} to"
         f" {seconds(refusal.tau_max)} s: {refusal.reason}"

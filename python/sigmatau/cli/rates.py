@@ -1,4 +1,4 @@
-"""The option ``--rate`` of several logs: what each log has of it."""
+"""The option ``--rate`` for several logs: assignment of rates to logs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _WITH_COMMA = re.compile(r"(\d+),(\d+)")
 
 
 def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, list[str]]:
-    """What each log has of ``--rate``: its own number, by name or by order, or else what holds for all.
+    """Assign to each log its part of ``--rate``: a number by name or by order, or else the number that applies to all.
 
-    `places`: the words of the command line from which the logs were found. Rates by order need each log among them.
+    `places`: the words of the command line from which the logs were found. Rates by order require that each word is a log.
     """
     rates = dict[Path, list[str]]()
     common: list[str] = []
@@ -62,7 +62,7 @@ def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Pa
 
 
 def _find_log(key: str, logs: Sequence[Path]) -> Path | None:
-    """The log of a name, as it was typed or without its folder; raises `OptionError` if several have it."""
+    """Find a log by its name, as typed or without its folder. Raises `OptionError` if several logs match."""
     same = [log for log in logs if str(log) == key] or [log for log in logs if log.name == key]
     if len(same) > 1:
         raise OptionError(f"--rate {key}=…: {len(same)} logs have this name. Give the folder too", option="rate")

@@ -1,4 +1,4 @@
-"""Reading of logs as the command line states it, with progress."""
+"""Reading of logs with the options of the command line, with progress."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from sigmatau.io.read.options import ReadOptions
 from sigmatau.record.record import Record
 
 _PROGRESS_INTERVAL = 0.2  # [s]
-_LEAST_PROGRESS = 1 << 24  # bytes of a log from which on progress is shown: smaller logs are read within a second
+# size of a log from which on progress is shown; smaller logs are read within a second [bytes]
+_LEAST_PROGRESS = 1 << 24
 
 
 @typed_options(ReadOptions)
@@ -40,7 +41,7 @@ def assign_readings(
     rates = assign_rates(reading.rate or [], logs, places)
     readings = {log: reading.at_rate(rates[log] or None) for log in logs}
     for options in readings.values():
-        options.arguments()  # a wrong option is one error, not one for each log
+        options.arguments()  # a wrong option is one error, not one per log
     return readings
 
 
@@ -53,7 +54,7 @@ def read_log(log: Path, how: ReadingOptions | None, *, quiet: bool) -> Record:
 
 @contextlib.contextmanager
 def reading_shown(log: Path, *, quiet: bool = False) -> Iterator[None]:
-    """Show the progress of reading a log, with a bar if its bytes are counted; anew for each pass."""
+    """Show the progress of reading a log, with a bar if its bytes are counted. It starts again for each pass."""
     from sigmatau._native.formats import bytes_read
 
     try:

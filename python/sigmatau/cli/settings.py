@@ -1,4 +1,4 @@
-"""Options of an analysis, for the commands that make one."""
+"""Options of an analysis, for the commands that run one."""
 
 from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.cli.declared import DeclaredOptions, typed_options
@@ -19,22 +19,22 @@ class FleetSettings(DeclaredOptions):
 
 @typed_options(AnalysisOptions, only=("taus", "threads"))
 class DeviationSettings(DeclaredOptions):
-    """Options of another deviation than Allan's that are those of an analysis."""
+    """Options of an analysis that apply to deviations other than Allan's."""
 
 
 @typed_options(AnalysisOptions, only=("at_rest",))
 class WatchSettings(DeclaredOptions):
-    """Options of samples as they come that are those of an analysis."""
+    """Options of an analysis that apply to live samples."""
 
 
 @typed_options(InspectOptions)
 class InspectSettings(DeclaredOptions):
-    """Options of reading, and of the checks that an analysis makes before the fit."""
+    """Options of reading, and of the checks that an analysis runs before the fit."""
 
 
 @typed_options(ReadOptions, only=("rate", "unit", "channels", "input", "scale", "offset", "skip", "interleaved"))
 class WatchReading(DeclaredOptions):
-    """Options of reading lines of text as they come."""
+    """Options of reading live lines of text."""
 
 
 @typed_options(CompareOptions)
@@ -44,4 +44,4 @@ class Comparing(DeclaredOptions):
 
 @typed_options(CompareOptions, only=("level",))
 class LevelSettings(DeclaredOptions):
-    """The confidence level of a trend, which is that of a comparison."""
+    """The confidence level of a trend, as in a comparison."""

@@ -133,11 +133,11 @@ def simulate_command(
 T = TypeVar("T")
 
 _NAMES = {"lost": "gaps", "output": "input"}  # options of arguments with another name
-_SUMMED = ("rad/s", "m/s^2")  # units of rates that increments and accumulated values sum
+_SUMMED = ("rad/s", "m/s^2")  # units of rates, whose sums are increments and accumulated values
 
 _DEGREES = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) *(°C|degC|C|K)")
 _ZERO_CELSIUS = 273.15  # [K]
-_DIGITS = 9  # decimals of a converted temperature, so that 300 K are 26.85 °C
+_DIGITS = 9  # decimals of a converted temperature, so that 300 K is 26.85 °C
 _TEMPERATURE_EXAMPLE = "start=20degC,end=35degC,time=20min"
 
 

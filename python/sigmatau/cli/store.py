@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 VARIABLE = "SIGMATAU_STORE"
 """Environment variable with the default of --store."""
 
-_MOST_PROBLEMS = 10  # files that are named on the screen
+_MOST_PROBLEMS = 10  # largest number of files that are listed on the screen
 _STATES = ("fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed")
 _SHOWN = {
     "units": (
@@ -47,13 +47,13 @@ _SHOWN = {
 }
 
 _TIMES = ("recorded", "first", "last")
-_KINDS = {  # of columns of Parquet; the others are text
+_KINDS = {  # types of the columns of Parquet; the others are text
     "int64": ("id", "runs", "fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed", "revision"),
     "double": ("temperature", "duration", "value", "low", "high", "upper_limit", "level"),
     "bool": ("observed",),
 }
 
-_ROUNDED = 0.5  # of a temperature as people state it: 298 K are 25 degC [K]
+_ROUNDED = 0.5  # rounding of a temperature as people state it: 298 K is 25 degC [K]
 
 Place = Annotated[str | None, Parameter(name="--store")]
 Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
@@ -64,7 +64,7 @@ Quiet = Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())]
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """Which runs of a store.
+    """Selection of runs of a store.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class Choice:
     temperature: Temperature = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
-        """The same for a `Store`."""
+        """The same selection for a `Store`."""
         from sigmatau.lab.store.choosing import Chosen
 
         return Chosen(
@@ -125,14 +125,14 @@ def opened(store: str | None, *, create: bool = False) -> Store:
 
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
-    """The range of ``--temperature``: of one temperature, what is rounded to it. [degC]"""
+    """The range of ``--temperature``: a single temperature includes all that round to it. [degC]"""
     from sigmatau.lab.store.naming import stated_temperature
 
     if text is None:
         return None
     try:
         ends = [stated_temperature(part) for part in text.split(":")]
-    except OptionError:  # its words are of one temperature
+    except OptionError:  # the error would describe a single temperature
         ends = []
     low, high = (ends[0], ends[-1]) if 0 < len(ends) <= 2 else (None, None)
     if low is None or high is None or low > high:
@@ -164,8 +164,9 @@ def add_command(
     jobs: int | None = None,
     quiet: Quiet = False,
 ) -> int:
-    """Add results of analyze to a store. The same log with the same options is added once; another result of it is a
-    new revision.
+    """Add results of analyze to a store.
+
+    The same log with the same options is added once; a different result of it becomes a new revision.
 
     A file that is not a result is named on standard error, the others are added, and the exit code is 1.
 
@@ -203,7 +204,7 @@ def add_command(
     naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
     naming.check()
     files = list(dict.fromkeys(gather(matched(results), tables=False)))
-    if not any(file.exists() for file in files):  # and no store is made
+    if not any(file.exists() for file in files):  # no store is created either
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
         naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)
@@ -392,7 +393,7 @@ def _write(table: StoreTable, output: Path) -> None:
     except ImportError:
         raise ImportError("writing .parquet needs pyarrow: pip install 'sigmatau[parquet]'; or write .csv") from None
     columns = table.columns()
-    # A column without a value has the type of the others, so that the files of several months are one table.
+    # An empty column gets the type of the others, so that the files of several months have one schema.
     kinds = {key: kind for kind, keys in _KINDS.items() for key in keys}
     arrays = {}
     for key, values in columns.items():

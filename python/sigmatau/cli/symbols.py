@@ -1,4 +1,4 @@
-"""Symbols such as √, µ and ± in ASCII, where the locale or the encoding of the output does not have them."""
+"""Replacement of symbols such as √, µ and ± by ASCII if the locale or the encoding of the output lacks them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from sigmatau.results import ASCII
 
 _HANDLER = "sigmatau-ascii"
 _CELL = re.compile(r"(?P<text>(?:[^ \n]| (?! ))*)(?P<gap> {2,}(?=[^ \n]))?")
-"""A cell of a table, and the blanks up to the next one."""
+"""A cell of a table, with the blanks up to the next cell."""
 
 
 def plain_streams() -> None:
-    """Set up standard output and standard error: what they cannot encode is written in ASCII, and everything is in ASCII if
-    the locale is C, although Python then writes UTF-8. A stream that the caller has closed (`>&-`) discards what is written.
+    """Set up standard output and standard error. Characters that they cannot encode are written in ASCII; in the locale C
+    everything is, although Python would write UTF-8.
+
+    A stream that the caller has closed (`>&-`) discards all output.
     """
     codecs.register_error(_HANDLER, _plain)
     for name in ("stdout", "stderr"):
@@ -30,7 +32,7 @@ def plain_streams() -> None:
 
 
 def _in_c_locale() -> bool:
-    """Whether the user asks for the locale C and for no encoding. Python itself sets LC_CTYPE to C.UTF-8 then."""
+    """Whether the user asks for the locale C without an encoding. Python then sets LC_CTYPE to C.UTF-8 itself."""
     if os.environ.get("PYTHONIOENCODING") or os.environ.get("PYTHONUTF8") == "1":
         return False
     chosen = os.environ.get("LC_ALL") or os.environ.get("LC_CTYPE") or os.environ.get("LANG", "")
@@ -40,8 +42,8 @@ def _in_c_locale() -> bool:
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:
-    """The rest of a cell in the characters of the encoding; its blanks are fewer by what it becomes longer, so that columns
-    stay aligned.
+    """Convert a cell to the characters of the encoding. If it becomes longer, its blanks are shortened, so that columns stay
+    aligned.
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error

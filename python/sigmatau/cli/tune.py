@@ -149,7 +149,7 @@ def tune_command(
 
 
 def _joined(data: Mapping[str, Innovations], joint: str) -> dict[str, Innovations]:
-    """The channels with those of one filter as one, which has the name of the option."""
+    """Join the channels that belong to one filter into one, named as in the option."""
     names = [name.strip() for name in joint.split(",")]
     for name in names:
         if name not in data:
@@ -163,7 +163,7 @@ def _joined(data: Mapping[str, Innovations], joint: str) -> dict[str, Innovation
 def _filters(
     data: Mapping[str, Innovations], noise: Sequence[str], walk: Sequence[str], model: Path | None
 ) -> dict[str, BiasFilter] | None:
-    """The filter of each channel; None if nothing is stated."""
+    """The filter of each channel; None if no filter is stated."""
     if model is not None:
         if noise or walk:
             raise OptionError("--model has N and K. Give either it, or --noise and --walk", option="model")
@@ -190,7 +190,7 @@ def _filters(
 
 
 def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: str) -> dict[str, float]:
-    """Values in SI by channel; the name of a sensor stands for all its channels."""
+    """Values in SI by channel. The name of a sensor sets the value of all its channels."""
     values: dict[str, float] = {}
     for key, text in texts.items():
         named = [channel for channel in data if key in (channel, stream_name(channel))]
@@ -210,7 +210,7 @@ def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: s
 
 
 def _filters_of_model(data: Mapping[str, Innovations], model: Path) -> dict[str, BiasFilter]:
-    """N and K as an export writes them for a filter."""
+    """N and K as an export would write them for a filter."""
     check_model(model)
     numbers = Numbers(read_source(model), Choices(), pair=True)
     sensors = [sensor for sensor in KINDS if numbers.has(sensor)]
@@ -234,7 +234,7 @@ def _filters_of_model(data: Mapping[str, Innovations], model: Path) -> dict[str,
 
 
 def _inflate(rest: Path, running: Path, json: Path | None, unused: Iterable[str], *, quiet: bool) -> int:
-    """Print the factors of a running sensor over that at rest."""
+    """Print the factors of a running sensor relative to rest."""
     for option in unused:
         raise OptionError(
             f"--{option} is of innovations, and --rest compares two records. Give one of both", option=option
@@ -258,7 +258,7 @@ def _inflate(rest: Path, running: Path, json: Path | None, unused: Iterable[str]
 
 
 def _export_line(rest: Path, factors: Inflation) -> str:
-    """The command that writes the file of the sensor at rest with the factors; empty without any."""
+    """The command that writes the file of the sensor at rest with these factors; empty if there are none."""
     causes: tuple[tuple[str, Cause], ...] = (("noise-factor", "white vibration"), ("walk-factor", "slow noise"))
     options = [
         f"--{option} {','.join(f'{sensor}={value:.3g}' for sensor, value in by_sensor.items())}"

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 _EQUAL_RATES = 1e-3  # relative difference up to which two rates are taken as equal
-_FIRST_FIT = 1000  # samples from which on the screen shows a fit
+_FIRST_FIT = 1000  # number of samples from which on the screen shows a fit
 
 
 def watch_command(
@@ -106,11 +106,11 @@ def watch_command(
                     screen.update(watched.draw(), refresh=True)
                     shown = time.monotonic()
     except KeyboardInterrupt:
-        pass  # the usual end
+        pass  # normal end
     except DataError as error:
         if watched.stretches is None or watched.stretches.n < MIN_SAMPLES:
             raise
-        broken = error  # the samples so far are analysed
+        broken = error  # the samples received so far are analysed
     if broken is None:
         watched.take(b"", last=True)
     if watched.stretches is not None:
@@ -143,7 +143,7 @@ def _stop(*_: object) -> None:
 
 
 class _Watched:
-    """The samples so far."""
+    """The samples received so far."""
 
     def __init__(self, source: str, live: Live, *, at_rest: bool = False) -> None:
         self.name = "standard input" if source == "-" else source
@@ -167,7 +167,9 @@ class _Watched:
             self.stretches.push(samples)
 
     def _with_rate(self, sums: Accumulator) -> Accumulator:
-        """Use the rate by all stamps so far instead of the first ones; increments are divided by it already."""
+        """Replace the rate of the first stamps by that of all stamps so far. Increments have already been divided by the
+        first rate.
+        """
         measured = self.live.rate_by_stamps()
         if measured and self.live.options.rate is None and self.live.options.input == "rate":
             sums.tau0 = 1 / measured

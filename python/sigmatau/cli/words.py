@@ -1,7 +1,7 @@
-"""Words of the command line: further values behind an option that takes several, ``--unit gyro=deg/s accel=g``.
+"""Further values of an option that takes several, as typed on the command line: ``--unit gyro=deg/s accel=g``.
 
-The parser takes one word behind an option, because a word that follows may be a log. Here the option is repeated in front of
-each further word that cannot be a log: KEY=VALUE, a number behind ``--rate``, or a word without an ending behind
+The parser takes one word after an option, because the next word may be a log. Here the option is repeated in front of each
+further word that cannot be a log: KEY=VALUE, a number after ``--rate``, or a word without a file name ending after
 ``--topic``, unless a file has that name.
 """
 
@@ -19,8 +19,8 @@ from sigmatau.errors import DataError, OptionError
 if TYPE_CHECKING:
     from cyclopts import App
 
-_NUMBERS = "--rate"  # the option whose further values are numbers: one for each log
-_NAMES = "--topic"  # the option whose further values are names: one for each sensor
+_NUMBERS = "--rate"  # the option whose further values are numbers, one per log
+_NAMES = "--topic"  # the option whose further values are names, one per sensor
 
 
 def repeat_options(app: App, words: Sequence[str]) -> list[str]:
@@ -47,7 +47,7 @@ def repeat_options(app: App, words: Sequence[str]) -> list[str]:
 
 
 def with_config(words: Sequence[str]) -> list[str]:
-    """The words of ``analyze --config FILE`` with the options of the file behind them, but for those that are typed."""
+    """Append the options of the file in ``analyze --config FILE`` to the words, except those that are typed."""
     if words[:1] != ["analyze"] or (file := _config_file(words)) is None:
         return list(words)
     from sigmatau.typed.config import LOG, option_words
@@ -60,7 +60,7 @@ def with_config(words: Sequence[str]) -> list[str]:
 
 
 def configured_logs(file: Path) -> tuple[Path, ...]:
-    """The log that a configuration file names, from its folder on; nothing if it names none."""
+    """The log that a configuration file names, relative to its folder; empty if it names none."""
     _, log = _read_config(file)
     return () if log is None else (file.parent / log,)
 
@@ -117,7 +117,7 @@ def _is_value(word: str, option: str) -> bool:
 
 
 def _is_name(word: str) -> bool:
-    """Whether a word may be a topic: it is no option, and has neither the ending of a file nor a pattern."""
+    """Whether a word may be a topic: it is not an option, and has neither a file name ending nor a pattern."""
     return not word.startswith("-") and not os.path.splitext(word)[1] and not glob.has_magic(word)  # noqa: PTH122
 
 

@@ -63,16 +63,16 @@ class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
 
 @frozen
 class UnitOverruled(InFile, code="unit_overruled"):
-    """A unit given by the user that differs from the unit that the file states.
+    """The user gave a unit that differs from the unit in the file.
 
     Attributes
     ----------
     given, stated : str
-        Unit by the user, and by the file.
+        Unit given by the user, and unit in the file.
     known : bool
-        Whether the unit stated is a known unit of the quantity.
+        Whether the unit in the file is a known unit of the quantity.
     scaled : bool
-        Whether a scale is given.
+        Whether the user gave a scale.
     """
 
     given: str
@@ -126,7 +126,7 @@ class IncompleteSensor(InFile, code="incomplete_sensor"):
 
 @frozen
 class UnusedColumns(InFile, code="unused_columns"):
-    """Columns of numbers that are not read, because no name tells what they are.
+    """Columns of numbers that are not read, because their names are not known.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class UnusedColumns(InFile, code="unused_columns"):
 
 @frozen
 class UnreadSensor(InFile, code="unread_sensor"):
-    """A sensor that the names or units of some columns show, none of which is read.
+    """A sensor that the names or units of some columns suggest, but none of these columns is read.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ from sigmatau.results import duration_text, seconds
 
 @frozen
 class OutOfRange(Details, code="out_of_range"):
-    """The squares of the Allan deviations cannot be squared again in double precision: the channel is not analysed.
+    """The Allan variances cannot be squared in double precision: the channel is not analysed.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Strided(Details, code="strided"):
     samples : int
         Length of the record.
     out_of_memory : bool
-        Whether the record does not fit in memory; otherwise an option was given.
+        Whether the record does not fit in memory; otherwise an option requested it.
     """
 
     tau: float
@@ -126,7 +126,7 @@ class CheckedInPart(Details, code="checked_in_part"):
     checked, samples : int
         Samples that are checked, and all.
     duration : float
-        Of the samples that are checked. [s]
+        Duration of the samples that are checked. [s]
     """
 
     checked: int

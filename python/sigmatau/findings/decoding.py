@@ -1,4 +1,6 @@
-"""Findings from JSON: their kind if this version has it with these parameters, otherwise what the JSON states."""
+"""Findings from JSON. If this version has the kind with these parameters, it is restored; otherwise the words in the JSON
+are kept.
+"""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ class NotStatic(Details, code="not_static"):
     keep: tuple[float | None, float | None] | None = None
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """Steps of the mean may be all of the rate random walk."""
+        """A rate random walk of the fit may consist only of steps of the mean."""
         return {"rate_random_walk": math.inf} if self.added_walk > 0 else {}
 
     def words(self, finding: Finding) -> Words:
@@ -125,20 +125,20 @@ class Spikes(Details, code="spikes"):
     unit : str
         Of the stream.
     count, samples : int
-        Spikes, and samples in the record.
+        Number of spikes, and number of samples in the record.
     share : float
         Number of spikes divided by the number of samples that are not missing. [1]
     height : float
-        The largest, with its sign, from the median of its neighbours. [unit of the stream]
+        Largest spike, relative to the median of its neighbours, with its sign. [unit of the stream]
     time : float
-        Of the largest, from the beginning of the record. [s]
+        Time of the largest spike, from the beginning of the record. [s]
     more_below : bool
         Whether there are more large samples below the threshold than the noise can explain.
     tail_factor : float
-        Random walk with the spikes over that without them, where they are the end of a continuous tail of the noise; 1 where
-        they stand out from it. [1]
+        Random walk with the spikes over that without them, if they belong to a continuous tail of the noise; 1 if they stand
+        out from it. [1]
     tail_error : float
-        Relative standard error of the random walk with them. [1]
+        Relative standard error of the random walk with the spikes. [1]
     small_factor : float
         Random walk of the other samples over that without small spikes among them; 1 if there are none. [1]
     """
@@ -262,9 +262,9 @@ class ChosenWindow:
     start : float
         From the beginning of the record. [s]
     criterion : {"temperature", "other", "own"}
-        Least range of a temperature, least scatter of the other kind of sensor, or of the stream itself.
+        Criterion: smallest range of a temperature, smallest scatter of the other kind of sensor, or of the stream itself.
     by : str
-        The stream that was looked at.
+        The stream whose values were used.
     block : float
         Length of the means that were compared. [s]
     relative : float

@@ -70,7 +70,7 @@ class TemperatureDrift(Details, code="temperature_drift"):
 
 @frozen
 class SegmentSpread:
-    """How much the Allan deviations of segments of the record differ, where the evidence is strongest.
+    """Difference between the Allan deviations of segments of the record, at the averaging time with the strongest evidence.
 
     Attributes
     ----------
@@ -79,8 +79,8 @@ class SegmentSpread:
     tau : float
         [s]
     tau_min, tau_max : float
-        Shortest and longest averaging time at which the segments differ significantly; both are `tau` if that is not so
-        at any time by itself. [s]
+        Shortest and longest averaging time at which the segments differ significantly; both are `tau` if no time is
+        significant alone. [s]
     largest_at, smallest_at : float
         Beginnings of the segments with the largest and the smallest deviation, from the beginning of the record. [s]
     length : float
@@ -128,7 +128,7 @@ class NonStationary(Details, code="non_stationary"):
     change: NoiseChange | None = None
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """The random walk of one part of the record over that of another."""
+        """The random walk of one part of the record may be larger than that of another by this factor."""
         return {} if size is None else {"random_walk": size}
 
     def words(self, finding: Finding) -> Words:

@@ -11,10 +11,10 @@ from sigmatau.hints import Hint, command
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import duration_text, printable, seconds
 
-_MOST_KEYS = 3  # keys of a file that are named; the others are counted
-_LONGEST_KEY = 24  # characters
-_RIGHT = 1.05  # factor up to which a stated error or covariance is called right
-_HONEST = 1.25  # factor of an error or a covariance up to which nothing is to be done
+_MOST_KEYS = 3  # largest number of keys of a file that are named; the others are counted
+_LONGEST_KEY = 24  # longest name of a key [characters]
+_RIGHT = 1.05  # factor up to which a stated error or covariance is called correct
+_HONEST = 1.25  # factor of an error or a covariance up to which no action is needed
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
 
 
@@ -52,7 +52,7 @@ class ChoiceNotUsed(Details, code="choice_not_used"):
     term : str
         "random_walk" or "rate_random_walk".
     observed : bool
-        Whether the coefficient was observed; else the model does not have the sensor.
+        Whether the coefficient was observed; otherwise the model does not have the sensor.
     """
 
     sensor: str
@@ -157,7 +157,7 @@ class StatedError:
     time : float
         [s]
     share : float
-        Stated over actual error: 1 is right, less is overconfident. [1]
+        Stated over actual error: 1 is correct, less is overconfident. [1]
     """
 
     time: float
@@ -177,7 +177,7 @@ class PairConsistency(Details, code="pair_consistency"):
     horizon : float
         Time of use without measurements. [s]
     nees : float
-        Actual over stated variance of the bias: 1 is right, more is overconfident. [1]
+        Actual over stated variance of the bias: 1 is correct, more is overconfident. [1]
     stated : tuple of StatedError
         Angle (velocity) after a part of the horizon, the horizon, and longer without measurements.
     """
@@ -199,7 +199,7 @@ class PairConsistency(Details, code="pair_consistency"):
         )
 
     def is_honest(self) -> bool:
-        """Whether all that the filter states is right to 5 %."""
+        """Whether all statements of the filter are correct to 5 %."""
         ratios = (math.sqrt(self.nees), *(stated.share for stated in self.stated))
         return all(1 / _RIGHT <= ratio <= _RIGHT for ratio in ratios)
 
@@ -243,14 +243,14 @@ class QuantizationInSamples(Details, code="quantization_in_samples"):
 
 @frozen
 class WideTurnOn(Details, code="wide_turn_on"):
-    """The turn-on bias in the file is from so few power-ups that it may be much larger.
+    """The turn-on bias in the file is based on so few power-ups that it may be much larger.
 
     Attributes
     ----------
     power_ups : int
         Number of power-ups that were compared.
     ratio : float or None
-        Upper end of the interval over the value; None if no spread was seen, and the upper end is in the file. [1]
+        Upper end of the interval over the value. None if no spread was observed; the upper end is then in the file. [1]
     """
 
     power_ups: int
@@ -275,7 +275,7 @@ def _first_sensor(finding: Finding) -> str:
 
 @frozen
 class NotAdequate(Details, code="not_adequate"):
-    """Coefficients in the file are from a fit that does not describe its curve."""
+    """Coefficients in the file come from a fit that does not describe its curve."""
 
     def words(self, finding: Finding) -> Words:
         return Words(
@@ -335,7 +335,7 @@ class WrittenForOtherRate(Details, code="other_rate"):
     Attributes
     ----------
     rate, record_rate : float
-        Of the file and of the record. [Hz]
+        Rate of the file, and rate of the record. [Hz]
     """
 
     rate: float

@@ -17,8 +17,9 @@ Severity = Literal["info", "warning", "error"]
 Span = tuple[float, float]
 """Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
 
-_WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors for which there are no coefficients
-_ON_ALL_AXES = ("not_static", "start_transient")  # findings for which more is left out than the axes that show them
+_WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors without coefficients
+# findings for which more samples are left out than those of the axes that show them
+_ON_ALL_AXES = ("not_static", "start_transient")
 DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated")
 """Codes of findings about samples that are not the sensor's noise."""
 
@@ -44,14 +45,14 @@ class Words(NamedTuple):
 class Details:
     """Parameters of one kind of finding: base of the classes in the modules of `findings`.
 
-    Each kind states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True``: no
-    coefficient means anything, or none has an interval.
+    Each class states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True`` means
+    that no coefficient is meaningful, or none has an interval.
     """
 
     code: ClassVar[str] = ""  # stable name of the kind
     alters_all: ClassVar[bool] = False
     allowed_share: ClassVar[float] = (
-        0.0  # of the samples, up to which the intervals of a fit allow for such a warning [1]
+        0.0  # share of the samples up to which the intervals of a fit allow for such a warning [1]
     )
 
     def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:
@@ -63,18 +64,20 @@ class Details:
         raise NotImplementedError
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """Factors by which coefficients may be off, where `Finding.factors` states none; by term. `size`: of the finding."""
+        """Factors by which coefficients may be off, by term, if `Finding.factors` states none. `size`: size of the
+        finding.
+        """
         return {}
 
     @property
     def biases_walk(self) -> bool:
-        """Whether the factor on the random walk is computed, and that of a fit: its interval then holds both readings."""
+        """Whether the factor is that of the random walk of a fit, whose interval then includes both readings."""
         return False
 
 
 @frozen
 class Stated(Details):
-    """A finding of another version of sigmatau, whose parameters this version does not know.
+    """A finding of another version of sigmatau, with parameters that this version does not know.
 
     Attributes
     ----------
@@ -178,7 +181,7 @@ class Finding:
         return factor if factor is not None and 0 < factor < math.inf else None
 
     def words_of_files(self) -> Words:
-        """Message and action with options as they are typed, whoever writes the file."""
+        """Message and action with options in the form of the command line, whatever program writes the file."""
         return Words(*(worded(text, as_options) for text in self.words()))
 
     def words(self) -> Words:
@@ -232,7 +235,7 @@ class Findings(tuple[Finding, ...], Tabular):
     __slots__ = ()
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a finding, see `Tabular.columns`."""
+        """One row per finding, see `Tabular.columns`."""
         return {
             "severity": [finding.severity for finding in self],
             "code": [finding.code for finding in self],
@@ -263,8 +266,9 @@ def plain(value: object) -> Any:  # noqa: ANN401
 
 
 def ranked(findings: Iterable[Finding]) -> Findings:
-    """Findings, each once: errors first, then warnings; of one severity, the one that changes the coefficients most comes
-    first: by its factor on the random walk, then on the bias instability, the rate random walk and the others.
+    """Findings without duplicates: errors first, then warnings. Within a severity, the finding that changes the coefficients
+    most comes first, compared by its factor on the random walk, then on the bias instability, the rate random walk and the
+    others.
     """
 
     def rank(finding: Finding) -> tuple[int, tuple[float, ...]]:
@@ -296,7 +300,7 @@ def exit_code(findings: Iterable[Finding]) -> int:
 
 
 def damaged(findings: Iterable[Finding]) -> int:
-    """Exit code of a command that has done what it could: 4 if rows of the data are missing or wrong, else 0."""
+    """Exit code of a command that completed as far as possible: 4 if rows of the data are missing or wrong, else 0."""
     return (
         4
         if any(

@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
 _ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth"}
-_MANY_LINES = 10  # from which they are more likely than all else what a model lacks
+_MANY_LINES = 10  # number of lines from which on they are the most likely defect of a model
 
 
 @frozen
@@ -24,7 +24,7 @@ class TooShort(Details, code="too_short"):
     Attributes
     ----------
     reasons : tuple of Reason
-        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+        Reason; see the kinds of reasons in `sigmatau.findings.reasons`.
     missing : float
         Share of the samples that is missing.
     """
@@ -55,7 +55,7 @@ class NoAdequateModel(Details, code="no_adequate_model", alters_all=True):
     Attributes
     ----------
     reasons : tuple of Reason
-        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+        Reason; see the kinds of reasons in `sigmatau.findings.reasons`.
     """
 
     reasons: tuple[Reason, ...]
@@ -81,7 +81,7 @@ class Widened(Details, code="widened"):
     lines : int
         Spectral lines of the model.
     crowded : float
-        Share of the band that the lines take, if it is so much that they may be noise; otherwise 0. [1]
+        Share of the band that the lines cover, if it is large enough for them to be noise; otherwise 0. [1]
     only_walk : bool
         Whether the misfit has p < 1e-6: at most the random walk has an interval, and the other terms are unknown.
     """
@@ -94,7 +94,7 @@ class Widened(Details, code="widened"):
     only_walk: bool = False
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """The upper end of the interval of the random walk over its value."""
+        """The upper end of the interval of the random walk, over its value."""
         return {} if size is None else {"random_walk": 1 + size}
 
     def words(self, finding: Finding) -> Words:
@@ -129,7 +129,7 @@ class ChangingLevel(Details, code="changing_level"):
     next_lowest, next_highest : float
         Interval of the random walk in the next record of this length. [SI]
     p_value : float
-        Of the same random walk in all eighths. [1]
+        P-value of equal random walks in all eighths. [1]
     """
 
     quantity: str
@@ -151,7 +151,7 @@ class ChangingLevel(Details, code="changing_level"):
 
 
 def _range(low: float, high: float) -> str:
-    """Two ends with the same decimals, two digits of their distance: ``"0.193 to 0.227"``."""
+    """Format two ends with the same decimals, so that their difference has two digits: ``"0.193 to 0.227"``."""
     distance = max(high - low, 1e-12 * high)
     decimals = max(1 - math.floor(math.log10(distance)), 0)
     return f"{low:.{decimals}f} to {high:.{decimals}f}" if decimals <= 12 else f"{low:.4g} to {high:.4g}"
@@ -168,7 +168,8 @@ class Disturbed(Details, code="disturbed"):
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, beside random walk and quantization noise; or that of motion that comes and goes.
+        Their share of the power, of which random walk and quantization noise are the rest; or the share of intermittent
+        motion.
     start, stop : float
         The quietest part of the record; both 0 for several runs. [s]
     quietest : float or None
@@ -202,7 +203,7 @@ class Disturbed(Details, code="disturbed"):
 
 @frozen
 class OtherAxesDisturbed(Details, code="other_axes_disturbed"):
-    """Vibration hides the noise of other axes of the same sensor, and may be in that of these.
+    """Vibration hides the noise of other axes of the same sensor, and may be part of the noise of these axes.
 
     Attributes
     ----------
@@ -222,7 +223,7 @@ class OtherAxesDisturbed(Details, code="other_axes_disturbed"):
 
 @frozen
 class BeyondClass(Details, code="beyond_class"):
-    """More noise than the noisiest sensors for sale, or a steeper ramp; the size is the density, or the ramp.
+    """More noise than the noisiest existing sensors, or a steeper ramp; the size is the density, or the ramp.
 
     Attributes
     ----------
@@ -259,7 +260,7 @@ class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
     Attributes
     ----------
     freedom : float
-        Of its square, from its standard error. [1]
+        Degrees of freedom of its square, from its standard error. [1]
     duration : float
         Of the record. [s]
     """
@@ -333,14 +334,14 @@ class SecondExplanation(Details, code="second_explanation"):
 
 @frozen
 class CountedAngle(Details, code="counted_angle"):
-    """The quantization noise that the step of a counted angle (or velocity) makes, and that of the fit.
+    """The quantization noise expected from the step of a counted angle (or velocity), and that of the fit.
 
     Attributes
     ----------
     quantity, rate_unit : str
         Of the channel.
     step : float
-        Of the angle. [rate unit·s]
+        Step of the angle. [rate unit·s]
     by_step : float
         Quantization noise by the step, step/√12. [rate unit·s]
     value, low, high : float or None

@@ -11,7 +11,7 @@ from sigmatau.hints import Hint, as_options, worded
 from sigmatau.noise.terms import TERMS
 
 LONGEST = 120
-"""Largest number of characters of a message or an action, so that each fits on a line or two of a terminal."""
+"""Largest number of characters of a message or an action, so that each fits on one or two lines of a terminal."""
 
 LONGEST_NAME = 24
 """Largest number of characters of a name in a list."""
@@ -19,11 +19,11 @@ LONGEST_NAME = 24
 _NAMES_LISTED = 6
 
 _MANY = 8
-"""With more stretches, an option joins those less than `_TOGETHER` apart."""
+"""number of stretches above which an option joins those less than `_TOGETHER` apart"""
 
 _TOGETHER = 1.0  # [s]
 
-_DIGITS = 3  # of a second in an option; ends are rounded outwards
+_DIGITS = 3  # decimals of a second in an option; ends are rounded outwards
 
 
 def short_axes(channels: Sequence[str]) -> str:
@@ -43,7 +43,7 @@ def clock(time: float) -> str:
 
 
 def while_short(text: str, additions: Iterable[str], *, between: str = "; ", longest: int = LONGEST) -> str:
-    """The text and as many additions, in order, as a sentence may have characters for."""
+    """Append as many additions, in order, as fit in a sentence."""
     for addition in filter(None, additions):
         if sum(len(worded(part, as_options)) for part in (text, between, addition)) <= longest:
             text += between + addition
@@ -61,7 +61,7 @@ def plural(count: int, noun: str) -> str:
 
 
 def listed(names: tuple[str, ...]) -> str:
-    """As many names as a message has characters for: ``"a, b and 7 more"``."""
+    """As many names as fit in a message: ``"a, b and 7 more"``."""
     shown = ", ".join(shortened(name, LONGEST_NAME) for name in names[:_NAMES_LISTED])
     while len(shown) > LONGEST - 40 and "," in shown:
         shown = shown.rpartition(", ")[0]
@@ -88,7 +88,7 @@ def factor_text(term: str, factor: float, *, quantity: str = "") -> str:
 
 
 def largest_factor_text(factors: Sequence[tuple[str, float]], *, quantity: str = "", channel: str = "") -> str:
-    """The factor farthest from 1, with the channel that it is of, if one is named; empty without factors."""
+    """The factor farthest from 1, with its channel if that is named; empty without factors."""
     if not factors:
         return ""
     term, factor = max(factors, key=lambda pair: abs(math.log(pair[1])) if 0 < pair[1] < math.inf else math.inf)
@@ -131,5 +131,5 @@ def window_hint(span: tuple[float | None, float | None]) -> Hint:
 
 def _in_seconds(time: float, to_whole: Callable[[float], int]) -> str:
     scale = 10**_DIGITS
-    whole = to_whole(round(time * scale, 3))  # three digits more, for what rounding leaves
+    whole = to_whole(round(time * scale, 3))  # three more digits, to absorb rounding
     return f"{whole / scale:.{_DIGITS}f}".rstrip("0").rstrip(".") + "s"

@@ -13,7 +13,7 @@ _CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC o
 
 @frozen
 class ImplausibleRate(Details, code="implausible_rate"):
-    """The stamps of a gyro or accelerometer give less than 1 Hz: a log of averages, or of another unit of time.
+    """The stamps of a gyro or accelerometer give less than 1 Hz: a log of averages, or a wrong unit of time.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class ImplausibleRate(Details, code="implausible_rate"):
     unit, other_unit : str
         The units of time.
     stride : int
-        From one stamp to the next, if they may be the numbers of samples; 0 if not.
+        Step from one stamp to the next, if stamps may be sample numbers; 0 if not.
     """
 
     rate: float
@@ -73,7 +73,7 @@ class RateMismatch(Details, code="rate_mismatch"):
     used, other : float
         [Hz]
     stated : bool
-        Whether the other one is stated by the file.
+        Whether the file states the other rate.
     """
 
     used: float
@@ -101,7 +101,7 @@ class RateDrift(Details, code="rate_drift"):
     Attributes
     ----------
     lowest, highest : float
-        Of the ten rates. [Hz]
+        Standard error of each of the ten rates. [Hz]
     """
 
     lowest: float
@@ -126,7 +126,7 @@ class RateChange(Details, code="rate_change"):
     grid : float
         Rate in use. [Hz]
     place : str
-        The row behind the change, as the file counts it; empty in a live log.
+        The row after the change, as numbered in the file; empty in a live log.
     """
 
     before: float

@@ -1,7 +1,7 @@
-"""Findings about files, and about lines that are read while they are logged: damage and leftovers.
+"""Findings about files and live lines: damage, and parts that are not read.
 
-In all of them `kept` is the number of rows or messages that are read, `count` is the number of what was found, and `topic`
-is the topic, sentence or group that is read. Lines count from 1, bytes from 0.
+In all of them `kept` is the number of rows or messages that are read, `count` the number of items that the finding is about,
+and `topic` the topic, sentence or group that is read. Lines count from 1, bytes from 0.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ class Place:
     Attributes
     ----------
     unit : str
-        What is counted: ``"byte"``, ``"line"``, ``"row"``, ``"message"``, ``"batch"``, ``"row group"`` or
+        Unit that is counted: ``"byte"``, ``"line"``, ``"row"``, ``"message"``, ``"batch"``, ``"row group"`` or
         ``"segment"``. Bytes and rows count from 0, the others from 1.
     number : int
-        Which one.
+        Number of the unit.
     of : int or None
-        How many of them the file has.
+        Number of such units in the file.
     byte : int or None
-        Where the unit begins. [bytes]
+        Offset of the unit. [bytes]
     """
 
     unit: str
@@ -66,19 +66,19 @@ class Damaged(InFile, code="damaged"):
     Attributes
     ----------
     truncated : bool
-        Whether the file ends there.
+        Whether the file ends at the damage.
     what : str
         What is damaged: ``"file"``, ``"array"``, ``"variable acc"`` ….
     place : Place or None
-        Where; None if that is not known.
+        Place of the damage; None if it is not known.
     inside : str
-        What the place lies in: ``"message"``, ``"line"``, ``"row"``; empty if that is not known.
+        What contains the place: ``"message"``, ``"line"``, ``"row"``; empty if it is not known.
     reason : str
-        The fault, as the decoder or a library calls it; may be empty.
+        The fault, as named by the decoder or a library; may be empty.
     kept : int or None
-        How many rows or messages are read.
+        Number of rows or messages that are read.
     declared : int or None
-        How many the file declares.
+        Number that the file declares.
     counted, topic : str
         What `kept` and `declared` count.
     """
@@ -119,7 +119,7 @@ class PartMissing(InFile, code="part_missing"):
     Attributes
     ----------
     number, of : int
-        Of the file, counted from 1.
+        Number of the part, counted from 1.
     reason : str
         Reason why it cannot be read; empty if it is missing.
     alone : bool
@@ -140,7 +140,8 @@ class PartMissing(InFile, code="part_missing"):
 
 @frozen
 class SkippedMessages(InFile, code="skipped_messages"):
-    """Messages or lines that are left out: damaged ones, or those of other types. An error if rows are missing for it.
+    """Messages or lines that are left out: damaged ones, or those of other types. It is an error if rows are missing because
+    of it.
 
     Attributes
     ----------
@@ -151,11 +152,11 @@ class SkippedMessages(InFile, code="skipped_messages"):
     other : bool
         Whether they are intact messages of other types.
     place : Place or None
-        Of the first, or of the first of those that stand in place of rows.
+        Place of the first, or of the first that replaces rows.
     example : str
         Fault of one of them, or its type.
     kept : int or None
-        How many are read; None if that is not known.
+        Number of messages that are read; None if it is not known.
     """
 
     count: int
@@ -193,11 +194,11 @@ class BytesNotRead(InFile, code="bytes_not_read"):
     bytes : int
         How many. [bytes]
     place : Place
-        Where they begin.
+        Offset of the first of them.
     after : str
-        What ends there: ``"the array"``; empty if they precede what is read.
+        What ends there: ``"the array"``; empty if the bytes precede the contents.
     padding : bool
-        Whether all of them are 0 or 255.
+        Whether all of them are 0 or all are 255.
     """
 
     bytes: int
@@ -248,13 +249,13 @@ class SkippedLines(InFile, code="skipped_lines"):
     Attributes
     ----------
     what : {"comments", "last", "header"}
-        Which of these they are.
+        Which of these kinds they are.
     line : int or None
-        The first of them.
+        Number of the first line.
     count : int
-        How many lines.
+        Number of lines.
     kept : int or None
-        How many rows are read.
+        Number of rows that are read.
     """
 
     what: Literal["comments", "last", "header"]
@@ -284,8 +285,8 @@ class NeverWritten(InFile, code="never_written"):
     Attributes
     ----------
     rows, zeros, kept : int
-        Number of all rows, of the rows at the end that are zero, and of those that are read. The row before the zeros
-        is left out too.
+        Number of all rows, of the zero rows at the end, and of the rows that are read. The row before the zeros is left out
+        too.
     column : str
         The column that is zero; empty for all columns.
     """
@@ -322,14 +323,14 @@ class Unusable(InFile, code="unusable"):
 
 @frozen
 class LoggerDropouts(InFile, code="dropouts"):
-    """Times when the logger lost data, as it reports.
+    """Times at which the logger reports lost data.
 
     Attributes
     ----------
     count : int
-        How many.
+        Number of dropouts.
     total : float
-        Their duration together. [s]
+        Sum of their durations. [s]
     longest : float
         Duration of the longest. [s]
     """
@@ -348,7 +349,7 @@ class LoggerDropouts(InFile, code="dropouts"):
 
 @frozen
 class UnreadArrays(InFile, code="unread_arrays"):
-    """Members of an archive that are not arrays by their names, which may be damaged.
+    """Members of an archive whose names are not those of arrays. They may be damaged.
 
     Attributes
     ----------

@@ -12,7 +12,7 @@ from sigmatau.results import seconds
 
 _SMALLEST_P = 1e-12  # smaller p-values are rounding errors
 MOST_LINES = 100
-"""Lines of a fit that are kept, the strongest: a record that repeats itself has thousands."""
+"""Largest number of lines of a fit that are listed, the strongest ones: a periodic record has thousands."""
 
 
 @frozen
@@ -22,7 +22,7 @@ class TooFewTimes:
     Attributes
     ----------
     times, needed : int
-        Averaging times that there are, and that a fit needs.
+        Number of averaging times, and number that a fit needs.
     samples : int
         Length of the record.
     """
@@ -80,14 +80,15 @@ class Misfit:
 
 @frozen
 class VibrationPower:
-    """Disturbed: lines and narrow resonances have most of the power of the record, or motion comes and goes in it.
+    """Disturbed: lines and narrow resonances have most of the power of the record, or there is intermittent motion.
 
     Attributes
     ----------
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, beside random walk and quantization noise; or that of the motion at the loudest times.
+        Their share of the power, of which random walk and quantization noise are the rest; or that of the motion at the
+        loudest times.
     start, stop : float
         The part of the record in which the random walk has the smallest upper limit. [s]
     quietest : float or None
@@ -127,7 +128,7 @@ class ShortTimesDeviate:
     cluster_size : int
         Averaging time with the largest deviation. [samples]
     ratio : float
-        Measured Allan deviation over that of the model there; below 1 as behind a low-pass filter. [1]
+        Measured Allan deviation over that of the model there. Below 1 after a low-pass filter. [1]
     """
 
     kind: str = field(default="short_times_deviate", init=False)
@@ -144,7 +145,7 @@ class ShortTimesDeviate:
 
 @frozen
 class IncompleteRecord:
-    """Not fitted: samples are missing, and least squares needs all.
+    """Not fitted: samples are missing, and least squares needs all samples.
 
     Attributes
     ----------
@@ -181,7 +182,7 @@ class CoarseValues:
 
 @frozen
 class CoarseCounts:
-    """The rounding of the angle is not white from sample to sample, so that the fit is that of sums of samples.
+    """The rounding of the angle is not white from sample to sample, so sums of samples are fitted.
 
     Attributes
     ----------
@@ -224,7 +225,7 @@ class UnmodelledBand:
 
 @frozen
 class CrowdedLines:
-    """Widened: spectral lines take so much of the band that they may be noise.
+    """Widened: spectral lines cover so much of the band that they may be noise.
 
     Attributes
     ----------
@@ -248,12 +249,12 @@ class CrowdedLines:
 
 @frozen
 class BandsOff:
-    """Widened: the best model is off the spectrum in some bands.
+    """Widened: the best model deviates from the spectrum in some bands.
 
     Attributes
     ----------
     frequency : float
-        Where it is worst. [Hz]
+        Frequency of the largest deviation. [Hz]
     ratio : float
         Measured density over that of the model there. [1]
     """
@@ -269,7 +270,7 @@ class BandsOff:
 
 @frozen
 class ChangingRandomWalk:
-    """The white level differs between eighths of the record, and the interval of the random walk is that of its process.
+    """The white level differs between eighths of the record, and the interval of the random walk includes this variation.
 
     Attributes
     ----------
@@ -278,7 +279,7 @@ class ChangingRandomWalk:
     next_lowest, next_highest : float
         Interval of the random walk in the next record of this length. [SI]
     p_value : float
-        Of the same level in all eighths. [1]
+        P-value of an equal level in all eighths. [1]
     """
 
     kind: str = field(default="level_change", init=False)
@@ -331,7 +332,7 @@ def reasons_text(reasons: Sequence[Reason]) -> str:
 
 
 def count_text(count: int) -> str:
-    """A number of lines or processes: ``"5"``, ``"at least 100"`` where more are not kept."""
+    """A number of lines or processes: ``"5"``, ``"at least 100"`` if no more are listed."""
     return f"at least {count}" if count >= MOST_LINES else str(count)
 
 

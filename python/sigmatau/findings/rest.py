@@ -1,4 +1,4 @@
-"""Findings about a sensor that does not rest, or rests for a part of the record."""
+"""Findings about a sensor that is not at rest, or only for a part of the record."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Motion:
     Attributes
     ----------
     channel : str
-        That shows it.
+        The sensor that shows it.
     quantity : str
         Of the channel.
     kind : {"varies", "turns", "tilts", "shakes", "loud"}
-        The mean varies; the mean rate is beyond any bias; the direction of gravity changes; tremor of a hand; noise beyond
-        that of any sensor, which may be aliased motion.
+        The mean varies; the mean rate exceeds any bias; the direction of gravity changes; tremor of a hand; noise above that
+        of any sensor, which may be aliased motion.
     size : float
         Change of the mean from one averaging time to the next, mean rate, or root mean square of the tremor [SI unit]; angle
         between the directions of gravity [rad]; density of loud noise [SI unit/√Hz].
     times : float
-        Size over that of the noise at rest, over the largest bias, or over the largest change that a bias makes. [1]
+        Size over that of the noise at rest, over the largest bias, or over the largest change that a bias can cause. [1]
     tau : float
         Averaging time, or half the period of the tremor. [s]
     """
@@ -104,7 +104,7 @@ class TooShortToTell(Details, code="too_short_to_tell"):
 
 @frozen
 class KeptOfStream:
-    """What is analysed of a stream, from the beginning of the log.
+    """Part of a stream that is analysed, from the beginning of the log.
 
     Attributes
     ----------
@@ -115,9 +115,9 @@ class KeptOfStream:
     stop : float
         End. [s]
     left_out : float
-        Length of the stretches within that are left out. [s]
+        Length of the stretches within this part that are left out. [s]
     share : float
-        Of the record that is left. [1]
+        Share of the record that is analysed. [1]
     """
 
     stream: str

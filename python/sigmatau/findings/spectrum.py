@@ -11,7 +11,7 @@ from sigmatau.hints import Hint
 from sigmatau.noise.terms import display_units
 from sigmatau.results import duration_text
 
-_SLOW = 0.2  # Hz, below which a period is stated in place of a frequency
+_SLOW = 0.2  # frequency below which a period is stated instead [Hz]
 
 _QUANTITIES = {"rad/s": "angular_rate", "m/s^2": "acceleration"}
 
@@ -25,9 +25,9 @@ class Mains:
     frequency : float
         Of the mains: 50 or 60. [Hz]
     multiple : int
-        Which multiple.
+        Number of the multiple.
     folded : bool
-        Whether that multiple is beyond half the sampling rate.
+        Whether that multiple exceeds half the sampling rate.
     """
 
     frequency: float
@@ -44,7 +44,7 @@ class SpectralLine:
     frequency : float
         [Hz]
     amplitude : float
-        Of a sinusoid with the same power. [unit of the finding]
+        Amplitude of a sinusoid with the same power. [unit of the finding]
     low, high : float
         The band that was left out, or the interval of the frequency of a slow line. [Hz]
     harmonics : tuple of SpectralLine
@@ -209,7 +209,7 @@ class Aliasing(Details, code="aliasing"):
     order : int or None
         Of its filter; None if it was not stated: then the size is that of the first order.
     second_order : float or None
-        Factor behind a second-order filter, if the order was not stated.
+        Factor after a second-order filter, if the order was not stated.
     rate_needed : float
         Sampling rate at which the factor is 1.02. [Hz]
     """
@@ -222,7 +222,7 @@ class Aliasing(Details, code="aliasing"):
 
     @property
     def biases_walk(self) -> bool:
-        """Folded noise is in the random walk of each fit."""
+        """Folded noise is part of the random walk of each fit."""
         return True
 
     def words(self, finding: Finding) -> Words:
@@ -288,7 +288,7 @@ class CorrelatedAxes(Details, code="correlated_axes"):
     only_slow : bool
         Whether no pair is correlated between neighbouring samples.
     stretches : int
-        Stretches of the record that neighbouring samples were taken from: 1 is the whole record.
+        Number of stretches from which neighbouring samples were taken; 1 is the whole record.
     """
 
     pairs: tuple[AxisPair, ...]

@@ -11,8 +11,8 @@ from sigmatau.frozen import frozen
 from sigmatau.hints import RATE, WITHOUT_STAMPS, Hint
 from sigmatau.results import seconds
 
-_SURE = 1e-3  # relative error of a rate that is not worth stating
-_LEAST_SHARE = 0.01  # share of the intervals that is stated [%]
+_SURE = 1e-3  # relative error of a rate that is too small to state
+_LEAST_SHARE = 0.01  # smallest share of the intervals that is stated [%]
 _MOST_MISSING = 0.5  # share of missing samples up to which intervals cover the truth, see docs/study/gaps.md [1]
 _BAD = {
     "missing": ("without a time stamp", "skipped", f"If their samples are good, run again with {WITHOUT_STAMPS}"),
@@ -33,11 +33,11 @@ class Gap:
     Attributes
     ----------
     samples : int
-        How many.
+        Number of missing samples.
     start, length : float
         From the beginning of the record. [s]
     place : str
-        The row behind the gap, as the file counts it: ``"line 501"``.
+        The row after the gap, as numbered in the file: ``"line 501"``.
     """
 
     samples: int
@@ -53,7 +53,7 @@ class Gaps(Details, code="gaps"):
     Attributes
     ----------
     samples : int
-        Places on the grid.
+        Number of places on the grid.
     gaps : int
         Number of gaps.
     longest : tuple of Gap
@@ -61,11 +61,11 @@ class Gaps(Details, code="gaps"):
     rate : float
         Rate of the grid. [Hz]
     estimated : bool
-        Whether the number of missing samples is an estimate, from stamps of a host.
+        Whether the number of missing samples is estimated from stamps of a host.
     period : int
         Rows after which the pattern of losses repeats; 0 if it does not.
     even_rate : float or None
-        Rate of even samples that a coarse clock would stamp in the same pattern. [Hz]
+        Rate of evenly spaced samples that a coarse clock would stamp in the same pattern. [Hz]
     """
 
     samples: int
@@ -99,7 +99,7 @@ class Gaps(Details, code="gaps"):
 
 @frozen
 class LongPauses(Details, code="long_pauses"):
-    """Pauses, or steps of the clock, that are longer than the recorded data; only the longest piece is analysed.
+    """Pauses or steps of the clock that are longer than the recorded data. Only the longest piece is analysed.
 
     Attributes
     ----------
@@ -108,9 +108,9 @@ class LongPauses(Details, code="long_pauses"):
     longest : float
         [s]
     place : str
-        The row behind the longest pause.
+        The row after the longest pause.
     used, total : int
-        Samples of that piece, and of the log.
+        Samples of the analysed piece, and of the log.
     """
 
     pauses: int
@@ -139,7 +139,7 @@ class IrregularStamps(Details, code="irregular_stamps"):
     longest : float or None
         The longest interval between stamps. [s]
     place : str
-        The row behind it.
+        The row after this interval.
     leaps : int
         Number of intervals of a live log that are negative or longer than 20 samples.
     """
@@ -173,7 +173,7 @@ class CoarseStamps(Details, code="coarse_stamps"):
     rate : float
         Rate in use. [Hz]
     rate_error : float or None
-        Largest relative error of the rate; None if the stamps allow any higher rate.
+        Largest relative error of the rate; None if the stamps are compatible with any higher rate.
     hidden : int
         Smallest number of consecutive lost samples that can be detected.
     single_precision : bool
@@ -227,7 +227,7 @@ class HostStamps(Details, code="host_stamps"):
     rate : float
         Mean rate, in use. [Hz]
     median_rate : float or None
-        Rate by the median interval; None if that is zero. [Hz]
+        Rate from the median interval; None if that is zero. [Hz]
     """
 
     rate: float
@@ -278,8 +278,8 @@ class Jitter(Details, code="jitter"):
 
 @frozen
 class BadStamps(Details, code="bad_stamps"):
-    """Rows that are left out because their stamp is missing, far from those before and after, or that of the row before;
-    or rows that stand later in the log than their stamps say, and are moved to their place.
+    """Rows that are left out because their stamp is missing, equals that of the row before, or is far from those around it;
+    or rows that are moved because their stamps show that they are late in the log.
 
     Attributes
     ----------
@@ -302,16 +302,16 @@ class BadStamps(Details, code="bad_stamps"):
 
 @frozen
 class CounterOverflows(Details, code="counter_overflows"):
-    """The time stamps are of a counter or clock that begins again, and are counted on; the size is how often it does.
+    """The stamps come from a counter or clock that begins again, and are unwrapped; the size is the number of overflows.
 
     Attributes
     ----------
     period : float
-        After which it begins again. [units of the stamps]
+        Period of the counter. [units of the stamps]
     column : str
         Column of the stamps.
     place : str
-        The first row after it, as the file counts it.
+        The first row after an overflow, as numbered in the file.
     """
 
     period: float
@@ -329,7 +329,7 @@ class CounterOverflows(Details, code="counter_overflows"):
 
 @frozen
 class MissingValues(Details, code="missing_values"):
-    """Rows or samples without a number in some channels; their places are left empty, or the channels are not read.
+    """Rows or samples without a number in some channels. Their places are left empty, or the channels are not read.
 
     Attributes
     ----------
@@ -338,19 +338,19 @@ class MissingValues(Details, code="missing_values"):
     counts : tuple of int
         Missing numbers by channel, in the order of the finding's channels.
     strongest : str
-        The channel with most of them.
+        The channel with the most missing numbers.
     place : str
-        The first of them.
+        Place of the first missing number.
     runs : int
-        Runs of consecutive missing numbers, in the channel with most of them.
+        Number of runs of consecutive missing numbers, in the channel with the most.
     longest : int
         Length of the longest run.
     longest_place : str
-        Its beginning.
+        Beginning of the longest run.
     unit : {"rows", "samples"}
         What is counted.
     dropped : bool
-        Whether the channels are not read.
+        Whether the channels are left out of the record.
     """
 
     total: int

@@ -15,7 +15,7 @@ class InStretches(Details, code="in_stretches"):
     Attributes
     ----------
     stretches : int
-        How many.
+        Number of stretches.
     samples : int
         Samples of the record.
     """
@@ -39,9 +39,9 @@ class PairsAcrossGaps(Details, code="pairs_across_gaps"):
     missing, samples : int
         Samples.
     longest : float
-        Averaging time that the curve reaches. [s]
+        Longest averaging time of the curve. [s]
     fitted : float
-        Averaging time up to which the fit uses the curve: at least 9 of 10 pairs are left [s]; 0 without a fit.
+        Longest averaging time of the curve that the fit uses: at least 9 of 10 pairs are complete [s]; 0 without a fit.
     """
 
     missing: int

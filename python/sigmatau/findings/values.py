@@ -15,12 +15,13 @@ from sigmatau.results import duration_text, seconds
 
 @frozen
 class HeldRuns(Details):
-    """Runs of samples that are not the sensor's: base of `Dropout` and `StuckSamples`. Of the channel with the most.
+    """Runs of samples that do not come from the sensor: base of `Dropout` and `StuckSamples`. Numbers are of the channel
+    with the most.
 
     Attributes
     ----------
     samples : int
-        Samples concerned.
+        Number of samples in these runs.
     share : float
         Part of all samples. [1]
     runs : int
@@ -73,7 +74,7 @@ class Saturation(Details, code="saturation"):
     longest : float
         Longest run of one value; 0 if no run is longer than the noise can explain. [s]
     spread : bool
-        Whether these samples are spread over the whole record, so that the effect on white noise is known.
+        Whether these samples are spread over the whole record, so that their effect on white noise is known.
     """
 
     strongest: str
@@ -88,7 +89,7 @@ class Saturation(Details, code="saturation"):
 
     @property
     def biases_walk(self) -> bool:
-        """A saturated sample is nearer to the mean in each fit."""
+        """A saturated sample is closer to the mean, which affects every fit."""
         return self.spread
 
     def words(self, finding: Finding) -> Words:
@@ -105,7 +106,7 @@ class Saturation(Details, code="saturation"):
 
 @frozen
 class CopiedStretch(Details, code="copied_stretch"):
-    """A stretch of rows that equals another one of the record on all axes; the size is its length.
+    """A stretch of rows that equals another stretch of the record on all axes; the size is its length.
 
     Attributes
     ----------
@@ -137,27 +138,27 @@ class RepeatedSamples(Details, code="repeated_samples"):
     Attributes
     ----------
     pattern : {"held", "irregular", "rows"}
-        A sensor at a lower rate than its log; copies at irregular places; single rows that are in the log twice.
+        Cause: a sensor with a lower rate than its log, copies at irregular places, or single rows that occur twice.
     copies : int
         Samples that equal the one before.
     share : float
         Part of all samples. [1]
     times : float
-        How often a sample occurs on average. [1]
+        Mean number of times that a sample occurs. [1]
     shortest, longest : int
-        How often a sample occurs, without the rarest 2.5 % at either end.
+        Range of this number, without the rarest 2.5 % at either end.
     log_rate : float
         Rate of the rows. [Hz]
     sensor_rate : float
         Rate of distinct samples. [Hz]
     rate_given : bool
-        Whether the rate was given by the user, so that it may be the sensor's and not that of the rows.
+        Whether the user gave the rate, so that it may be the sensor's and not that of the rows.
     sigma_one_sample : float
         σ at one sample over that of white noise with the same σ at long averaging times. [1]
     right_from : int
-        Number of samples from which on σ is right.
+        Number of samples from which on σ is correct.
     walk_at_log_rate, walk_at_sensor_rate : float
-        Random walk over the sensor's own, if the sensor runs at the rate of the log or at that of distinct samples. [1]
+        Random walk over that of the sensor, if the sensor runs at the rate of the log or at that of distinct samples. [1]
     """
 
     pattern: Literal["held", "irregular", "rows"]
@@ -176,7 +177,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
 
     @property
     def biases_walk(self) -> bool:
-        """A sample that counts more often does so at all averaging times."""
+        """A sample that is repeated has more weight at all averaging times."""
         return True
 
     def words(self, finding: Finding) -> Words:
@@ -205,7 +206,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
 
 @frozen
 class Upsampled:
-    """How all samples were interpolated from a lower rate.
+    """Interpolation of all samples from a lower rate.
 
     Attributes
     ----------
@@ -216,7 +217,7 @@ class Upsampled:
     sigma_one_sample : float
         σ at one sample over that of the sensor's white noise. [1]
     right_from : float
-        Averaging time from which on σ is right. [s]
+        Averaging time from which on σ is correct. [s]
     """
 
     sensor_rate: float
@@ -233,7 +234,7 @@ class FilledOutages:
     Attributes
     ----------
     count : int
-        How many.
+        Number of stretches.
     start, longest : float
         Beginning of the longest, from the beginning of the record, and its length. [s]
     """
@@ -250,9 +251,9 @@ class FilledSamples:
     Attributes
     ----------
     random_walk : float
-        Random walk over the sensor's own, at all averaging times of more than some samples. [1]
+        Random walk over that of the sensor, at all averaging times of more than a few samples. [1]
     sigma_one_sample : float
-        σ at one sample over the sensor's own. [1]
+        σ at one sample over that of the sensor. [1]
     """
 
     random_walk: float
@@ -270,11 +271,11 @@ class Interpolated(Details, code="interpolated"):
     share : float
         Share of filled-in samples: of single samples if there are `singles`, otherwise of all. [1]
     upsampled : Upsampled or None
-        If all samples were made from a lower rate.
+        Details if all samples were interpolated from a lower rate.
     outages : FilledOutages or None
-        If long stretches were filled in.
+        Details if long stretches were filled in.
     singles : FilledSamples or None
-        If single samples were filled in.
+        Details if single samples were filled in.
     """
 
     strongest: str
@@ -285,7 +286,7 @@ class Interpolated(Details, code="interpolated"):
 
     @property
     def biases_walk(self) -> bool:
-        """Filled samples change the random walk; a lower rate changes σ at short averaging times alone."""
+        """Filled samples change the random walk. A lower rate only changes σ at short averaging times."""
         return self.singles is not None
 
     def words(self, finding: Finding) -> Words:
@@ -322,17 +323,17 @@ class CoarseResolution(Details, code="coarse_resolution"):
     unit : str
         Of the stream; SI.
     rounding : {"quantization", "white", "unknown"}
-        What rounding adds: quantization noise if an angle (or velocity) was rounded, in a log of increments or of rates;
-        white noise if the rates were; below half a step of noise that is unknown.
+        Kind of noise that rounding adds: quantization noise if an angle (or velocity) was rounded, in a log of increments or
+        of rates; white noise if the rates were rounded; unknown below half a step of noise.
     added : float or None
-        Coefficient of the noise added: Q [unit·s], at most, or N [unit·√s]; None if unknown.
+        Coefficient of the added noise: Q [unit·s] as an upper limit, or N [unit·√s]; None if unknown.
     summed : int or None
         Samples that must be summed for white rounding of the angle; None if no sum in the record is long enough.
     needed : float or None
         Shortest record that shows the random walk in such sums, if this one does not. [s]
     passing : float or None
-        Of a rounded angle: how often the mean rate passes a step, folded at half the sampling rate. A steady rate has
-        lines at its multiples. [Hz]
+        How often the mean rate passes a step of a rounded angle, folded at half the sampling rate. A steady rate makes lines
+        at multiples of this frequency. [Hz]
     """
 
     step: float
@@ -346,7 +347,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
 
     @property
     def biases_walk(self) -> bool:
-        """White rounding is in the random walk of each fit."""
+        """White rounding is part of the random walk of each fit."""
         return self.rounding == "white"
 
     def words(self, finding: Finding) -> Words:
@@ -378,7 +379,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
 
 
 def _on(finding: Finding, strongest: str) -> str:
-    """The channel that numbers are of, if the finding has several."""
+    """The channel to which numbers refer, if the finding has several."""
     return strongest if len(finding.channels) > 1 else ""
 
 

@@ -1,4 +1,4 @@
-"""Lists of findings in words, for the terminal and errors: the causes first, each kind in one line."""
+"""Lists of findings in words, for the terminal and errors: the most likely causes first, one line per kind."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def sentence(finding: Finding) -> str:
-    """The words of a finding for the text of an error: its message, and its action behind a semicolon."""
+    """The words of a finding in the text of an error: its message, then its action after a semicolon."""
     message, action = finding.words()
     return f"{message}; {action[0].lower()}{action[1:]}" if action else message
 
 
 def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int = 0) -> list[str]:
-    """What matters: errors, warnings and what was left out, one line a kind of finding, of its worst axis; of an
-    error, what to do.
+    """The important findings: errors, warnings and excluded samples, one line per kind, for its worst axis. Errors include
+    what to do.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
 
 
 def _naming_all(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
-    """The first kinds of findings. A later warning about another axis replaces the last dispensable one."""
+    """The first kinds of findings. A later warning about another axis replaces the last one that can be dispensed with."""
     shown = list(kinds[:number])
     for alike in kinds[number:]:
         if alike[0].severity == "info" or _channels([alike]) <= _channels(shown):
@@ -74,16 +74,14 @@ def _naming_all(kinds: Sequence[list[Finding]], number: int) -> list[list[Findin
 
 
 def _channels(kinds: Iterable[Iterable[Finding]]) -> set[str]:
-    """The axes that errors and warnings name."""
+    """The axes that have errors and warnings."""
     return {
         channel for alike in kinds for finding in alike if finding.severity != "info" for channel in finding.channels
     }
 
 
 def _count_unnamed(findings: Sequence[Finding], rest: str) -> str:
-    """Number and kinds of the findings that are not listed, as far as a line has room: first those by
-    which something is left out.
-    """
+    """Number and kinds of the findings not listed, as far as they fit on a line; first those that exclude samples."""
     ordered = sorted(findings, key=lambda finding: not (finding.left_out or finding.code.endswith("left_out")))
     names = [code.replace("_", " ") for code in dict.fromkeys(finding.code for finding in ordered)]
     line = f"· {len(findings)} more"

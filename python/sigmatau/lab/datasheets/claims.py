@@ -50,10 +50,10 @@ from sigmatau.units import find
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
-MINIMUM = "minimum"  # Name of the minimum of the Allan deviation in `Meaning.of`; other names are those of terms
+MINIMUM = "minimum"  # name of the minimum of the Allan deviation in `Meaning.of`; the other names are those of terms
 MEANS = "bias_stability"
 KEYS = {"noise_density": "random_walk", **{term: term for term in RANKED}, MEANS: MEANS}
-"""Keys of a datasheet and their terms; a bias stability, the standard deviation of means, is of all terms."""
+"""Keys of a datasheet and their terms. A bias stability, the standard deviation of means, depends on all terms."""
 
 QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}  # Quantity and SI unit by sensor
 
@@ -153,7 +153,7 @@ class Claim:
 
     @property
     def usual(self) -> str:
-        """What the datasheet calls `typical`: ``"typical"`` or ``"1 σ"``."""
+        """The datasheet's name of `typical`: ``"typical"`` or ``"1 σ"``."""
         return "1 σ" if self.one_sigma else "typical"
 
     @property
@@ -169,7 +169,7 @@ class Claim:
         if text:
             unit = find(_NUMBER.sub("", text, count=1))
             return unit.text, unit.factor
-        # A claim made by hand has no texts; accelerometer biases are in µg as in most datasheets.
+        # A claim built in Python has no texts. Accelerometer biases are in µg, as in most datasheets.
         units = display_units(_unit_term(self.key), self.quantity, QUANTITIES[self.sensor.partition("_")[0]][1])
         return units[-1] if _unit_term(self.key) == "bias_instability" else units[0]
 
@@ -203,7 +203,7 @@ class Claim:
 
 
 def _unit_term(key: str) -> str:
-    """The term whose unit a key has."""
+    """The term whose unit the values of a key have."""
     return "bias_instability" if key == MEANS else KEYS[key]
 
 
@@ -213,8 +213,8 @@ TEXTS = ("name", "maker", "kind", "source", "confirmed", "note")
 SENSORS = (*QUANTITIES, *(f"{sensor}_{axis}" for sensor in QUANTITIES for axis in AXES))
 
 _NEEDED = ("name", "maker", "source")
-_LONGEST_TEXT = 400  # characters
-_LARGEST_FILE = 1 << 20  # bytes; a datasheet has a few hundred
+_LONGEST_TEXT = 400  # largest text [characters]
+_LARGEST_FILE = 1 << 20  # largest file; a datasheet has a few hundred bytes [bytes]
 _CONVENTIONS = {
     "noise_density": ("sided", ("one", "two", "unknown"), "a one-sided density is √2 times the two-sided one"),
     "bias_instability": (
@@ -260,7 +260,7 @@ def parse_claims(content: Mapping[str, Any]) -> tuple[Claim, ...]:
     for sensor in SENSORS:
         for key in KEYS:
             table = _table(content, sensor).get(key)
-            # Means of several averaging times are a list.
+            # Bias stabilities at several averaging times form a list.
             tables = table if key == MEANS and isinstance(table, list) else [] if table is None else [table]
             sensor_claims = [_claim(sensor, key, table_) for table_ in tables]
             if len({claim.average for claim in sensor_claims}) < len(sensor_claims):

@@ -143,9 +143,7 @@ def _is_number(value: object) -> bool:
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
-    """Sensors and axes in the datasheet that are not in the result. A channel named like the sensor stands for all its
-    axes.
-    """
+    """Sensors and axes of the datasheet that are not in the result. A channel named like a sensor has all its axes."""
     absent = {claim.sensor for claim in datasheet.claims}
     absent -= {*channels, *map(stream_name, channels)}
     for sensor in QUANTITIES:
@@ -208,7 +206,7 @@ def _compared(
     if not adequate:  # the error of the values is unknown
         return LimitComparison(limit=limit, side="undecided")
     if value.value is None:
-        # A limit of 95 % proves nothing at 99 %.
+        # A limit with a level of 95 % proves nothing at 99 %.
         shows = level <= value.level
         below = shows and value.upper_limit is not None and value.upper_limit < limit
         above = shows and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
@@ -225,8 +223,9 @@ def _compared(
 
 
 def _sigmas(value: float, low: float, high: float, limit: float, level: float) -> float:
-    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit. In
-    logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
+    """Distance of a value from a limit in standard errors, from the end of the interval on the side of the limit.
+
+    It is computed from logarithms, because a coefficient is a scale parameter and its interval need not be symmetric.
     """
     reach = NormalDist().inv_cdf((1 + level) / 2)
     end = low if value > limit else high
@@ -245,7 +244,7 @@ def _model_doubt(model: ChannelModel) -> Doubt:
 
 
 def _status(readings: tuple[ClaimReading, ...]) -> tuple[Status, Doubt | None]:
-    """Status on which all meanings agree, else undecided, and the reason."""
+    """Status on which all meanings agree, else undecided, with the reason."""
     statuses = {_reading_status(reading) for reading in readings}
     if len(statuses) == 1:
         status = statuses.pop()

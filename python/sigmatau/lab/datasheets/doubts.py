@@ -1,4 +1,4 @@
-"""`Doubt`: why a claim cannot be decided, or what a measured value lacks, as data; words are written for a reader alone."""
+"""`Doubt`: why a claim cannot be decided, or what a measured value lacks, as data. Words are only made for a reader."""
 
 from __future__ import annotations
 

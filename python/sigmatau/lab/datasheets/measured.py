@@ -18,7 +18,7 @@ from sigmatau.model import min_adev, processes_avar
 from sigmatau.noise.terms import SLOW
 
 _SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
-_NEGLIGIBLE = 0.01  # share of a variance; 0.5 % of a deviation
+_NEGLIGIBLE = 0.01  # share of a variance that is ignored: 0.5 % of a deviation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,7 @@ class Measured:
     upper_limit : float or None
         Upper limit if it was not observed. [unit of the claim]
     lower_limit : float or None
-        Lower bound if only a part is known. [unit of the claim]
+        Lower bound if only a part of the terms is known. [unit of the claim]
     level : float
         Confidence level of the interval or the limits; 1 for a limit from a model without intervals.
     doubt : Doubt or None
@@ -108,7 +108,7 @@ def _minimum(model: ChannelModel) -> Measured:
     """
     observed = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in SLOW}
-    # A term that is not in the model need not be zero.
+    # A term that is missing in the model need not be zero.
     silent = "bias_instability" not in observed and "bias_instability" not in unseen
     if not any(term in observed for term in SLOW):
         return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, observed, unseen)

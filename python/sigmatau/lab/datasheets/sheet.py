@@ -19,7 +19,7 @@ from sigmatau.record import stream_name
 from sigmatau.results import Printed
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
-_LONGEST_NAME = 100  # characters; a longer one is not looked up as a file
+_LONGEST_NAME = 100  # longest name [characters]; a longer one is not looked up as a file
 _OPEN = {
     "noise_density": "one- or two-sided: not stated",
     "bias_instability": "Allan minimum or coefficient B: not stated",
@@ -194,7 +194,7 @@ class Datasheet(Printed):
     def origins(
         self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> tuple[str, ...]:
-        """Origin of each number of `model`, a line each: typical or maximum value, and its convention.
+        """Origin of each number of `model`, one line each: typical or maximum value, and its convention.
 
         Parameters
         ----------
@@ -232,7 +232,7 @@ class Datasheet(Printed):
                 option=option,
             )
         value = claim.maximum if _used(claim, use) == "maximum" else claim.typical
-        assert value is not None  # a claim has one of them
+        assert value is not None  # a claim has at least one of them
         return value * meanings[0].factor / (BIAS_LEVEL if meanings[0].of == MINIMUM else 1.0)
 
     def to_dict(self) -> dict[str, Any]:
@@ -283,7 +283,7 @@ def _conventions(claim: Claim) -> tuple[str, ...]:
 
 
 def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
-    """Which number of a claim is used: the other if there is only one."""
+    """Which number of a claim is used. If only one is stated, it is used."""
     wanted = claim.typical if use == "typical" else claim.maximum
     return "typical" if (use == "typical") == (wanted is not None) else "maximum"
 

@@ -17,7 +17,7 @@ Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
-_COLUMNS = 5  # channel, claim, value, status, and the limits, which follow in lines of their own
+_COLUMNS = 5  # channel, claim, value, status, and the limits, which are on separate lines
 _MOST_PRINTED_SIGMAS = 100
 
 
@@ -30,7 +30,7 @@ class LimitComparison:
     limit : float
         In the convention of the comparison. [SI]
     side : {"below", "undecided", "above"}
-        Where the measured value is.
+        Position of the measured value relative to the limit.
     sigmas : float or None
         Number of standard errors above (+) or below (−) the limit; None without an interval, or if not observed.
     """
@@ -62,7 +62,7 @@ class ClaimReading:
     ----------
     meaning : Meaning
     measured : Measured
-        What the result has for this meaning.
+        Measured value for this meaning.
     typical, maximum : LimitComparison or None
         Against the typical value and the maximum; None if the datasheet does not state it.
     """
@@ -95,9 +95,9 @@ class Judged:
     readings : tuple of ClaimReading
         One for each possible meaning of the claim.
     status : {"within", "above typical", "undecided", "out"}
-        ``"above typical"``: not above the maximum, if there is one.
+        State, e.g. ``"above typical"``, which means not above the maximum, if there is one.
     doubt : Doubt or None
-        Reason for ``"undecided"``, if there is a special one.
+        Special reason for ``"undecided"``, if there is one.
     """
 
     channel: str
@@ -142,7 +142,7 @@ class Verdict(Printed):
     level : float
         Confidence level of "above" and of "below".
     factor : float or None
-        Factor from the typical value to the maximum, where the datasheet has no maximum; None without a factor.
+        Factor from the typical value to the maximum, used if the datasheet has no maximum; None without a factor.
 
     See Also
     --------
@@ -317,7 +317,7 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
 
 
 def _called(claim: Claim, name: str) -> str:
-    """What the datasheet calls a limit."""
+    """The datasheet's name of a limit."""
     return claim.usual if name == "typical" else name
 
 

@@ -1,4 +1,4 @@
-"""The logs of a fleet: files and objects by pattern, with what tells whether they have changed."""
+"""The logs of a fleet: files and objects by pattern, with a version that shows whether they have changed."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from sigmatau.frozen import frozen
 
 @frozen
 class Log:
-    """A log, as a worker finds it again."""
+    """A log, in a form in which a worker can find it again."""
 
     place: str  # path or URL
-    size: int | None  # bytes; None if the storage does not say
-    changed: str  # time of its last change, or its tag, as text
+    size: int | None  # size; None if the storage does not state it [bytes]
+    changed: str  # time of its last change or its tag, as text
 
     @property
     def version(self) -> str:
-        """Equal for the same content: size and last change."""
+        """Text that is equal for the same content: size and last change."""
         return f"{self.size}/{self.changed}"
 
 
@@ -60,7 +60,7 @@ def _local(pattern: str) -> Iterator[Log]:
     from sigmatau.io import NOT_LOGS
 
     several = glob.has_magic(pattern)
-    inside: dict[Path, bool] = {}  # by folder, whether it is in one that is a log
+    inside: dict[Path, bool] = {}  # by folder, whether it is inside a folder that is a log
     for name in sorted(_matching(pattern)) if several else [pattern]:
         path = Path(name)
         if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
@@ -76,13 +76,13 @@ def _local(pattern: str) -> Iterator[Log]:
         except OSError as error:
             if not several:
                 raise DataError(f"{path}: {error.strerror or error}") from None
-            yield Log(place=str(path), size=None, changed="")  # a link to nowhere: the reader says so
+            yield Log(place=str(path), size=None, changed="")  # a broken link, which the reader reports
             continue
         yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
 
 
 def _matching(pattern: str) -> Iterator[str]:
-    """What `glob.glob` finds, but a link to a folder above it is not followed: it would lead to each log forty times."""
+    """As `glob.glob`, but links to a parent folder are not followed: they would list each log forty times."""
     parts = pattern.split("/")
     if parts.count("**") != 1:
         yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  of any root
@@ -102,7 +102,7 @@ def _matching(pattern: str) -> Iterator[str]:
 
 
 def _folders(root: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
-    """A folder and those in it, but not hidden ones."""
+    """A folder and its subfolders, except hidden ones."""
     real = os.path.realpath(root)
     if real in above:
         return
@@ -114,7 +114,7 @@ def _folders(root: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
 
 
 def _names(folder: str) -> list[str]:
-    """What is in a folder and is not hidden; nothing of a folder that may not be listed."""
+    """The entries of a folder that are not hidden; empty if it may not be listed."""
     try:
         return [name for name in os.listdir(folder or ".") if not name.startswith(".")]  # noqa: PTH208
     except OSError:
@@ -122,12 +122,12 @@ def _names(folder: str) -> list[str]:
 
 
 def _is_listed(folder: Path) -> bool:
-    """Whether a folder may be listed; one that may not is a log that cannot be read, so that it is not forgotten."""
+    """Whether a folder may be listed. One that may not counts as an unreadable log, so that it is reported."""
     return os.access(folder, os.R_OK | os.X_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
 def _folder(path: Path) -> Log:
-    """A folder that is a log: the sum of its files, and a checksum of their names, sizes and times."""
+    """Version of a folder that is a log: the sum of its sizes, and a checksum of the names, sizes and times of its files."""
     size, digest = 0, hashlib.sha256()
     for folder, folders, files in os.walk(path):
         folders.sort()
@@ -139,14 +139,14 @@ def _folder(path: Path) -> Log:
 
 
 def _is_one_log(path: Path) -> bool:
-    """Whether a folder is a log: a Zarr store, or a ROS 2 bag."""
+    """Whether a folder is a single log: a Zarr store, or a ROS 2 bag."""
     from sigmatau.io import bag_files
 
     return bool(bag_files(path))
 
 
 def _within(folder: Path, is_in_log: dict[Path, bool]) -> bool:
-    """Whether a folder is a log, or is in one."""
+    """Whether a folder is a log, or is inside one."""
     if folder not in is_in_log:
         above = folder.parent != folder and _within(folder.parent, is_in_log)
         is_in_log[folder] = above or _is_one_log(folder)
@@ -187,7 +187,7 @@ def _zarr_name(name: str) -> bool:
 
 
 def _above(name: str) -> Iterator[str]:
-    """``a``, ``a/b`` and ``a/b/c`` of ``a/b/c``."""
+    """The folders above a path: ``a``, ``a/b`` and ``a/b/c`` for ``a/b/c``."""
     parts = name.rstrip("/").split("/")
     return ("/".join(parts[: k + 1]) for k in range(len(parts)))
 
@@ -202,7 +202,7 @@ def _remote_folder(system: Any, path: str) -> Log:  # noqa: ANN401
 
 
 def _tag(entry: Mapping[str, Any]) -> str:
-    """What an object's storage says of its version."""
+    """The version of an object that its storage states."""
     for key in ("ETag", "etag", "LastModified", "last_modified", "mtime", "created"):
         if entry.get(key) is not None:
             return str(entry[key])

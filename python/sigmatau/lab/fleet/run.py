@@ -1,4 +1,4 @@
-"""`run_fleet`: tasks to workers, outcomes back, whatever fails in between."""
+"""`run_fleet`: sends tasks to workers and collects the outcomes, whatever fails in between."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from sigmatau.process import uninterrupted
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-_TASK_SECONDS = 2.0  # that a task of several logs takes: its overhead is about 5 ms
+_TASK_SECONDS = 2.0  # duration of a task with several logs, whose overhead is about 5 ms [s]
 _BATCH_LOGS = 64
-_RECOUNT = 3.0  # between counts of the workers [s]
-_TRIES = 3  # of a stretch
-_ANSWER = 20.0  # in which a scheduler answers [s]
-_AHEAD = 2  # tasks a thread of the workers has waiting
-_PATIENCE = 0.5  # between looks at the clock and the scheduler [s]
-_LARGE = 1 << 26  # bytes of a log from which on a worker looks whether it must be divided
-_UNLIMITED = 4 << 30  # memory of a worker that states no limit [bytes]
+_RECOUNT = 3.0  # interval between counts of the workers [s]
+_TRIES = 3  # largest number of attempts for a stretch
+_ANSWER = 20.0  # time within which a scheduler answers [s]
+_AHEAD = 2  # number of waiting tasks per thread of the workers
+_PATIENCE = 0.5  # interval between checks of the clock and the scheduler [s]
+_LARGE = 1 << 26  # size of a log from which on a worker tests whether it must be divided [bytes]
+_UNLIMITED = 4 << 30  # assumed memory of a worker that states no limit [bytes]
 
 _Kind = Literal["batch", "single", "alone", "divide", "stretch"]
 
@@ -41,7 +41,7 @@ _Kind = Literal["batch", "single", "alone", "divide", "stretch"]
 def cluster(
     *, workers: int | None = None, scheduler: str | None = None, memory: float | None = None
 ) -> Iterator[Client]:
-    """A client of a running scheduler, or of processes of this host that end with it.
+    """A client of a running scheduler, or of processes of this host that are stopped with it.
 
     Parameters
     ----------
@@ -65,14 +65,15 @@ def cluster(
     except ImportError:
         raise ImportError("a fleet needs dask.distributed: pip install 'sigmatau[cluster]'") from None
     settings = {
-        "distributed.scheduler.allowed-failures": 0,  # a task whose worker ended is started again here, and smaller
-        # What watches a worker took 5 % of its time.
+        # a task whose worker ended is started again by this module, with fewer logs
+        "distributed.scheduler.allowed-failures": 0,
+        # Monitoring of the workers took 5 % of their time.
         "distributed.worker.profile.enabled": False,
         "distributed.admin.tick.interval": "500ms",
         "distributed.admin.system-monitor.interval": "10s",
-        "distributed.scheduler.worker-saturation": 1.0,  # a log that ends its worker then takes no others with it
+        "distributed.scheduler.worker-saturation": 1.0,  # a log that crashes its worker then affects no others
     }
-    # What they tell becomes an error of one line, or a failed log.
+    # Messages of the workers become an error of one line, or a failed log.
     for name in ("distributed", "distributed.client", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
@@ -99,7 +100,9 @@ def cluster(
 
 
 def _answers(scheduler: str) -> None:
-    """Raise `OSError` for an address where something listens, and is not a scheduler: a `Client` would wait for it."""
+    """Raise `OSError` for an address where something other than a scheduler listens, because a `Client` would wait for
+    it.
+    """
     import asyncio
     from concurrent.futures import ThreadPoolExecutor
 
@@ -111,7 +114,7 @@ def _answers(scheduler: str) -> None:
         comm = await asyncio.wait_for(connect(scheduler, timeout=_ANSWER, **arguments), _ANSWER + 1)
         await comm.close()
 
-    with ThreadPoolExecutor(1) as thread:  # this one may run a loop of its own, as in a notebook
+    with ThreadPoolExecutor(1) as thread:  # this thread may run a loop already, as in a notebook
         thread.submit(lambda: asyncio.run(shake_hands())).result()
 
 
@@ -123,12 +126,14 @@ def run_fleet(
     done: Callable[[Sequence[FleetOutcome]], None],
     tell: Callable[[str], None] = lambda _: None,
 ) -> None:
-    """Analyse logs. `done` gets the outcomes of each task as soon as they are there, in any order; with none, it is called
-    about twice a second. `tell` gets what the user should know meanwhile: that there are no workers.
+    """Analyse logs.
 
-    If the worker of a task of several logs ends, each of its logs becomes a task. If the worker of a log ends then too, the
-    log runs with no other beside it; if its worker ends once more, it has failed. A stretch is tried three times. A task
-    whose result is lost with its worker is started again.
+    `done` is called with the outcomes of each task as soon as they are available, in any order, and about twice a second
+    with an empty list. `tell` is called with remarks for the user: that there are no workers.
+
+    If the worker of a task with several logs ends, each of its logs becomes a task. If the worker of a single log ends too,
+    the log runs alone; if its worker ends again, it has failed. A stretch is tried three times. A task whose result is lost
+    with its worker is started again.
 
     Raises
     ------
@@ -142,37 +147,37 @@ def run_fleet(
 class _Task:
     kind: _Kind
     logs: tuple[Log, ...]
-    part: int = 0  # of the stretches of a record
+    part: int = 0  # number of the stretch in a record
     tries: int = 1
 
 
 @dataclass(slots=True)
 class _Divided:
-    """A record whose stretches are summed."""
+    """A record that is summed in stretches."""
 
     division: Division
-    sums: dict[str, Any] | None = None  # of the first `merged` stretches
+    sums: dict[str, Any] | None = None  # sums of the first `merged` stretches
     merged: int = 0
-    waiting: dict[int, dict[str, Any]] = field(default_factory=dict)  # of later ones
+    waiting: dict[int, dict[str, Any]] = field(default_factory=dict)  # sums of later stretches
 
 
 class _Run:
-    """The tasks of a fleet: which wait, which run."""
+    """The tasks of a fleet, waiting or running."""
 
     def __init__(
         self, client: Client, job: FleetJob, done: Callable[[Sequence[FleetOutcome]], None], tell: Callable[[str], None]
     ) -> None:
         self._client, self._job, self._done, self._tell = client, job, done, tell
-        self._checked: set[str] = set()  # workers
-        self._waits = False  # for workers
+        self._checked: set[str] = set()  # workers whose version was checked
+        self._waits = False  # whether it waits for workers
         self._logs: deque[Log] = deque()
         self._waiting: deque[_Task] = deque()
         self._alone: deque[_Task] = deque()
         self._running: dict[str, tuple[_Task, Future]] = {}
         self._ready: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._records: dict[str, _Divided] = {}
-        self._threads, self._counted = 1, -math.inf  # of the workers, and when they were counted
-        self._seconds, self._finished = 0.0, 0  # of the workers, for logs that are finished
+        self._threads, self._counted = 1, -math.inf  # threads of the workers, and when they were counted
+        self._seconds, self._finished = 0.0, 0  # time that the workers took for finished logs, and their number
 
     def all(self, logs: Sequence[Log]) -> None:
         memory = _memory(self._client)
@@ -197,14 +202,14 @@ class _Run:
                 self._client.cancel([future for _, future in self._running.values()], force=True)
 
     def _started(self) -> bool:
-        """`_start`; raises `DataError` if the scheduler does not answer."""
+        """`_start`. Raises `DataError` if the scheduler does not answer."""
         try:
             return self._start()
         except OSError:
             raise _lost() from None
 
     def _start(self) -> bool:
-        """Start as many tasks as the workers need; whether any is running."""
+        """Start as many tasks as the workers need; return whether any is running."""
         if time.monotonic() > self._counted + _RECOUNT:  # workers come and go
             threads: Mapping[str, int] = self._client.nthreads()
             self._threads = max(sum(threads.values()), 1)
@@ -223,13 +228,13 @@ class _Run:
         return bool(self._running)
 
     def _check(self, workers: Iterable[str]) -> None:
-        """Raise `DataError` for a worker with another sigmatau, which would end with each log that it gets."""
+        """Raise `DataError` for a worker with another version of sigmatau, which would crash with each log."""
         addresses = {*workers}
         if not addresses and not self._waits:
             self._tell("the scheduler has no workers; waiting for them")
         self._waits = not addresses
         if new := addresses - self._checked:
-            # What is sent is a function of Python's own, so that it runs on every worker.
+            # The function that is sent is one of Python's own, so that it runs on every worker.
             asked = self._client.run(
                 pkgutil.resolve_name, "sigmatau._version:__version__", workers=[*new], on_error="return"
             )
@@ -251,7 +256,7 @@ class _Run:
             return self._waiting.popleft()
         if not self._logs:
             return None
-        # The first tasks are of one log; then the mean time tells how many make a task.
+        # The first tasks have one log each; then their mean time decides how many logs a task has.
         mean = self._seconds / self._finished if self._finished else _TASK_SECONDS
         logs_of_thread = -(-len(self._logs) // self._threads)
         count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(logs_of_thread, 1))
@@ -278,7 +283,7 @@ class _Run:
                 outcome = future.result()
             else:  # lost or cancelled
                 has_outcome = False
-        except (OSError, FutureCancelledError):  # the connection, not the task
+        except (OSError, FutureCancelledError):  # an error of the connection, not of the task
             has_outcome = False
         finally:
             future.release()
@@ -292,7 +297,7 @@ class _Run:
             self._took(task, outcome)
 
     def _gone(self, task: _Task) -> None:
-        """A task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
+        """Handle a task without an outcome: its worker ended before the result was fetched, or the scheduler is lost."""
         if self._client.status != "running":
             raise _lost()
         if task.tries >= _TRIES:
@@ -311,7 +316,7 @@ class _Run:
             self._waiting += [_Task("stretch", task.logs, part) for part in range(len(outcome.stretches))]
         elif task.kind == "stretch":
             record = self._records.get(log.place)
-            if record is None:  # another stretch of it failed
+            if record is None:  # another stretch of this record failed
                 return
             record.waiting[task.part] = outcome
             while (part := record.waiting.pop(record.merged, None)) is not None:
@@ -346,7 +351,7 @@ class _Run:
     def _failed(self, task: _Task, error: BaseException) -> None:
         for log in task.logs:
             if task.kind == "stretch" and self._records.pop(log.place, None) is None:
-                continue  # another stretch of it failed before
+                continue  # another stretch of this record failed before
             self._done([failed(log, self._job, copy.copy(error))])
 
 

@@ -1,4 +1,4 @@
-"""What a store has of the logs of a fleet."""
+"""Logs of a fleet that are already in a store."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sigmatau.lab.store.ingest import Added
     from sigmatau.lab.store.rows import Rows
 
-_AT_ONCE = 500  # keys of a statement
+_AT_ONCE = 500  # number of keys in a statement
 
 
 class Stored:
@@ -58,23 +58,23 @@ class Stored:
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
     def close(self) -> None:
-        """Close the connections: of SQLite, what was written is then in the file itself, not in its log."""
+        """Close the connections. SQLite then moves the written data from its log to the file."""
         self._engine.dispose()
 
     def has(self, log: Log, *, failures: bool = True) -> bool:
-        """Whether there is a result of this version of a log; one that failed counts unless `failures` is False."""
+        """Whether there is a result of this version of a log. A failure counts unless `failures` is False."""
         runs = self._runs.get(log.place, ())
         return any(version == log.version and (failures or state != "failed") for version, state in runs)
 
     def failed(self, logs: Iterable[Log]) -> int:
-        """How many of some logs have failed in their present version, and have no other result."""
+        """Number of logs whose present version has failed and that have no other result."""
         states_by_log = (
             [state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs
         )
         return sum(bool(states) and set(states) == {"failed"} for states in states_by_log)
 
     def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
-        """State the time or the temperature of the runs of logs that are there, by place; how many runs change.
+        """Set the time or the temperature of existing runs of logs, by place; return the number of changed runs.
 
         Raises
         ------
@@ -103,10 +103,10 @@ class Stored:
         return len(news)
 
     def add(self, rows: Sequence[Rows], logs: Iterable[Log]) -> Added:
-        """Add the results of logs in one transaction; raises `DataError`.
+        """Add the results of logs in one transaction. Raises `DataError`.
 
-        The results of earlier versions of the logs, and failures that are past, become history. A log that was touched, and
-        has the same result, keeps its row, which gets the version of the log.
+        Results of earlier versions of the logs, and old failures, become history. If the result of a changed log is the
+        same, its row is kept and gets the version of the log.
         """
         from sigmatau.lab.store.ingest import add_rows
 

@@ -1,4 +1,6 @@
-"""What a worker does: logs in, rows for the store out. A log that cannot be used gives a row that says why."""
+"""The work of a worker: it analyses logs and returns rows for the store. For a log that cannot be used the row states
+why.
+"""
 
 from __future__ import annotations
 
@@ -23,19 +25,19 @@ if TYPE_CHECKING:
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
 
-_THREADS = "threads"  # the setting of `analyze` that a worker sets itself: it has one core
+_THREADS = "threads"  # the setting of `analyze` that a worker overrides, because it has one core
 
 
 @frozen
 class FleetJob:
-    """What all logs of a fleet have in common.
+    """Facts that all logs of a fleet share.
 
     Attributes
     ----------
     reading, settings : mapping
         Options of `sigmatau.read` and `sigmatau.analyze`.
     naming : Naming
-        How the store calls the results.
+        Names of the results in the store.
     """
 
     reading: Mapping[str, Any]
@@ -44,7 +46,7 @@ class FleetJob:
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options that are not the defaults, as results state them; raises `OptionError` for a wrong one."""
+        """The options that differ from the defaults, as results state them. Raises `OptionError` for a wrong one."""
         from sigmatau.analysis import AnalysisOptions
         from sigmatau.io import ReadOptions
         from sigmatau.options import stated
@@ -57,7 +59,7 @@ class FleetJob:
 
 @frozen
 class FleetOutcome:
-    """A log that is finished."""
+    """The outcome of a finished log."""
 
     log: Log
     code: int  # exit code for this log alone
@@ -66,16 +68,16 @@ class FleetOutcome:
 
 
 def analyse(logs: Sequence[Log], job: FleetJob) -> tuple[list[FleetOutcome], float]:
-    """The outcomes of logs, in their order, and the time that they took. [s]"""
+    """The outcomes of logs, in order, and the time for all of them. [s]"""
     prepare_process()
     begun = time.perf_counter()
     outcomes = [_analysed(log, job) for log in logs]
-    gc.collect()  # the samples of these logs must not stay beside those of the next
+    gc.collect()  # the samples of these logs must not be in memory with those of the next
     return outcomes, time.perf_counter() - begun
 
 
 def divided(log: Log, job: FleetJob, memory: int) -> Division | None:
-    """How a record is divided that is too large for so many bytes of memory; None if it is analysed as a whole.
+    """How a record that is too large for this memory is divided; None if it is analysed as a whole.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def divided(log: Log, job: FleetJob, memory: int) -> Division | None:
 
 
 def combined(log: Log, division: Division, sums: Mapping[str, Any], job: FleetJob) -> FleetOutcome:
-    """The outcome of a record whose stretches were summed."""
+    """The outcome of a record that was summed in stretches."""
     from sigmatau.analysis import stretches
     from sigmatau.findings.finding import damaged
 
@@ -103,7 +105,7 @@ def combined(log: Log, division: Division, sums: Mapping[str, Any], job: FleetJo
 
 
 def failed(log: Log, job: FleetJob, error: BaseException) -> FleetOutcome:
-    """The outcome of a log that has no result because of an error."""
+    """The outcome of a log without a result, because of an error."""
     from sigmatau.analysis import FailedAnalysis
     from sigmatau.errors import DataError, OptionError
 
@@ -126,17 +128,17 @@ def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
             try:
                 analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
             except (DataError, OptionError) as error:
-                if error.source == str(path):  # of the copy
+                if error.source == str(path):  # the error names the copy
                     error.source = log.place
                 raise
-            source = replace(analysis.source, checksum=analysis.source.sha256)  # while the copy is there
+            source = replace(analysis.source, checksum=analysis.source.sha256)  # the source, while the copy exists
             return replace(analysis, source=source), exit_code(analysis.findings)
 
     return _outcome(log, job, result)
 
 
 def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]) -> FleetOutcome:
-    """The outcome of a function that returns a result and its exit code, or raises the reason why there is none."""
+    """The outcome of a function that returns a result and its exit code, or raises the reason for having none."""
     from sigmatau.analysis import parse_options
 
     try:
@@ -144,7 +146,7 @@ def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]
         source = replace(analysis.source, path=log.place, options=job.options.get("reading", {}))
         analysis = replace(analysis, source=source, options=parse_options(job.options.get("analysis", {})))
         return _entered(log, job, analysis, code)
-    except Exception as error:  # a defect of the program must not end the other logs
+    except Exception as error:  # a defect of the program must not stop the other logs
         return failed(log, job, error)
 
 
@@ -157,7 +159,7 @@ def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: i
 
 @functools.cache
 def prepare_process() -> None:
-    """Settings of a process that analyses log after log, once."""
+    """Settings of a process that analyses many logs; called once."""
     from sigmatau.process import keep_freed
 
     keep_freed()
@@ -166,7 +168,7 @@ def prepare_process() -> None:
 
 @contextlib.contextmanager
 def local_copy(place: str) -> Iterator[str | Path]:
-    """A file for the reader: an object is copied to this host; a Zarr store is read where it is."""
+    """Provide a file for the reader: an object is copied to this host, but a Zarr store is read in place."""
     if "://" not in place or place.rstrip("/").endswith(".zarr"):
         yield place
         return

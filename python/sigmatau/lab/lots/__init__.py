@@ -1,1 +1,1 @@
-"""Runs, days, units and axes beside each other: repeatability."""
+"""Comparison of runs, days, units and axes: repeatability."""

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from sigmatau import Analysis
     from sigmatau.plot.style import Panels
 
-_MOST_CLOCKS = 100  # runs of a unit whose clocks are compared pair by pair
+_MOST_CLOCKS = 100  # largest number of runs of a unit whose clocks are compared pair by pair
 _NUMBERS = (
     "mean", "low", "high", "std", "error", "q", "p_value", "p_low", "tau", "tau_low", "tau_high",
     "next_low", "next_high", "next_error",
@@ -46,8 +46,8 @@ class RunComparison(Tabular):
     Attributes
     ----------
     by : {"unit", "run", "axis"}
-        Common property of a group: the unit (its runs are compared), the run (its units are compared), or only the
-        axis.
+        What the results of a group have in common: the unit (its runs are compared), the run (its units are compared), or
+        only the axis.
     level : float
         Confidence level of tests and intervals.
     runs : tuple of ComparedRun
@@ -55,7 +55,7 @@ class RunComparison(Tabular):
     groups : tuple of str
         Names of the groups; one empty name if there is one group without a name.
     clocks_off : mapping of str to Finding
-        Runs whose lines and filters all have other frequencies than in the other runs of the unit.
+        Runs whose lines and filters have frequencies that all differ from those of the unit's other runs.
     clocks_skipped : tuple of str
         Units with too many runs to compare their clocks.
 
@@ -88,7 +88,7 @@ class RunComparison(Tabular):
 
     @property
     def unused(self) -> dict[str, str]:
-        """The results that are not compared: by file or name, why."""
+        """The results that are not compared, with reasons, by file or name."""
         return {run.place or run.name: run.problem for run in self.runs if run.problem}
 
     def __len__(self) -> int:
@@ -175,8 +175,8 @@ class RunComparison(Tabular):
         return outliers
 
     def below(self) -> dict[int, list[ComparedRun]]:
-        """By row, the runs that do not show the term although they should: their upper limit is below the prediction
-        interval of one more run. A ramp's limit is that of its magnitude.
+        """By row, the runs that should show the term but do not: their upper limit is below the prediction interval of one
+        more run. For a ramp the limit is that of its magnitude.
         """
         runs_below: dict[int, list[ComparedRun]] = {}
         for row in np.flatnonzero((self.cells.valued > 1) & (self.cells.looked > self.cells.valued)).tolist():
@@ -190,7 +190,7 @@ class RunComparison(Tabular):
         return runs_below
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
+        """One row per group, channel and term, see `Tabular.columns`. Numbers are in SI, spreads relative or in SI."""
         labels = [self.table.labels[k] for k in self.cells.label]
         signed = [label.term in SIGNED for label in labels]
         outliers = self.outliers()
@@ -344,7 +344,7 @@ def compare_runs(
 
 
 def compare_table(table: RunTable, options: CompareOptions) -> RunComparison:
-    """`compare_runs` of rows that are there, such as those of a `Store`: units are named, copies of a log have a problem."""
+    """`compare_runs` for an existing table, such as one from a `Store`. Units are named, and copies of a log are marked."""
     by, level = options.by, options.level
     usable = np.array([not run.problem for run in table.runs], dtype=bool)
     if not usable.any():

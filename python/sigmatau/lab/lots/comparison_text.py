@@ -19,14 +19,14 @@ from sigmatau.results import WIDTH, aligned, lines_text, wrapped
 if TYPE_CHECKING:
     from sigmatau.lab.lots.comparison import RunComparison
 
-_SCREEN = 23  # lines, and a prompt
-_LEAST_ROWS = 6  # of the table of one group
-_MOST_ROWS = 13  # of the table of many groups
-_ALL_NAMED = 7  # runs that are all named in the first line, as the days of a week
+_SCREEN = 23  # lines of the screen without the prompt
+_LEAST_ROWS = 6  # smallest number of rows of a table of one group
+_MOST_ROWS = 13  # largest number of rows of a table of many groups
+_ALL_NAMED = 7  # number of runs up to which all are named in the first line, as the days of a week
 _CSV = command("compare", Hint("csv", value="FILE"))
-_MOST_NAMED = 4  # runs, groups or results that are named in a line
-_STD = 3  # column of STD %, which a table that is too wide leaves to --table
-_LARGEST = 1.0  # relative spread up to which it is printed
+_MOST_NAMED = 4  # largest number of runs, groups or results that are named in a line
+_STD = 3  # column STD %, which is only in --table if the table is too wide
+_LARGEST = 1.0  # largest relative spread that is printed
 _SHORT: dict[Judgement, str] = {
     "repeatable": "repeatable",
     "varies": "varies",
@@ -35,13 +35,15 @@ _SHORT: dict[Judgement, str] = {
     "one_run": "one run",
     "without_errors": "not tested",
 }
-_SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}  # in a table that is too wide
+# names of terms in a table that is too wide
+_SHORT_TERMS = {"bias instability": "bias instab.", "rate random walk": "rate walk"}
 _ORDER: tuple[Judgement, ...] = ("outlier", "varies", "too_alike", "without_errors", "repeatable", "one_run")
-COMPARED = {"unit": "run", "run": "unit", "axis": "result"}  # what is compared, by what the values have in common
+# name of what is compared, by what the values have in common
+COMPARED = {"unit": "run", "run": "unit", "axis": "result"}
 
 
 def overview(comparison: RunComparison) -> str:
-    """What varies, and by how much, on one screen; without a result that is not used."""
+    """What varies, and by how much, on one screen. Unused results are not included."""
     lines = _single_group(comparison) if len(comparison.groups) == 1 else _many_groups(comparison)
     return lines_text(line for line in lines)
 
@@ -69,7 +71,7 @@ def tables(comparison: RunComparison) -> str:
 
 
 def unused_lines(comparison: RunComparison) -> list[str]:
-    """The results that are not compared, and clocks that are off, one a line."""
+    """The results that are not compared, and wrong clocks, one per line."""
     lines = [f"not used: {place}: {problem}" for place, problem in comparison.unused.items()]
     lines += [f"{name}: {finding}" for name, finding in comparison.clocks_off.items()]
     return lines + [
@@ -102,7 +104,7 @@ def _single_group(comparison: RunComparison) -> list[str]:
     judgements = comparison.judgements()
     order = in_order(comparison, compared)
     below = [*wrapped(_warnings(comparison, order, judgements)), *_turn_on(comparison)]
-    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # beside the first two lines and those on the columns
+    room = max(_SCREEN - len(below) - 4, _LEAST_ROWS)  # rows besides the first two lines and those about the columns
     if len(order) > room:
         worst = sorted(order, key=lambda row: _ORDER.index(judgements[row]))[: room - 1]
         order = [row for row in order if row in worst]
@@ -126,7 +128,7 @@ def _head(comparison: RunComparison) -> str:
 
 
 def in_order(comparison: RunComparison, rows: Iterable[int]) -> list[int]:
-    """Rows channel by channel, in the order in which the results have them; terms in the order of their slopes."""
+    """Rows channel by channel, in the order of the results; terms in the order of their slopes."""
     channels: dict[str, int] = {}
     for label in comparison.table.labels:
         channels.setdefault(label.channel, len(channels))
@@ -200,7 +202,7 @@ def _spread(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
         return "0" if x == 0 else two_digits(100 * x / scale) if x < _LARGEST * scale else f"> {100 * _LARGEST:g}"
 
     std = "" if effects.std_relative is None else percent(effects.std_relative * scale)
-    # Where no spread is consistent with values that differ by less than their errors, the interval is empty.
+    # If values differ by less than their errors, no spread may be consistent with them, and the interval is empty.
     if effects.tau_high == 0 or effects.tau_high is None or effects.tau_low is None:
         between = percent(effects.tau)
     elif effects.tau_high < _LARGEST * scale:
@@ -213,7 +215,7 @@ def _spread(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
 
 
 def _warnings(comparison: RunComparison, rows: Sequence[int], judgements: Sequence[Judgement]) -> list[str]:
-    """What the verdicts mean: runs that do not belong by name; terms that are not seen in all runs."""
+    """Explanations of the verdicts: outlying runs by name, and terms that are not observed in all runs."""
     lines = []
     outliers = comparison.outliers()
     what = COMPARED[comparison.by]
@@ -294,7 +296,7 @@ def _nothing(what: str) -> str:
 
 
 def _many_groups(comparison: RunComparison) -> list[str]:
-    """Over many groups: by channel and term how many repeat, and the groups with a run that does not belong."""
+    """Many groups: for each channel and term the number that repeats, and the groups with an outlying run."""
     judgements = comparison.judgements()
     used = sum(not run.problem for run in comparison.runs)
     what, group = COMPARED[comparison.by], comparison.by
@@ -387,12 +389,12 @@ def _paper_table(
 
 
 def _std_text(std: float, digits: int) -> str:
-    """A standard deviation with the decimals of its values, and with two digits where these show fewer."""
+    """A standard deviation with the decimals of its values, or with two digits if those show fewer."""
     return f"{std:.{digits}f}" if std >= 10.0 ** (1 - digits) else significant(std, 2, zeros=True)
 
 
 def _rule_text(std: float, error: float, symbol: str, size: float) -> str:
-    """Whether a standard deviation is below an error: ``"yes, δ = 0.074"``."""
+    """Whether a standard deviation is below the error δ: ``"yes, δ = 0.074"``."""
     if not (np.isfinite(std) and np.isfinite(error)):
         return ""
     return f"{'yes' if std < error else 'no'}, {symbol}{significant(error / size, 2, zeros=True)}"

@@ -1,8 +1,9 @@
 """Random effects of many groups of values at once: arrays of shape (groups, runs), NaN where a group has no value.
 
 The value of a run is the mean of its group, plus a deviation of the run with standard deviation τ, plus an error of known
-standard deviation s. Cochran's statistic Q(τ²) = Σ (c - c̄)²/(τ² + s²), with c̄ weighted alike, is χ² with k - 1 degrees of
-freedom at the true τ. Homogeneity is tested by Q(0); τ² solves Q(τ²) = k - 1 [1]_, and its interval Q(τ²) = χ² [2]_.
+standard deviation s. Cochran's statistic Q(τ²) = Σ (c − c̄)²/(τ² + s²), with c̄ weighted in the same way, is χ² with k − 1
+degrees of freedom at the true τ. Homogeneity is tested by Q(0); τ² solves Q(τ²) = k − 1 [1]_, and its interval Q(τ²) = χ²
+[2]_.
 
 References
 ----------
@@ -32,31 +33,31 @@ from sigmatau.arrays import Floats, Ints
 from sigmatau.frozen import frozen
 
 LEAST_RUNS_OF_OUTLIER = 3
-"""Fewest runs of which one can be told not to belong; of two that differ, nothing says which."""
+"""Smallest number of runs for an outlier: if two differ, nothing shows which is wrong."""
 
-_CANDIDATES = 3  # runs farthest from the mean that are left out in turn; p-values allow for all runs
-_MOST_STEPS = 100  # of the search for τ²; 5 to 10 are usual
-_PRECISION = 1e-12  # of τ², relative
-_CHUNK = 1 << 16  # values that are worked on at once, so that they stay in the processor's cache
+_CANDIDATES = 3  # number of runs farthest from the mean that are left out in turn; p-values allow for all runs
+_MOST_STEPS = 100  # largest number of steps of the search for τ²; 5 to 10 are usual
+_PRECISION = 1e-12  # relative precision of τ²
+_CHUNK = 1 << 16  # number of values that are processed at a time, so that they stay in the processor's cache
 
 
 @frozen(eq=False)
 class GroupEffects:
     """Estimates by group, arrays of shape (groups,), NaN where a group has too few values. Logarithms, or plain values."""
 
-    k: Ints  # Values
+    k: Ints  # Number of values
     mean: Floats
     mean_error: Floats  # Half of the interval of the mean
     std: Floats  # Standard deviation of the values, ddof = 1
     q: Floats  # Cochran's Q; NaN without errors
     p_value: Floats  # Of Q or more if all runs are alike
-    p_low: Floats  # Of Q or less
+    p_low: Floats  # Probability of a smaller Q
     tau: Floats  # Standard deviation between runs
     tau_low: Floats
     tau_high: Floats
-    error: Floats  # Root mean square of the errors: that of the next run
+    error: Floats  # Root mean square of the errors, which the next run is assumed to have
     next_error: Floats  # Half of the prediction interval of one more run
-    outlier: Ints  # Position of the run that fits worst; -1 if there are too few
+    outlier: Ints  # Position of the run that differs most; -1 if there are too few
     outlier_p: Floats  # Its p-value, corrected for the number of runs
 
 
@@ -128,7 +129,7 @@ def _scaled_effects(
         tau2, low2, high2 = squares / freedom, squares / chi_high, squares / chi_low
         error2 = np.zeros(len(c))
     mean, se2 = _mean(tau2, c, v, valid, unit_weights=not with_errors)
-    alone = k == 1  # its own error is all that is known
+    alone = k == 1  # its error is the only information
     if with_errors:
         mean_error = np.where(alone, normal_quantile((1 + level) / 2), t_mean) * np.sqrt(se2)
     else:
@@ -161,13 +162,13 @@ def _sum(x: Floats) -> Floats:
 
 
 def by_number(numbers: Ints, function: Callable[[Floats], Floats]) -> Floats:
-    """A function of each of many whole numbers, computed once for each that occurs."""
+    """Apply a function to many integers, computing it once for each distinct one."""
     unique, inverse = np.unique(numbers, return_inverse=True)
     return np.asarray(function(unique.astype(np.float64)))[inverse]
 
 
 def _cochran(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-    """Q(τ²), and its derivative with the other sign."""
+    """Q(τ²), and the negative of its derivative."""
     w = valid / (v + tau2[:, None])
     total = np.maximum(_sum(w), 1e-300)
     mean = np.einsum("ij,ij->i", w, c) / total
@@ -176,8 +177,10 @@ def _cochran(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_]) -> tu
 
 
 def _solved(target: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], squares: Floats) -> Floats:
-    """The τ² at which Q is `target`; 0 where Q(0) is less. Newton's method on 1/Q, which is a line if all errors are equal,
-    between bounds: Q(τ²) is at most the sum of squares over τ².
+    """Solve Q(τ²) = `target` for τ²; 0 if Q(0) is smaller.
+
+    Newton's method on 1/Q, which is linear if all errors are equal, between bounds: Q(τ²) is at most the sum of squares over
+    τ².
     """
     tau2 = np.zeros(len(c))
     open_rows = np.flatnonzero(_cochran(tau2, c, v, valid)[0] > target)
@@ -212,8 +215,9 @@ def _mean(tau2: Floats, c: Floats, v: Floats, valid: NDArray[np.bool_], *, unit_
 def _outliers(
     c: Floats, v: Floats, valid: NDArray[np.bool_], tau2: Floats, mean: Floats, *, with_errors: bool
 ) -> tuple[Ints, Floats]:
-    """The run that fits the others worst, and its p-value: its deviation from the mean of the others, over the standard
-    error of that, has Student's t distribution with k - 2 degrees of freedom; corrected after Bonferroni.
+    """The run that differs most from the others, and its p-value: its deviation from the mean of the others, over the
+    standard error of that, has Student's t distribution with k − 2 degrees of freedom. The p-value is corrected after
+    Bonferroni.
     """
     k = valid.sum(axis=1)
     worst, p_worst = np.full(len(c), -1, dtype=np.int64), np.full(len(c), np.nan)

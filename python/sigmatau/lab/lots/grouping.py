@@ -1,4 +1,4 @@
-"""Rows of a table of runs by group, channel and term, and the random effects of each."""
+"""Groups the rows of a table of runs by group, channel and term, and estimates the random effects of each."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Cells:
     group: Ints  # position of the group's name
     label: Ints  # position of the label
     order: Ints  # rows of the table, cell by cell
-    first: Ints  # of a cell in `order`
-    valued: Ints  # values
-    looked: Ints  # values and upper limits
+    first: Ints  # first entry of a cell in `order`
+    valued: Ints  # number of values
+    looked: Ints  # number of values and upper limits
     limit: Floats  # largest upper limit of the runs without a value, NaN if there is none [SI]
     std: Floats  # standard deviation of the values, ddof = 1 [SI]
     delta: Floats  # mean δ of the paper's rule, NaN if no run has one [SI]
@@ -57,7 +57,7 @@ def sort_into_cells(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool
     values, cell_of_value = table.value[rows[with_value]], cell[with_value]
     k = np.maximum(values_of_cell, 1)
     mean = np.bincount(cell_of_value, weights=values, minlength=len(codes)) / k
-    with np.errstate(over="ignore"):  # of values near the largest number, whose spread is then not known
+    with np.errstate(over="ignore"):  # values near the largest number have no finite spread
         squares = np.bincount(cell_of_value, weights=(values - mean[cell_of_value]) ** 2, minlength=len(codes))
     std = np.where(values_of_cell > 1, np.sqrt(squares / np.maximum(values_of_cell - 1, 1)), np.nan)
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
@@ -85,7 +85,7 @@ def sort_into_cells(table: RunTable, group_of_run: Ints, usable: NDArray[np.bool
 
 
 def estimate_effects(table: RunTable, cells: Cells, *, level: float) -> GroupEffects:
-    """Random effects of all cells, those of similar numbers of runs together."""
+    """Random effects of all cells; cells with similar numbers of runs are computed together."""
     signed = np.array([label.term in SIGNED for label in table.labels], dtype=bool)
     count = len(cells.valued)
     estimates: dict[str, NDArray[Any]] = {}

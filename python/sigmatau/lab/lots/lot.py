@@ -1,4 +1,4 @@
-"""`judge_lot`: a lot of units against a specification and against each other; every unit is accounted for."""
+"""`judge_lot`: judges a lot of units against a specification and against each other. Every unit gets exactly one state."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FailOn = Literal["warning"]
 Result: TypeAlias = "Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception"
 
 _CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
-_OPEN = ("undecided", "not_measured", "no_model")  # remarks that `undecided` decides on
+_OPEN = ("undecided", "not_measured", "no_model")  # remarks that the option `undecided` decides on
 
 
 def examine(
@@ -39,7 +39,7 @@ def examine(
     sided: Sided | None = None,
     bias: Bias | None = None,
 ) -> UnitResult:
-    """One unit alone, for `judge_lot`; an error that is given or raised is kept as the reason why there is no result."""
+    """Examine one unit, for `judge_lot`. An error that is given or raised becomes the reason why there is no result."""
     if isinstance(result, Exception):
         return without_result(str(result))
     path = str(result) if isinstance(result, str | Path) else ""
@@ -72,9 +72,9 @@ def judge_lot(
 ) -> Lot:
     """Judge a lot of units against a specification, and find outlying units.
 
-    Each unit is exactly one of passed, failed, not judged, failed to read, and missing. A unit passes if every value of the
-    specification has a maximum that its interval lies below, and if no warning about its record and no comparison with the
-    other units casts doubt on it.
+    Each unit is passed, failed, not judged, failed to read, or missing. A unit passes if every value of the specification
+    has a maximum and the interval of the measured value lies below it, and if neither a warning about its record nor the
+    comparison with the other units casts doubt on it.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def _named(results: Mapping[str, Result | UnitResult] | Sequence[Result]) -> dic
 
 
 def _absent(examined: Mapping[str, UnitResult], expect: int | Sequence[str] | None) -> tuple[list[str], int]:
-    """Names of the units that are expected and not there, and how many more there are than expected."""
+    """Names of the expected units that are missing, and the number of further missing ones."""
     if expect is None:
         return [], 0
     if isinstance(expect, int):
@@ -243,7 +243,7 @@ def _absent(examined: Mapping[str, UnitResult], expect: int | Sequence[str] | No
 
 
 def _forms(name: str) -> set[str]:
-    """Names by which a list may call a unit: ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``."""
+    """Names that a list may use for a unit: ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``."""
     forms = {name}
     path = Path(name)
     while path.suffix:
@@ -290,7 +290,7 @@ def _is_cause(remark_: Remark) -> bool:
 
 
 def _state(remarks: Sequence[Remark], settings: JudgingOptions, *, with_spec: bool) -> State:
-    """The state of a unit that has a result."""
+    """The state of a unit with a result."""
     doubts = [remark_ for remark_ in remarks if remark_.kind in ("judging", "data", "lot")]
     warned = settings.fail_on == "warning" and any(remark_.kind != "judging" for remark_ in doubts)
     open_ = settings.undecided == "fail" and any(remark_.code in _OPEN for remark_ in doubts)
@@ -300,7 +300,7 @@ def _state(remarks: Sequence[Remark], settings: JudgingOptions, *, with_spec: bo
 
 
 def _accepted(remark_: Remark, settings: JudgingOptions) -> Remark:
-    """A remark that the options take as no obstacle, as a note."""
+    """Turn a remark that the options accept into a note."""
     passes = settings.undecided == "pass" and remark_.code in _OPEN
     return (
         replace(remark_, kind="note")

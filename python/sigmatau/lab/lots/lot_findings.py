@@ -1,4 +1,4 @@
-"""Findings about a unit of a lot: against a specification, and beside the other units."""
+"""Findings about a unit of a lot: against a specification, and in comparison with the other units."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class OfLot(Details):
 
 @frozen
 class ComparedValue(OfLot):
-    """Base of findings about a value and what it is compared with.
+    """Base of findings that compare a value with a reference.
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class ComparedValue(OfLot):
     value, limit : float or None
         Measured value, and the maximum. [`factor` of `unit`]
     ratio : float or None
-        Value over the maximum, over the median of the lot, or over what the specification states. [1]
+        Value over the maximum, over the median of the lot, or over the value in the specification. [1]
     unit : str
-        Unit in which value and limit are told.
+        Unit in which value and limit are printed.
     factor : float
         Factor from this unit to that of value and limit.
     low, high : float or None
@@ -95,7 +95,7 @@ class Undecided(ComparedValue, code="undecided"):
     Attributes
     ----------
     convention : {"sided", "bias"} or None
-        What the specification leaves open, where that decides.
+        What the specification leaves open, if the decision depends on it.
     """
 
     convention: Literal["sided", "bias"] | None = None
@@ -113,7 +113,7 @@ class Undecided(ComparedValue, code="undecided"):
 
 @frozen
 class ImplausibleValue(ComparedValue, code="implausible_value"):
-    """A value is far from what the specification states: a wrong unit, or another sensor.
+    """A value is far from that in the specification: a wrong unit, or another sensor.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class ImplausibleValue(ComparedValue, code="implausible_value"):
 
 @frozen
 class Outlier(ComparedValue, code="outlier"):
-    """A value does not belong to the distribution of the others."""
+    """A value is an outlier among those of the other units."""
 
     def words(self, finding: Finding) -> Words:
         return Words(
@@ -162,7 +162,7 @@ class OtherScale(OfLot, code="other_scale"):
 
 @frozen
 class NoMaximum(OfLot, code="no_maximum"):
-    """The specification states no maximum of a value.
+    """The specification has no maximum of a value.
 
     Attributes
     ----------
@@ -247,7 +247,7 @@ class OtherRate(OfLot, code="other_rate"):
 
 @frozen
 class OtherAxes(OfLot, code="other_axes"):
-    """The channels are not those of the lot.
+    """The channels differ from those of the lot.
 
     Attributes
     ----------
@@ -265,7 +265,7 @@ class OtherAxes(OfLot, code="other_axes"):
 
 @frozen
 class SameData(OfLot, code="same_data"):
-    """The data are those of another unit.
+    """The data are the same as those of another unit.
 
     Attributes
     ----------
@@ -281,7 +281,7 @@ class SameData(OfLot, code="same_data"):
 
 @frozen
 class NotExpected(OfLot, code="not_expected"):
-    """The unit is not on the list of those expected."""
+    """The unit is not on the list of expected units."""
 
     def words(self, finding: Finding) -> Words:
         return Words("not on the list of expected units")
@@ -314,4 +314,4 @@ class Missing(OfLot, code="missing"):
 CODES = frozenset(
     kind.code for kind in vars().copy().values() if isinstance(kind, type) and issubclass(kind, OfLot)
 ) - {""}
-"""Codes of the findings of a lot; findings of the analysis have codes of their own."""
+"""Codes of the findings about a lot; findings of the analysis have other codes."""

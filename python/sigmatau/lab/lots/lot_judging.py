@@ -1,4 +1,4 @@
-"""What a specification and the findings say of one unit, as remarks; before it is compared with the rest of the lot."""
+"""Remarks on one unit, from a specification and the findings, before the unit is compared with the rest of the lot."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from sigmatau.lab.lots.lot_remark import Kind, Remark, remark
 from sigmatau.lab.lots.lot_unit import UnitResult
 
 DEFECTS = ("spikes", "saturation", "dropout", "stuck_samples", "implausible_unit")
-"""Findings about a sensor or its unit that no unit passes with, even where the analysis could leave the samples out."""
+"""Findings about a sensor or its unit with which no unit passes, even if the analysis could leave the samples out."""
 
 ALLOWED_FOR = ("widened",)
-"""Warnings that the intervals allow for, so that they keep no unit from passing."""
+"""Warnings that the intervals include, so that they do not keep a unit from passing."""
 
 _FAR_FROM_TYPICAL = 10.0
-"""Ratio to a typical value from which on a value is implausible: units of a type differ by far less, mistaken units
-(57.3, 9.81 · 9.81, 1000, 3600) by more, but for g and m/s², which the mean of the accelerometer shows."""
+"""Ratio to a typical value from which on a value is implausible. Units of a type differ by far less; mistaken units (57.3,
+9.81 · 9.81, 1000, 3600) by more, except g and m/s², which the mean of the accelerometer distinguishes.
+"""
 
 _FAR_FROM_MAXIMUM = 30.0  # the same below a maximum, which makers set several times above the typical value
 
 
 def remarks_on_verdict(verdict: Verdict) -> list[Remark]:
-    """The remarks of a comparison with a specification: what is out, what cannot be judged, what is implausible."""
+    """Remarks on a comparison with a specification: values that exceed a maximum, cannot be judged, or are implausible."""
     remarks = [_above(judged) for judged in verdict.of("out")]
     open_: dict[str, list[Judged]] = {}
     for judged in verdict.judged:
@@ -55,7 +56,7 @@ def _sensor(channel: str) -> str:
 
 
 def _merged(remarks: Iterable[Remark]) -> list[Remark]:
-    """Remarks that differ in their channel alone as one."""
+    """Merge remarks that differ only in their channel."""
     merged: dict[tuple[object, ...], Remark] = {}
     for single in remarks:
         details = single.details
@@ -66,7 +67,7 @@ def _merged(remarks: Iterable[Remark]) -> list[Remark]:
 
 
 def _above(judged: Judged) -> Remark:
-    # Of two readings of a claim, the one that is nearer to its limit: it is out by both.
+    # With two meanings of a claim, the one closer to its limit: the value exceeds the limit in both.
     reading = min(
         (reading for reading in judged.readings if reading.maximum is not None),
         key=lambda reading: (
@@ -111,7 +112,7 @@ def _undecided(judged: Judged) -> Remark:
 
 
 def _implausible(verdict: Verdict) -> list[Remark]:
-    """The worst value of each sensor that is far from what is stated."""
+    """The worst value of each sensor that is far from the specification."""
     worst: dict[str, tuple[float, Remark]] = {}
     for judged in verdict.judged:
         sensor = _sensor(judged.channel)
@@ -133,7 +134,7 @@ def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
         ratios.append(value / (stated * reading.meaning.factor))
     if not ratios:
         return
-    ratio = min(ratios, key=lambda ratio: abs(math.log(ratio)))  # of two readings, the better one
+    ratio = min(ratios, key=lambda ratio: abs(math.log(ratio)))  # with two meanings, the better one
     tolerance = _FAR_FROM_TYPICAL if claim.typical is not None else _FAR_FROM_MAXIMUM
     if ratio < 1 / tolerance or (ratio > _FAR_FROM_TYPICAL and (claim.typical is not None or ratio > tolerance)):
         name = claim.usual if claim.typical is not None else "maximum"
@@ -141,12 +142,12 @@ def _ratios(judged: Judged) -> Iterator[ImplausibleValue]:
 
 
 def remarks_on_findings(unit: UnitResult) -> list[Remark]:
-    """The warnings about a record, and the defects that the analysis could leave out; others as notes."""
+    """Remarks on warnings about a record and on defects that the analysis could leave out; other findings become notes."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in unit.findings:
         kinds.setdefault((finding.code, finding.severity), []).append(finding)
     remarks = []
-    if unit.reason and all(code != unit.rest for code, _ in kinds):  # a result by hand
+    if unit.reason and all(code != unit.rest for code, _ in kinds):  # a result built by hand
         remarks.append(remark(Stated(stated_code=unit.rest, message=unit.reason), "judging"))
     for (code, severity), alike in kinds.items():
         channels = tuple(dict.fromkeys(channel for finding in alike for channel in finding.channels))

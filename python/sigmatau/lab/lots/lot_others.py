@@ -1,4 +1,4 @@
-"""A unit beside the other units of its lot: distributions, outliers, scale, length, rate, channels, copies."""
+"""Comparison of a unit with the other units of its lot: distributions, outliers, scale, length, rate, channels, copies."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from sigmatau.record import stream_name
 from sigmatau.results import printable
 
 _WHATS = (*TERMS, "means_10", "means_100")
-_MIN_UNITS = 3  # units from which on there is a median to compare with
+_MIN_UNITS = 3  # smallest number of units with a median to compare with
 _OTHER_SCALE = math.log(5)
-"""A sensor whose curves are this far from the lot's on all axes has another unit, or is bad; units of a type differ by
-tens of per cent."""
+"""Factor by which all curves of a sensor differ from those of the lot, on all axes, if its unit is wrong or it is bad. Units
+of a type differ by tens of per cent.
+"""
 
-_SAME_ON_AXES = math.log(1.5)  # by which the axes of a sensor differ in their scale at most
-_SHORT = 0.8  # of the usual length
+_SAME_ON_AXES = math.log(1.5)  # largest difference of the scale between the axes of a sensor
+_SHORT = 0.8  # ratio to the usual length
 _OTHER_RATE = 0.02  # relative difference of sampling rates; clocks differ by less
 _INTERVAL_WIDTH = 3.92  # width of a 95 % interval in standard errors
 
@@ -65,7 +66,7 @@ def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
 
 
 def _error(coefficient: UnitCoefficient) -> float:
-    """Standard error of the logarithm of a coefficient, from its interval; 0 without one."""
+    """Standard error of the logarithm of a coefficient, from its interval; 0 if it has none."""
     if coefficient.low is None or coefficient.high is None:
         return 0.0
     return math.log(coefficient.high / coefficient.low) / _INTERVAL_WIDTH if coefficient.low > 0 else math.inf
@@ -74,7 +75,7 @@ def _error(coefficient: UnitCoefficient) -> float:
 def compare_units(
     units: Mapping[str, UnitResult], distributions: Distributions, *, judged: bool
 ) -> dict[str, list[Remark]]:
-    """Remarks by unit. `judged`: there is a specification, beside which an outlier is only told."""
+    """Remarks by unit. `judged`: whether there is a specification; outliers are then only notes."""
     remarks: dict[str, list[Remark]] = {name: [] for name in units}
     units_with_channels = {name: unit for name, unit in units.items() if unit.channels}
     _same_data(units_with_channels, remarks)
@@ -101,7 +102,7 @@ def _same_data(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]
 def _other_scales(
     units: Mapping[str, UnitResult], bands: Mapping[str, Band], remarks: dict[str, list[Remark]]
 ) -> set[tuple[str, str]]:
-    """Units whose sensor has another scale than the lot, told and returned with the sensor."""
+    """Units with a sensor of another scale than the lot. Adds remarks and returns the sensors."""
     named = set()
     for name, unit in units.items():
         sensors: dict[str, dict[str, float]] = {}
@@ -147,7 +148,7 @@ def _outliers(
 
 
 def _other_records(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:
-    """Records that are shorter, sampled at another rate, or of other channels than those of the lot."""
+    """Units whose records are shorter, sampled at another rate, or of other channels than the rest of the lot."""
     lengths = {name: max(part.duration for part in unit.channels.values()) for name, unit in units.items()}
     usual_length = float(np.median(list(lengths.values())))
     sets = Counter(tuple(sorted(unit.channels)) for unit in units.values())

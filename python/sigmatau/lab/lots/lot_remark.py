@@ -1,4 +1,4 @@
-"""`Remark`: a finding about a unit of a lot, and whether it decides on the state of the unit."""
+"""`Remark`: a finding about a unit of a lot, with its weight in the state of the unit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sigmatau.results import printable
 State = Literal["passed", "failed", "not_judged", "unreadable", "missing"]
 
 STATES: tuple[State, ...] = ("failed", "not_judged", "unreadable", "missing", "passed")
-"""What a unit can be, worst first. Each unit is exactly one of them."""
+"""States of a unit, worst first. Each unit has exactly one."""
 
 Kind = Literal["limit", "judging", "data", "lot", "note"]
 
@@ -28,10 +28,10 @@ class Remark:
     Attributes
     ----------
     finding : Finding
-        Of the lot, see `sigmatau.lab.lots.lot_findings`, or of the analysis.
+        Finding about the lot, see `sigmatau.lab.lots.lot_findings`, or of the analysis.
     kind : {"limit", "judging", "data", "lot", "note"}
         ``"limit"``: a maximum is exceeded. ``"judging"``: a claim cannot be judged. ``"data"``: a warning about the record.
-        ``"lot"``: the unit does not fit the others. ``"note"``: told, and decides nothing.
+        ``"lot"``: the unit does not fit the others. ``"note"``: reported only.
     channels : tuple of str
         Channels; empty for the whole unit.
     """

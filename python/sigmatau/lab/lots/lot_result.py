@@ -1,4 +1,4 @@
-"""`Lot`: the units of a lot with their states, the distributions over them, and the exit code that a line can trust."""
+"""`Lot`: the units of a lot with their states, the distributions over them, and an exit code for a production line."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 SCHEMA = 1
 """Version of the JSON form of a lot."""
 
-_MOST_REASONS = 2  # that are told in a table
+_MOST_REASONS = 2  # largest number of reasons in a table
 
 FAILED, OPEN = 3, 4
-"""Exit codes: a unit failed; not all units are judged, read and there."""
+"""Exit codes: a unit failed; not all units are present, read and judged."""
 
 
 @frozen
@@ -50,7 +50,7 @@ class JudgingOptions:
     bias : {"minimum", "coefficient"} or None
         Convention of bias instabilities.
     undecided : {"not-judged", "pass", "fail"}
-        What a unit is whose interval contains a maximum.
+        State of a unit whose interval contains a maximum.
     fail_on : {"warning"} or None
         Whether a warning fails a unit.
     accept : tuple of str
@@ -79,7 +79,7 @@ class JudgedUnit:
     name : str
     state : {"passed", "failed", "not_judged", "unreadable", "missing"}
     remarks : tuple of Remark
-        Those that decide first.
+        Remarks, those that decide first.
     result : UnitResult
     """
 
@@ -95,7 +95,7 @@ class JudgedUnit:
 
     @property
     def reasons(self) -> tuple[Remark, ...]:
-        """The remarks that decided on the state, the worst kind first."""
+        """The remarks that decided the state, the worst kind first."""
         if self.state == "passed":
             return ()
         deciding = tuple(remark for remark in self.remarks if remark.kind != "note")
@@ -103,7 +103,7 @@ class JudgedUnit:
 
     @property
     def reason(self) -> str:
-        """Why the unit is not passed, in words; empty if it is."""
+        """Why the unit did not pass, in words; empty if it passed."""
         return "; ".join(dict.fromkeys(remark.text for remark in self.reasons))
 
     @property
@@ -115,7 +115,7 @@ class JudgedUnit:
 
     @property
     def notes(self) -> tuple[Remark, ...]:
-        """Remarks that are only told."""
+        """Remarks that do not affect the state."""
         return tuple(remark for remark in self.remarks if remark.kind == "note" and remark.code != "no_specification")
 
     def __repr__(self) -> str:
@@ -168,9 +168,9 @@ class Lot(Tabular):
     bands : tuple of Band
         The curves of all units by channel, with their median and range.
     expected : int or None
-        How many units were expected.
+        Number of units that were expected.
     too_many : int
-        Units beyond the number that was expected.
+        Number of units beyond the expected number.
     settings : JudgingOptions
 
     See Also
@@ -197,7 +197,7 @@ class Lot(Tabular):
     settings: JudgingOptions = JudgingOptions()
 
     def of(self, state: State) -> tuple[JudgedUnit, ...]:
-        """The units of a state.
+        """The units with a state.
 
         Parameters
         ----------
@@ -293,7 +293,7 @@ class Lot(Tabular):
         }
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a unit, channel and coefficient, see `Tabular.columns`; a unit without a result has one row."""
+        """One row per unit, channel and coefficient, see `Tabular.columns`; a unit without a result has one row."""
         names = ("unit", "state", "reason", "channel", "coefficient", "value", "low", "high", "upper_limit", "unit_si")
         rows: list[tuple[Any, ...]] = []
         for unit in self.units:
@@ -382,7 +382,7 @@ class Lot(Tabular):
         )
 
     def limit_lines(self, channel: str, tau: Floats) -> list[tuple[str, Floats]]:
-        """Maxima of the specification as lines among the curves.
+        """Maxima of the specification as lines in the plot of the curves.
 
         A term alone must lie below its line.
 

@@ -17,11 +17,11 @@ from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text, listed, percent
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import WIDTH, aligned, printable, wrapped
 
-_MOST_UNITS = 10  # that are told, each with its reason
-_MOST_LINES = 3  # of a unit
-_ALIKE = 3  # units with the same reason from which on they are one line
+_MOST_UNITS = 10  # largest number of units that are listed, each with its reason
+_MOST_LINES = 3  # largest number of lines per unit
+_ALIKE = 3  # number of units with the same reason from which on they share a line
 _MOST_OUTLIERS = 4
-_MOST_NAME = 24  # characters of a unit's name
+_MOST_NAME = 24  # longest name of a unit [characters]
 
 
 def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str:
@@ -56,7 +56,7 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
 
 
 def _only_described(lot: Lot, width: int) -> list[str]:
-    """Without a specification: what is said of the units that fit the others."""
+    """Without a specification: remarks about the units that fit the others."""
     shown = {unit.name for unit in told_units(lot)}
     fit = sum(unit.state == "not_judged" and unit.name not in shown for unit in lot.units)
     if lot.spec is not None or not fit:
@@ -67,7 +67,7 @@ def _only_described(lot: Lot, width: int) -> list[str]:
 
 
 def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
-    """With a specification without any maximum: why no unit passes, and what changes it."""
+    """With a specification without any maximum: why no unit passes, and what would change that."""
     if lot.spec is None or not rows or any(row.limits for row in rows):
         return []
     if any(claim.maximum is not None for claim in lot.spec.claims):
@@ -78,7 +78,7 @@ def _only_typical(lot: Lot, rows: Sequence[Pooled], width: int) -> list[str]:
 
 
 def told_units(lot: Lot) -> list[JudgedUnit]:
-    """The units that are told, worst state first: those that did not pass, and outliers that did."""
+    """The units that are listed, worst state first: those that did not pass, and outliers that did."""
     order = {state: k for k, state in enumerate(STATES)}
     shown = [
         unit
@@ -90,7 +90,7 @@ def told_units(lot: Lot) -> list[JudgedUnit]:
 
 
 def _groups(lot: Lot) -> list[tuple[str, str, str]]:
-    """State, name and reason of each unit that is told; units with the same reason, if they are many, are one row."""
+    """State, name and reason of each listed unit. Many units with the same reason share a row."""
     shown = told_units(lot)
     alike: dict[tuple[str, str], int] = {}
     for unit in shown:
@@ -114,7 +114,9 @@ def _short(name: str) -> str:
 
 
 def _wrap_reason(head: str, reason: str, width: int) -> list[str]:
-    """A unit with its reason beside it, or below it in a narrow terminal; a long one is whole in the files."""
+    """Print a unit with its reason beside it, or below it in a narrow terminal. A long reason is only complete in the
+    files.
+    """
     indent = " " * (len(head) if len(head) <= width // 2 else 4)
     return textwrap.wrap(
         head + reason, width, subsequent_indent=indent, max_lines=_MOST_LINES, placeholder=" …", break_on_hyphens=False
@@ -122,18 +124,18 @@ def _wrap_reason(head: str, reason: str, width: int) -> list[str]:
 
 
 def _cut(line: str, width: int) -> str:
-    """One line of a table that no terminal of this width shows whole."""
+    """Cut a line of a table that does not fit in this width."""
     return line if len(line) <= width else f"{line[: width - 1]}…"
 
 
 _HEAD = ("", "units", "median", "±%", "min", "max", "limit", "unit", "outliers")
-_SPARE = (4, 5)  # columns that a narrow terminal has no room for
-_OUTLIERS = 8  # column that is shown if there are any
+_SPARE = (4, 5)  # columns that are dropped in a narrow terminal
+_OUTLIERS = 8  # column that is shown only if there are outliers
 _NOTE = "±%: robust standard deviation over the units, median of the axes"
 
 
 def table(rows: list[Pooled], *, width: int = WIDTH) -> list[str]:
-    """A row a coefficient of a sensor."""
+    """One row per coefficient of a sensor."""
     cells: list[tuple[str, ...]] = [
         _HEAD,
         *(

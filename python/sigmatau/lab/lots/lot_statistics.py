@@ -1,6 +1,6 @@
 """Statistics of a lot: distribution over units, outliers, drift over the order of production, scale of a whole unit.
 
-Values are coefficients, which are positive: all is done in their logarithms, and told in per cent.
+Values are coefficients, which are positive: all computations use their logarithms, and results are printed in per cent.
 
 References
 ----------
@@ -26,20 +26,20 @@ from sigmatau.results import plain
 from sigmatau.units import STANDARD_GRAVITY
 
 FALSE_ALARMS = 0.05
-"""Probability that a lot without outliers has one named in any of its distributions; and of a drift likewise."""
+"""Probability of a false outlier in any distribution of a lot; the same for a drift."""
 
 LEAST_UNITS = 6
-"""Units below which no outlier is named: the scale of fewer is too uncertain."""
+"""Smallest number of units for an outlier: the scale of fewer is too uncertain."""
 
 LEAST_DIFFERENCE = math.log(1.1)
-"""An outlier differs from the median by at least 10 %: less is no concern of production, however significant it is."""
+"""Smallest difference of an outlier from the median, 10 %: less does not matter in production, however significant it is."""
 
 LEAST_IN_ORDER = 10
-"""Units below which no drift is looked for."""
+"""Smallest number of units in which a drift is searched."""
 
-_MOST_OUTLIERS = 0.25  # share of the units that may be named
-_ERRORS = 3.0  # standard errors of its own measurement by which an outlier differs at least
-_MOST_SLOPES = 600  # units whose slopes are taken in pairs; of more, evenly spread ones
+_MOST_OUTLIERS = 0.25  # largest share of the units that may be outliers
+_ERRORS = 3.0  # smallest difference of an outlier in standard errors of its measurement
+_MOST_SLOPES = 600  # number of units whose slopes are taken in pairs; of more units, evenly spaced ones are used
 
 
 @frozen(eq=False)
@@ -61,9 +61,9 @@ class Distribution:
     below : int
         Units that do not show the coefficient.
     outliers : mapping of str to float
-        Units that do not belong to the others, and their ratio to the median.
+        Outlying units, and their ratio to the median.
     drift : float or None
-        Change over all units in their order, as a ratio minus 1; None if there is none that is significant.
+        Change over all units in their order, as a ratio minus 1; None unless it is significant.
     p_value : float or None
         P-value of the drift.
     """
@@ -152,7 +152,7 @@ def outliers(logs: Floats, errors: Floats, *, probability: float) -> list[int]:
         x = logs[remaining]
         scale = float(np.std(x, ddof=1))
         if not scale > 0:
-            # Of equal values, any other is far from them.
+            # If all others are equal, any other value is far from them.
             break
         worst = int(np.argmax(np.abs(x - x.mean())))
         ratio = abs(float(x[worst] - x.mean())) / scale
@@ -187,7 +187,7 @@ def trend(logs: Floats, *, probability: float) -> tuple[float | None, float | No
 
 
 def _ranks(x: Floats) -> Floats:
-    """Ranks, those of ties their mean."""
+    """Ranks; tied values have their mean rank."""
     _, inverse, counts = np.unique(x, return_inverse=True, return_counts=True)
     ends = np.cumsum(counts)
     return np.asarray((ends - (counts - 1) / 2)[inverse], dtype=np.float64)
@@ -205,7 +205,7 @@ class Band:
     tau : ndarray, shape (n_tau,)
         Averaging times of most units. [s]
     median, low, high : ndarray, shape (n_tau,)
-        50 %, 10 % and 90 % of the units. [unit]
+        Median, 10 % and 90 % quantile of the units. [unit]
     curves : mapping of str to ndarray, shape (n_tau,)
         By unit, at these times; NaN where it has none. [unit]
     """

@@ -1,4 +1,6 @@
-"""What a lot keeps of one unit: a result of `analyze` without what no comparison needs, so that thousands fit in memory."""
+"""Summary of one unit of a lot: the parts of a result of `analyze` that comparisons need, so that thousands fit in
+memory.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +56,7 @@ class UnitChannel:
     adev : ndarray, shape (n_tau,)
         Allan deviation. [unit]
     coefficients : mapping of str to UnitCoefficient
-        By term, and by ``"means_10"`` and ``"means_100"``.
+        Coefficients by term, and by ``"means_10"`` and ``"means_100"``.
     trust : str
         ``"good"``, ``"partial"`` or ``"poor"``; empty if not known.
     """
@@ -117,7 +119,7 @@ def without_result(error: str, *, path: str = "", absent: bool = False) -> UnitR
 
 
 def summarize_unit(result: Analysis | FailedAnalysis) -> UnitResult:
-    """What a lot keeps of a result."""
+    """Summarise a result for a lot."""
     if isinstance(result, FailedAnalysis):
         return without_result(result.reason, path=result.path)
     if not result.curves:

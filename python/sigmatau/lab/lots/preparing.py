@@ -1,4 +1,6 @@
-"""Results of any kind as one table of runs: named, grouped by unit, without copies and without other physical units."""
+"""Preparation of results of any kind as one table of runs: named, grouped by unit, without copies and without other physical
+units.
+"""
 
 from __future__ import annotations
 
@@ -63,8 +65,8 @@ def collect_runs(
 
 
 def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
-    """Results that are there twice are named, because copies are not independent: of the same log, or with the same values
-    to the last bit, which two records do not have. Values that were typed may be equal.
+    """Mark results that occur twice, because copies are not independent: results of the same log, or with values equal to
+    the last bit, which two records do not have. Typed values may be equal.
     """
     order = np.argsort(table.run, kind="stable")
     ends = np.searchsorted(table.run[order], np.arange(len(table.runs) + 1))
@@ -90,7 +92,7 @@ def without_copies(table: RunTable) -> tuple[ComparedRun, ...]:
 
 
 def with_places(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
-    """Units by folder if no note names them and there are several folders; names that tell the runs of a unit apart."""
+    """Name units by folder if no note names them and there are several folders; name runs so that those of a unit differ."""
     named = any(run.serial for run in runs)
     folders = set() if named else {Path(run.place).parent for run in runs if run.place and not run.problem}
     if len(folders) > 1:
@@ -107,7 +109,7 @@ def with_places(runs: tuple[ComparedRun, ...]) -> tuple[ComparedRun, ...]:
 
 
 def drop_other_units(table: RunTable) -> RunTable:
-    """Without channels that are in another physical unit than in most runs, such as rad/s among m/s²: the runs are named."""
+    """Remove channels whose physical unit differs from that of most runs, such as rad/s among m/s², and report the runs."""
     kinds: dict[tuple[str, str], list[int]] = {}
     for k, label in enumerate(table.labels):
         kinds.setdefault((label.channel, label.term), []).append(k)

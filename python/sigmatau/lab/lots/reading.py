@@ -1,4 +1,4 @@
-"""Results to compare, from files: JSON and CSV of analyze, and tables of values that were typed."""
+"""Reading of results to compare: JSON and CSV of analyze, and typed tables of values."""
 
 from __future__ import annotations
 
@@ -29,21 +29,23 @@ from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import TERMS, coefficient_unit
 from sigmatau.units import find, usual
 
-_FILES_OF_ONE_PROCESS = 200  # files that one process reads in less time than others take to start
+_FILES_OF_ONE_PROCESS = 200  # number of files that one process reads before other processes would have started
 _CURVES = "-curves.csv"
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
 
 
 def gather(places: Sequence[Path], *, tables: bool = True) -> list[Path]:
-    """The files; those of a folder and its subfolders sorted by name, with `tables` of coefficients that have no
-    JSON beside them. Raises `DataError` for a folder without results.
+    """Collect the files. Those in folders and subfolders are sorted by name. With `tables`, tables of coefficients without a
+    JSON beside them are included.
+
+    Raises `DataError` for a folder without results.
     """
     files: list[Path] = []
     for place in places:
         if not place.is_dir():
             files.append(place)
             continue
-        # Hidden files are no results: a killed run leaves its half-written ones under such names.
+        # Hidden files are not results: a stopped run leaves half-written ones with such names.
         visible = (os.path.join(path, name) for path, _, names in os.walk(place) for name in names if name[0] != ".")  # noqa: PTH118  much faster
         inside = sorted(visible, key=natural_order)
         results = [file for file in inside if file[-5:].lower() == ".json" and Path(file).is_file()]
@@ -62,12 +64,12 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 def natural_order(file: str) -> list[tuple[int, str]]:
-    """So that day 10 follows day 9."""
+    """Sort key for natural order: day 10 follows day 9."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in _DIGITS.split(file)]
 
 
 def read_runs(files: Sequence[Path], *, jobs: int | None = None) -> RunTable:
-    """The rows of all files; a file that cannot be used is a run with a problem."""
+    """Read the rows of all files. A file that cannot be used becomes a run with a problem."""
     workers = min(jobs or os.cpu_count() or 1, -(-len(files) // _FILES_OF_ONE_PROCESS))
     if workers < 2:
         return _read(files)
@@ -102,7 +104,7 @@ def _header(file: Path) -> list[str] | None:
 
 
 def _add_csv(builder: RunsBuilder, file: Path) -> None:
-    """A table of coefficients: of one run, as analyze writes it, or of several that a column names."""
+    """Read a table of coefficients: of one run, as analyze writes it, or of several runs that a column names."""
     columns = _header(file)
     if columns is None:
         if not file.exists():
@@ -200,14 +202,14 @@ class _Rows:
 
 
 def _label(channel: str, term: str, unit: str) -> tuple[tuple[str, str, str, str, str], float]:
-    """What the rows of a channel and term are of, and one of their units in SI."""
+    """Label of the rows of a channel and term, and the size of their unit in SI."""
     if term not in TERMS:
         raise DataError(unknown_term(term))
     quantity, rate_unit = _QUANTITIES.get(channel.partition("_")[0], ("signal", ""))
     try:
         known_unit = find(unit)
         si, factor = known_unit.si, known_unit.factor
-    except ValueError:  # a unit of another signal
+    except ValueError:  # the unit of another signal
         si, factor = unit, 1.0
     if quantity != "signal" and si != coefficient_unit(term, quantity, rate_unit):
         raise DataError(

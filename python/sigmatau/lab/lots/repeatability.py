@@ -1,4 +1,4 @@
-"""Repeatability of a coefficient over runs: homogeneity, spread between runs, the next run, a run that does not belong.
+"""Repeatability of a coefficient over runs: homogeneity, spread between runs, prediction of the next run, outlying run.
 
 The paper calls a sensor repeatable if the standard deviation over seven days is below the error δ of eq. (26). That is not a
 test: it accepts 58 % of sets that are perfectly repeatable, and nearly every set if δ is stated too large. Here the values
@@ -170,7 +170,7 @@ _CODES: tuple[Judgement, ...] = ("one_run", "outlier", "without_errors", "varies
 
 
 def judge_groups(k: Ints, p_value: Floats, p_low: Floats, outlier_p: Floats, *, level: float) -> list[Judgement]:
-    """What the tests say of many groups, of a run that does not belong first; p-values are NaN where nothing is tested."""
+    """Verdict of the tests for many groups, an outlying run first; p-values are NaN if nothing is tested."""
     conditions = [
         k < 2,
         outlier_p < 1 - level,
@@ -281,7 +281,7 @@ def random_effects(
 
 
 def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, std: float) -> RandomEffects:
-    """One of many groups, in the unit of its values; `std` is that of the values."""
+    """Select one of many groups, in the unit of its values. `std` is that of the values."""
 
     def number(name: str) -> float | None:
         value = float(getattr(effects, name)[row])
@@ -314,7 +314,7 @@ def one_group(effects: GroupEffects, row: int, *, scale: Scale, level: float, st
 
 
 def _finite(back: Any, x: float) -> float | None:  # noqa: ANN401  exp or float
-    """A number, or None beyond the largest: the upper end of an interval over two runs."""
+    """A number; None if it is infinite, as the upper end of an interval over two runs."""
     try:
         return float(back(x))
     except OverflowError:

@@ -26,17 +26,17 @@ MEAN = "mean"
 """The mean of a channel, beside the keys of `sigmatau.noise.terms.TERMS`: bias at turn-on, and what is sensed at rest."""
 
 LEVEL = 0.95
-"""Level of the intervals of a table of coefficients and of a mean, which do not state one: the default of `analyze`."""
+"""Level of intervals that state none, in a table of coefficients or of a mean: the default of `analyze`."""
 
 SIGNED = ("rate_ramp", MEAN)
-"""Terms whose values have a sign: they are compared as they are, all others by their logarithms."""
+"""Terms whose values have a sign. They are compared directly, and all others by their logarithms."""
 
 OBSERVED, LIMITED, WITHOUT_ERROR, WITHOUT_INTERVAL = range(4)
 """Status of a row: value with error; upper limit; value whose error is not known, or that was read off (δ is no standard
 error); value of a model that does not fit."""
 
 RUN_NOTES = ("run", "day", "test", "date")
-"""Notes of `analyze` that name the run, the first one that is there."""
+"""Notes of `analyze` that name the run; the first existing one is used."""
 
 
 @frozen
@@ -53,7 +53,7 @@ class Label:
     unit : str
         Of the values; SI.
     rate_unit : str
-        Of the channel; SI.
+        SI unit of the channel.
     """
 
     channel: str
@@ -75,13 +75,13 @@ class ComparedRun:
     place : str
         File of the result; empty if it came from memory.
     notes : mapping of str to str
-        What the user says of the record.
+        The user's notes on the record.
     sha256 : str or None
         Checksum of the log.
     marks : tuple of Mark
         Frequencies that show the clock of the unit.
     problem : str
-        Why the result is not used; empty if it is.
+        Why the result is not used; empty if it is used.
     typed : bool
         Whether it comes from a table that may have been typed, with few digits.
     """
@@ -105,14 +105,14 @@ class RunTable:
     run: Ints  # position in `runs`
     label: Ints  # position in `labels`
     value: Floats  # [SI]
-    error: Floats  # standard error, NaN if not known; relative, or in SI of what is `SIGNED`
+    error: Floats  # standard error, NaN if not known; relative, or in SI for a term in `SIGNED`
     limit: Floats  # upper limit of a term that was not observed [SI]
     delta: Floats  # δ of the paper's rule: by eq. (26) of what was read off, or as stated [SI]
     status: NDArray[np.int8]
 
 
 class RunsBuilder:
-    """Collects runs and rows, and makes the table."""
+    """Collects runs and rows, and builds the table."""
 
     def __init__(self) -> None:
         self._runs: list[ComparedRun] = []
@@ -122,7 +122,7 @@ class RunsBuilder:
 
     @contextmanager
     def whole(self) -> Iterator[None]:
-        """Remove what was added if the block raises an error: no half of a file is compared."""
+        """Remove what was added if the block raises an error, so that no incomplete file is compared."""
         runs, places, numbers = len(self._runs), len(self._places), len(self._numbers)
         try:
             yield
@@ -131,7 +131,7 @@ class RunsBuilder:
             raise
 
     def add_run(self, run: ComparedRun) -> int:
-        """A run, to which rows belong; its position."""
+        """Add a run, to which rows belong; return its position."""
         self._runs.append(run)
         return len(self._runs) - 1
 
@@ -154,7 +154,7 @@ class RunsBuilder:
     def add_result(
         self, result: Analysis | FailedAnalysis, *, name: str, place: str = "", serial: str | None = None
     ) -> None:
-        """A result; `serial` names its unit, whatever its notes say."""
+        """Add a result. `serial` names its unit and has priority over its notes."""
         run_name, unit = _named(name, result.notes, serial)
         run = ComparedRun(name=run_name, serial=unit, place=place, notes=result.notes)
         try:
@@ -168,7 +168,7 @@ class RunsBuilder:
             self.add_row(position, label, status, value=value, error=spread, limit=limit, delta=delta)
 
     def table(self) -> RunTable:
-        """All rows so far."""
+        """The table of all rows so far."""
         run, label, status = np.array(self._places, dtype=np.int64).reshape(-1, 3).T.copy()
         value, error, limit, delta = np.array(self._numbers, dtype=np.float64).reshape(-1, 4).T.copy()
         labels = (Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r) for c, q, t, u, r in self._labels)
@@ -186,7 +186,7 @@ class RunsBuilder:
 
 
 def joined(tables: Sequence[RunTable]) -> RunTable:
-    """Several tables as one."""
+    """Join several tables."""
     if len(tables) == 1:
         return tables[0]
     labels: dict[Label, int] = {}
@@ -264,9 +264,9 @@ def _rows_of_fit(name: str, fit: NoiseFit, lines: ReadOff | None) -> Iterable[_R
 
 
 def standard_error(term: str, value: float, low: float, high: float, *, level: float) -> float:
-    """Standard error from an interval: relative, of logarithms, or of a signed value itself; NaN if it is none.
+    """Standard error from an interval: relative for logarithms, absolute for a signed value; NaN without an interval.
 
-    Of a coefficient the upper half counts. The lower half of an interval of a fit allows for terms that the record does not
+    For a coefficient the upper half is used. The lower half of an interval of a fit includes terms that the record does not
     show, which are the same in all runs: errors from it would be 1.5 times the scatter of simulated runs.
     """
     if not (low <= value <= high and low < high):

@@ -1,4 +1,4 @@
-"""What the page and the document of a lot have in common: rows of their tables, in words."""
+"""Content that the page and the document of a lot share: rows of their tables, in words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sigmatau.record import stream_name
 from sigmatau.results import printable
 
 MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadable": "error", "missing": "error"}
-"""Colours of the states, as those of trust."""
+"""Colours of the states, the same as those of trust."""
 
 DISTRIBUTION_HEADS = (
     *("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift, %"),
@@ -22,9 +22,9 @@ DISTRIBUTION_HEADS = (
 )
 
 Column = tuple[str, str, str, float]
-"""Sensor, coefficient, head and factor to SI of a column of the table of units."""
+"""Sensor, coefficient, heading and factor to SI of a column in the table of units."""
 
-_COLUMNS = ("random_walk", "bias_instability", "means_10")  # coefficients with a column of their own
+_COLUMNS = ("random_walk", "bias_instability", "means_10")  # coefficients that have a column
 _MOST_COLUMNS = 6
 _SHORT = {"random_walk": "random walk", "bias_instability": "bias instability", "means_10": "10 s means"}
 _MAXIMUM = "% of maximum"
@@ -45,7 +45,7 @@ def moment_text(date: datetime) -> str:
 
 
 def claim_rows(lot: Lot) -> list[list[str]]:
-    """The specification, number by number, with how it is judged: sensor, value, maximum, typical, convention."""
+    """The claims of the specification and how they are judged: sensor, value, maximum, typical, convention."""
     factor = lot.settings.factor
     rows = []
     for claim in () if lot.spec is None else lot.spec.claims:
@@ -78,7 +78,7 @@ def number_columns(lot: Lot) -> list[Column]:
 
 
 def unit_values(unit: JudgedUnit, columns: Sequence[Column]) -> list[str]:
-    """The numbers of a unit, the largest of the axes of a sensor; empty where there is none."""
+    """The numbers of a unit: the largest of the axes of a sensor, or empty."""
     cells = []
     for sensor, what, _, factor in columns:
         if not what:
@@ -100,7 +100,7 @@ def _percent(share: float) -> str:
 
 
 def worst_share(unit: JudgedUnit) -> float | None:
-    """The largest share of a maximum that a value of a unit has, or may have; None without any."""
+    """Largest ratio of a value of a unit to its maximum, or of the end of its interval; None if there is none."""
     shares = [
         (reading.measured.value if reading.measured.value is not None else reading.measured.upper_limit or 0.0)
         / reading.maximum.limit
@@ -112,7 +112,7 @@ def worst_share(unit: JudgedUnit) -> float | None:
 
 
 def distribution_rows(lot: Lot) -> list[list[str]]:
-    """Cells below `DISTRIBUTION_HEADS`."""
+    """Cells of the rows below `DISTRIBUTION_HEADS`."""
     rows = []
     for distribution in lot.distributions:
         quantity, unit = lot.quantity_of(distribution.channel)
@@ -140,7 +140,7 @@ def distribution_rows(lot: Lot) -> list[list[str]]:
 
 
 def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str]]:
-    """What was done: names and texts."""
+    """Settings of the judgement: names and texts."""
     settings = lot.settings
     shown = {
         "Specification": "none" if lot.spec is None else f"{lot.spec.name} ({lot.spec.maker}); {lot.spec.source}",

@@ -79,7 +79,7 @@ def _summary(lot: Lot) -> Markup:
 
 
 def _claims(lot: Lot) -> Markup:
-    """The specification, number by number, with how it is judged."""
+    """The claims of the specification, and how they are judged."""
     claims = claim_rows(lot)
     if not claims:
         return Markup("")
@@ -171,7 +171,7 @@ def _findings(lot: Lot) -> Markup:
 
 
 def _remark_texts(unit: JudgedUnit) -> Iterator[str]:
-    """Remarks of a unit, with what to do about its findings."""
+    """Remarks on a unit, with what to do about its findings."""
     for remark in unit.remarks:
         if remark.code != "no_specification":
             action = remark.finding.words_of_files().action if remark.kind == "data" else ""
@@ -184,7 +184,7 @@ def _done(lot: Lot, command: str | None, moment: str) -> Markup:
 
 
 _DIGITS = 4
-_STEP = 1000  # of a decade
+_STEP = 1000  # steps per decade
 
 
 def chart_data(lot: Lot) -> dict[str, Any]:

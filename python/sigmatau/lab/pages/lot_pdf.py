@@ -1,4 +1,6 @@
-"""A lot as a PDF, typeset by typst. All texts go to typst as data, so that no name of a file is ever read as markup."""
+"""A lot as a PDF, typeset by typst. All texts are passed to typst as data, so that a file name is never interpreted as
+markup.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +33,9 @@ from sigmatau.reporting.pdf import typeset
 from sigmatau.results import printable
 
 _WIDTH, _HEIGHT = 86.0, 48.0  # of a figure [mm]
-_MOST_DOUBTS = 200  # units with their reason; more are in the other files
+_MOST_DOUBTS = 200  # largest number of units that are listed with their reason; the other files list all
 _MOST_NAME, _MOST_WHY = 60, 300  # characters
-_CUT_CURVES = 150  # units whose curves are drawn one by one; of more, evenly spread ones
+_CUT_CURVES = 150  # largest number of units whose curves are drawn; of more units, evenly spaced ones are drawn
 
 
 def document(lot: Lot, *, title: str, command: str | None, date: datetime) -> bytes:

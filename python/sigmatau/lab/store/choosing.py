@@ -1,4 +1,4 @@
-"""Which runs of a store, and tables of rows."""
+"""Selection of runs in a store, and tables of rows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @frozen
 class Chosen:
-    """Which runs: all that are current, or those of units, of a sensor model, of a state, of a time or of a temperature.
+    """Selection of runs: all current ones, or those of units, of a sensor model, of a state, of a time or of a temperature.
 
     Attributes
     ----------
@@ -30,11 +30,11 @@ class Chosen:
     since, until : datetime or None
         Beginning of the record: from `since` to before `until`, UTC.
     temperature : tuple of float or None
-        Lowest and highest temperature as it was stated. [degC] Runs without one are then not chosen.
+        Lowest and highest stated temperature. [degC] Runs without one are then excluded.
     pattern : bool
         Whether ``*`` in the name of a unit stands for any text.
     history : bool
-        Whether results that were replaced are chosen too.
+        Whether replaced results are included too.
 
     See Also
     --------
@@ -97,7 +97,7 @@ class StoreTable(Tabular):
 
 
 def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
-    """The same in SQL, for a query of runs with their units and sensor models."""
+    """The selection in SQL, for a query of runs with their units and sensor models."""
     from sqlalchemy import or_
 
     from sigmatau.lab.store.tables import model, run, unit

@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from sqlalchemy import URL, Engine
     from sqlalchemy.engine import Connection
 
-_BUSY = 60  # seconds that a writer of SQLite waits for another
+_BUSY = 60  # time that a writer of SQLite waits for another one [s]
 _PRAGMAS = (
-    "page_size=16384",  # of a new file: the writer of 35 000 results takes 0.89 of the CPU time that it takes with 4 KiB
-    "journal_mode=WAL",  # readers beside a writer
-    "synchronous=NORMAL",  # a crash of the system may undo the last transactions, and damages nothing
+    "page_size=16384",  # of a new file: writing 35 000 results takes 0.89 of the CPU time with 4 KiB
+    "journal_mode=WAL",  # readers are possible during a write
+    "synchronous=NORMAL",  # a crash of the system may lose the last transactions, but damages nothing
     "foreign_keys=ON",
     "cache_size=-65536",  # [KiB] the index of identities is read in no order
     "wal_autocheckpoint=2000",  # pages, 32 MiB: pages that several transactions change are written once
 )
-_NAMES = "case_sensitive_like=ON"  # a pattern chooses the units that it chooses in PostgreSQL
-_LOCK = 7_264_830  # of PostgreSQL: one process migrates
-_HINTS = {  # what to do, by words of what a database says
+_NAMES = "case_sensitive_like=ON"  # patterns match the same names as in PostgreSQL
+_LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process migrates
+_HINTS = {  # what to do, by words in an error of a database
     "readonly database": "copy the file to where you may write",
     "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
     "disk is full": "free some space, and run the command again",
@@ -82,7 +82,7 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
 
 
 def reason(error: BaseException) -> str:
-    """The first line of what a database says, and what to do."""
+    """The first line of an error of a database, and what to do."""
     cause = getattr(error, "orig", None) or error
     text = str(cause).strip().partition("\n")[0] or type(cause).__name__
     hint = next((hint for words, hint in _HINTS.items() if words in text), "")
@@ -112,7 +112,7 @@ def _url(place: str | Path, *, create: bool) -> URL:
 
 
 def _sqlite_url(path: Path) -> URL:
-    """A file that cannot be written is opened to read; without other writers its log need not be there."""
+    """URL of the file. A file that cannot be written is opened read-only; without other writers its log need not exist."""
     from sqlalchemy import URL
 
     name = str(path)
@@ -151,7 +151,7 @@ def _file(path: Path, *, create: bool) -> Path:
 
 
 def _shown(place: str | Path) -> str:
-    """The place without a password."""
+    """The place without its password."""
     text = re.sub(r"(://[^:/@]*):.*@", r"\1:…@", str(place))
     return re.sub(r"([?&]password=)[^&]*", r"\1…", text)
 
@@ -163,7 +163,7 @@ def _arguments(url: URL) -> dict[str, Any]:
 
 
 def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
-    """Several readers beside a writer; a transaction that writes waits at its beginning, not at its first change."""
+    """Allow several readers beside a writer. A writing transaction waits at its beginning, not at its first change."""
     from sqlalchemy import event
 
     name = str(engine.url.database)
@@ -182,7 +182,7 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
     @event.listens_for(engine, "commit")
     def committed(connection: Connection) -> None:
-        """What is written to a file that was removed is lost, and SQLite does not say so."""
+        """Test whether the file was removed: what is written to it is then lost, and SQLite does not report it."""
         if connection.get_execution_options().get("writes", False) and not to_read:
             try:
                 same = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116
@@ -222,7 +222,7 @@ def _up_to_date(engine: Engine, place: str | Path) -> None:
 
 
 def configuration() -> Config:
-    """Of Alembic, whose scripts are in this package."""
+    """Configuration of Alembic, whose scripts are in this package."""
     from alembic.config import Config
 
     config = Config()

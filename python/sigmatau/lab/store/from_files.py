@@ -1,4 +1,4 @@
-"""JSON files of results into a store: some processes read and pack them, this one writes."""
+"""Add JSON files of results to a store: several processes read and pack them, and this one writes."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from sigmatau.process import end_with_parent, uninterrupted
 if TYPE_CHECKING:
     from sqlalchemy import Engine
 
-_FILES_OF_ONE_PROCESS = 400  # files that this process reads in less time than others take to start
-_AHEAD = 3  # batches a process that are read before they are written
+_FILES_OF_ONE_PROCESS = 400  # number of files that this process reads before other processes would have started
+_AHEAD = 3  # number of batches per process that are read ahead of writing
 
 
 @frozen
@@ -42,7 +42,7 @@ class Problem:
     reason : str
         Why it was not added.
     unit_unknown : bool
-        Whether nothing names its unit.
+        Whether its unit is not named.
     """
 
     file: Path
@@ -57,7 +57,7 @@ class FilesAdded:
     Attributes
     ----------
     added : Added
-        What was added.
+        Results that were added.
     problems : tuple of Problem
         Files that were not added.
     """
@@ -74,7 +74,7 @@ def add_files(
     jobs: int = 1,
     done: Callable[[int], None] = lambda _: None,
 ) -> FilesAdded:
-    """Add the results of files. A file that is none is a problem, and the others are added.
+    """Add the results of files. A file that is not a result is reported, and the others are added.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ _Read = tuple[list[Rows], list[Problem]]
 
 
 def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> Iterator[_Read]:
-    """The batches in their order, some of them ahead."""
+    """Yield the batches in order; some are read ahead."""
     read = partial(_read, naming=naming)
     if jobs < 2:
         yield from map(read, batches)
@@ -130,7 +130,9 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
 
 
 def _prepare_process() -> None:
-    """Ctrl-C reaches all processes of the terminal; the first one ends the others. JSON has no cycles to search for."""
+    """Ignore Ctrl-C, which reaches all processes of the terminal, because the first process stops the others. JSON has no
+    cycles to search for.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
     gc.disable()
@@ -138,7 +140,7 @@ def _prepare_process() -> None:
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Rows have no cycles, and the search for them takes a tenth of the time."""
+    """Disable garbage collection: rows have no cycles, and the search takes a tenth of the time."""
     enabled = gc.isenabled()
     gc.disable()
     try:

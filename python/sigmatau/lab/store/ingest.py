@@ -1,4 +1,4 @@
-"""Results into a store: each run once, with its history."""
+"""Add results to a store: each run once, with its history."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
 BATCH = 200
-"""Runs of a transaction."""
+"""Number of runs in a transaction."""
 
-_ATTEMPTS = 5  # of a transaction that meets another writer
+_ATTEMPTS = 5  # largest number of attempts for a transaction that conflicts with another writer
 
 
 @frozen
 class Added:
-    """What `add` did.
+    """Result of `add`.
 
     Attributes
     ----------
     new : int
-        Runs that were not there.
+        Number of new runs.
     revised : int
-        Results that replace earlier ones of the same log and options.
+        Number of results that replace earlier ones of the same log and options.
     known : int
-        Results that were there.
+        Number of results that were already there.
     """
 
     new: int = 0
@@ -47,10 +47,10 @@ class Added:
 
 
 def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Added:
-    """Add results, `batch` of them in a transaction: what was committed stays if the process is killed.
+    """Add results in transactions of `batch` results. Committed results stay if the process is killed.
 
-    The same log with the same options is one run: a result that is there already is not added again, one that differs is
-    a new revision of it.
+    The same log with the same options is one run. An identical result is not added again; a different one becomes a new
+    revision.
 
     Raises
     ------
@@ -72,9 +72,9 @@ def _named(entry: Entry) -> Rows:
 
 
 def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connection], None] = lambda _: None) -> Added:
-    """Add results, and do what follows from them, in one transaction.
+    """Add results with all dependent rows in one transaction.
 
-    If another writer added the same runs meanwhile, they are compared with its rows.
+    If another writer has added the same runs meanwhile, they are compared with its rows.
     """
     import sqlalchemy
 
@@ -94,7 +94,7 @@ def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connectio
 
 
 def _may_pass(error: Exception) -> bool:
-    """Whether a second attempt may succeed: rows of another writer, or a deadlock with it."""
+    """Whether a second attempt may succeed: the error is a conflict of rows, or a deadlock."""
     kind = type(getattr(error, "orig", None) or error)
     same_rows = any(base.__name__ == "IntegrityError" for base in kind.__mro__)
     return same_rows or "deadlock" in str(error).lower()
@@ -140,7 +140,7 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
 
 
 def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:
-    """Failures of logs that now have a result are history."""
+    """Mark failures of logs that now have a result as history."""
     from sqlalchemy import select, update
 
     from sigmatau.lab.store import tables
@@ -170,12 +170,12 @@ class _Last:
     id: int | None = None  # None if it is not in the database yet
 
     def has(self, rows: Rows) -> bool:
-        """Whether a result is this one. A log that is again as it was before it changed gets a new revision."""
+        """Whether a result is the same. A log that changed back gets a new revision."""
         back = not self.current and rows.run["file_version"]
         return bool(self.revision and self.digest == rows.packed.digest and not back)
 
     def news(self, rows: Rows) -> dict[str, Any]:
-        """What is now known of the same log: another place or time of change, and what is stated of its run."""
+        """New facts about the same log: another place or time of change, and stated facts about its run."""
         changes: dict[str, Any] = {}
         if rows.run["file_version"] and (self.path, self.version) != (rows.run["path"], rows.run["file_version"]):
             changes = {key: rows.run[key] for key in ("path", "file_version", "name")}
@@ -190,7 +190,7 @@ _NONE = _Last()
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
-    """Last revision by identity; it is not current if the log has changed, or failed and has a result."""
+    """Last revision by identity. It is not current if the log has changed, or has failed and has a result."""
     from sqlalchemy import select
 
     from sigmatau.lab.store import tables
@@ -216,7 +216,7 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
 
 
 def _new_ids(connection: Connection, count: int) -> list[int]:
-    """Keys of runs: of a sequence, or those after the last one while no other process of SQLite can write."""
+    """Keys of new runs: from a sequence, or following the last one, because no other process of SQLite can write."""
     if connection.dialect.name == "sqlite":
         last = connection.exec_driver_sql("SELECT coalesce(max(id), 0) FROM run").scalar_one()
         return list(range(last + 1, last + 1 + count))
@@ -225,7 +225,7 @@ def _new_ids(connection: Connection, count: int) -> list[int]:
 
 
 def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
-    """The units by name, with the sensor model if it is stated; new ones are made."""
+    """The units by name, with the sensor model if it is stated. New units are added."""
     from sqlalchemy import update
 
     from sigmatau.lab.store import tables
@@ -242,7 +242,7 @@ def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
 
 
 def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int]:
-    """The keys of names, which are added if they are not there; another writer may add them meanwhile."""
+    """The keys of names. Missing names are added; another writer may add them at the same time."""
     from sqlalchemy import select
 
     if not names:
@@ -260,7 +260,7 @@ def _pairs(rows: Iterable[Any]) -> dict[str, int]:
 
 
 def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
-    """The keys of labels, of which a store has few; new ones are added."""
+    """The keys of labels. New labels are added; a store has few."""
     from sqlalchemy import select
 
     from sigmatau.lab.store import tables
@@ -311,7 +311,7 @@ _COEFFICIENT = ("run_id", "label_id", "observed", "value", "low", "high", "upper
 
 
 def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> None:
-    """Insert rows as they are, by the fastest way of the driver: a row as a dictionary takes SQLAlchemy ten times longer."""
+    """Insert rows by the fastest method of the driver: SQLAlchemy takes ten times longer for rows as dictionaries."""
     if not rows:
         return
     names = ", ".join(columns)

@@ -33,7 +33,7 @@ _KELVIN = 273.15
 
 
 class UnknownUnitError(DataError):
-    """No option and no note names the unit of a result."""
+    """Neither an option nor a note names the unit of a result."""
 
 
 @frozen
@@ -48,14 +48,14 @@ class Naming:
         ``"folder"`` of the file, ``"log-folder"`` of its log, or a regular expression for the path of the log, whose first
         group is the unit. Default: the note "serial number" or "unit", see `sigmatau.results.SERIAL_NOTES`.
     folders : bool
-        Whether a result without such a note has the name of its folder.
+        Whether a result without such a note is named by its folder.
     model : str
         Sensor model.
     date : str or None
         Beginning of the records, ISO 8601, or ``"name"``: the first date in the path of the log. Default: the note.
         Without a time zone it is UTC.
     temperature : float or None
-        [degC] Default: the note.
+        Temperature. [degC] Default: that of the note.
     """
 
     unit: str | None = None
@@ -105,7 +105,7 @@ class Naming:
     def entry(
         self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
     ) -> Entry:
-        """A result with its names.
+        """Add its names to a result.
 
         Parameters
         ----------
@@ -217,7 +217,7 @@ def _in_name(log: str) -> datetime:
     for part in (PurePath(log).name, log):
         for match in _DATE.finditer(part):
             year, _, month, day, hour, _, minute, second = match.groups()
-            # 4512 of 20260501_4512 is a serial number and no time.
+            # 4512 in 20260501_4512 is a serial number, not a time.
             for h, m, s in ((hour, minute, second), (0, 0, 0)):
                 with suppress(ValueError):
                     return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC

@@ -1,4 +1,4 @@
-"""A result in parts that are small: its curves as packed numbers, and the rest as compressed JSON."""
+"""Compact form of a result: its curves as packed numbers, and the rest as compressed JSON."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from sigmatau.frozen import frozen
 if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
-_LEVEL = 1  # of zlib: 6 is 8 % smaller and three times slower
-_HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program that give the same numbers
-_INTEGERS = {"i": "<i4", "q": "<i8"}  # by code of `array`, the smallest first
+_LEVEL = 1  # level of zlib; level 6 is 8 % smaller and three times slower
+_HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program with equal numbers
+_INTEGERS = {"i": "<i4", "q": "<i8"}  # integer codes of `array`, the smallest first
 _FLOATS = "<f8"
 
 NUMBERS = np.dtype(
@@ -36,16 +36,16 @@ NUMBERS = np.dtype(
         ("level", "<f8"),
     ]
 )
-"""A row of `tables.coefficient` in the array of a run: read by array, a million rows take 0.1 s, not 2 s."""
+"""A row of `tables.coefficient` in the array of a run. Read as arrays, a million rows take 0.1 s instead of 2 s."""
 
 
 @frozen
 class Packed:
     """A result as it is stored."""
 
-    content: bytes  # all but the curves
-    curves: bytes  # of all channels in their order; numbers of a curve do not become smaller when compressed
-    digest: str  # checksum of what the result says, without the version of the program and the place of the log
+    content: bytes  # everything except the curves
+    curves: bytes  # curves of all channels in order; compression would not make their numbers smaller
+    digest: str  # checksum of the statements of the result, without the version of the program and the place of the log
 
 
 def pack(result: Mapping[str, Any]) -> Packed:
@@ -65,7 +65,7 @@ def pack(result: Mapping[str, Any]) -> Packed:
         channels[name] = {**channel, "curve": {"arrays": heads, "order": [*curve], "rest": rest}}
     compared = {**result, "channels": channels}
     numbers = b"".join(curves)
-    # The version of the program and the place of a log whose bytes are known come first: they are not compared.
+    # The version of the program and the place of a log with a known checksum come first: they are not compared.
     head = {name: compared.pop(name) for name in _HEAD if name in compared}
     content = _json(compared)[1:]
     source = head.get("source")
@@ -118,7 +118,7 @@ def loads(data: bytes) -> Any:  # noqa: ANN401  anything that JSON has
 
 
 def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
-    """The result as it was packed; raises `DataError` for damaged content."""
+    """Restore a packed result. Raises `DataError` for damaged content."""
     try:
         result: dict[str, Any] = loads(zlib.decompress(content))
         offset = 0
@@ -136,19 +136,19 @@ def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
 
 
 def _values(numbers: NDArray[Any]) -> list[Any]:
-    """Plain numbers; what is NaN was None, because JSON of a result has no NaN."""
+    """Plain numbers. NaN stands for None, because JSON of a result has no NaN."""
     values: list[Any] = numbers.tolist()
     return [None if value != value else value for value in values] if np.isnan(numbers).any() else values
 
 
 READ = 100
-"""Results that are read at a time."""
+"""Number of results that are read at a time."""
 
 
 def contents(
     connection: Connection, keys: Sequence[int], *, without_damaged: bool = False
 ) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Keys of runs with their results as they were added; raises `DataError` for damaged content, or leaves it out."""
+    """Yield keys of runs with their results. Damaged content raises `DataError`, or is left out."""
     from sqlalchemy import select
 
     from sigmatau.errors import DataError

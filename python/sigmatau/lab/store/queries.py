@@ -1,4 +1,4 @@
-"""What is asked of a store: units, runs, coefficients and findings as rows."""
+"""Queries of a store: units, runs, coefficients and findings as rows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sigmatau.lab.store.tables import finding, model, run, unit
 
 
 def units(chosen: Chosen | None) -> Select[Any]:
-    """A row a unit."""
+    """One row per unit."""
 
     def count(state: str) -> ColumnElement[int]:
         return func.sum(case((run.c.state == state, 1), else_=0)).label(state)
@@ -30,7 +30,7 @@ def units(chosen: Chosen | None) -> Select[Any]:
 
 
 def runs(chosen: Chosen | None) -> Select[Any]:
-    """A row a run."""
+    """One row per run."""
     return (
         select(
             run.c.id, unit.c.name.label("unit"), model.c.name.label("model"), run.c.name.label("run"),
@@ -43,7 +43,7 @@ def runs(chosen: Chosen | None) -> Select[Any]:
 
 
 def in_order(chosen: Chosen | None) -> Select[Any]:
-    """Key, unit and time of runs in the order of their records; those without a time have that of their addition."""
+    """Key, unit and time of runs in the order of their records. A run without a time has that of its addition."""
     time = func.coalesce(run.c.recorded, run.c.added)
     return (
         select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)
@@ -52,7 +52,7 @@ def in_order(chosen: Chosen | None) -> Select[Any]:
 
 
 def coefficients(chosen: Chosen | None, *, term: str | None, channels: Sequence[str]) -> Select[Any]:
-    """A row a run, channel and term."""
+    """One row per run, channel and term."""
     coefficient, label, channel = tables.coefficient.c, tables.label.c, tables.channel.c
     query = (
         select(

@@ -1,4 +1,4 @@
-"""A result as rows of a store: all that can be computed without the database, in another process too."""
+"""Conversion of a result to rows of a store, as far as it is possible without the database, also in another process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ State = Literal["fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "fai
 
 @frozen
 class Entry:
-    """A result with what is known of its unit and its run.
+    """A result with the known facts about its unit and its run.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Entry:
     unit : str
         Serial number.
     model : str
-        Sensor model, or empty: then the one that the unit has stays.
+        Sensor model. If empty, the sensor model of the unit does not change.
     name : str
         Name of the run. Default: the name of its log.
     recorded : datetime or None
@@ -46,9 +46,9 @@ class Entry:
     temperature : float or None
         [degC]
     file_version : str
-        Version of the log, such as its size and change time: tells whether it changed without reading it.
+        Version of the log, such as its size and change time, which shows a change without reading the log.
     content : mapping or None
-        The JSON of a result that was read from it: that is stored as it was written. Default: that of `result`.
+        JSON text from which the result was read; it is stored unchanged. Default: the JSON of `result`.
     """
 
     result: Analysis | FailedAnalysis
@@ -70,7 +70,7 @@ Term = tuple[bool | None, float | None, float | None, float | None, float | None
 
 @frozen
 class Rows:
-    """A result in its stored form, without the keys that the database gives."""
+    """A packed result, without the keys that the database assigns."""
 
     unit: str
     model: str
@@ -85,7 +85,7 @@ class Rows:
 
 
 def options_key(options: Mapping[str, Any]) -> str:
-    """Checksum of the options that made a result, its key ``"options"``; without any, that of the default settings."""
+    """Checksum of the options of a result, its key ``"options"``; if it has none, that of the default settings."""
     return hashlib.sha256(_canonical(options).encode()).hexdigest()
 
 

@@ -59,7 +59,13 @@ class Rounded:
 
 
 def round_to_error(
-    value: float, low: float | None = None, high: float | None = None, *, error: float | None = None, sign: str = ""
+    value: float,
+    low: float | None = None,
+    high: float | None = None,
+    *,
+    error: float | None = None,
+    size: float = 1.0,
+    sign: str = "",
 ) -> Rounded:
     """Round a value and its interval to the place of the second digit of the error.
 
@@ -70,6 +76,8 @@ def round_to_error(
         Ends of the interval. Without them and without `error` the value has three digits, zeros kept.
     error : float, optional
         Half width of a symmetric interval, in place of `low` and `high`.
+    size : float
+        Size of the unit in which the numbers are printed.
     sign : str
         ``"+"`` also for positive numbers.
 
@@ -90,6 +98,7 @@ def round_to_error(
     >>> round_to_error(0.001522, 0.001465, 0.001627).text, round_to_error(5.14, 0, 710).text
     ('0.001522 [0.001465, 0.001627]', '5 [0, 710]')
     """
+    value, low, high, error = value / size, *(None if end is None else end / size for end in (low, high, error))
     if error is not None:
         low, high = value - error, value + error
     if low is None or high is None or not math.isfinite(value):

@@ -8,6 +8,7 @@ import math
 import re
 import textwrap
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, TypeVar, cast
 
 from sigmatau.errors import printable as printable  # errors are below, and print names from files too
@@ -20,6 +21,16 @@ class Printed:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(repr(self))}</pre>"
+
+
+class Plain:
+    """A dataclass whose JSON form has its fields, by their names."""
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values in SI."""
+        return plain(self, *(field.name for field in fields(cast("Any", self))))
 
 
 class Tabular(Printed):
@@ -201,16 +212,22 @@ def plain(result: object, *names: str, **values: object) -> dict[str, Any]:
     {'real': 1.0, 'im': 2.0, 'sides': ['left', 'right']}
     """
     attributes = {name.partition("=")[0]: getattr(result, name.rpartition("=")[2]) for name in " ".join(names).split()}
-    return {key: _plain(value) for key, value in (attributes | values).items()}
+    return {key: plain_value(value) for key, value in (attributes | values).items()}
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401
+def plain_value(value: Any) -> Any:  # noqa: ANN401
+    """A value as JSON has it: mappings and dataclasses as dictionaries, tuples as lists, no NaN or infinity."""
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {str(key): plain_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    convert = getattr(value, "to_dict", None) or getattr(value, "tolist", None)
-    return value if convert is None else convert()
+        return [plain_value(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if convert := getattr(value, "to_dict", None) or getattr(value, "tolist", None):
+        return convert()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
+    return value
 
 
 SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sigmatau._version import SCHEMA
 from sigmatau.options import stated
+from sigmatau.results import plain_value
 
 if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
@@ -36,10 +37,11 @@ def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, A
                 **(self.masks[channel].to_dict() if channel in self.masks else {}),
                 **({"mean": self.means[channel].to_dict()} if channel in self.means else {}),
                 "curve": curve.to_dict(),
-                **_read_off_to_dict(self, channel),
-                **_fit_to_dict(self, channel),
+                "read_off": self.read_off[channel].to_dict() if channel in self.read_off else {},
+                **({"refused_lines": refused} if (refused := _refused_lines(self, channel)) else {}),
+                **({"fit": fit.to_dict(), "trust": fit.trust} if (fit := self.fits.get(channel)) is not None else {}),
                 **({"joint": joint[channel].to_dict()} if channel in joint else {}),
-                **_means_to_dict(self, channel),
+                **({"mean_stability": plain_value(means)} if (means := self.mean_stability.get(channel)) else {}),
                 **({"stability": self.stability[channel].to_dict()} if channel in self.stability else {}),
             }
             for channel, curve in self.curves.items()
@@ -47,13 +49,10 @@ def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, A
     }
 
 
-def _read_off_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
-    """The lines of a channel, and those of given ranges that were refused."""
-    if channel not in analysis.read_off:
-        return {"read_off": {}}
-    lines = analysis.read_off[channel]
-    refused = [refusal.to_dict() for refusal in lines.refused if refusal.by_hand]
-    return {"read_off": lines.to_dict(), **({"refused_lines": refused} if refused else {})}
+def _refused_lines(analysis: Analysis, channel: str) -> list[dict[str, Any]]:
+    """The lines of given ranges that were refused."""
+    refused = analysis.read_off[channel].refused if channel in analysis.read_off else ()
+    return [refusal.to_dict() for refusal in refused if refusal.by_hand]
 
 
 def to_json(self: Analysis) -> str:
@@ -67,15 +66,3 @@ def stated_options(analysis: Analysis) -> dict[str, Any]:
     """What made the result, beside the log: the same log with the same options is the same run."""
     parts = {"reading": dict(analysis.source.options), "analysis": stated(analysis.options)}
     return {part: options for part, options in parts.items() if options}
-
-
-def _fit_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
-    if channel not in analysis.fits:
-        return {}
-    fitted = analysis.fits[channel]
-    return {"fit": fitted.to_dict(), "trust": fitted.trust}
-
-
-def _means_to_dict(analysis: Analysis, channel: str) -> dict[str, Any]:
-    spreads = analysis.mean_stability.get(channel, ())
-    return {"mean_stability": [spread.to_dict() for spread in spreads]} if spreads else {}

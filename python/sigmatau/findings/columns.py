@@ -30,7 +30,7 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
     gravity: float
     other: float
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         time = {} if self.time is None else {"time": self.time}
         gyro, accel = f"{self.gyro[0]}:{self.gyro[1]}", f"{self.accel[0]}:{self.accel[1]}"
         return Words(
@@ -53,7 +53,7 @@ class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
     gyro: float
     accel: float
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         return Words(
             f"gravity is on the columns of the gyro (mean {self.gyro:.3g}), not on those of the accelerometer"
             f" ({self.accel:.2g})",
@@ -80,7 +80,7 @@ class UnitOverruled(InFile, code="unit_overruled"):
     known: bool = True
     scaled: bool = False
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         stated = self.stated if self.known else f"{shortened(self.stated, 20)!r}, which is not a unit of this quantity"
         advice = (
             f"Give {Hint('scale')}: volts and counts have no size"
@@ -111,7 +111,7 @@ class IncompleteSensor(InFile, code="incomplete_sensor"):
     column: str = ""
     number: int | None = None
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         if not self.column:
             return Words(
                 f"{self.missing} is missing; no other column has a similar name", "Check the names of the columns"
@@ -136,7 +136,7 @@ class UnusedColumns(InFile, code="unused_columns"):
 
     columns: tuple[str, ...]
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         return Words(f"{plural(len(self.columns), 'columns')} not used: {listed(self.columns)}")
 
 
@@ -158,7 +158,7 @@ class UnreadSensor(InFile, code="unread_sensor"):
     columns: tuple[str, ...]
     numbers: tuple[int, ...]
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         what = {"gyro": "a gyro", "accel": "an accelerometer"}[self.sensor]
         first, last = self.numbers[0], self.numbers[-1]
         places = f"{first}:{last}" if self.numbers == (first, first + 1, first + 2) else "N:N"
@@ -180,7 +180,7 @@ class MixedUnits(InFile, code="mixed_units"):
 
     units: tuple[tuple[str, str], ...]
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         units = ", ".join(f"{shortened(name, LONGEST_NAME)} {shortened(unit, 12)}" for name, unit in self.units)
         return Words(
             f"axes of one sensor have different units: {units}",

@@ -33,7 +33,7 @@ class WarmUpDrift(Details, code="warm_up"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = display_units("bias_instability", self.quantity, finding.unit, [finding.size])[-1]
-        size = round_to_error((finding.size or 0.0) / factor, self.low / factor, self.high / factor).with_unit(unit)
+        size = round_to_error(finding.size or 0.0, self.low, self.high, size=factor).with_unit(unit)
         return Words(
             f"warm-up of {size}, time constant about {duration_text(self.time_constant)}",
             "No action needed: the fit allows for it",
@@ -61,9 +61,9 @@ class TemperatureDrift(Details, code="temperature_drift"):
 
     def words(self, finding: Finding) -> Words:
         unit, factor = display_units("bias_instability", self.quantity, self.rate_unit, [finding.size])[-1]
-        value, low, high = ((value or 0.0) / factor for value in (finding.size, self.low, self.high))
+        size = round_to_error(finding.size or 0.0, self.low, self.high, size=factor).with_unit(unit)
         return Words(
-            f"temperature drift of {round_to_error(value, low, high).with_unit(unit)}/K",
+            f"temperature drift of {size}/K",
             "Compensate for temperature: the coefficients are those without the drift",
         )
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, fields, is_dataclass
+from dataclasses import field
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, as_options, hints_in, worded
 from sigmatau.noise.terms import RANKED
-from sigmatau.results import Tabular, printable
+from sigmatau.results import Tabular, plain_value, printable
 
 Severity = Literal["info", "warning", "error"]
 
@@ -189,6 +189,8 @@ class Finding:
         stated = self.details.words(self)
         if isinstance(self.details, Stated):
             return stated
+        if part := getattr(self.details, "part", ""):  # of a log that is split into several files
+            stated = stated._replace(message=f"{part}: {stated.message}")
         if self.left_out:
             axes = " on all axes" if self.code in _ON_ALL_AXES else ""
             return stated._replace(message=f"{stated.message}; left out{axes}")
@@ -207,11 +209,11 @@ class Finding:
             "action": action,
             **({"spans_s": [list(span) for span in self.spans]} if self.spans else {}),
             **({"more_spans": self.more_spans} if self.more_spans else {}),
-            **({} if self.size is None else {"size": plain(self.size), "unit": self.unit}),
-            **({"factors": plain(dict(self.factors))} if self.factors else {}),
+            **({} if self.size is None else {"size": plain_value(self.size), "unit": self.unit}),
+            **({"factors": plain_value(dict(self.factors))} if self.factors else {}),
             **({"left_out": self.left_out} if self.left_out else {}),
             **({"topic": self.topic} if self.topic else {}),
-            "details": plain(self.details.parameters if isinstance(self.details, Stated) else self.details),
+            "details": plain_value(self.details.parameters if isinstance(self.details, Stated) else self.details),
         }
 
     def __str__(self) -> str:
@@ -250,19 +252,6 @@ class Findings(tuple[Finding, ...], Tabular):
 
     def __repr__(self) -> str:
         return "\n".join(map(str, self)) or "no findings"
-
-
-def plain(value: object) -> Any:  # noqa: ANN401
-    """Details as plain data for JSON: dataclasses and mappings as dictionaries, tuples as lists, no NaN or infinity."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(field) for key, field in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(field) for field in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def ranked(findings: Iterable[Finding]) -> Findings:

@@ -370,7 +370,7 @@ class CountedAngle(Details, code="counted_angle"):
             return Words(f"{makes}; the fit shows {limit}")
         if self.low is None or self.high is None:
             return Words(f"{makes}; the fit has {self.value / factor:.3g} {unit}")
-        value = round_to_error(self.value / factor, self.low / factor, self.high / factor)
+        value = round_to_error(self.value, self.low, self.high, size=factor)
         fitted = f"{makes}; the fit has {value.with_unit(unit)}"
         if self.low > self.by_step:
             return Words(fitted, "The rest has another cause than the counts")

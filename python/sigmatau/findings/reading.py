@@ -51,13 +51,6 @@ class InFile(Details):
 
     part: str = ""
 
-    def words(self, finding: Finding) -> Words:
-        message, action = self._words_in_file(finding)
-        return Words(f"{self.part}: {message}" if self.part else message, action)
-
-    def _words_in_file(self, finding: Finding) -> Words:
-        raise NotImplementedError
-
 
 @frozen
 class Damaged(InFile, code="damaged"):
@@ -93,7 +86,7 @@ class Damaged(InFile, code="damaged"):
     counted: str = "rows"
     topic: str = ""
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         inside = ""
         if self.inside and (self.place is None or self.place.unit != self.inside):
             inside = f" inside its last {self.inside}" if self.place is None else f", inside a {self.inside}"
@@ -131,7 +124,7 @@ class PartMissing(InFile, code="part_missing"):
     reason: str = ""
     alone: bool = False
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         part = f"part {self.number} of {self.of}"
         if self.alone:
             return Words(f"the file is {part} of a recording", "Give the folder instead of the file to read all parts")
@@ -166,7 +159,7 @@ class SkippedMessages(InFile, code="skipped_messages"):
     example: str = ""
     kept: int | None = None
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         lost, example = finding.severity == "error", shortened(self.example, 40)
         where = f",{' the first' if self.count > 1 else ''}{_place_text(self.place)}" if self.place else ""
         rows_read = "" if self.kept is None else f"; {self.kept} read"
@@ -206,7 +199,7 @@ class BytesNotRead(InFile, code="bytes_not_read"):
     after: str = ""
     padding: bool = False
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         where = f"after {self.after}{_place_text(self.place)}" if self.after else "before the data"
         if self.padding:
             return Words(f"{plural(self.bytes, 'bytes')} {where} are padding")
@@ -236,7 +229,7 @@ class MissingChunks(InFile, code="missing_chunks"):
     of: int
     first: int
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         what = f"{plural(self.count, 'chunks')} of {self.of} of array {self.array} not stored"
         return Words(f"{what}, the first at row {self.first}; samples missing", _AGAIN)
 
@@ -263,7 +256,7 @@ class SkippedLines(InFile, code="skipped_lines"):
     count: int = 1
     kept: int | None = None
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         if self.what == "last":
             return Words("the last line has no line end, so its last number may be truncated; line skipped")
         if self.what == "header":
@@ -296,7 +289,7 @@ class NeverWritten(InFile, code="never_written"):
     kept: int
     column: str = ""
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         what = f"column {self.column} is" if self.column else "all columns are"
         return Words(
             f"{what} exactly 0 in the last {self.zeros} of {self.rows} rows, which were never written;"
@@ -317,7 +310,7 @@ class Unusable(InFile, code="unusable"):
 
     reason: str
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         return Words(self.reason)
 
 
@@ -339,7 +332,7 @@ class LoggerDropouts(InFile, code="dropouts"):
     total: float
     longest: float
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         return Words(
             f"the logger lost data {plural(self.count, 'times')}, {self.total:.3g} s in total, the longest loss"
             f" {self.longest:.3g} s",
@@ -359,7 +352,7 @@ class UnreadArrays(InFile, code="unread_arrays"):
 
     names: tuple[str, ...]
 
-    def _words_in_file(self, finding: Finding) -> Words:
+    def words(self, finding: Finding) -> Words:
         what = f"{plural(len(self.names), 'members')} of the archive not read, because the name is not that of an array"
         return Words(f"{what}: {listed(self.names)}", _AGAIN)
 

@@ -85,8 +85,8 @@ class SpectralLines(Details, code="spectral_line"):
         size = f"{significant(strongest.amplitude / factor)} {unit}"
         place = f"at {strongest.frequency:.4g} Hz{_mains(strongest)}"
         if strongest.frequency < _SLOW and strongest.weakest is not None and strongest.strongest is not None:
-            ends = strongest.weakest / factor, strongest.strongest / factor
-            size = round_to_error(strongest.amplitude / factor, *ends).with_unit(unit)
+            ends = strongest.weakest, strongest.strongest
+            size = round_to_error(strongest.amplitude, *ends, size=factor).with_unit(unit)
             place = f"with a period of {duration_text(1 / strongest.frequency)}"
         message = f"{what} of {size} {place}"
         return Words(message, "No action needed: the coefficients are those without the lines")

@@ -9,7 +9,7 @@ from sigmatau.findings.reasons import Reason
 from sigmatau.fitting.fitted_values import FittedTerm, Interval
 from sigmatau.frozen import frozen
 from sigmatau.model.parameters import Parameter
-from sigmatau.results import plain
+from sigmatau.results import Plain, plain
 
 Verdict = Literal["adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"]
 Cause = Literal["vibration", "coarse_counts", "crowded_lines", "changing_level", "misfit", "rounding", "bias"]
@@ -31,7 +31,7 @@ Part = Literal[
 
 
 @frozen(kw_only=False)
-class Ends:
+class Ends(Plain):
     """Interval of a number, or its upper limit.
 
     Attributes
@@ -66,13 +66,9 @@ class Ends:
         """Width of the interval; 0 without one. [SI]"""
         return 0.0 if self.low is None or self.high is None else max(self.high - self.low, 0.0)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "low high upper_limit")
-
 
 @frozen(kw_only=False)
-class Change:
+class Change(Plain):
     """Change of the interval or of the upper limit of one number of a fit.
 
     Attributes
@@ -127,10 +123,6 @@ class Change:
         """
         scale = after.width / before.width if before.width > 0 and after.width > 0 else 1.0
         return cls(parameter, "widen", before, after, scale)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "parameter kind before after scale")
 
 
 @frozen

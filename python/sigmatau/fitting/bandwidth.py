@@ -15,7 +15,7 @@ import numpy as np
 
 from sigmatau._native.distributions import chi2_quantile_above, normal_below
 from sigmatau.errors import DataError, OptionError
-from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits
+from sigmatau.fitting.filter_fit import FilterFit, Logs, best_fits, deviance_law
 from sigmatau.fitting.filter_region import Contradiction, contradiction, explanations, is_white
 from sigmatau.fitting.filter_summary import FilterSource, SensorVerdict, summary
 from sigmatau.fitting.log_spectra import log_spectrum
@@ -180,8 +180,7 @@ def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
 
 def _judge(logs: Logs, best: FilterFit, channel: str) -> SensorVerdict:
     """Test whether the logs agree, and whether a filter explains them."""
-    laws = [logs.deviance_law(place) for place in logs.places]
-    mean, variance = sum(law[0] for law in laws), sum(law[1] for law in laws)
+    mean, variance = deviance_law(logs.modes)
     p = float(normal_below((mean - best.fit.deviance) / math.sqrt(variance)))
     contradicts = contradiction(logs, best, _SIGNIFICANT)
     if contradicts is not None:

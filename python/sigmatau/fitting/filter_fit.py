@@ -179,17 +179,6 @@ class Logs:
         ratio = self.density / model
         return float(np.sum(self.modes * (ratio - 1 - np.log(ratio))))
 
-    def deviance_law(self, place: slice) -> tuple[float, float]:
-        """Mean and variance of the deviance of the bins of a log for the true model."""
-        half = self.modes[place] / 2
-        mean = self.modes[place] * (np.log(half) - digamma(half))
-        # Var[ν r − ν ln r] = ν² ψ′(ν/2) − 2ν, with ψ′ by its series, which holds to 1e-4 from ν = 4 on.
-        h = half + 4
-        trigamma = 1 / h + 1 / (2 * h**2) + 1 / (6 * h**3) - 1 / (30 * h**5)
-        for k in range(4):
-            trigamma = trigamma + 1 / (half + k) ** 2
-        return float(mean.sum()), float((4 * half**2 * trigamma - 4 * half).sum())
-
     def fit_levels(self, form: ResponseForm, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
         """Fit the levels by reweighted least squares without negative levels."""
         from scipy.optimize import nnls
@@ -264,6 +253,18 @@ class Logs:
         values, vectors = np.linalg.eigh(np.nan_to_num(covariance, posinf=1.0))
         lengths = np.clip(np.sqrt(np.maximum(values, 0.0)), _SMALLEST_ERROR, _LARGEST_ERROR)
         return np.asarray(vectors * lengths)
+
+
+def deviance_law(freedom: Floats) -> tuple[float, float]:
+    """Mean and variance of the deviance Σ ν(r − 1 − ln r) of densities from the true model, r: χ² of ν over ν."""
+    half = freedom / 2
+    mean = freedom * (np.log(half) - digamma(half))
+    # Var[ν r − ν ln r] = ν² ψ′(ν/2) − 2ν, with ψ′ by its recurrence and its series, which holds to 1e-6 from 4 on.
+    h = half + 4
+    trigamma = 1 / h + 1 / (2 * h**2) + 1 / (6 * h**3) - 1 / (30 * h**5)
+    for k in range(4):
+        trigamma = trigamma + 1 / (half + k) ** 2
+    return float(mean.sum()), float((4 * half**2 * trigamma - 4 * half).sum())
 
 
 def limited(family: SensorFilter, numbers: Floats, spectra: Sequence[LogSpectrum]) -> Floats:

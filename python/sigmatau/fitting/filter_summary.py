@@ -13,7 +13,7 @@ from sigmatau._native.distributions import normal_below
 from sigmatau.arrays import Floats
 from sigmatau.errors import DataError
 from sigmatau.estimators.allan import allan
-from sigmatau.fitting.filter_fit import FilterFit, Logs
+from sigmatau.fitting.filter_fit import FilterFit, Logs, deviance_law
 from sigmatau.fitting.filter_region import Explanation
 from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.sensor_bandwidth import AliasingCurve, FilterResponse, LoggedRate, SensorBandwidth, Verdict
@@ -188,7 +188,7 @@ def _goodness(logs: Logs, best: FilterFit, k: int) -> float:
     place = logs.places[k]
     ratio = logs.density[place] / best.fit.model[place]
     deviance = float(np.sum(logs.modes[place] * (ratio - 1 - np.log(ratio))))
-    mean, variance = logs.deviance_law(place)
+    mean, variance = deviance_law(logs.modes[place])
     return float(normal_below((mean - deviance) / math.sqrt(variance)))
 
 

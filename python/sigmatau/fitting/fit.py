@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sigmatau._native.gls import fit_curve
+from sigmatau._native.gls import CurveFit, fit_curve
 from sigmatau.errors import OptionError
 from sigmatau.estimators.allan import DeviationCurve
-from sigmatau.findings.reasons import IncompleteRecord, TooFewTimes, ZeroVariance
+from sigmatau.findings.reasons import (
+    IncompleteRecord,
+    Misfit,
+    NoCovariance,
+    Reason,
+    ShortTimesDeviate,
+    TooFewTimes,
+    ZeroVariance,
+)
 from sigmatau.fitting.arguments import check_level, wanted_terms
 from sigmatau.fitting.components import LEAST_TIMES, LONGEST_SHARE, half_octaves
+from sigmatau.fitting.fitted_values import FittedTerm
+from sigmatau.fitting.from_native import fitted_covariance, fitted_terms, typed
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.statement import no_fit, stated
 from sigmatau.model.processes import real
+from sigmatau.noise.terms import TERMS, coefficient_unit
 
 _PER_OCTAVE = 8  # largest number of averaging times per octave
 
@@ -100,11 +110,11 @@ def fit(
     check_level(level)
     wanted = wanted_terms(terms)
     if curve.missing:
-        return no_fit(curve, level, IncompleteRecord(missing=curve.missing, samples=curve.n))
+        return _no_fit(curve, level, IncompleteRecord(missing=curve.missing, samples=curve.n))
     n = curve.n if curve.counting == "standard" else curve.n - 1
     chosen = _thinned(curve, n)
     if len(chosen) < LEAST_TIMES:
-        return no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
+        return _no_fit(curve, level, TooFewTimes(times=len(chosen), needed=LEAST_TIMES, samples=curve.n))
     first = None
     if tau_min is not None:
         first = int(np.searchsorted(curve.tau[chosen], real(tau_min) * (1 - 1e-9)))
@@ -113,7 +123,7 @@ def fit(
             raise OptionError(f"{{option}} may be at most {last:.6g} s here, not {tau_min!r}", option="tau_min")
     scale = float(np.median(curve.avar[chosen]))
     if not (math.isfinite(scale) and curve.avar[chosen].min() > 0):
-        return no_fit(curve, level, ZeroVariance())
+        return _no_fit(curve, level, ZeroVariance())
     sizes = curve.m[chosen]
     fitted = fit_curve(
         n,
@@ -126,7 +136,7 @@ def fit(
         first=first,
         level=level,
     )
-    return stated(curve, fitted, sizes, wanted, level)
+    return _stated(curve, fitted, sizes, wanted, level)
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
@@ -147,3 +157,74 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
         if np.isin(chain, usable).all():
             return np.searchsorted(usable, chain)
     return np.array(chosen, dtype=np.int64)
+
+
+def _stated(
+    curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], terms: Collection[str], level: float
+) -> NoiseFit:
+    """Build the result of a fit: intervals of the observed terms and upper limits of the others, or coefficients that only
+    describe the curve.
+
+    `terms`: the terms that were fitted.
+    """
+    tau_min = int(m[fit.first]) * curve.tau0
+
+    values = dict(fit.model)
+    described = {
+        name: FittedTerm(
+            term=name,
+            unit=coefficient_unit(name, curve.quantity, curve.unit),
+            observed=None,
+            level=level,
+            value=values.get(name),
+        )
+        for name in TERMS
+        if name in terms
+    }
+    return typed(
+        NoiseFit,
+        fit,
+        curve.unit,
+        rate_unit=curve.unit,
+        channel=curve.channel,
+        quantity=curve.quantity,
+        n=curve.n,
+        tau0=curve.tau0,
+        terms=fitted_terms(fit.terms, quantity=curve.quantity, rate_unit=curve.unit, level=level) or described,
+        model=values,
+        verdict="adequate" if fit.adequate else "descriptive",
+        reasons=_reasons(curve, fit, m, tau_min),
+        tau_min=tau_min,
+        tau_max=int(m[-1]) * curve.tau0,
+        p_value=fit.p_value if fit.adequate else None,
+        covariance=fitted_covariance(fit),
+        level=level,
+    )
+
+
+def _reasons(curve: DeviationCurve, fit: CurveFit, m: NDArray[np.int64], tau_min: float) -> tuple[Reason, ...]:
+    """Why short averaging times were left out, or why no model is adequate."""
+    if fit.no_covariance:
+        return (NoCovariance(),)
+    if fit.worst is None:
+        return ()
+    k, ratio = fit.worst
+    if fit.adequate:
+        return (ShortTimesDeviate(cluster_size=int(m[k]), ratio=ratio),)
+    return (Misfit(p_value=fit.p_value, tau_min=tau_min, tau=float(m[k]) * curve.tau0, ratio=ratio),)
+
+
+def _no_fit(curve: DeviationCurve, level: float, reason: Reason) -> NoiseFit:
+    """Build the result for a curve that cannot be fitted."""
+    return NoiseFit(
+        channel=curve.channel,
+        quantity=curve.quantity,
+        rate_unit=curve.unit,
+        n=curve.n,
+        tau0=curve.tau0,
+        terms={},
+        model={},
+        verdict="too_short",
+        reasons=(reason,),
+        level=level,
+    )

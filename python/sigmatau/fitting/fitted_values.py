@@ -8,12 +8,12 @@ from typing import Any
 
 from sigmatau.decoding import key
 from sigmatau.frozen import frozen
-from sigmatau.results import plain
+from sigmatau.results import Plain, plain
 from sigmatau.units import find
 
 
 @frozen
-class Interval:
+class Interval(Plain):
     """A value and its interval.
 
     Attributes
@@ -30,10 +30,6 @@ class Interval:
     low: float | None
     high: float | None
     unit: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"value": self.value, "low": self.low, "high": self.high, "unit": self.unit}
 
 
 @frozen
@@ -102,7 +98,7 @@ class FittedTerm:
 
 
 @frozen
-class FittedGaussMarkov:
+class FittedGaussMarkov(Plain):
     """A first-order Gauss-Markov process, as fitted.
 
     Attributes
@@ -116,13 +112,9 @@ class FittedGaussMarkov:
     sigma: Interval
     time: Interval = field(metadata={"unit": "s"})
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"sigma": self.sigma.to_dict(), "time": self.time.to_dict()}
-
 
 @frozen
-class FittedSinusoid:
+class FittedSinusoid(Plain):
     """A line in the spectrum, as fitted.
 
     Attributes
@@ -136,13 +128,9 @@ class FittedSinusoid:
     amplitude: Interval
     frequency: Interval = field(metadata={"unit": "Hz"})
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return {"amplitude": self.amplitude.to_dict(), "frequency": self.frequency.to_dict()}
-
 
 @frozen
-class FittedResonance:
+class FittedResonance(Plain):
     """Noise of a band, as fitted.
 
     Attributes
@@ -158,10 +146,6 @@ class FittedResonance:
     sigma: Interval
     frequency: Interval = field(metadata={"unit": "Hz"})
     width: Interval = field(metadata={"unit": "Hz"})
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "sigma frequency width")
 
 
 @frozen

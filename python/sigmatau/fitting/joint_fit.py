@@ -13,14 +13,14 @@ from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
-from sigmatau.results import TablesByChannel, Tabular, duration_text, plain
+from sigmatau.results import Plain, TablesByChannel, Tabular, duration_text, plain
 
 ALPHA = 0.01
 """Corrected p-value below which a run is an outlier, and below which runs differ."""
 
 
 @frozen
-class Spread:
+class Spread(Plain):
     """Variation of a coefficient from run to run.
 
     Attributes
@@ -33,10 +33,6 @@ class Spread:
 
     relative: float
     p_value: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return plain(self, "relative p_value")
 
 
 @frozen(eq=False)
@@ -197,10 +193,8 @@ class JointChannel(Tabular):
         if value is None:
             return ""
         unit, factor = display_units(name, self.fit.quantity, self.fit.rate_unit, [value.value])[0]
-        low, high = (None if end is None else end / factor for end in (value.low, value.high))
-        return (
-            f"{TERMS[name].label(self.fit.quantity)} {round_to_error(value.value / factor, low, high).with_unit(unit)}"
-        )
+        rounded = round_to_error(value.value, value.low, value.high, size=factor)
+        return f"{TERMS[name].label(self.fit.quantity)} {rounded.with_unit(unit)}"
 
     def pooled(self) -> str:
         """Description of the pooled data: ``"7 runs, 14 h together"``."""

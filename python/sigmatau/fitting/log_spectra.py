@@ -138,7 +138,7 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
 def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]:
     """Sum of the densities of the modes in each bin, their number, and the number that belongs to lines."""
     n = len(y)
-    modes = _cosine_modes(_without_strong_lines(y - y.mean())) ** 2 * (2 / (n * rate))
+    modes = cosine_modes(_without_strong_lines(y - y.mean())) ** 2 * (2 / (n * rate))
     # Mode k has the frequency k·rate/(2n). The last edge is half the rate, which no mode has.
     places = np.minimum(np.ceil(edges * (2 * n / rate) - 0.5).astype(np.int64), n)
     places = np.maximum(places, _LOWEST_MODE)
@@ -151,7 +151,7 @@ def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]
     return sums, counts, int(np.count_nonzero(~noise))
 
 
-def _cosine_modes(y: Floats) -> Floats:
+def cosine_modes(y: Floats) -> Floats:
     """Σ y_j cos(π (j + ½) k / n), k = 0 … n − 1, by one complex transform (Makhoul 1980)."""
     n = len(y)
     turned = np.concatenate((y[::2], y[1::2][::-1]))

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from sigmatau.arrays import Floats
+from sigmatau.fitting.log_spectra import cosine_modes
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import NOISE, SLOW
@@ -213,7 +214,7 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
         mean = mean + fitted.warm_up.amplitude.value * np.exp(-t / fitted.warm_up.time)
     power = np.zeros(n - 1)
     if mean.any():
-        power += _cosines(np.asarray(mean, dtype=np.float64))[1:] ** 2
+        power += 2 / n * cosine_modes(np.asarray(mean, dtype=np.float64))[1:] ** 2
     for line in fitted.sinusoid:
         frequency = line.frequency.value
         amplitude = line.amplitude.value * abs(np.sinc(frequency * span))
@@ -221,15 +222,6 @@ def _drifts(fitted: NoiseFit, span: float, n: int) -> Floats:
         mode = min(max(round(2 * n * span * distance), 1), n - 1)
         power[mode - 1] += n * amplitude**2 / 2
     return power
-
-
-def _cosines(x: Floats) -> Floats:
-    """Orthonormal cosine transform, type II."""
-    n = len(x)
-    turned = np.fft.fft(np.concatenate([x[::2], x[1::2][::-1]]))
-    cosines = math.sqrt(2 / n) * (turned * np.exp(-0.5j * math.pi * np.arange(n) / n)).real
-    cosines[0] /= math.sqrt(2)
-    return np.asarray(cosines, dtype=np.float64)
 
 
 def quantile(weights: Floats, shifts: Floats, probability: float) -> float:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sigmatau.digits import limit_text, round_to_error, two_digits
-from sigmatau.findings.finding import plain as plain_details
 from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict_text
 from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
 from sigmatau.fitting.fitted_noise import FittedNoise
@@ -166,9 +165,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
                 limit = "" if t.upper_limit is None else limit_text(t.upper_limit / factor)
                 result.append((limit, "", text))
             else:
-                low = None if t.low is None else t.low / factor
-                high = None if t.high is None else t.high / factor
-                result.append((*round_to_error(t.value / factor, low, high).cells, text))
+                result.append((*round_to_error(t.value, t.low, t.high, size=factor).cells, text))
         return result
 
     def why_not(self, term: str) -> str:
@@ -334,7 +331,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         if self.adjustments:
             extra["adjustments"] = self.adjustments
         if self.reasons:
-            extra["reasons"] = plain_details(self.reasons)
+            extra["reasons"] = self.reasons
         return plain(
             self,
             fields,
@@ -390,9 +387,7 @@ class Fits(TablesByChannel[NoiseFit]):
 
 
 def _in_words(interval: Interval, factor: float, unit: str) -> str:
-    low = None if interval.low is None else interval.low / factor
-    high = None if interval.high is None else interval.high / factor
-    return round_to_error(interval.value / factor, low, high).with_unit(unit)
+    return round_to_error(interval.value, interval.low, interval.high, size=factor).with_unit(unit)
 
 
 def _replacing(second: SecondModel) -> str:

@@ -155,4 +155,4 @@ def _value(fitted: NoiseFit, name: str, factor: float) -> Rounded | str:
         return "unknown" if term.upper_limit is None else limit_text(term.upper_limit / factor)
     if term.low is None or term.high is None:
         return "unknown"
-    return round_to_error(term.value / factor, term.low / factor, term.high / factor)
+    return round_to_error(term.value, term.low, term.high, size=factor)

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sigmatau._native.distributions import chi2_quantile_above, digamma, normal_below
+from sigmatau._native.distributions import chi2_quantile_above, normal_below
 from sigmatau._native.gls import non_negative
 from sigmatau.arrays import Floats
 from sigmatau.digits import limit_text, round_to_error
 from sigmatau.errors import DataError, OptionError
 from sigmatau.fitting.arguments import check_level, wanted_terms
+from sigmatau.fitting.filter_fit import deviance_law
 from sigmatau.frozen import frozen
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.density_sources import check_density, rising_frequencies
@@ -92,8 +93,8 @@ class PsdFit(Printed):
             unit, factor = display_units(name, self.model.quantity, self.model.unit, [printed])[0]
             label = TERMS[name].label(self.model.quantity)
             if name in self.model:
-                ends = (end / factor for end in self.model.intervals.get(name, ()))
-                lines.append(f"  {label:24} {round_to_error(self.model[name] / factor, *ends).with_unit(unit)}")
+                ends = self.model.intervals.get(name, ())
+                lines.append(f"  {label:24} {round_to_error(self.model[name], *ends, size=factor).with_unit(unit)}")
             elif name in self.model.limits:
                 lines.append(f"  {label:24} {limit_text(self.model.limits[name] / factor)} {unit}: not observed")
         return lines_text(lines)
@@ -364,14 +365,9 @@ class _Likelihood:
 
     def p_value(self, density: Floats, terms: int) -> float:
         """P-value of the misfit dof·(P/S − 1 − ln P/S), whose mean and variance are those of a χ² law."""
-        half = self.dof / 2
-        step = 1e-4 * half
-        mean = self.dof * (np.log(half) - digamma(half))
-        trigamma = (digamma(half + step) - digamma(half - step)) / (2 * step)
-        variance = self.dof**2 * (trigamma - 1 / half)
+        mean, variance = deviance_law(self.dof)
         share = 1 - terms / len(density)
-        excess = self._value(density) - share * float(mean.sum())
-        return float(normal_below([-excess / math.sqrt(share * float(variance.sum()))])[0])
+        return float(normal_below([(share * mean - self._value(density)) / math.sqrt(share * variance)])[0])
 
 
 def _non_negative(shapes: Floats, target: Floats, weight: Floats) -> Floats:

@@ -174,7 +174,7 @@ class ReadOff(Mapping[str, ReadOffCoefficient], Tabular):
         """
         c = self[term]
         return [
-            (round_to_error(c.value / factor, error=c.error / factor).text, text)
+            (round_to_error(c.value, error=c.error, size=factor).text, text)
             for text, factor in display_units(term, self.quantity, self.rate_unit, [c.value])
         ]
 

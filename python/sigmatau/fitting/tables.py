@@ -77,11 +77,9 @@ def fit_table(
 def _mean_row(fitted: NoiseFit, stability: MeanStability) -> tuple[str, ...]:
     """The standard deviation of means, in the unit of a bias."""
     text, factor = display_units("bias_instability", fitted.quantity, fitted.rate_unit, [stability.value])[-1]
-    low = None if stability.low is None else stability.low / factor
-    high = None if stability.high is None else stability.high / factor
     return (
         f"  STD of {seconds(stability.average)} s means",
-        *round_to_error(stability.value / factor, low, high).cells,
+        *round_to_error(stability.value, stability.low, stability.high, size=factor).cells,
         text,
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
@@ -11,11 +10,11 @@ from sigmatau.noise.terms import SLOW
 from sigmatau.quality.facts import channel_fact
 from sigmatau.quality.samples.common import pieces, present
 from sigmatau.record.streams import Stream
-from sigmatau.results import plain
+from sigmatau.results import Plain
 
 
 @frozen
-class ChannelMean:
+class ChannelMean(Plain):
     """Mean of a channel: its bias, the earth rate and gravity.
 
     Attributes
@@ -32,10 +31,6 @@ class ChannelMean:
     value: float
     error: float | None
     unit: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI."""
-        return plain(self, "value error unit")
 
 
 @channel_fact

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from sigmatau import Finding
-from sigmatau.findings.finding import Details, Severity, plain
+from sigmatau.findings.finding import Details, Severity
 from sigmatau.findings.phrases import short_axes
 from sigmatau.frozen import frozen
-from sigmatau.results import printable
+from sigmatau.results import plain_value, printable
 
 State = Literal["passed", "failed", "not_judged", "unreadable", "missing"]
 
@@ -61,7 +61,7 @@ class Remark:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI, and the words."""
-        details = plain(self.details)
+        details = plain_value(self.details)
         return {
             "code": self.code,
             "kind": self.kind,

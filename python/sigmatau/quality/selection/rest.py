@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sigmatau.arrays import Floats
-from sigmatau.findings.finding import Finding, Severity, Span, plain
+from sigmatau.findings.finding import Finding, Severity, Span
 from sigmatau.findings.rest import AssumedAtRest, KeptOfStream, Motion, NotAtRest, PartlyAtRest, TooShortToTell
 from sigmatau.hints import Hint, command
 from sigmatau.quality.motion.stillness import find_movement
@@ -24,6 +24,7 @@ from sigmatau.quality.samples.masking import mask_from_spans, masked
 from sigmatau.quality.sensor_class import SENSOR_CLASSES
 from sigmatau.record.record import MIN_SAMPLES, Record
 from sigmatau.record.streams import Stream
+from sigmatau.results import plain_value
 
 Verdict = Literal["at_rest", "partly_at_rest", "not_at_rest", "too_short_to_tell"]
 
@@ -115,7 +116,7 @@ class Rest:
         return {
             "verdict": self.verdict,
             "still_s": [list(span) for span in self.still],
-            "motion": plain(self.motion),
+            "motion": plain_value(self.motion),
             **({"shortest_s": self.shortest} if self.verdict == "too_short_to_tell" else {}),
         }
 

@@ -26,6 +26,7 @@ from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 from sigmatau.model.processes import GaussMarkov, Resonance
 from sigmatau.noise.terms import SLOW, refuse_without_system
+from sigmatau.statespace.doubling import RepeatedStep
 from sigmatau.statespace.riccati import stationary_covariance
 
 Criterion = Literal["horizon", "bias"]
@@ -35,7 +36,6 @@ _SLOWEST_POLE = 3e5  # s; a bias that drifts more slowly is constant for a filte
 _FASTEST_PROCESS = 1e-3  # Intervals of aiding; a process with a shorter correlation time is white noise for the filter
 _SETTLED = 2e4  # s; the least time that the filter runs before its error is computed
 _TIME_CONSTANTS = 20.0  # Of the filter, in which its error becomes stationary
-_TERMS = 16  # Of the power series of a step with ‖A‖·t ≤ 1/2: the last is below 1e-17
 _FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at the horizon
 _WIDEST = 1e20  # Largest K, in the same unit
 _FIRST_TIME = 10.0  # s; from which a filter with a third state is fitted
@@ -403,40 +403,16 @@ class _Continuous:
         """Add a random walk of the rate."""
         self.add(np.zeros((1, 1)), np.full((1, 1), k**2), np.zeros((1, 1)))
 
-    def step(self) -> tuple[Floats, Floats]:
-        """Transition and noise of a step of length 1: a power series over a short time, then doubled."""
-        n = len(self.a)
-        fastest = float(np.abs(self.a).sum(axis=1).max())
-        doublings = max(math.ceil(math.log2(2 * fastest)), 0) if fastest else 0
-        short = 2.0**-doublings
-        power = transition = np.eye(n)
-        term = noise = self.d * short
-        for k in range(1, _TERMS):
-            power = power @ self.a * (short / k)
-            transition = transition + power
-            term = (self.a @ term + term @ self.a.T) * (short / (k + 1))
-            noise = noise + term
-        return _repeat(transition, noise, 2**doublings)
-
-
-def _repeat(transition: Floats, noise: Floats, n: int) -> tuple[Floats, Floats]:
-    """Transition and noise of n steps, by doubling."""
-    whole, added = np.eye(len(transition)), np.zeros_like(noise)
-    while n:
-        if n & 1:
-            whole, added = transition @ whole, transition @ added @ transition.T + noise
-        n >>= 1
-        if n:
-            transition, noise = transition @ transition, transition @ noise @ transition.T + noise
-    return whole, added
+    def step(self) -> RepeatedStep:
+        """Transition and noise of a step of length 1."""
+        return RepeatedStep.of_continuous(self.a, self.d, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Truth:
     """The noise of a channel in discrete time."""
 
-    transition: Floats
-    noise: Floats
+    step: RepeatedStep
     before: Floats
     measured: Floats  # Which states are part of the rate; shape (n_states,)
 
@@ -474,16 +450,14 @@ class _Truth:
             variance = units.rate(band.sigma) ** 2
             a = turn * np.array([[-loss, -1.0], [1.0, 0.0]])
             parts.add(a, turn * np.diag([2 * loss * variance, 0.0]), variance * np.eye(2))
-        transition, noise = parts.step()
-        return cls(transition, noise, parts.before, parts.a[0])
+        return cls(parts.step(), parts.before, parts.a[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Filter:
     """The stationary filter."""
 
-    transition: Floats
-    noise: Floats
+    step: RepeatedStep
     gain: Floats  # shape (n_states,)
     updated: Floats  # Stated covariance after a measurement
     settling: float  # Time in which it becomes stationary, in steps
@@ -497,47 +471,42 @@ class _Filter:
         if assumed.process is not None:
             sigma, time = units.rate(assumed.process.sigma), assumed.process.time / units.time
             parts.processes(np.array([sigma**2]), np.array([time]))
-        transition, driven = parts.step()
-        before = stationary_covariance(transition, driven, rows=np.eye(len(driven))[:1], variances=np.ones(1))
+        step = parts.step()
+        before = stationary_covariance(step.transition, step.noise, rows=np.eye(len(parts.a))[:1], variances=np.ones(1))
         gain = before[:, 0] / (before[0, 0] + 1)
         updated = before - np.outer(gain, before[0])
         slowest = max(noise / walk if walk else 0.0, assumed.process.time / units.time if assumed.process else 0.0)
         settling = max(_SETTLED / units.time, _TIME_CONSTANTS * max(slowest, 1 / noise if noise else 0.0))
-        return cls(transition, driven, gain, (updated + updated.T) / 2, settling)
+        return cls(step, gain, (updated + updated.T) / 2, settling)
 
     def stated_bias(self) -> float:
         return float(self.updated[1:, 1:].sum())
 
     def stated_coasting(self, steps: int) -> float:
-        transition, noise = _repeat(self.transition, self.noise, steps)
-        return float(transition[0] @ self.updated @ transition[0] + noise[0, 0])
+        return float(self.step.times(steps).covariance(self.updated)[0, 0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joint:
     """Truth and filter together: the error of the integral, the parts of the truth, the biases that the filter estimates."""
 
-    transition: Floats  # Between two measurements
-    noise: Floats
+    step: RepeatedStep  # Between two measurements
     covariance: Floats  # After a measurement, in the stationary state
     error: Floats  # Which states make the error of the bias; shape (n_states,)
 
     @classmethod
     def build(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:
-        n, k = len(truth.transition), len(filter_.transition) - 1
+        n, k = len(truth.before), len(filter_.gain) - 1
         free, noise, before = (np.zeros((n + k, n + k)) for _ in range(3))
-        free[:n, :n], noise[:n, :n], before[:n, :n] = truth.transition, truth.noise, truth.before
-        free[0, n:], free[n:, n:] = -filter_.transition[0, 1:], filter_.transition[1:, 1:]
+        free[:n, :n], noise[:n, :n], before[:n, :n] = truth.step.transition, truth.step.noise, truth.before
+        free[0, n:], free[n:, n:] = -filter_.step.transition[0, 1:], filter_.step.transition[1:, 1:]
         entry = np.concatenate(([-filter_.gain[0]], np.zeros(n - 1), filter_.gain[1:]))  # of a measurement
         update = np.eye(n + k)
         update[:, 0] += entry
-        whole, added = _repeat(
-            update @ free,
-            update @ noise @ update.T + np.outer(entry, entry),
-            2 ** math.ceil(math.log2(filter_.settling)) if steps is None else steps,
-        )
+        measured = RepeatedStep(update @ free, update @ noise @ update.T + np.outer(entry, entry))
+        settled = measured.times(2 ** math.ceil(math.log2(filter_.settling)) if steps is None else steps)
         error = np.concatenate((truth.measured, -np.ones(k)))
-        return cls(free, noise, whole @ before @ whole.T + added, error)
+        return cls(RepeatedStep(free, noise), settled.covariance(before), error)
 
     def bias(self) -> float:
         """Variance of the error of the bias."""
@@ -545,5 +514,4 @@ class _Joint:
 
     def coasting(self, steps: int) -> float:
         """Variance of the error of the integral after steps without a measurement."""
-        transition, noise = _repeat(self.transition, self.noise, steps)
-        return float(transition[0] @ self.covariance @ transition[0] + noise[0, 0])
+        return float(self.step.times(steps).covariance(self.covariance)[0, 0])

@@ -6,12 +6,16 @@ For x' = F·x + w, cov w = W, n steps are x → Fⁿ·x + wₙ with Fᵃ⁺ᵇ =
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from sigmatau.arrays import Floats
+
+_SERIES = 40
+"""Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,6 +32,36 @@ class RepeatedStep:
 
     transition: Floats
     noise: Floats
+
+    @classmethod
+    def of_continuous(cls, a: Floats, density: Floats, time: float) -> RepeatedStep:
+        """One step of ẋ = a·x + white noise of a density: its power series over a short time, then doubled.
+
+        Parameters
+        ----------
+        a : ndarray, shape (n_states, n_states)
+            Rates of the states. [SI units of the states, per unit of time]
+        density : ndarray, shape (n_states, n_states)
+            Two-sided density of their noise. [SI units of the states, squared, per unit of time]
+        time : float
+            Length of the step, in the same unit of time, s for SI. [s]
+
+        Returns
+        -------
+        RepeatedStep
+            A step of this length.
+        """
+        fastest = float(np.abs(a).sum(axis=1).max(initial=0.0)) * time
+        doublings = max(math.ceil(math.log2(2 * fastest)), 0) if fastest else 0
+        short = time / 2**doublings
+        power = transition = np.eye(len(a))
+        term = noise = density * short
+        for k in range(1, _SERIES):
+            power = power @ a * (short / k)
+            transition = transition + power
+            term = (a @ term + term @ a.T) * (short / (k + 1))
+            noise = noise + term
+        return cls(transition, noise).times(2**doublings)
 
     def then(self, later: RepeatedStep) -> Self:
         """These steps, followed by the `later` ones.

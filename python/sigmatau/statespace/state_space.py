@@ -40,8 +40,6 @@ Output = Literal["rate", "increments", "integrated"]
 
 _DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
 _FILTER_MEMORY = 100.0  # Time constants after which a filter has no memory: e^−100 of its state is below rounding
-_SERIES = 40
-"""Terms of a power series in ‖a‖·t ≤ 1/2: those of order 9 begin with the 17th, and the last are below 1e-40."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -435,13 +433,12 @@ class _System:
         """Add ẋ = a·x + white noise of density `driven` at the sample times, `time` apart; its first state is measured.
         `slowest`: least loss of a pole.
         """
-        from scipy.linalg import expm
-
         order = len(a)
         if time * slowest > _FILTER_MEMORY:
             f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
         else:
-            f, q = expm(a * time), _driven(a, driven, time)
+            step = RepeatedStep.of_continuous(a, driven, time)
+            f, q = step.transition, step.noise
         numbers = range(1, order + 1)
         self._add(
             [state.format(k) for k in numbers],
@@ -468,23 +465,6 @@ class _System:
         self.F, self.G, self.Qd, self.P0 = f, g, q, p0
         self.H = np.eye(1, n + 1)[0]
         self.states = ["integral", *self.states]
-
-
-def _driven(a: Floats, density: Floats, time: float) -> Floats:
-    """Covariance of ẋ = a·x + white noise after some time from x = 0: ∫ exp(a·s)·density·exp(a·s)ᵀ ds. By its power
-    series over a time so short that it converges at once, then doubled. The difference of the stationary covariance and
-    what is kept of it would lose all digits of a step that is short against the process.
-    """
-    from scipy.linalg import expm
-
-    doublings = max(math.ceil(math.log2(2 * float(np.linalg.norm(a)) * time)), 0)
-    step = time / 2**doublings
-    term = density * step
-    total = term.copy()
-    for k in range(2, _SERIES):
-        term = (a @ term + term @ a.T) * (step / k)
-        total += term
-    return RepeatedStep(expm(a * step), total).times(2**doublings).noise
 
 
 def _block_diagonal(a: Floats, b: Floats) -> Floats:

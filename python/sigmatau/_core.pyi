@@ -289,7 +289,7 @@ class ChannelFit:
         tau_max: float,
         p_value: float,
         parameters: list[Parameter],
-        covariance: list[list[float]],
+        covariance: list[float],
         levels: list[tuple[int, float, float]],
         left_out: list[tuple[float, float]],
         resonances: list[tuple[float, float, float]],
@@ -335,7 +335,7 @@ class ChannelFit:
     @property
     def parameters(self) -> list[Parameter]: ...
     @property
-    def covariance(self) -> list[list[float]]: ...
+    def covariance(self) -> list[float]: ...
     @property
     def levels(self) -> list[tuple[int, float, float]]: ...
     @property
@@ -519,7 +519,7 @@ class CurveFit:
         unclear: list[str],
         gauss_markov: list[GaussMarkovEstimate],
         parameters: list[Parameter],
-        covariance: list[list[float]],
+        covariance: list[float],
         worst: tuple[int, float] | None,
     ) -> Self: ...
     @property
@@ -541,7 +541,7 @@ class CurveFit:
     @property
     def parameters(self) -> list[Parameter]: ...
     @property
-    def covariance(self) -> list[list[float]]: ...
+    def covariance(self) -> list[float]: ...
     @property
     def worst(self) -> tuple[int, float] | None: ...
 

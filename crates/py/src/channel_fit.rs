@@ -1,7 +1,7 @@
 //! The fit of a channel, and the joint fit of several runs, as frozen classes.
 
 use crate::allan::{sizes, value_error};
-use crate::frozen_class::frozen_class;
+use crate::frozen_class::{FromCore, frozen_class};
 use crate::pool::detached;
 use crate::terms::{in_order, named_term};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -16,7 +16,7 @@ type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 frozen_class! {
     /// A value and its interval, without ends if it is not known.
-    Estimate {
+    Estimate from core::Estimate {
         /// Value.
         value: f64,
         /// Lower end.
@@ -28,7 +28,7 @@ frozen_class! {
 
 frozen_class! {
     /// A coefficient with an interval if it was observed, otherwise with an upper limit. [SI]
-    TermEstimate {
+    TermEstimate from core::TermEstimate {
         /// Whether the term is significant.
         observed: bool,
         /// Value if it was observed; a ramp has a sign.
@@ -48,7 +48,7 @@ frozen_class! {
 
 frozen_class! {
     /// A first-order Gauss-Markov process.
-    GaussMarkovEstimate {
+    GaussMarkovEstimate from core::GaussMarkovEstimate {
         /// Standard deviation. [rate unit]
         sigma: Estimate,
         /// Correlation time. [s]
@@ -58,7 +58,7 @@ frozen_class! {
 
 frozen_class! {
     /// Noise of a band, in front of the filter.
-    ResonanceEstimate {
+    ResonanceEstimate from core::ResonanceEstimate {
         /// Standard deviation. [rate unit]
         sigma: Estimate,
         /// Centre. [Hz]
@@ -70,7 +70,7 @@ frozen_class! {
 
 frozen_class! {
     /// A line of the spectrum, behind the filter.
-    LineEstimate {
+    LineEstimate from core::LineEstimate {
         /// Amplitude. [rate unit]
         amplitude: Estimate,
         /// Frequency. [Hz]
@@ -80,7 +80,7 @@ frozen_class! {
 
 frozen_class! {
     /// A drift of the mean that decays exponentially from the first sample on.
-    WarmUpEstimate {
+    WarmUpEstimate from core::WarmUpEstimate {
         /// Drift at the first sample. [rate unit]
         amplitude: Estimate,
         /// Time constant. [s]
@@ -122,7 +122,7 @@ frozen_class! {
 
 frozen_class! {
     /// Another model that explains the record as well, with the same resonances and lines.
-    SecondModel {
+    SecondModel from core::SecondModel {
         /// Its coefficients by name. [SI]
         terms: Vec<(String, f64)>,
         /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
@@ -150,7 +150,7 @@ frozen_class! {
 
 frozen_class! {
     /// The fit of one channel. Numbers are in the unit of the rate and seconds.
-    ChannelFit {
+    ChannelFit from core::ChannelFit {
         /// Terms that were asked for, and the ramp, by name.
         terms: Vec<(String, TermEstimate)>,
         /// Coefficients that together describe the record, by name: the observed ones and those of `unclear`.
@@ -191,8 +191,8 @@ frozen_class! {
         p_value: f64,
         /// Rows of `covariance`.
         parameters: Vec<Parameter>,
-        /// Covariance of coefficients and of numbers of processes, shape (n, n). [SI]
-        covariance: Vec<Vec<f64>>,
+        /// Covariance of coefficients and of numbers of processes, row after row. [SI]
+        covariance: Vec<f64>,
         /// Eighths of the record that have samples: number, white level over that of the fit, its variance by chance.
         levels: Vec<(usize, f64, f64)>,
         /// Ends of what each line leaves out of the fit. [Hz]
@@ -204,7 +204,7 @@ frozen_class! {
 
 frozen_class! {
     /// One run of a joint fit among the others.
-    RunEstimate {
+    RunEstimate from core::RunEstimate {
         /// Coefficients that differ from run to run, by name. [SI]
         values: Vec<(String, Estimate)>,
         /// Common coefficients as this run alone has them, by name. [SI]
@@ -220,7 +220,7 @@ frozen_class! {
 
 frozen_class! {
     /// One model of several runs.
-    JointChannelFit {
+    JointChannelFit from core::JointFit {
         /// The model of all runs.
         fit: ChannelFit,
         /// Terms that are the same in all runs.
@@ -356,8 +356,8 @@ impl TryFrom<FilterEstimate> for core::FittedFilter {
     }
 }
 
-impl From<core::FittedFilter> for FilterEstimate {
-    fn from(filter: core::FittedFilter) -> Self {
+impl FromCore<core::FittedFilter> for FilterEstimate {
+    fn from_core(filter: core::FittedFilter) -> Self {
         let shape = SHAPES.iter().find(|(shape, _)| *shape == filter.shape).map_or("", |(_, name)| name);
         let core::FittedFilter { coefficients, tau0, interval, order, low_pass, known_to, .. } = filter;
         let core::FittedFilter { damping, analog, of_white, .. } = filter;
@@ -381,40 +381,9 @@ impl From<core::FittedFilter> for FilterEstimate {
     }
 }
 
-impl From<core::Estimate> for Estimate {
-    fn from(core::Estimate { value, low, high }: core::Estimate) -> Self {
-        Self { value, low, high }
-    }
-}
-
 impl From<Estimate> for core::Estimate {
     fn from(Estimate { value, low, high }: Estimate) -> Self {
         Self { value, low, high }
-    }
-}
-
-impl From<core::TermEstimate> for TermEstimate {
-    fn from(term: core::TermEstimate) -> Self {
-        let core::TermEstimate { observed, value, low, high, upper_limit, p_value, profile } = term;
-        Self { observed, value, low, high, upper_limit, p_value, profile: profile.map(Into::into) }
-    }
-}
-
-impl From<core::GaussMarkovEstimate> for GaussMarkovEstimate {
-    fn from(process: core::GaussMarkovEstimate) -> Self {
-        Self { sigma: process.sigma.into(), time: process.time.into() }
-    }
-}
-
-impl From<core::ResonanceEstimate> for ResonanceEstimate {
-    fn from(band: core::ResonanceEstimate) -> Self {
-        Self { sigma: band.sigma.into(), frequency: band.frequency.into(), width: band.width.into() }
-    }
-}
-
-impl From<core::LineEstimate> for LineEstimate {
-    fn from(line: core::LineEstimate) -> Self {
-        Self { amplitude: line.amplitude.into(), frequency: line.frequency.into() }
     }
 }
 
@@ -425,16 +394,16 @@ impl From<LineEstimate> for core::LineEstimate {
 }
 
 /// The coefficient of a term, by its name.
-impl From<&str> for Parameter {
-    fn from(term: &str) -> Self {
+impl FromCore<&'static str> for Parameter {
+    fn from_core(term: &'static str) -> Self {
         Self { part: term.to_owned(), number: None, quantity: None }
     }
 }
 
-impl From<core::Parameter> for Parameter {
-    fn from(parameter: core::Parameter) -> Self {
+impl FromCore<core::Parameter> for Parameter {
+    fn from_core(parameter: core::Parameter) -> Self {
         let (part, number, quantity) = match parameter {
-            core::Parameter::Term(term) => return term.name().into(),
+            core::Parameter::Term(term) => return Self::from_core(term.name()),
             core::Parameter::GaussMarkov(number, quantity) => ("gauss_markov", number, quantity),
             core::Parameter::Resonance(number, quantity) => ("resonance", number, quantity),
             core::Parameter::Sinusoid(number, quantity) => ("sinusoid", number, quantity),
@@ -450,86 +419,31 @@ impl From<core::Parameter> for Parameter {
     }
 }
 
-impl From<core::ChannelFit> for ChannelFit {
-    fn from(fit: core::ChannelFit) -> Self {
-        let order = fit.parameters.len().max(1);
-        let verdict = match fit.verdict {
+impl FromCore<core::Verdict> for String {
+    fn from_core(verdict: core::Verdict) -> Self {
+        let name = match verdict {
             core::Verdict::Adequate => "adequate",
             core::Verdict::AdequateWith => "adequate_with",
             core::Verdict::Widened => "widened",
         };
-        Self {
-            terms: named(fit.terms),
-            model: named(fit.model),
-            unclear: fit.unclear.into_iter().map(str::to_owned).collect(),
-            gauss_markov: converted(fit.gauss_markov),
-            resonance: converted(fit.resonance),
-            sinusoid: converted(fit.sinusoid),
-            response: fit.filter.map(Into::into),
-            warm_up: fit
-                .warm_up
-                .map(|drift| WarmUpEstimate { amplitude: drift.amplitude.into(), time: drift.time }),
-            regressors: converted(fit.regressors),
-            highest: fit.highest,
-            alike_from: fit.alike_from.map(|(time, _)| time),
-            alike_sigma: fit.alike_from.and_then(|(_, sigma)| sigma),
-            second: fit
-                .second
-                .into_iter()
-                .map(|second| SecondModel {
-                    terms: named(second.terms),
-                    gauss_markov: second.gauss_markov,
-                    warm_up: second.warm_up,
-                    exponent: second.exponent,
-                    filter: second.filter,
-                })
-                .collect(),
-            discrepancy: fit.discrepancy,
-            verdict: verdict.to_owned(),
-            worst_band: fit.worst_band,
-            tau_min: fit.tau_min,
-            tau_max: fit.tau_max,
-            p_value: fit.p_value,
-            parameters: converted(fit.parameters),
-            covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
-            levels: fit.levels.iter().map(|part| (part.eighth, part.level, part.variance)).collect(),
-            left_out: fit.left_out,
-            resonances: fit
-                .resonances
-                .into_iter()
-                .map(|band| (band.sigma.powi(2), band.frequency, band.width))
-                .collect(),
-        }
+        name.to_owned()
     }
 }
 
-impl From<core::JointFit> for JointChannelFit {
-    fn from(joint: core::JointFit) -> Self {
-        let run = |run: core::RunEstimate| RunEstimate {
-            values: named(run.values),
-            own: named(run.own),
-            p_value: run.p_value,
-            cause: run.cause.to_owned(),
-            factor: run.factor,
-        };
-        Self {
-            fit: joint.fit.into(),
-            common: joint.common.into_iter().map(str::to_owned).collect(),
-            spreads: joint
-                .spreads
-                .into_iter()
-                .map(|(name, spread)| (name.to_owned(), (spread.relative, spread.p_value)))
-                .collect(),
-            homogeneity: named(joint.homogeneity),
-            runs: joint.runs.into_iter().map(run).collect(),
-        }
+impl FromCore<core::WhiteLevel> for (usize, f64, f64) {
+    fn from_core(part: core::WhiteLevel) -> Self {
+        (part.eighth, part.level, part.variance)
     }
 }
 
-pub fn named<S, T: From<S>>(values: Vec<(&'static str, S)>) -> Vec<(String, T)> {
-    values.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
+impl FromCore<Resonance> for (f64, f64, f64) {
+    fn from_core(band: Resonance) -> Self {
+        (band.sigma.powi(2), band.frequency, band.width)
+    }
 }
 
-pub fn converted<S, T: From<S>>(values: Vec<S>) -> Vec<T> {
-    values.into_iter().map(Into::into).collect()
+impl FromCore<core::Spread> for (f64, f64) {
+    fn from_core(spread: core::Spread) -> Self {
+        (spread.relative, spread.p_value)
+    }
 }

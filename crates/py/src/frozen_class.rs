@@ -1,8 +1,58 @@
 //! Frozen classes of named values, as Python sees the results of the core.
 
+/// A value of the core as Python sees it.
+pub trait FromCore<T> {
+    fn from_core(value: T) -> Self;
+}
+
+macro_rules! as_they_are {
+    ($($type:ty),*) => { $(
+        impl FromCore<$type> for $type {
+            fn from_core(value: $type) -> Self {
+                value
+            }
+        }
+    )* };
+}
+
+as_they_are!(bool, f64, u8, u32, usize);
+
+impl FromCore<&'static str> for String {
+    fn from_core(value: &'static str) -> Self {
+        value.to_owned()
+    }
+}
+
+impl<S, T: FromCore<S>> FromCore<Option<S>> for Option<T> {
+    fn from_core(value: Option<S>) -> Self {
+        value.map(T::from_core)
+    }
+}
+
+impl<S, T: FromCore<S>> FromCore<Vec<S>> for Vec<T> {
+    fn from_core(values: Vec<S>) -> Self {
+        values.into_iter().map(T::from_core).collect()
+    }
+}
+
+impl<A, B, C: FromCore<A>, D: FromCore<B>> FromCore<(A, B)> for (C, D) {
+    fn from_core((first, second): (A, B)) -> Self {
+        (C::from_core(first), D::from_core(second))
+    }
+}
+
 /// Declares a frozen class whose values are attributes. Its constructor takes them in their order; it is pickled and printed
-/// by them.
+/// by them. Of a class of the core (`from`) it takes those of the same names.
 macro_rules! frozen_class {
+    ($(#[$about:meta])* $name:ident from $core:ty { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
+        frozen_class! { $(#[$about])* $name { $($(#[$doc])* $field: $type,)* } }
+
+        impl $crate::frozen_class::FromCore<$core> for $name {
+            fn from_core(value: $core) -> Self {
+                Self { $($field: $crate::frozen_class::FromCore::from_core(value.$field)),* }
+            }
+        }
+    };
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$about])*
         #[pyclass(frozen, get_all, from_py_object, module = "sigmatau._core")]

@@ -1,8 +1,8 @@
 //! Least squares on Allan variances: the fit of a curve, and its parts for planning and tests.
 
 use crate::allan::{sizes, value_error};
-use crate::channel_fit::{GaussMarkovEstimate, Parameter, TermEstimate, converted, named};
-use crate::frozen_class::frozen_class;
+use crate::channel_fit::{GaussMarkovEstimate, Parameter, TermEstimate};
+use crate::frozen_class::{FromCore, frozen_class};
 use crate::pool::detached;
 use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -216,7 +216,7 @@ pub fn non_negative<'py>(
 
 frozen_class! {
     /// The fit of a curve by least squares.
-    CurveFit {
+    CurveFit from gls::CurveFit {
         /// Whether a model is adequate. If not, the coefficients of `model` describe the curve to a few per cent.
         adequate: bool,
         /// Index of the shortest averaging time that was used.
@@ -235,8 +235,8 @@ frozen_class! {
         gauss_markov: Vec<GaussMarkovEstimate>,
         /// Rows of `covariance`.
         parameters: Vec<Parameter>,
-        /// Covariance of the coefficients of noise, shape (n, n). [SI]
-        covariance: Vec<Vec<f64>>,
+        /// Covariance of the coefficients of noise, row after row. [SI]
+        covariance: Vec<f64>,
         /// The averaging time that deviates most, of those left out or if no model is adequate: its index, and the measured
         /// deviation over that of the model.
         worst: Option<(usize, f64)>,
@@ -273,26 +273,7 @@ pub fn fit_curve(
         let base = Base::new(n, &sizes)?;
         Ok(gls::Curve { base, tau0, avar, scale, ramps, candidates, with_ramp, first }.fit(level))
     });
-    Ok(fit.map_err(|error| value_error(&error))?.map_err(failed)?.into())
-}
-
-impl From<gls::CurveFit> for CurveFit {
-    fn from(fit: gls::CurveFit) -> Self {
-        let order = fit.parameters.len().max(1);
-        Self {
-            adequate: fit.adequate,
-            first: fit.first,
-            p_value: fit.p_value,
-            no_covariance: fit.no_covariance,
-            terms: named(fit.terms),
-            model: named(fit.model),
-            unclear: fit.unclear.into_iter().map(str::to_owned).collect(),
-            gauss_markov: converted(fit.gauss_markov),
-            parameters: converted(fit.parameters),
-            covariance: fit.covariance.chunks_exact(order).map(<[f64]>::to_vec).collect(),
-            worst: fit.worst,
-        }
-    }
+    Ok(CurveFit::from_core(fit.map_err(|error| value_error(&error))?.map_err(failed)?))
 }
 
 fn failed(error: Failed) -> PyErr {

@@ -2,6 +2,7 @@
 
 use crate::allan::value_error;
 use crate::channel_fit::{ChannelFit, JointChannelFit, LineEstimate};
+use crate::frozen_class::FromCore;
 use crate::pool::detached;
 use crate::terms::named_term;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -162,7 +163,7 @@ impl LikelihoodSummary {
             level,
             most_quantization,
         };
-        Ok(detached(py, || likelihood::fit_channel(&self.0, &options, samples)).into())
+        Ok(ChannelFit::from_core(detached(py, || likelihood::fit_channel(&self.0, &options, samples))))
     }
 }
 
@@ -199,7 +200,7 @@ pub fn fit_jointly(
     }
     let options =
         Options { terms, processes, resonances: processes, drifts, times, level, ..Options::default() };
-    Ok(detached(py, || likelihood::fit_jointly(&contributions, &options, common)).into())
+    Ok(JointChannelFit::from_core(detached(py, || likelihood::fit_jointly(&contributions, &options, common))))
 }
 
 /// Which of the noise terms are named.

@@ -85,16 +85,17 @@ pub struct ChannelFit {
     /// Lines behind the filter, the strongest first.
     pub sinusoid: Vec<LineEstimate>,
     /// Filter on all noise but quantization.
-    pub filter: Option<FittedFilter>,
+    pub response: Option<FittedFilter>,
     /// Drift that decays.
     pub warm_up: Option<WarmUpEstimate>,
     /// Coefficients of the regressors, in their units.
     pub regressors: Vec<Estimate>,
     /// Frequency from which the spectrum was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time \[s\] explains the record as well;
-    /// and the standard deviation of that of this time, None if the model has no rate random walk.
-    pub alike_from: Option<(f64, Option<f64>)>,
+    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well. \[s\]
+    pub alike_from: Option<f64>,
+    /// Standard deviation of the process of this time, None if the model has no rate random walk. \[rate unit\]
+    pub alike_sigma: Option<f64>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
     /// Discrepancy that the intervals allow for, of an adequate model too: frequency \[Hz\], standard deviation of the logarithm of the density.
@@ -216,7 +217,7 @@ impl ChannelFit {
             gauss_markov,
             resonance,
             sinusoid,
-            filter,
+            response: filter,
             warm_up,
             regressors: outcome
                 .regressors
@@ -224,8 +225,9 @@ impl ChannelFit {
                 .map(|drift| Estimate::around(drift.value, quantile(level) * drift.error))
                 .collect(),
             highest: outcome.highest,
-            alike_from: outcome.alike_from.map(|(time, variance)| {
-                (time, alike_sigma(time, variance, noise[Term::RateRandomWalk.index()]))
+            alike_from: outcome.alike_from.map(|(time, _)| time),
+            alike_sigma: outcome.alike_from.and_then(|(time, variance)| {
+                alike_sigma(time, variance, noise[Term::RateRandomWalk.index()])
             }),
             second: outcome.second.iter().map(SecondModel::from).collect(),
             discrepancy: outcome.discrepancy.clone(),
@@ -246,7 +248,7 @@ impl ChannelFit {
         };
         let (first, low_pass) = described_from(&fit.described(coefficients, span));
         fit.tau_min = first.min(fit.tau_max);
-        if let Some(filter) = &mut fit.filter {
+        if let Some(filter) = &mut fit.response {
             filter.low_pass = low_pass;
         }
         fit
@@ -273,7 +275,7 @@ impl ChannelFit {
                 })
                 .collect(),
             sinusoid: self.sinusoid.iter().map(|line| (line.amplitude.value, line.frequency.value)).collect(),
-            filter: self.filter.clone(),
+            filter: self.response.clone(),
             highest: self.highest,
             warm_up: self.warm_up.map(|drift| (drift.amplitude.value, drift.time)),
         }

@@ -197,22 +197,20 @@ impl Shape {
 
 /// Half the power of means of long rows, times their length: (sin πx / πx)²ˢ = ½.
 fn half_power_of_means(stages: u32) -> f64 {
-    let (mut low, mut high) = (0.0, 0.5);
-    for _ in 0..BISECTIONS {
-        let x: f64 = 0.5 * (low + high);
-        let power = ((PI * x).sin() / (PI * x)).powi(2 * stages as i32);
-        if power > 0.5 { low = x } else { high = x }
-    }
-    low
+    half_power(0.5, stages, |x| (PI * x).sin() / (PI * x))
 }
 
 /// The same of means of so many samples, times the sample interval: 1/4 for one mean of two. At most half the rate.
 fn half_power_of_sums(length: f64, stages: u32) -> f64 {
-    let (mut low, mut high) = (0.0, (1.0 / length).min(0.5));
+    half_power((1.0 / length).min(0.5), stages, |x| (PI * length * x).sin() / (length * (PI * x).sin()))
+}
+
+/// Where the power of falling gains one after the other is ½, below `high`.
+fn half_power(mut high: f64, stages: u32, gain: impl Fn(f64) -> f64) -> f64 {
+    let mut low = 0.0;
     for _ in 0..BISECTIONS {
-        let x: f64 = 0.5 * (low + high);
-        let power = ((PI * length * x).sin() / (length * (PI * x).sin())).powi(2 * stages as i32);
-        if power > 0.5 { low = x } else { high = x }
+        let x = 0.5 * (low + high);
+        if gain(x).powi(2 * stages as i32) > 0.5 { low = x } else { high = x }
     }
     low
 }

@@ -35,7 +35,7 @@ const WEAK: f64 = 0.35;
 
 const STEPS: usize = 40;
 
-/// Bisections of the spread of levels.
+/// Bisections of a variance over runs.
 const BISECTIONS: usize = 60;
 
 /// Which of the noise terms are common to all runs; the others differ from run to run.
@@ -254,23 +254,9 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
                 (whole - shared).clamp(LEAST_OWN * whole, whole).max(1e-18)
             })
             .collect();
-        let scatter = |tau2: f64| {
-            let weights: Vec<f64> = variances.iter().map(|v| 1.0 / (v + tau2)).collect();
-            let sum: f64 = weights.iter().sum();
-            let mean = weights.iter().zip(&level.logs).map(|(w, x)| w * x).sum::<f64>() / sum;
-            weights.iter().zip(&level.logs).map(|(w, x)| w * (x - mean).powi(2)).sum::<f64>()
-        };
-        let freedom = (count - 1) as f64;
-        let p_value = chi2_above(scatter(0.0), freedom);
-        let (mut low, mut high) = (0.0, 0.0);
-        if scatter(0.0) > freedom {
-            high = FREE * FREE;
-            for _ in 0..BISECTIONS {
-                let middle = 0.5 * (low + high);
-                *if scatter(middle) > freedom { &mut low } else { &mut high } = middle;
-            }
-        }
-        let spread = high.sqrt();
+        let logs: Vec<(f64, f64)> = level.logs.iter().copied().zip(variances.iter().copied()).collect();
+        let mean = Mean::of(&logs);
+        let (spread, p_value) = (mean.spread.sqrt(), chi2_above(mean.scatter, (count - 1) as f64));
         spreads.push(spread.max(LEAST_SPREAD));
         let runs = place
             .iter()
@@ -331,4 +317,47 @@ fn all_its_own(fit: &Fit, bins: &Bins, run: usize) -> (f64, usize) {
         .count();
     let shapes = fit.model.numbers() - fit.model.parts.len();
     (fall.max(0.0), observed + shapes)
+}
+
+/// A mean over runs, its variance, and the variance over runs.
+pub(crate) struct Mean {
+    pub value: f64,
+    pub variance: f64,
+    pub spread: f64,
+    /// Scatter of the values about their mean, in their variances alone: χ² with a degree of freedom for each run but one.
+    pub scatter: f64,
+}
+
+impl Mean {
+    /// The method of R. C. Paule and J. Mandel, "Consensus values and weighting factors", J. Res. Natl. Bur. Stand. 87 (1982):
+    /// the variance over runs with which the scatter of the values is its freedom. `runs`: values and variances.
+    pub(crate) fn of(runs: &[(f64, f64)]) -> Self {
+        let mean = |spread: f64| {
+            let (sum, weight) = runs.iter().fold((0.0, 0.0), |(sum, weight), &(value, variance)| {
+                let own = 1.0 / (variance + spread);
+                (sum + own * value, weight + own)
+            });
+            (sum / weight, weight)
+        };
+        let scatter = |spread: f64| {
+            let (mean, _) = mean(spread);
+            runs.iter().map(|&(value, variance)| (value - mean).powi(2) / (variance + spread)).sum::<f64>()
+        };
+        let freedom = (runs.len() - 1) as f64;
+        let (mut low, mut high) = (0.0, 0.0);
+        let alone = scatter(0.0);
+        if alone > freedom {
+            let (least, most) =
+                runs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &(value, _)| {
+                    (least.min(value), most.max(value))
+                });
+            high = (most - least).powi(2);
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (low + high);
+                *if scatter(middle) > freedom { &mut low } else { &mut high } = middle;
+            }
+        }
+        let (value, weight) = mean(high);
+        Self { value, variance: 1.0 / weight, spread: high, scatter: alone }
+    }
 }

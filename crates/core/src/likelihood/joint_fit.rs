@@ -4,7 +4,7 @@
 use crate::distributions::{student_below, student_quantile};
 use crate::likelihood::channel_fit::{ChannelFit, Span, Verdict, standardized};
 use crate::likelihood::estimates::{Estimate, TermEstimate, quantile};
-use crate::likelihood::joint::{Common, Joint, Level, analyse_jointly};
+use crate::likelihood::joint::{Common, Joint, Level, Mean, analyse_jointly};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::outcome::{Drift, Options};
 use crate::likelihood::parts::LineEstimate;
@@ -28,8 +28,6 @@ const LEAST_RUNS: usize = 4;
 
 /// Standard errors from which the mean ramp counts, as in one run.
 const RAMP: f64 = 3.3;
-
-const BISECTIONS: usize = 60;
 
 /// How a coefficient differs from run to run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -267,46 +265,6 @@ fn among_others(level: &Level, k: usize) -> f64 {
     let (own, error) = (log(level.runs[k]), level.runs[k].1);
     let t = (own - mean.value).abs() / (mean.variance + mean.spread + error * error).sqrt();
     2.0 * student_below((level.runs.len() - 2) as f64, -t)
-}
-
-/// A mean over runs, its variance, and the variance over runs.
-struct Mean {
-    value: f64,
-    variance: f64,
-    spread: f64,
-}
-
-impl Mean {
-    /// The method of R. C. Paule and J. Mandel, "Consensus values and weighting factors", J. Res. Natl. Bur. Stand. 87 (1982):
-    /// the variance over runs with which the scatter of the values is its freedom. `runs`: values and variances.
-    fn of(runs: &[(f64, f64)]) -> Self {
-        let mean = |spread: f64| {
-            let (sum, weight) = runs.iter().fold((0.0, 0.0), |(sum, weight), &(value, variance)| {
-                let own = 1.0 / (variance + spread);
-                (sum + own * value, weight + own)
-            });
-            (sum / weight, weight)
-        };
-        let scatter = |spread: f64| {
-            let (mean, _) = mean(spread);
-            runs.iter().map(|&(value, variance)| (value - mean).powi(2) / (variance + spread)).sum::<f64>()
-        };
-        let freedom = (runs.len() - 1) as f64;
-        let (mut low, mut high) = (0.0, 0.0);
-        if scatter(0.0) > freedom {
-            let (least, most) =
-                runs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &(value, _)| {
-                    (least.min(value), most.max(value))
-                });
-            high = (most - least).powi(2);
-            for _ in 0..BISECTIONS {
-                let middle = 0.5 * (low + high);
-                *if scatter(middle) > freedom { &mut low } else { &mut high } = middle;
-            }
-        }
-        let (value, weight) = mean(high);
-        Self { value, variance: 1.0 / weight, spread: high }
-    }
 }
 
 /// The mean of the ramps of the runs, which differ: a ramp comes from the temperature or from the age.

@@ -34,16 +34,20 @@ impl Symmetric {
         (0..self.order).map(|i| self.get(i, i)).map(|d| if d > 0.0 { d.sqrt() } else { 1.0 }).collect()
     }
 
+    /// The scales, and the matrix with a unit diagonal.
+    fn scaled(&self) -> (Vec<f64>, Self) {
+        let scale = self.scales();
+        let mut scaled = self.clone();
+        for (row, a) in scaled.at.chunks_exact_mut(self.order.max(1)).zip(&scale) {
+            row.iter_mut().zip(&scale).for_each(|(x, b)| *x /= a * b);
+        }
+        (scale, scaled)
+    }
+
     /// The pseudo-inverse, of the matrix scaled to a unit diagonal.
     pub(crate) fn pseudo_inverse(&self) -> Self {
         let n = self.order;
-        let scale = self.scales();
-        let mut scaled = self.clone();
-        for i in 0..n {
-            for j in 0..n {
-                scaled.at[i * n + j] /= scale[i] * scale[j];
-            }
-        }
+        let (scale, scaled) = self.scaled();
         let (values, vectors) = scaled.eigen();
         let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b));
         let mut inverse = Self::zero(n);
@@ -61,13 +65,7 @@ impl Symmetric {
 
     /// Logarithm of the determinant; of a singular matrix, of its scaled eigenvalues above rounding.
     pub(crate) fn log_determinant(&self) -> f64 {
-        let scale = self.scales();
-        let mut scaled = self.clone();
-        for i in 0..self.order {
-            for j in 0..self.order {
-                scaled.at[i * self.order + j] /= scale[i] * scale[j];
-            }
-        }
+        let (scale, scaled) = self.scaled();
         let (values, _) = scaled.eigen();
         let eigen: f64 = values.iter().map(|v| v.max(1e-14).ln()).sum();
         eigen + scale.iter().map(|s| 2.0 * s.ln()).sum::<f64>()

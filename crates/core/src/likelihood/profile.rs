@@ -169,52 +169,30 @@ impl Search<'_, '_> {
         }
     }
 
+    /// The end of the interval of a value that is not negative, above it.
     fn up(&self, value: f64, step: f64) -> f64 {
-        let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
-        let mut outside = value + step;
-        for _ in 0..TRIES {
-            let (above, fit) = self.rise(outside, &from);
-            if above.abs() < PRECISION {
-                return outside;
-            }
-            if above > 0.0 {
-                return self.between((inside, below), (outside, above), from);
-            }
-            (inside, below, from) = (outside, above, fit);
-            let stretch = (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
-            outside = value + (outside - value) * stretch;
-        }
-        outside
+        self.end(value, step, f64::INFINITY, |next, _| next)
     }
 
+    /// The end below it; `loss`: rise of the deviance at 0, infinite where it is not known.
     fn down(&self, value: f64, step: f64, loss: f64) -> f64 {
-        let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
-        let mut outside = value - step;
-        if loss.is_finite() {
-            if outside < 0.05 * value {
-                return self.between((value, below), (0.0, loss.sqrt() - self.target_at(0.0)), from);
-            }
-        } else {
-            outside = outside.max(0.2 * value);
+        let mut first = value - step;
+        if !loss.is_finite() {
+            first = first.max(0.2 * value);
+        } else if first < 0.05 * value {
+            let at_zero = loss.sqrt() - self.target_at(0.0);
+            return self.between((value, -self.target), (0.0, at_zero), self.fit.clone());
         }
-        for _ in 0..TRIES {
-            let (above, fit) = self.rise(outside, &from);
-            if above.abs() < PRECISION {
-                return outside;
-            }
-            if above > 0.0 {
-                return self.between((inside, below), (outside, above), from);
-            }
-            (inside, below, from) = (outside, above, fit);
-            let next =
-                value - (value - outside) * (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
-            outside = next.max(0.3 * outside);
-        }
-        outside
+        self.end(value, first - value, f64::NEG_INFINITY, |next, last| next.max(0.3 * last))
     }
 
     /// The end in one direction, no further than a limit.
     fn until(&self, value: f64, step: f64, limit: f64) -> f64 {
+        self.end(value, step, limit, |next, _| next)
+    }
+
+    /// The same; `kept`: what is tried in place of the next point, after the last one.
+    fn end(&self, value: f64, step: f64, limit: f64, kept: impl Fn(f64, f64) -> f64) -> f64 {
         let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
         let beyond = |x: f64| if step > 0.0 { x >= limit } else { x <= limit };
         let mut outside = value + step;
@@ -234,7 +212,7 @@ impl Search<'_, '_> {
             }
             (inside, below, from) = (outside, above, fit);
             let stretch = (self.target / (above + self.target).max(0.1)).clamp(1.1, 3.0);
-            outside = value + (outside - value) * stretch;
+            outside = kept(value + (outside - value) * stretch, outside);
         }
         outside
     }

@@ -5,7 +5,6 @@ use crate::likelihood::bins::{first_density, median};
 use crate::likelihood::filter_shapes::Shape;
 use crate::likelihood::line::freedom_of_one;
 use crate::likelihood::summary::Summary;
-use std::f64::consts::LN_2;
 
 /// Samples of a mean that is recognised. A mean of two is the digital Butterworth filter of first order at a quarter of the rate.
 const LENGTHS: std::ops::RangeInclusive<u32> = 3..=200;
@@ -46,10 +45,6 @@ const OF_MEDIAN: f64 = 1.4826;
 
 /// Part of the distance of densities that stands for the frequency 0.
 const TINY: f64 = 1e-6;
-
-/// Limits of the frequency of half the power, times the length of the mean, and bisections between them. \[1\]
-const CORNER_WITHIN: [f64; 2] = [0.2, 0.7];
-const BISECTIONS: usize = 50;
 
 /// A mean of the last samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,13 +110,7 @@ impl RunningMean {
 
     /// Frequency of half the power. \[Hz\]
     pub(crate) fn corner(self) -> f64 {
-        let shape = Shape::RunningMean { length: self.length };
-        let (mut low, mut high) = CORNER_WITHIN.map(|x| x / f64::from(self.length)).into();
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if shape.log_power(middle) > -LN_2 { low = middle } else { high = middle }
-        }
-        low / self.tau0
+        Shape::RunningMean { length: self.length }.half_power() / self.tau0
     }
 
     /// A mask with all densities up to the end of the last lobe that is fitted: the flank of a high lobe is no line.

@@ -43,7 +43,6 @@ NEEDED = (
     "sigmatau/reporting/assets/uplot/LICENSE",
     "sigmatau/reporting/assets/uplot/uPlot.iife.min.js",
     "sigmatau/reporting/assets/report.typ",
-    "sigmatau/lab/store/migrations/env.py",
     "sigmatau/schema/result-2.schema.json",
     f"{NAME}.data/data/share/man/man1/sigmatau.1",
     f"{NAME}.data/data/share/man/man1/sigmatau-analyze.1",

@@ -126,7 +126,7 @@ def test_all_names_without_the_extras():
     """With the packages of no extra installed, `from sigmatau import *` works; a store then says what it needs."""
     code = """
 import sys
-for name in "sqlalchemy alembic orjson distributed dask zarr fsspec matplotlib h5py pyarrow pandas".split():
+for name in "sqlalchemy orjson distributed dask zarr fsspec matplotlib h5py pyarrow pandas".split():
     sys.modules[name] = None
 from sigmatau import *
 try:

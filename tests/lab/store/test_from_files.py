@@ -65,18 +65,6 @@ def test_damaged_files_are_named_and_the_others_added(place, tmp_path, monkeypat
     assert counts[-1] == 6 + len(DAMAGE)
 
 
-def test_missing_file_is_a_problem(tmp_path):
-    with Store(tmp_path / "x.db") as store:
-        found = store.add_files([tmp_path / "gone.json"], Naming(unit="A"))
-    [problem] = found.problems
-    assert problem.reason == "No such file or directory"
-
-
-def test_folder_without_results(tmp_path):
-    with pytest.raises(DataError, match="no result in this folder"):
-        gather([tmp_path], tables=False)
-
-
 def noted(**notes):
     one = result(0, path="logs/SN7/night_20260501_233000.csv")
     return result_of_dict(one | {"notes": {key.replace("_", " "): text for key, text in notes.items()}})

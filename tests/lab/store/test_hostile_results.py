@@ -138,7 +138,7 @@ def test_damaged_values_are_an_error_of_the_store(tmp_path, statement, read):
         read(store)
 
 
-def test_database_of_another_program_that_uses_alembic(tmp_path):
+def test_database_of_another_program_with_versions(tmp_path):
     place = tmp_path / "other.db"
     changed(
         place,

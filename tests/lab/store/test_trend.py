@@ -157,17 +157,6 @@ def test_limits_and_values_without_a_time():
     assert "1 values without a time are not used" in repr(found)
 
 
-def test_limits_alone():
-    table = rows([np.nan] * 3, [0, 1, 2], [0, 1, 2], limits=[5.0, 4.0, 6.0])
-    found = estimate_trend(table, term="bias_instability")  # the second month begins on 31 January
-    assert [(period.units, period.limits, period.middle) for period in found["gyro_x"].periods] == [
-        (0, 2, None),
-        (0, 1, None),
-    ]
-    assert found["gyro_x"].drifts == ()
-    assert "gyro_x bias instability" in repr(found)
-
-
 def test_terms_with_a_sign_are_not_relative():
     rng = np.random.default_rng(seed_of("drift of a mean"))
     units = np.arange(60)

@@ -86,22 +86,6 @@ def test_killed_writer_loses_only_what_was_not_committed(place):
         assert len(found) == len(set(found)) == max(200, count)
 
 
-def test_migrations_make_the_tables(place):
-    from alembic.autogenerate import compare_metadata
-    from alembic.migration import MigrationContext
-
-    with Store(place) as store, store._engine.connect() as connection:
-        assert compare_metadata(MigrationContext.configure(connection), tables.metadata) == []
-
-
-def test_store_of_a_newer_version_is_refused(place):
-    with Store(place) as store, store._engine.connect().execution_options(writes=True) as connection:
-        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
-        connection.commit()
-    with pytest.raises(DataError, match="newer version of sigmatau"):
-        Store(place)
-
-
 def test_other_database_is_refused(place):
     engine = sqlalchemy.create_engine(connect._url(place, create=True))
     with engine.begin() as connection:

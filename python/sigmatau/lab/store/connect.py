@@ -1,4 +1,4 @@
-"""Connections to a store: a SQLite file, or PostgreSQL by URL; its schema is brought up to date when it is opened."""
+"""Connections to a store: a SQLite file, or PostgreSQL by URL; its tables are made when it is first opened."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import Hint, command
 
 if TYPE_CHECKING:
-    from alembic.config import Config
     from sqlalchemy import URL, Engine
     from sqlalchemy.engine import Connection
 
@@ -26,7 +25,7 @@ _PRAGMAS = (
     "wal_autocheckpoint=2000",  # pages, 32 MiB: pages that several transactions change are written once
 )
 _NAMES = "case_sensitive_like=ON"  # patterns match the same names as in PostgreSQL
-_LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process migrates
+_LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process makes the tables
 _HINTS = {  # what to do, by words in an error of a database
     "readonly database": "copy the file to where you may write",
     "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
@@ -34,12 +33,11 @@ _HINTS = {  # what to do, by words in an error of a database
     "database is locked": f"another program has written for {_BUSY} s; run the command again",
 }
 _SQLITE = b"SQLite format 3\0"
-_VERSION = "alembic_version"  # the table with the version of the others
 _TABLES = {"unit", "run", "coefficient"}  # tables of all versions
 
 
 def open_engine(place: str | Path, *, create: bool = True) -> Engine:
-    """An engine with the newest schema.
+    """An engine of a store with its tables.
 
     Parameters
     ----------
@@ -58,11 +56,10 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
         If the database libraries are not installed.
     """
     try:
-        import alembic  # noqa: F401
         import orjson  # noqa: F401
         import sqlalchemy
     except ImportError:
-        raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
+        raise ImportError("a store needs SQLAlchemy and orjson: pip install 'sigmatau[store]'") from None
     url = _url(place, create=create)
     try:
         engine = sqlalchemy.create_engine(url, **_arguments(url))
@@ -71,7 +68,7 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
     if engine.dialect.name == "sqlite":
         _prepare_sqlite(engine, to_read="mode" in url.query)
     try:
-        _up_to_date(engine, place)
+        _make_tables(engine, place)
     except sqlalchemy.exc.SQLAlchemyError as error:
         engine.dispose()
         raise DataError(f"{_shown(place)}: {reason(error)}") from None
@@ -192,39 +189,36 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
                 raise DataError(f"{name}: was removed or replaced by another program; run the command again")
 
 
-def _up_to_date(engine: Engine, place: str | Path) -> None:
-    from alembic import command
-    from alembic.migration import MigrationContext
-    from alembic.script import ScriptDirectory
-    from sqlalchemy import inspect, text
+def _make_tables(engine: Engine, place: str | Path) -> None:
+    """Make the tables of an empty database; raises `DataError` for tables of another program or version."""
+    from sqlalchemy import insert, inspect, select, text
 
-    config = configuration()
-    newest = ScriptDirectory.from_config(config).get_current_head()
+    from sigmatau.lab.store.tables import VERSION, metadata, version
+
+    def there(connection: Connection) -> bool:
+        names = set(inspect(connection).get_table_names())
+        stated = connection.scalar(select(version.c.version_num)) if version.name in names else None
+        if stated == VERSION:
+            return True
+        if names and (stated is None or not _TABLES.issubset(names)):
+            raise DataError(
+                f"{_shown(place)}: has other tables ({', '.join(sorted(names)[:3])} …); give an empty database"
+            )
+        if stated is not None and stated < VERSION:
+            again = command("store", "add", "RESULTS", Hint("store", value="NEW"))
+            raise DataError(
+                f"{_shown(place)}: is of a version before the first release; add its results to a new store: {again}"
+            )
+        if stated is not None:
+            raise DataError(f"{_shown(place)}: is of a newer version of sigmatau; update sigmatau")
+        return False
+
     with engine.connect() as connection:
-        revision = MigrationContext.configure(connection).get_current_revision()
-        tables = [] if revision == newest else inspect(connection).get_table_names()
-    if revision == newest:
-        return
-    if tables and (_VERSION not in tables or (revision is not None and not _TABLES.issubset(tables))):
-        raise DataError(
-            f"{_shown(place)}: has other tables ({', '.join(sorted(tables)[:3])} …); give an empty database"
-        )
+        if there(connection):
+            return
     with engine.connect().execution_options(writes=True) as connection, connection.begin():
         if engine.dialect.name == "postgresql":
             connection.execute(text(f"SELECT pg_advisory_xact_lock({_LOCK})"))
-        revision = MigrationContext.configure(connection).get_current_revision()
-        revisions = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
-        if revision is not None and revision not in revisions:
-            raise DataError(f"{_shown(place)}: is of a newer version of sigmatau; update sigmatau")
-        if revision != newest:
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
-
-
-def configuration() -> Config:
-    """Configuration of Alembic, whose scripts are in this package."""
-    from alembic.config import Config
-
-    config = Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
-    return config
+        if not there(connection):
+            metadata.create_all(connection)
+            connection.execute(insert(version).values(version_num=VERSION))

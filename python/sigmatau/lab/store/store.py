@@ -46,7 +46,7 @@ class Store:
     DataError
         For a place that is not a store, or cannot be reached.
     ImportError
-        Without SQLAlchemy and Alembic.
+        Without SQLAlchemy and orjson.
 
     See Also
     --------

@@ -1,4 +1,8 @@
-"""The tables of a store. A change here needs a migration in `migrations/versions`; a test compares the two."""
+"""The tables of a store.
+
+No released version has other ones. The first change after a release needs a new `VERSION`, and code that brings a store of
+the previous one up to date when it is opened; a test opens stores of all versions.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ try:
         UniqueConstraint,
     )
 except ImportError:
-    raise ImportError("a store needs SQLAlchemy, Alembic and orjson: pip install 'sigmatau[store]'") from None
+    raise ImportError("a store needs SQLAlchemy and orjson: pip install 'sigmatau[store]'") from None
 
 metadata: MetaData = MetaData(
     naming_convention={
@@ -30,6 +34,12 @@ metadata: MetaData = MetaData(
         "pk": "pk_%(table_name)s",
     }
 )
+
+
+VERSION = "0003"
+"""Of the tables below."""
+
+version: Table = Table("alembic_version", metadata, Column("version_num", String(32), primary_key=True))
 
 
 def _key() -> Column[int]:

@@ -3,7 +3,7 @@ CREATE TABLE alembic_version (
 	version_num VARCHAR(32) NOT NULL, 
 	CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
 );
-INSERT INTO "alembic_version" VALUES('0002');
+INSERT INTO "alembic_version" VALUES('0003');
 CREATE TABLE channel (
 	run_id INTEGER NOT NULL, 
 	name VARCHAR(100) NOT NULL, 
@@ -131,11 +131,11 @@ CREATE TABLE run (
 	CONSTRAINT fk_run_unit_id_unit FOREIGN KEY(unit_id) REFERENCES unit (id) ON DELETE CASCADE, 
 	CONSTRAINT uq_run_identity_revision UNIQUE (identity, revision)
 );
-INSERT INTO "run" VALUES(1,1,'day1.csv','day1.csv','2d048f2ae4d4697b23e6de604cdf6cbab7930791146044b61c42d30b762a7c05',1,1,'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa','2026-05-01 10:00:00.000000',NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','cf504be095b25c7d19778175d3b1ddc1ab2fced128932cf0b28588ce06a1387a','','04e787fbc346823d429ea676c30c701f3c30b3c917309c8a3326b3d9ee56774e');
-INSERT INTO "run" VALUES(2,1,'day2.csv','day2.csv','af280b3621fcff3c3a791d980d8f16390b71c74a6acbf11c71aa7e1ddecadec4',1,1,'bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb',NULL,NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','fa730b9b7f26410f7ebd15a371e42461141c472a6b990ffca72471ad96464e91','','9ade0b223523cc61071e5f30275a857420ce229a9ba65db0d92edbd30da63a74');
-INSERT INTO "run" VALUES(3,1,'day1.csv','day1.csv','84b66cf26d7e81c905d748d1cf439055a105a220c42281b80a51b4c2b55be638',1,1,'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa',NULL,NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','1756d0d2b0d3a09d04a271017be2df6a999407f52d40a798a81c54a56559fd14','','04e787fbc346823d429ea676c30c701f3c30b3c917309c8a3326b3d9ee56774e');
-INSERT INTO "run" VALUES(4,1,'day3.csv','day3.csv','ab8ae2b8cfe5e25e5eb0c494781a8e21b9bcbacd9dcbc9f14e1a1bf6f2d67afb',1,1,NULL,NULL,NULL,NULL,'failed','day3.csv: no rate','0.1.0','2026-11-26 23:30:35.597905','59e7373356d8e60efbf9a9b5e80e630fb3d15be65b9eb4e01dd1bc1c98b72a61','','44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a');
-INSERT INTO "run" VALUES(5,2,'in memory','','303cd6e4995bea0569b1af379ecb591f535e1c485d4ee51a39b75e168bd27609',1,1,NULL,'2026-05-01 10:00:00.000000',NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','bc9e128908acfb420e3862d3b64eb47cffc0028f205827fc22dc706c5cd7ae2d','','9ade0b223523cc61071e5f30275a857420ce229a9ba65db0d92edbd30da63a74');
+INSERT INTO "run" VALUES(1,1,'day1.csv','day1.csv','ce878eba7a522ff56f20635a94ce88394c7cc4a5673878611a6d2d5da67f5c7b',1,0,'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa','2026-05-01 10:00:00.000000',NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','cf504be095b25c7d19778175d3b1ddc1ab2fced128932cf0b28588ce06a1387a','','04e787fbc346823d429ea676c30c701f3c30b3c917309c8a3326b3d9ee56774e');
+INSERT INTO "run" VALUES(2,1,'day2.csv','day2.csv','d5a9f7456cba311da331e4f2136d05855a07bdc223d83075819d5bf94e3dc143',1,1,'bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb',NULL,NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','fa730b9b7f26410f7ebd15a371e42461141c472a6b990ffca72471ad96464e91','','9ade0b223523cc61071e5f30275a857420ce229a9ba65db0d92edbd30da63a74');
+INSERT INTO "run" VALUES(3,1,'day1.csv','day1.csv','ce878eba7a522ff56f20635a94ce88394c7cc4a5673878611a6d2d5da67f5c7b',2,1,'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa',NULL,NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','1756d0d2b0d3a09d04a271017be2df6a999407f52d40a798a81c54a56559fd14','','04e787fbc346823d429ea676c30c701f3c30b3c917309c8a3326b3d9ee56774e');
+INSERT INTO "run" VALUES(4,1,'day3.csv','day3.csv','a5362958d6055f76fef06367914fc52c693cf1c7c1b1b52cf42e8e2ff0a0bfc8',1,1,NULL,NULL,NULL,NULL,'failed','day3.csv: no rate','0.1.0','2026-11-26 23:30:35.597905','59e7373356d8e60efbf9a9b5e80e630fb3d15be65b9eb4e01dd1bc1c98b72a61','','44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a');
+INSERT INTO "run" VALUES(5,2,'in memory','','134b843549e984cc9cf2004b8c7c52da6fd2bc32f049aa365094b520d8fd37e6',1,1,NULL,'2026-05-01 10:00:00.000000',NULL,150.0,'fitted','','0.1.0','2026-11-26 23:30:35.597905','bc9e128908acfb420e3862d3b64eb47cffc0028f205827fc22dc706c5cd7ae2d','','9ade0b223523cc61071e5f30275a857420ce229a9ba65db0d92edbd30da63a74');
 CREATE TABLE unit (
 	id INTEGER NOT NULL, 
 	name VARCHAR(400) NOT NULL, 

@@ -284,9 +284,9 @@ class RunComparison(Tabular):
         OptionError
             For an unknown channel.
         """
-        from sigmatau.lab.lots.forest import draw_forests, forest_panels
+        from sigmatau.lab.lots.forest import draw_forests
 
-        return draw_forests(forest_panels(self, channels), ax=ax)
+        return draw_forests(self, channels, ax=ax)
 
     def __repr__(self) -> str:
         from sigmatau.lab.lots.comparison_text import overview

@@ -25,11 +25,6 @@ def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
     return names
 
 
-def select_channel(numbers: Numbers, channel: str) -> Numbers:
-    """Restrict the choices to one channel."""
-    return numbers.select(channel)
-
-
 def by_axis(numbers: Numbers, sensor: str, evaluate: Callable[[Numbers], T]) -> tuple[T, T, T]:
     """Apply `of` to x, y and z of a sensor, or once for all axes unless ``axes="each"``, and return three values."""
     channels = numbers.channels(sensor)
@@ -37,7 +32,7 @@ def by_axis(numbers: Numbers, sensor: str, evaluate: Callable[[Numbers], T]) -> 
         value = evaluate(numbers)
         return value, value, value
     names = three_axes(sensor, channels)
-    x, y, z = (evaluate(select_channel(numbers, name)) for name in names)
+    x, y, z = (evaluate(numbers.select(name)) for name in names)
     return x, y, z
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from sigmatau._native import kernels
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
-from sigmatau.exporting.axes import by_axis, noises, select_channel
+from sigmatau.exporting.axes import by_axis, noises
 from sigmatau.exporting.matching import slow_avar
 from sigmatau.exporting.target import Unused
 from sigmatau.exporting.values import Number, Numbers
@@ -105,7 +105,7 @@ def process(numbers: Numbers, sensor: str) -> Process:
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
         return _walk_process(numbers, sensor)
-    processes = {name: _channel_process(select_channel(numbers, name), sensor, name) for name in channels}
+    processes = {name: _channel_process(numbers.select(name), sensor, name) for name in channels}
     if len(processes) == 1:
         return _with_excess(numbers, sensor, next(iter(processes.values())))
     if numbers.choices.axes == "mean":

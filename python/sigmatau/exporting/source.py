@@ -144,15 +144,13 @@ def read_file(path: Path, *, rate: float | None = None) -> Source:
             raise not_of_a_log(rate).about(str(path))
         return replace(Source.of_model(NoiseModel.read(path)), head=head)
     try:
-        back = read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate)
+        return replace(read_yaml(path.read_text(encoding="utf-8-sig"), rate=rate), head=head)
     except OSError as error:
         raise DataError(f"{path}: {error.strerror or error}") from None
     except OptionError as error:
         raise error.about(str(path)) from None
     except ValueError as error:  # includes DataError and UnicodeDecodeError
         raise DataError(f"{path}: {error}") from None
-    rates = {} if back.rate is None else dict.fromkeys(back.model.channels, back.rate)
-    return Source(model=back.model, rates=rates, findings=back.findings, names=back.names, head=head)
 
 
 def have_several_rates(rates: Mapping[str, float]) -> bool:
@@ -193,20 +191,7 @@ _UNSUPPORTED = re.compile(r"^\s*<<\s*:|:\s*[*{]", flags=re.MULTILINE)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadBack(Printed):
-    """A model from another program's file."""
-
-    model: NoiseModel  # Channels ``gyro`` and ``accel`` if the file has one number for all axes
-    rate: float | None  # Sampling rate of the file or the caller. [Hz]
-    findings: tuple[Finding, ...]  # Findings about numbers that the file misnames, and about numbers that were omitted
-    names: Mapping[str, str] = field(default_factory=dict)  # The topic, if the file has one
-
-    def __repr__(self) -> str:
-        return "\n".join([repr(self.model), *map(str, self.findings)])
-
-
-def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
+def read_yaml(text: str, *, rate: float | None = None) -> Source:
     """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
     `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
     """
@@ -228,7 +213,7 @@ def read_yaml(text: str, *, rate: float | None = None) -> ReadBack:
     )
 
 
-def _kalibr(values: Mapping[str, str], rate: float | None, unsupported: str) -> ReadBack:
+def _kalibr(values: Mapping[str, str], rate: float | None, unsupported: str) -> Source:
     unread = [key for key in values if key not in _KALIBR and key not in _RATES and key not in _IGNORED]
     missing = [key for key in _KALIBR if key not in values]
     nearly = _nearly(unread, (*_KALIBR, *_RATES))
@@ -245,15 +230,15 @@ def _kalibr(values: Mapping[str, str], rate: float | None, unsupported: str) -> 
     if unread:
         findings.append(Finding(severity="info", details=KeysNotRead(keys=tuple(unread))))
     topic = values.get("rostopic", "").strip("\"'")
-    return ReadBack(
+    return Source(
         model=NoiseModel(channels=channels),
-        rate=rate,
+        rates={} if rate is None else dict.fromkeys(channels, rate),
         findings=tuple(findings),
         names={"topic": topic} if topic else {},
     )
 
 
-def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> ReadBack:
+def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> Source:
     if rate is None:
         raise OptionError(
             "gyr_n and acc_n of imu_utils are standard deviations of a sample, not densities: give {option}, the sampling"
@@ -281,7 +266,7 @@ def _imu_utils(values: Mapping[tuple[str, ...], str], rate: float | None) -> Rea
     findings = [Finding(severity="warning", size=math.sqrt(rate), details=DeviationAsDensity(rate=rate))]
     if walks:
         findings.append(Finding(severity="warning", details=MinimumAsWalk(keys=tuple(walks))))
-    return ReadBack(model=NoiseModel(channels=channels), rate=rate, findings=tuple(findings))
+    return Source(model=NoiseModel(channels=channels), rates=dict.fromkeys(channels, rate), findings=tuple(findings))
 
 
 def _positive(key: str, text: str) -> float:

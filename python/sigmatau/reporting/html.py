@@ -32,7 +32,7 @@ def page(content: Content) -> str:
         *_charts(content),
         section("coefficients", "Coefficients", _coefficients(content)),
         section("files", "Filter values", _files(content)),
-        section("done", "What was done", _done(content)),
+        section("done", "What was done", done(content.done)),
     ]
     return frame(
         title=f"{content.title} – noise report",
@@ -155,7 +155,7 @@ def _overview(content: Content) -> Markup:
     about = (
         f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."
     )
-    return joined(_scrolled(table), element("p", f"{about} {legend}" if content.level else legend, class_="legend"))
+    return joined(scrolled(table), element("p", f"{about} {legend}" if content.level else legend, class_="legend"))
 
 
 def _interval_below(text: str) -> Markup:
@@ -163,7 +163,8 @@ def _interval_below(text: str) -> Markup:
     return joined(value, element("span", bracket, interval, class_="interval") if bracket else [])
 
 
-def _scrolled(table: Markup) -> Markup:
+def scrolled(table: Markup) -> Markup:
+    """A table in a region that scrolls beside the page."""
     return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
 
 
@@ -287,7 +288,7 @@ def _channel_table(table: Coefficients) -> Markup:
         "article",
         element("h3", name(table.channel), " ", chip),
         element("p", table.verdict, class_="verdict"),
-        [_scrolled(element("table", element("tbody", rows)))] if table.rows else [],
+        [scrolled(element("table", element("tbody", rows)))] if table.rows else [],
         notes,
     )
 
@@ -309,6 +310,6 @@ def _files(content: Content) -> Markup:
     return joined(element("p", about, class_="about"), element("div", files, class_="files"))
 
 
-def _done(content: Content) -> Markup:
-    rows = (element("div", element("dt", key), element("dd", name(text))) for key, text in content.done)
-    return element("dl", rows)
+def done(rows: Iterable[tuple[str, str]]) -> Markup:
+    """What was done: names and texts."""
+    return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 _MOST_PANELS = 24
 _MOST_NAMES = 40  # runs whose names are written
-_ROW = 0.17  # height of a run [in]
-_MOST_HEIGHT = 5.0  # of a panel [in]
-_PLAIN = (-4, 8)  # powers of ten that are written without an exponent at the corner: 9.8 m/s² is 1e6 µg
+_ROW = 0.17  # height of the row of a run [in]
+_MOST_HEIGHT = 5.0  # largest height of a panel [in]
+_PLAIN = (-4, 8)  # powers of ten without an exponent at the corner of the axis: 9.8 m/s² is 1e6 µg
 
 
 def draw_forests(comparison: RunComparison, channels: Sequence[str], *, ax: Panels = None) -> Figure:

@@ -146,9 +146,6 @@ def _add_csv(builder: RunsBuilder, file: Path) -> None:
 
 _RUN_COLUMNS = ("run", "day", "test")
 _SERIAL_COLUMNS = ("serial", "serial number", "device")
-_EARLIER_READ_OFF = ("channel", "term", "value", "error", "unit")
-"""Columns of coefficients read off as earlier versions wrote them: error is δ of eq. (26), and no standard error."""
-
 _NUMBERS = ("value", "low", "high", "error", "error_percent", "upper_limit", "plus_minus")
 
 
@@ -156,8 +153,6 @@ class _Rows:
     """Reads the rows of a table with given columns."""
 
     def __init__(self, columns: Sequence[str]) -> None:
-        if tuple(columns) == _EARLIER_READ_OFF:
-            columns = ["plus_minus" if name == "error" else name for name in columns]
         self._key = tuple(columns.index(name) for name in ("channel", "term", "unit"))
         self._verdict = columns.index("verdict") if "verdict" in columns else None
         self._numbers = [columns.index(name) if name in columns else None for name in _NUMBERS]

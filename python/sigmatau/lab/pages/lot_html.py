@@ -28,7 +28,7 @@ from sigmatau.lab.pages.lot_content import (
     number_columns,
     unit_values,
 )
-from sigmatau.reporting.html import asset, frame, section
+from sigmatau.reporting.html import asset, done, frame, scrolled, section
 from sigmatau.reporting.markup import Markup, element, joined, name, raised
 from sigmatau.results import printable
 
@@ -63,7 +63,7 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
             section("distribution", "Distribution and drift", _distribution(lot)),
             section("curves", "Allan deviation", _curves()),
             section("findings", "Findings of each unit", _findings(lot)),
-            section("done", "What was done", _done(lot, command, moment)),
+            section("done", "What was done", done(done_rows(lot, command, moment))),
         ],
         charts=chart_data(lot),
         styles=asset("report.css") + asset("lot.css", __package__),
@@ -86,11 +86,7 @@ def _claims(lot: Lot) -> Markup:
     rows = (element("tr", (element("td", raised(text)) for text in row)) for row in claims)
     head = (element("th", text, scope="col") for text in ("Sensor", "Value", "Maximum", "Typical", "Convention"))
     table = element("table", element("thead", element("tr", head)), element("tbody", rows), class_="distributions")
-    return joined(element("h3", "Specification"), _scrolled(table))
-
-
-def _scrolled(table: Markup) -> Markup:
-    return element("div", table, class_="scrolled", tabindex="0", role="region", aria_label="Table")
+    return joined(element("h3", "Specification"), scrolled(table))
 
 
 def _units(lot: Lot) -> Markup:
@@ -105,7 +101,7 @@ def _units(lot: Lot) -> Markup:
     rows = [_unit(unit, columns, order) for unit in sorted(lot.units, key=lambda unit: order[unit.state])]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
     about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
-    return joined(element("p", about, class_="about"), _scrolled(table))
+    return joined(element("p", about, class_="about"), scrolled(table))
 
 
 def _unit(unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
@@ -139,7 +135,7 @@ def _distribution(lot: Lot) -> Markup:
         " maximum; dotted, median; red points, units that failed or are unlike the others."
     )
     charts = element("div", class_="charts", data_lot="values")
-    return joined(element("p", about, class_="about"), _scrolled(table), element("p", ""), charts)
+    return joined(element("p", about, class_="about"), scrolled(table), element("p", ""), charts)
 
 
 def _curves() -> Markup:
@@ -176,11 +172,6 @@ def _remark_texts(unit: JudgedUnit) -> Iterator[str]:
         if remark.code != "no_specification":
             action = remark.finding.words_of_files().action if remark.kind == "data" else ""
             yield f"{remark.text}." + (f" {action}." if action else "")
-
-
-def _done(lot: Lot, command: str | None, moment: str) -> Markup:
-    rows = done_rows(lot, command, moment)
-    return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))
 
 
 _DIGITS = 4

@@ -329,33 +329,6 @@ def test_no_density_of_what_cannot_be_squared(tmp_path, capsys, name, size):
     assert (code, "gyro_y" in got.out) == (0, True)
 
 
-class TestCalls:
-    def record(self):
-        return st.Record.from_arrays(
-            rate=100, unit={"gyro": "deg/s"}, gyro=np.random.default_rng(1).normal(size=(500, 3))
-        )
-
-    def test_a_method_that_there_is_not(self):
-        from sigmatau.fitting.channel import fit_channel
-
-        with pytest.raises(OptionError, match="`method` must be one of likelihood, gls, not 'foo'"):
-            fit_channel(self.record(), "gyro_x", method="foo")
-
-    def test_a_record_where_a_curve_is_meant(self):
-        with pytest.raises(
-            TypeError, match=r"must be a DeviationCurve.*not a Record; sigmatau\.analyze\(record\) fits"
-        ):
-            st.fit(self.record())
-
-    def test_a_number_where_an_analysis_is_meant(self):
-        with pytest.raises(DataError, match="a result of sigmatau analyze is an object, not int"):
-            st.Analysis.from_dict(3)
-
-    def test_errors_show_their_words(self):
-        error = OptionError("{option} must be 1", option="rate")
-        assert repr(error) == "OptionError('`rate` must be 1')"
-
-
 @pytest.mark.parametrize("name", ["inspect", "analyze", "psd"])
 def test_signalling_nans_are_missing_numbers(tmp_path, capsys, name):
     """A flipped bit of a single-precision number makes one; to convert it is an invalid operation."""

@@ -103,21 +103,6 @@ def test_the_table_of_a_record_that_moves_has_no_rows(analysis):
     assert moving.columns() == {name: [] for name in analysis.columns()}
 
 
-def test_what_is_no_record(tmp_path):
-    with pytest.raises(TypeError, match=r"a path or a data frame, not a ndarray.*rate=100, gyro=x"):
-        st.analyze(np.zeros(100))
-    with pytest.raises(TypeError, match=r"sigmatau\.analyze"):
-        st.fit(st.Record.from_arrays(rate=1, x=np.arange(10.0)))
-    with pytest.raises(OptionError, match="`method` must be one of likelihood, gls, read-off, not 'foo'"):
-        st.analyze(st.Record.from_arrays(rate=1, x=np.arange(10.0)), method="foo")
-    (tmp_path / "log.csv").write_text("gyro_x,gyro_y\n1,2\n3,4\n5,6\n7,9\n")
-    with pytest.raises(OptionError) as refused:
-        st.analyze(tmp_path / "log.csv")
-    assert "--" not in str(refused.value)
-    assert 'unit={"gyro": ' in repr(refused.value)
-    assert "--unit gyro=" in refused.value.for_command_line()
-
-
 def test_deviations_of_a_model_at_averaging_times(analysis):
     model = analysis.model
     times = [0.1, 1.0, 10.0]
@@ -157,12 +142,3 @@ class TestFigures:
         curves = [line for line in gyros.lines if line.get_label().startswith("gyro_")]
         assert len({line.get_marker() for line in curves}) == len(curves) > 1
         assert any(text.get_text().startswith(f"gyro_x: N = {value[0]}") for text in gyros.get_legend().get_texts())
-
-    def test_a_style_for_a_column_of_a_paper(self, analysis):
-        screen, paper = analysis.plot("gyro_x"), analysis.plot("gyro_x", style="paper")
-        assert paper.get_size_inches()[0] == pytest.approx(3.6)  # 3.5 in of IEEE
-        assert screen.get_size_inches()[0] == pytest.approx(7.2)
-        sizes = [figure.axes[0].get_xticklabels()[0].get_fontsize() for figure in (screen, paper)]
-        assert sizes[1] < sizes[0]
-        with pytest.raises(OptionError, match="`style` must be one of screen, paper"):
-            analysis.plot(style="poster")

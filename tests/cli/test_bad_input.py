@@ -125,13 +125,6 @@ def test_the_log_is_not_overwritten_by_the_curves_beside_a_csv(tmp_path, capsys)
     assert "both name" in err
 
 
-def test_two_outputs_of_one_name(log, tmp_path, capsys):
-    path = tmp_path / "a.png"
-    code, _, err = run("analyze", log, "--rate", 100, "--plot", path, "--json", path, capsys=capsys)
-    assert code == 2
-    assert "both name" in err
-
-
 def test_full_disk(log):
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(

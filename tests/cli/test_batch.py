@@ -1,7 +1,6 @@
 """analyze with several logs: one process, one JSON each; a summary; an exit code that says if any failed."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import known
 import sigmatau as st
 from sigmatau.cli import batch, main
 from sigmatau.errors import DataError, OptionError
-from sigmatau.findings.reading import Damaged
 
 
 def write(path, seed, n=2000):
@@ -122,15 +120,6 @@ class TestCommand:
         alone = st.analyze(st.read(folder / "a.csv"), method="read-off").to_dict()
         assert json.loads((results / "a.csv.json").read_text()) == json.loads(json.dumps(alone))
 
-    def test_a_damaged_one(self, folder, tmp_path, capsys, monkeypatch):
-        damaged = st.Finding(details=Damaged(what="file"), severity="error")
-        monkeypatch.setattr(
-            batch, "run", lambda logs, *_, **__: [batch.LogOutcome(log=log, findings=(damaged,)) for log in logs]
-        )
-        code, _, err = run("analyze", folder / "a.csv", folder / "b.csv", capsys=capsys)
-        assert code == 4
-        assert f"a.csv: error: {damaged.message}" in err
-
     def test_one_in_a_pattern(self, folder, tmp_path, capsys):
         options = ("--jobs", 4, "--json", tmp_path, "--method", "read-off", "-q")
         assert run("analyze", folder / "a.csv", *options, capsys=capsys)[0] == 0
@@ -154,11 +143,6 @@ class TestCommand:
         code, out, err = run("analyze", *argv, capsys=capsys)
         assert (code, out) == (2, "")
         assert words in err
-
-    def test_no_log(self, tmp_path, capsys):
-        code, _, err = run("analyze", tmp_path, capsys=capsys)
-        assert code == 1
-        assert "no log in this folder" in err
 
 
 class TestProcesses:
@@ -211,20 +195,6 @@ class TestNames:
         assert batch.gather([tmp_path / "d" / "notes.txt"]) == ([tmp_path / "d" / "notes.txt"], [])
         monkeypatch.chdir(tmp_path / "d")
         assert batch.gather([Path("b.csv"), tmp_path / "d" / "b.csv"])[0] == [Path("b.csv")]
-
-    def test_numbers_of_like_names(self):
-        assert batch.names([Path("/d/1/a"), Path("/d/1_a"), Path("/d/1_a-1"), Path("/e/b")])[:2] != ["", ""]
-        found = batch.names([Path("/d/x/1/a"), Path("/d/x/1_a"), Path("/d/x/2/a")])
-        assert found == ["1_a-1", "1_a-2", "2_a"]
-
-
-def test_a_term_that_may_be_nothing_shows_its_interval(folder):
-    analysis = st.analyze(st.read(folder / "a.csv"))
-    (channel, fit), *_ = analysis.fits.items()
-    term = replace(fit["random_walk"], low=0.0)
-    with_zero = replace(fit, terms={**fit.terms, "random_walk": term})
-    rows = list(batch._rows(replace(analysis, fits={channel: with_zero})))
-    assert "[0" in rows[0][3]
 
 
 @pytest.fixture(scope="module")

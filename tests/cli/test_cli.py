@@ -34,16 +34,6 @@ def one(tmp_path):
     return path
 
 
-def test_scale_as_a_fraction(tmp_path, log, capsys):
-    args = ["analyze", log, "--rate", 100, "--method", "read-off", "--json", "-", "--scale"]
-    one, other = (
-        json.loads(run(*args, f"gyro={s}", capsys=capsys)[1])["channels"]["gyro_x"]["curve"]["adev"]
-        for s in ("1/8", "0.125")
-    )
-    assert one == other
-    assert run(*args, "gyro=1/0", capsys=capsys)[0] == 2
-
-
 def test_as_a_module_on_a_terminal_without_unicode(one):
     done = subprocess.run(
         [sys.executable, "-m", "sigmatau", "analyze", str(one), "--rate", "100"],
@@ -98,15 +88,6 @@ def test_times_are_seconds_or_have_a_unit(text, seconds):
     assert Choosing(step=text).choices().step == seconds
 
 
-@pytest.mark.parametrize(
-    "argv", [["--help"], ["analyze", "--help"], ["simulate", "--help"], ["demo", "--help"], ["--version"]]
-)
-def test_help(argv, capsys):
-    code, out, err = run(*argv, capsys=capsys)
-    assert (code, err) == (0, "")
-    assert "sigmatau" in out
-
-
 @pytest.mark.parametrize("words", ["", "analyze", "store trend"])
 def test_help_as_a_word(words, capsys):
     code, out, err = run("help", *words.split(), capsys=capsys)
@@ -120,10 +101,6 @@ def test_the_shell_completes_targets(option, after, capsys):
     code, out, _ = run("__complete", *option.split(), "ka", capsys=capsys)
     assert code == 0
     assert f"kalibr{after}" in [line.partition("\t")[0] for line in out.splitlines()]
-
-
-def test_help_has_examples(capsys):
-    assert "--channels time=1,gyro=2:4" in run("analyze", "--help", capsys=capsys)[1]
 
 
 def test_a_figure_needs_no_backend(one, tmp_path):

@@ -102,18 +102,6 @@ def test_rows_of_two_sensors_have_one_time(tmp_path):
     assert main(["tune", "rows.csv", *FILTER]) == 2  # the channels of one filter are to be joined
 
 
-def test_rows_that_take_turns(tmp_path, capsys):
-    t, x, s, y, _ = columns(channels=2)
-    mixed = [
-        np.repeat(t, 2) + np.tile([0, 0.01], len(t)),
-        np.column_stack([x, y]).ravel(),
-        np.column_stack([s, 9 * s]).ravel(),
-    ]
-    place = table(tmp_path / "turns.csv", "t,nu,S", mixed)
-    assert main(["tune", place, *FILTER]) == 1
-    assert "S takes turns between" in capsys.readouterr().err
-
-
 def test_units_and_deviations(tmp_path, capsys):
     t, nu, s = columns()
     degrees = [t * 1e3, np.degrees(nu), np.degrees(np.sqrt(s))]

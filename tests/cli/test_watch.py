@@ -3,7 +3,6 @@
 import io
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -83,17 +82,6 @@ class TestLines:
         assert live.rate == pytest.approx(50)
         assert live.rate_by_stamps() == pytest.approx(50)
 
-    def test_many_bad_lines_and_carriage_returns(self):
-        text, y = table(5000)
-        lines = text.replace(b"\n", b"\r\r\n").split(b"\n")
-        for k in range(100, 4900, 3):
-            lines[k] = b"9x9\r7777.5,3,1\r\r"
-        live = Live(options())
-        got = pushed(live, b"\n".join(lines), 10**6)
-        kept = [k - 1 for k in range(1, 5001) if not (100 <= k < 4900 and (k - 100) % 3 == 0)]
-        assert got.tolist() == y[kept].tolist()
-        assert live.lost == 1600
-
     def test_gaps_and_leaps_back_are_counted(self):
         text, _ = table()
         lines = text.splitlines(keepends=True)
@@ -155,19 +143,6 @@ class TestLines:
         live = Live(options(rate=50))
         assert (len(pushed(live, text, 1000)), live.rate) == (300, 50)
 
-    def test_columns_before_an_arrow_are_suggested(self):
-        noise = np.random.default_rng(seed_of("arrow")).standard_normal((300, 6)) * 0.01
-        rows = (f"10:00:{k // 50:02d}.{k % 50 * 2:02d} -> {','.join(f'{x:.4f}' for x in row)}" for k, row in
-                enumerate(noise + np.array([0, 0, 9.81, 0, 0, 0])))  # fmt: skip
-        with pytest.raises(OptionError, match=r"gravity \(9\.81") as asked:
-            Live(options()).push("\n".join([*rows, ""]).encode(), last=True)
-        assert "run with --channels accel=1:3,gyro=4:6,time=7" in asked.value.for_command_line()
-
-    def test_a_labview_file_is_named(self):
-        text = b"LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\t\n" + b"0\t1\n" * 100
-        with pytest.raises(DataError, match=r"is a LabVIEW measurement file.*sigmatau analyze"):
-            Live(options()).push(text, last=True)
-
     def test_scales_and_offsets(self):
         text, y = table(header="t,a,b")
         live = Live(
@@ -182,10 +157,6 @@ class TestLines:
         got = pushed(live, text, 333)
         assert got == pytest.approx(np.column_stack([y[:, 0] * 0.5, y[:, 1] - 3]), rel=1e-15)
         assert live.rate == 10
-
-    def test_no_final_newline_and_few_lines(self):
-        live = Live(options(rate=1, channels={"y": 1}, unit={"y": "V"}))
-        assert pushed(live, b"1\n2\n3", 2)[:, 0].tolist() == [1, 2, 3]
 
     @pytest.mark.parametrize(
         ("text", "given", "words"),
@@ -214,15 +185,6 @@ class TestFollow:
                 if piece and got == b"one ":
                     writer.write(b"two")
         assert got == b"one two"
-
-    def test_a_file_that_shrinks(self, tmp_path):
-        log = tmp_path / "log"
-        log.write_bytes(b"0123456789")
-        pieces = follow(str(log), every=0.05)
-        assert next(pieces) == b"0123456789"
-        log.write_bytes(b"0")
-        with pytest.raises(DataError, match="has become shorter"):
-            list(pieces)
 
     def test_no_file(self, tmp_path):
         with pytest.raises(DataError, match="cannot be read"):
@@ -262,25 +224,6 @@ def at_end(pid, path):
         except OSError:
             continue
     return False
-
-
-class TestQuestions:
-    """What ``analyze`` asks of a log without names is asked of live samples too; they are never chosen by their values."""
-
-    @pytest.mark.parametrize("above", ["", "Initializing MPU6050...\r\nMPU6050 connection successful\r\n"])
-    @pytest.mark.parametrize("rows", [60, 300])
-    def test_counts_without_names(self, above, rows):
-        rng = np.random.default_rng(seed_of("counts without names"))
-        counts = (
-            np.rint(rng.normal(0, 60, (rows, 6)) + np.array([180, -300, 16384, -280, 170, 50])).astype(int).tolist()
-        )
-        text = (above + "".join("\t".join(map(str, row)) + "\r\n" for row in counts)).encode()
-        words = (
-            "has no column names" if rows < 100 else r"run with --channels accel=1:3,gyro=4:6 --unit accel=g --scale"
-        )
-        with pytest.raises(OptionError) as asked:
-            Live(options(rate=100)).push(text, last=True)
-        assert re.search(words, asked.value.for_command_line())
 
 
 class TestCommand:
@@ -366,12 +309,6 @@ class TestCommand:
         assert main([str(log) if word == "LOG" else word for word in argv]) == code
         assert words in capsys.readouterr().err
 
-    def test_an_empty_stream(self, tmp_path, capsys):
-        empty = tmp_path / "empty.csv"
-        empty.touch()
-        assert main(["watch", str(empty), "--idle", "0.2", "--every", "0.1"]) == 1
-        assert "blank lines" in capsys.readouterr().err
-
     def test_the_screen(self, log, monkeypatch):
         """What a terminal shows: heading, a curve for each sensor, the coefficients."""
         from rich.console import Console
@@ -402,9 +339,6 @@ class TestTextPlot:
         assert columns[0] == lines[1].index("│") + 1
         assert columns == sorted(columns)
         assert lines[0].endswith("gyro x")
-
-    def test_nothing_to_draw(self):
-        assert text_plot({}, width=80, height=20) == []
 
 
 class TestEnds:

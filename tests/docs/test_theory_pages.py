@@ -154,39 +154,6 @@ def test_the_package_has_the_formulas_of_samples(page):
     assert density == pytest.approx(s(f), rel=1e-12)
 
 
-def test_window_of_the_overview():
-    """The difference of two means, as a filter: eq. (11) and its form for samples."""
-    f = np.array([0.3, 2.0, 11.0])
-    for m in M.tolist():
-        weights = np.r_[-np.ones(m), np.ones(m)] / m
-        gain = abs(np.exp(-2j * np.pi * f[:, None] * TAU0 * np.arange(2 * m)) @ weights) ** 2
-        x = np.pi * f * TAU0
-        assert gain / 2 == pytest.approx(2 * np.sin(m * x) ** 4 / (m * np.sin(x)) ** 2, rel=1e-9)
-    assert "4 ∫₀^∞ S(f) sin⁴(πfτ)/(πfτ)² df" in FLAT["noise-terms"]
-    assert "4 ∫₀^{1/(2τ₀)} S(f) sin⁴(πf m τ₀) / (m² sin²(πf τ₀)) df" in FLAT["noise-terms"]
-
-
-def test_steps_of_the_derivations():
-    power = [quad(lambda u, n=n: np.sin(u) ** 4 / u**n, 0, 60 * np.pi, limit=2000)[0] for n in (2, 3, 4)]
-    rest = 3 / 8 / (60 * np.pi)  # of the first, beyond
-    assert power == pytest.approx([np.pi / 4 - rest, np.log(2), np.pi / 3], abs=2e-5)
-    for count in (1, 2, 5):
-        fejer = quad(lambda v, m=count: (np.sin(m * v) / np.sin(v)) ** 2, 0, np.pi / 2)[0]
-        variogram = quad(lambda v, m=count: np.sin(m * v) ** 2 / np.sin(v), 0, np.pi / 2)[0]
-        assert (fejer, variogram) == pytest.approx((count * np.pi / 2, odd_harmonics(count)), rel=1e-9)
-        converging = quad(
-            lambda v, m=count: (np.sin(m * v) ** 2 - (m * np.sin(v)) ** 2) / np.sin(v) ** 3, 1e-6, np.pi / 2
-        )[0]
-        assert converging == pytest.approx(flicker_sum(count), abs=1e-4)
-        weights = np.r_[np.arange(1, count), np.arange(count, 0, -1)] / count
-        assert (weights**2).sum() == pytest.approx((2 * count**2 + 1) / (3 * count), rel=1e-12)
-    x = np.array([0.4, 2.0])
-    by_parts = -(np.sin(x) ** 4) / (2 * x**2) - (np.sin(2 * x) - np.sin(4 * x) / 2) / (2 * x)
-    rest = [quad(lambda u: (np.cos(2 * u) - np.cos(4 * u)) / u, 0, end)[0] for end in x]
-    whole = [quad(lambda u: np.sin(u) ** 4 / u**3, 0, end)[0] for end in x]
-    assert by_parts + rest == pytest.approx(whole, rel=1e-9)
-
-
 def test_flicker_with_a_cutoff():
     assert "(2B²/π) [ln 2 − sin³(x)/(2x²) (sin x + 4x cos x) + Ci(2x) − Ci(4x)]" in FLAT["bias-instability"]
     got = integrate_density(lambda f: B**2 / (2 * np.pi * f), TAU, f_max=5.0)
@@ -324,12 +291,6 @@ NUMBERS = [
 def test_numbers(page, words, value, printed, error):
     assert words in FLAT[page]
     assert float(value) == pytest.approx(printed, abs=error)
-
-
-def test_the_valley_of_n_and_k():
-    tau = math.sqrt(3) * N / K
-    near = [N**2 / t + K**2 * t / 3 for t in (tau, 0.99 * tau, 1.01 * tau)]
-    assert min(near) == near[0] == pytest.approx(2 * N * K / math.sqrt(3), rel=1e-12)
 
 
 def test_clusters_that_do_not_overlap():
@@ -548,11 +509,6 @@ def test_examples_of_the_glossary():
         assert words in " ".join(GLOSSARY.split())
         printed = re.findall(r"[\d.]+", words.split(":")[-1])[0]
         assert f"{value:.{len(printed.split('.')[1]) if '.' in printed else 0}f}" == printed, words
-
-
-def test_noise_bandwidths():
-    for order, wanted in ((1, math.pi / 2), (2, math.pi / (2 * math.sqrt(2)))):
-        assert quad(lambda f, n=order: 1 / (1 + f ** (2 * n)), 0, np.inf)[0] == pytest.approx(wanted, rel=1e-8)
 
 
 def test_keys_of_the_glossary_are_those_of_the_pages_of_the_programs():

@@ -10,9 +10,7 @@ from known import seed_of
 from sigmatau import DataError, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
-from sigmatau.model.channel import ChannelModel
 from sigmatau.model.noise_model import NoiseModel
-from sigmatau.model.processes import GaussMarkov
 
 # Half a unit of the last place of single precision, in which both keep their parameters.
 SINGLE = 2.0**-24
@@ -122,19 +120,6 @@ def test_step_of_ardupilot_is_that_of_its_loop():
         assert float(dt) == pytest.approx(1000 * step_of_ardupilot(float(rate)), abs=0.005)
 
 
-@pytest.mark.parametrize("step", [0.01, 0.004])
-@pytest.mark.parametrize("target", CASES)
-def test_propagation_finds_the_covariance_of_the_model(target, step):
-    steps = 500
-    p = read(target, step=step)
-    for sensor, noise, bias in (("gyro", p[0], p[2]), ("accel", p[1], p[3])):
-        angle, walked = propagate(target, noise, bias, step, steps)
-        time = step * steps
-        # Six roundings of single precision in a square or a fourth power.
-        assert angle == pytest.approx(N[sensor] ** 2 * time, rel=6 * SINGLE)
-        assert walked == pytest.approx(K[sensor] ** 2 * time, rel=6 * SINGLE)
-
-
 @pytest.mark.parametrize("target", CASES)
 def test_propagation_finds_the_scatter_of_simulated_noise(target):
     """At another rate than the filter's: samples of 2.5 ms, summed to steps by the rule of each filter."""
@@ -195,28 +180,6 @@ def test_what_has_to_be_chosen(target):
         export(model(), to=target, choices=Choices(axes="each"))
     with pytest.raises(DataError, match="accelerometers"):
         export(NoiseModel(channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}}), to=target)
-
-
-HOSTILE = 'gyro_x\n1\t1\tEKF2_GYR_NOISE\t9\t9\rEK3_GYRO_P_NSE,9\u2028EK3_GYRO_P_NSE 9\x85# "'
-
-
-@pytest.mark.parametrize("target", CASES)
-def test_hostile_names_stay_in_their_comments(target):
-    hostile = NoiseModel(
-        channels={
-            HOSTILE: {"random_walk": N["gyro"], "rate_random_walk": K["gyro"]},
-            "accel_x": ChannelModel(
-                terms={"random_walk": N["accel"], "rate_random_walk": K["accel"]},
-                gauss_markov=(GaussMarkov(sigma=1.0, time=1.0),),
-                quantity="acceleration",
-                unit="m/s^2",
-            ),
-        }
-    )
-    parse, names = CASES[target]
-    found = parse(export(hostile, to=target))
-    assert sorted(found) == sorted(names)
-    assert found[names[0]] == pytest.approx(N["gyro"] / math.sqrt(STEP[target]), rel=1.01 * SINGLE)
 
 
 @pytest.mark.parametrize("value", ["1\t1\tEKF2_GYR_NOISE\t9\t9\n1", "0", "256", "1.5", "nan", "x", ""])

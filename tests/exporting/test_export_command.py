@@ -9,7 +9,7 @@ import pytest
 
 import vio
 from known import seed_of
-from sigmatau import DataError, NoiseModel, OptionError, Record, analyze, simulate
+from sigmatau import DataError, NoiseModel, OptionError, Record, simulate
 from sigmatau.analysis.inputs import read_model
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
@@ -129,32 +129,6 @@ def test_a_target_by_the_name_of_its_program(typed, name):
     assert target(typed) is target(name)
 
 
-def test_a_file_states_the_cost_of_noise_as_large_as_its_factors(tmp_path, capsys):
-    """With N three times as large and the factor 3, the filter states its error about as at rest without the factor."""
-    place = tmp_path / "m.toml"
-    place.write_text(
-        '[channels.gyro_x]\nrandom_walk = "0.3 deg/sqrt(h)"\nbias_instability = "10 deg/h"\n'
-        '[channels.accel_x]\nrandom_walk = "0.03 m/s/sqrt(h)"\nbias_instability = "40 ug"\n'
-    )
-    assert main(["export", str(place), "--to", "kalibr", "--filter-rate", "200", "--noise-factor", "gyro=3", "-q"]) == 0
-    out, _ = capsys.readouterr()
-    assert "With noise as large as the factors say, it states 1.12 of its error after 60 s." in out
-
-
-def test_noise_that_is_covered(tmp_path, capsys):
-    (tmp_path / "m.toml").write_text(
-        '[channels.gyro_x]\nquantization = "1 arcsec"\nrate_random_walk = "10 deg/h/sqrt(h)"\n'
-        '[channels.accel_x]\nrandom_walk = "100 ug/sqrt(Hz)"\nrate_random_walk = "10 ug/sqrt(h)"\n'
-    )
-    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", capsys=capsys)
-    assert code == 2
-    assert 'choose --random-walk "gyro=1e-6 rad/sqrt(s)"' in err
-    more = ("--random-walk", "gyro=0.06 deg/sqrt(h)")
-    code, out, _ = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more, capsys=capsys)
-    assert code == 0
-    assert vio.parse(out)["lio_sam"]["imuGyrNoise"] == pytest.approx(np.radians(0.001), rel=1e-12)
-
-
 def test_a_value_for_what_was_observed_is_not_used_and_said(tmp_path, capsys):
     both = {"random_walk": 1e-3, "rate_random_walk": 1e-5}
     given = NoiseModel(channels={"gyro_x": both, "accel_x": both})
@@ -171,23 +145,6 @@ def test_a_value_for_what_was_observed_is_not_used_and_said(tmp_path, capsys):
     _, out, err = run("export", tmp_path / "m.toml", "--to", "lio-sam", *more[:2], capsys=capsys)
     assert "not used" not in err  # one axis needs it
     assert vio.parse(out)["lio_sam"]["imuGyrBiasN"] == 0.1
-
-
-def test_horizon(tmp_path, capsys):
-    slow = {"random_walk": 1e-3, "bias_instability": 1e-3}
-    model = NoiseModel(channels={"gyro_x": slow, "gyro_y": {"random_walk": 1e-3}, "accel_x": slow, "accel_y": slow})
-    model.write(tmp_path / "m.toml")
-    walk = ("--rate-random-walk", "gyro=horizon,accel=horizon")
-    code, out, _ = run(
-        "export", tmp_path / "m.toml", "--to", "kalibr", "--filter-rate", 100, *walk, "--horizon", "2 s", capsys=capsys
-    )
-    assert code == 0
-    flicker = model.avar("gyro_x", m=[200], tau0=0.01)[0] - 1e-6 / 2
-    assert vio.parse(out)["gyroscope_random_walk"] == pytest.approx(np.sqrt(3 * flicker / 2), rel=1e-9)
-    NoiseModel(channels={s: {"random_walk": 1e-3} for s in ("gyro", "accel")}).write(tmp_path / "m.toml")
-    code, _, err = run("export", tmp_path / "m.toml", "--to", "gtsam", *walk, "--horizon", "2s", capsys=capsys)
-    assert code == 2
-    assert "no slow noise" in err
 
 
 def test_a_line_is_no_walk():
@@ -293,13 +250,6 @@ class TestAnalyze:
         assert "# from log.csv, 60 s at 100 Hz, analysed by sigmatau" in text
         assert "# gyro_x, gyro_y, accel_x and accel_y: the model fits\n" in text
 
-    def test_a_value_that_is_not_used_is_said_once(self, log, tmp_path, capsys):
-        files = [f"kalibr={tmp_path / 'imu.yaml'}", f"gtsam={tmp_path / 'imu.py'}"]
-        more = ("--random-walk", "gyro=1 rad/sqrt(s)")
-        code, _, err = run("analyze", log, "--export", files[0], "--export", files[1], *WALKS, *more, capsys=capsys)
-        assert code == 0
-        assert err.count("--random-walk for gyro not used") == 1
-
     def test_what_has_to_be_chosen_is_said_after_the_results(self, log, tmp_path, capsys):
         code, out, err = run(
             "analyze", log, "--json", tmp_path / "r.json", "--export", f"kalibr={tmp_path / 'imu.yaml'}", "--strict",
@@ -391,23 +341,3 @@ class TestAnalyze:
         written = {path.name for path in tmp_path.iterdir() if path.name != "log.csv"}
         assert written >= {"r.json", "r.csv", "r-curves.csv", "p.svg", "k"}
         assert not written & {"r.html", "kf"}
-
-    def test_of_one_log(self, log, tmp_path, capsys):
-        code, _, err = run("analyze", log, tmp_path / "b.csv", "--export", "kalibr=a", capsys=capsys)
-        assert code == 2
-        assert "--export takes one log" in err
-        assert run("analyze", log, "--export", f"kalibr={tmp_path}", capsys=capsys)[0] == 1
-
-
-def test_in_python(record):
-    analysis = analyze(record)
-    walk = {"gyro": "upper-limit", "accel": 1e-5}
-    text = analysis.export(to="kalibr", choices=Choices(walk=walk))
-    assert vio.parse(text)["update_rate"] == 100.0
-    assert vio.parse(analysis.export(to="kalibr", choices=Choices(walk=walk, filter_rate=50.0)))["update_rate"] == 50.0
-    assert set(analysis.model.channels) == {"gyro_x", "gyro_y", "accel_x", "accel_y"}
-    assert analysis.export(to="kalibr")
-    with pytest.raises(OptionError, match="choose"):
-        analysis.export(to="kalibr", choices=Choices(strict=True))
-    with pytest.raises(OptionError, match="unknown target"):
-        target("kalibr ")

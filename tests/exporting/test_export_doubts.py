@@ -15,7 +15,6 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, place_choices, prepare, prepare_placed
 from sigmatau.exporting.source import Source
 from sigmatau.exporting.targets import NAMES, target
-from sigmatau.fitting.noise_fit import Fits
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.file import NOT_ADEQUATE, ONLY_LIMITS
 
@@ -242,12 +241,6 @@ class TestAdvice:
         assert message in err
         assert "`" not in err
 
-    def test_list_of_one(self, capsys):
-        assert main(["export", "--list", "kf-gins"]) == 0
-        out = capsys.readouterr().out
-        assert all(key in out for key in target("kf-gins").names)
-        assert "worst, mean, each" in out
-
 
 @pytest.mark.parametrize(
     ("given", "name"),
@@ -299,12 +292,6 @@ def test_a_topic_is_carried_over(tmp_path):
     assert 'rostopic: "/my/imu"' in export(read_source(path), to="kalibr")
 
 
-def test_a_comment_of_gazebo_can_be_pasted():
-    text = export(model_of(FIVE), to="gazebo", choices=Choices(filter_rate=100.0))
-    assert "- -" not in text
-    assert '`names={"gyro_turn_on_bias": "VALUE"}`' in text
-
-
 def test_a_spectrum_without_a_corner():
     """A finding of an uneven spectrum has no size; the result is exported all the same."""
     content = analyze(Record.from_arrays(rate=100, gyro_x=np.random.default_rng(1).standard_normal(4096))).to_dict()
@@ -326,16 +313,6 @@ def test_axes_that_are_not_to_be_used_are_named_in_file_and_finding():
     assert (finding.severity, finding.channels) == ("warning", tuple(axes))
     good = prepare(replace(analysis.to_source(), poor=()), to="kalibr")
     assert "poor_trust" not in [one.code for one in good.findings]
-
-
-def test_trust_of_axes_that_differ():
-    record = Record.from_arrays(
-        rate=50.0, unit={"gyro": "rad/s"}, gyro=1e-3 * np.random.default_rng(1).standard_normal((6000, 3))
-    )
-    analysis = analyze(record)
-    fits = {name: replace(fit, trust="partial" if name == "gyro_y" else "good") for name, fit in analysis.fits.items()}
-    assert "trust: gyro_x good, gyro_y partial, gyro_z good" in replace(analysis, fits=Fits(fits)).to_source().head
-    assert "trust: gyro good" in analysis.to_source().head
 
 
 class TestFilterRate:

@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from sigmatau import DataError, OptionError, Record, analyze
+from sigmatau import DataError, OptionError
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 from sigmatau.model.channel import ChannelModel
@@ -166,15 +166,6 @@ class TestJoint:
         part = state_space(a.parts()[term], dt=DT, output=output).avar(sizes)
         np.testing.assert_allclose(total.avar(sizes), (1 + 9) * alone + 2 * rho * 3 * part, rtol=1e-9)
 
-    @pytest.mark.parametrize("ending", [".npz", ".mat"])
-    def test_in_every_form(self, ending, tmp_path):
-        choices = Choices(step=DT, names={"form": "joint"})
-        want = of_json(export(MODEL, to="state-space", choices=choices))["joint"]
-        got = FORMS[ending](export(MODEL, to="state-space", path=tmp_path / f"a{ending}", choices=choices))["joint"]
-        for key in MATRICES:
-            assert (np.asarray(got[key]) == want[key]).all()
-        assert want["states"][0] == "gyro_x.bias"
-
 
 def test_state_space_refuses():
     for names, what in (({"output": "angle"}, "output"), ({"form": "both"}, "form")):
@@ -298,12 +289,3 @@ def test_sheet_of_what_was_not_seen_and_what_is_beside_the_five():
     ):
         with pytest.raises(OptionError, match="ieee952"):
             export(NoiseModel(channels={"gyro_x": gyro}), to="ieee952", choices=Choices(**choice))
-
-
-def test_a_filter_without_a_corner():
-    """Its finding has no size."""
-    x = np.random.default_rng(1).standard_normal(20_001)
-    analysis = analyze(Record.from_arrays(rate=100, gyro_x=1e-3 * (x[1:] + 0.1 * x[:-1])))
-    (found,) = (finding for finding in analysis.findings if finding.code == "low_pass_filter")
-    assert found.size is None
-    assert analysis.to_source().corners == {}

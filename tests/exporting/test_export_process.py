@@ -173,17 +173,3 @@ class TestMoreSlowNoiseThanTheProcess:
         numbers = numbers_of({"gyro_x": terms, "gyro_y": terms}, horizon=horizon, walk_factor=3.0)
         assert "all slow noise" not in process(numbers, "gyro").words
         assert numbers.findings == []
-
-
-def test_a_mean_says_what_it_is_of():
-    """Each axis with its value, its factor and its doubt, so that the number can be made again."""
-    limits = {"bias_instability": (0.9 * B, 1.2 * B)}
-    axes = {
-        "gyro_x": ChannelModel(terms={"random_walk": N, "bias_instability": B}, intervals=limits),
-        "gyro_y": ChannelModel(terms={"random_walk": N, "bias_instability": 2 * B}, adequate=False),
-    }
-    words = of(axes, axes="mean", horizon=60.0, walk_factor=10.0).words
-    size = math.radians(1) / 3600
-    assert f"gyro_x: bias instability {B / size:.1f} [{0.9 * B / size:.1f}, {1.2 * B / size:.1f}] deg/h as one" in words
-    assert f"gyro_y: bias instability {2 * B / size:.4g} deg/h as one process, times 10" in words
-    assert words.count("no model fits this axis") == 1

@@ -6,11 +6,10 @@ import re
 
 import numpy as np
 import pytest
-from ruamel.yaml import YAML
-from simulators import AXES, EXACT, RATE, N, block_yaml, every_axis_policy, expected, model, one
+from simulators import AXES, EXACT, RATE, N, block_yaml, every_axis_policy, expected, model
 
 from known import seed_of
-from sigmatau import Analysis, DataError, OptionError, Record, analyze
+from sigmatau import DataError, OptionError, Record, analyze
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export, prepare
 from sigmatau.model.channel import ChannelModel
@@ -112,16 +111,6 @@ class TestRos:
         _, gyro, _ = self.read(given, axes=axes)
         assert np.diag(gyro) == pytest.approx([5e-5**2 * RATE + 2 * (1e-6 * RATE) ** 2] * 3, rel=EXACT)
 
-    def test_samples_have_it(self):
-        """Quantization and white noise, simulated: the mean square of the samples."""
-        given = NoiseModel(channels={"gyro_x": {"random_walk": 1e-3, "quantization": 2e-5}})
-        _, gyro, _ = self.read(given)
-        rng = np.random.default_rng(seed_of("ros sample variance"))
-        n = 100_000
-        rate = 1e-3 * math.sqrt(RATE) * rng.standard_normal(n) + np.diff(2e-5 * rng.standard_normal(n + 1)) * RATE
-        # Neighbours share quantization: their correlation is at most 1/2, which is at most 3/2 of the variance of it.
-        assert np.mean(rate**2) == pytest.approx(gyro[0, 0], rel=3 * math.sqrt(2 * 1.5 / n))
-
     def test_processes_and_lines_of_a_model_are_in_a_sample(self):
         own = {
             "gauss_markov": (GaussMarkov(sigma=3e-3, time=5.0),),
@@ -157,14 +146,6 @@ class TestRos:
         assert block_yaml(text)["angular_velocity_covariance"][0] == pytest.approx(n**2 * 400, rel=EXACT)
         assert "measured" not in text
 
-    def test_the_doubt_of_the_last_axis_is_said(self):
-        x = np.random.default_rng(seed_of("ros doubt")).normal(size=(20_000, 3))
-        content = analyze(Record.from_arrays(rate=100, gyro=1e-3 * x)).to_dict()
-        content["channels"]["gyro_z"]["fit"]["verdict"] = "descriptive"
-        assert "no model fits" in export(
-            Analysis.from_dict(content).to_source(), to="ros", choices=Choices(axes="each")
-        )
-
     def test_a_curve_without_octaves_leaves_the_model(self):
         record = Record.from_arrays(
             rate=100, gyro_x=1e-3 * np.random.default_rng(seed_of("few taus")).normal(size=20_000)
@@ -191,9 +172,3 @@ class TestRos:
                 self.read(model(), **choice)
         with pytest.raises(OptionError, match="rate of the filter"):
             export(model(), to="ros")
-
-    def test_a_hostile_name_is_a_comment(self):
-        name = "gyro_x\nlinear_acceleration_covariance: [9]\x85\u2028# \x00"
-        text = export(one(name), to="ros", choices=Choices(filter_rate=RATE))
-        assert YAML(typ="safe").load(text) == block_yaml(text)
-        assert block_yaml(text)["linear_acceleration_covariance"][0] == pytest.approx(1e-8 * RATE, rel=EXACT)

@@ -10,7 +10,7 @@ import pytest
 
 import vio
 from known import seed_of
-from sigmatau import Analysis, ChannelModel, NoiseModel, Sinusoid, analyze, datasheet, list_datasheets, simulate
+from sigmatau import Analysis, ChannelModel, NoiseModel, Sinusoid, analyze, list_datasheets, simulate
 from sigmatau.cli import main
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
@@ -82,14 +82,6 @@ def test_a_process_is_matched_where_the_stated_bias_instability_is():
     text = written(NoiseModel(channels={"gyro_x": both, "accel_x": both}), to="gnss-ins-sim")
     place = (n / (BIAS_LEVEL * b)) ** 2
     assert f"exact at the horizon, {place:.3g} s" in text
-
-
-def test_an_unstated_convention_is_that_with_more_noise(capsys):
-    assert main(["export", "--from-datasheet", "bmi088", "--to", "model"]) == 0
-    model = NoiseModel.from_dict(tomllib.loads(capsys.readouterr().out))
-    other = datasheet("bmi088").model(sided="one")
-    assert model["gyro_x"]["random_walk"] == pytest.approx(math.sqrt(2) * other["gyro_x"]["random_walk"], rel=1e-12)
-    assert main(["export", "imu.toml", "--from-datasheet", "bmi088", "--to", "kalibr"]) == 2
 
 
 def test_an_unstated_density_is_warned_about(capsys):

@@ -1,7 +1,6 @@
 """What a report says, and the numbers of its charts."""
 
 import base64
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -172,19 +171,6 @@ def test_left_out_samples_are_marked(record, analysis):
     assert any(start <= 43.21 <= stop + 0.01 for start, stop in outside)
 
 
-def test_moving_and_read_off_records():
-    rng = np.random.default_rng(3)
-    moving = st.Record.from_arrays(rate=100.0, gyro_x=np.cumsum(rng.standard_normal(20_000)) * 0.05)
-    content = collect_content(st.analyze(moving), moving)
-    assert content.verdict == "not_at_rest"
-    assert not content.overview
-    assert not content.files
-    read_off = collect_content(st.analyze(six_axes(), method="read-off"), None)
-    assert read_off.coefficients[0].rows
-    assert not read_off.files
-    json.dumps(content.charts, allow_nan=False)
-
-
 def test_a_very_fine_curve_is_thinned(record):
     fine = st.analyze(record, taus="all", window="0s:60s")
     drawn = collect_content(fine, record).charts["channels"]["gyro_x"]["deviation"]
@@ -212,12 +198,6 @@ def test_a_dead_axis_and_a_thermometer_are_among_the_time_series():
     assert channels["temperature"]["series"]["outside"] == []
     low = unpacked(channels["temperature"]["series"]["low"])
     assert (low[0], low[-1]) == (pytest.approx(20.0), pytest.approx(22.0, abs=0.01))
-
-
-def test_rest_is_told_of_inertial_sensors(analysis):
-    signal = st.Record.from_arrays(rate=100.0, voltage=np.random.default_rng(2).standard_normal(5000))
-    assert collect_content(st.analyze(signal), signal).verdict == ""
-    assert collect_content(analysis, None).verdict == "at_rest"
 
 
 def test_notes(analysis):

@@ -73,17 +73,6 @@ def test_names_are_text(tmp_path):
     assert set(charts["channels"]) == set(HOSTILE.values())
 
 
-def test_a_long_path_and_control_characters(tmp_path, record):
-    from dataclasses import replace
-
-    analysis = st.analyze(record)
-    source = replace(analysis.source, path="/" + "long/" * 2000 + "a\x1b[31m\u202e<b>.csv")
-    st.report(replace(analysis, source=source), tmp_path / "x.html")
-    text = (tmp_path / "x.html").read_text(encoding="utf-8")
-    assert "\x1b" not in text
-    assert "<b>" not in text
-
-
 def test_what_is_not_drawn_has_a_reason(record):
     rng = np.random.default_rng(22)
     x = rng.standard_normal(12_000)
@@ -176,42 +165,3 @@ def test_notes_of_the_user(log, tmp_path, capsys):
     assert "--note needs --report" in capsys.readouterr().err
     assert main(["analyze", str(log), *OPTIONS, "--report", str(out), "--note", "A123"]) == 2
     assert "NAME=TEXT" in capsys.readouterr().err
-
-
-def test_the_result_is_written_before_the_report(log, tmp_path, monkeypatch):
-    """A report that cannot be written costs no result."""
-
-    def fails(*_, **__):
-        raise DataError("no space left")
-
-    monkeypatch.setattr("sigmatau.cli.outputs.write_report", fails)
-    out = tmp_path / "r.json"
-    assert main(["analyze", str(log), *OPTIONS, "--json", str(out), "--report", str(tmp_path / "r.html")]) == 1
-    assert json.loads(out.read_text(encoding="utf-8"))["channels"]["gyro_x"]["fit"]
-
-
-def test_command_with_several_logs(log, tmp_path):
-    import shutil
-
-    shutil.copy(log, tmp_path / "b.csv")
-    folder = tmp_path / "pages"
-    assert main(["analyze", str(log), str(tmp_path / "b.csv"), *OPTIONS, "--report", str(folder), "--jobs", "2"]) == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["a.csv.html", "b.csv.html"]
-
-
-def test_command_refuses_before_the_work(log, tmp_path, capsys):
-    assert main(["analyze", str(log), *OPTIONS, "--report", str(tmp_path / "r.docx")]) == 2
-    assert ".html, .pdf" in capsys.readouterr().err
-    assert main(["analyze", str(log), *OPTIONS, "--report", str(tmp_path / "no" / "r.html")]) == 1
-    same = str(tmp_path / "r.html")
-    assert main(["analyze", str(log), *OPTIONS, "--report", same, "--csv", same]) == 2
-
-
-def test_a_report_of_an_earlier_run_does_not_stay(log, tmp_path, capsys):
-    """A run that fails leaves no report that looks like its own; and a report in a folder of logs is not a log."""
-    out = tmp_path / "r.html"
-    assert main(["analyze", str(log), *OPTIONS, "--report", str(out)]) == 0
-    log.write_text("gyro_x\n1\n", encoding="utf-8")
-    assert main(["analyze", str(log), *OPTIONS, "--report", str(out)]) == 1
-    assert not out.exists()
-    assert "removed" in capsys.readouterr().err

@@ -187,20 +187,6 @@ def test_no_zoom_breaks_a_chart(opened, tmp_path):
             assert len(drawn) == 2, (sensor, chart)  # the keys were heard
 
 
-def test_a_zoom_stays_when_something_else_is_chosen(opened, page):
-    tab = opened(page)
-    shown = figure(tab, "deviation")
-    shown.locator(".plot").focus()
-    whole = range_of(tab, "deviation")
-    shown.locator(".plot").focus()
-    tab.keyboard.press("+")
-    zoomed = range_of(tab, "deviation")
-    assert _without_clips(zoomed) != _without_clips(whole)
-    for _ in range(2):
-        shown.get_by_role("checkbox", name="Terms").click()
-    assert _without_clips(range_of(tab, "deviation")) == _without_clips(zoomed)
-
-
 def test_whole_intervals_are_saved(opened, page, analysis):
     """The longest one reaches over more than the factor of ten that is drawn."""
     tab = opened(page)
@@ -254,15 +240,6 @@ def test_saved_pictures(opened, page):
         assert ET.fromstring(svg).tag.endswith("svg")
     rows = csv_of(tab, "series")
     assert rows[0][:3] == ["series", "time [min]", "x [deg/h]"]
-
-
-def test_theme(opened, page):
-    tab = opened(page, color_scheme="dark")
-    ground = "getComputedStyle(document.body).backgroundColor"
-    assert tab.evaluate(ground) == "rgb(18, 22, 28)"
-    tab.get_by_role("button", name="Light").click()
-    assert tab.evaluate(ground) == "rgb(255, 255, 255)"
-    assert tab.get_by_role("button", name="Dark").is_visible()
 
 
 def test_values_for_filters_are_copied(opened, page):
@@ -363,17 +340,3 @@ def test_hostile_names_are_text(opened, tmp_path):
     rows = csv_of(tab, "deviation")
     assert {HOSTILE["quotes"], HOSTILE["ends"]} <= {row[0] for row in rows}
     json.dumps(rows)
-
-
-def test_a_dead_axis_keeps_its_place(opened, tmp_path):
-    """It is among the time series only, and the axes after it keep their colours."""
-    x = 1e-3 * np.random.default_rng(8).standard_normal((6000, 3))
-    x[:, 1] = 0.25
-    record = st.Record.from_arrays(rate=100.0, gyro=x, temperature=20 + np.arange(6000) / 1e4)
-    st.report(st.analyze(record), tmp_path / "x.html", record=record)
-    tab = opened(tmp_path / "x.html")
-    assert figure(tab, "series").locator(".plot").count() == 3
-    assert figure(tab, "series", "temperature").locator(".plot").count() == 1
-    assert figure(tab, "deviation").get_by_role("checkbox", name="y", exact=True).count() == 0
-    colours = "[...document.querySelectorAll('[data-chart=%s] [data-channel=gyro_z]')].map((i) => i.style.background)"
-    assert tab.evaluate(colours % "deviation") == tab.evaluate(colours % "series")

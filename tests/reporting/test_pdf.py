@@ -161,18 +161,6 @@ def test_a_sensor_that_moves():
     assert "Timeseries" in text
 
 
-def test_coefficients_that_were_read_off():
-    y = noise("read off", 20_000)
-    given = content(Record.from_arrays(rate=100, gyro_x=y), method="read-off")
-    found = pages(given)
-    assert "those read off the curves are below" in found[0]
-    (table,) = given.coefficients
-    text = squeezed(found)
-    assert table.rows
-    for term, value, interval, unit in table.rows:
-        assert "".join(map(in_print, (term, value, unit, interval))) in text
-
-
 def test_without_the_record_there_is_what_the_analysis_knows():
     record = Record.from_arrays(rate=100, gyro_x=noise("alone", 20_000))
     text = squeezed(pages(content(record, with_record=False)))

@@ -2,8 +2,6 @@
 
 import json
 import math
-import pydoc
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -208,9 +206,6 @@ class TestResults:
             'name = "own"\nmaker = "M"\nsource = "S"\n[gyro]\nrandom_walk = { maximum = "1 rad/sqrt(s)" }\n'
         )
         assert compare_with(analysis, path).datasheet == compare_with(analysis, str(path)).datasheet == "own"
-
-    def test_help_names_nothing_private(self):
-        assert not re.search(r"\b_\w", pydoc.plain(pydoc.render_doc(compare_with)))
 
     def test_what_the_sheet_says_nothing_of_is_listed(self, analysis):
         verdict = compare_with(analysis, sheet(bias_instability={"maximum": "1 rad/s", "as": "minimum"}))

@@ -55,31 +55,6 @@ def test_worker_with_another_package(version, told):
         run.run_fleet(Scheduler(a=__version__, b=version), [], JOB, done=lambda _: None)
 
 
-def test_workers_are_asked_once(monkeypatch):
-    monkeypatch.setattr(run, "_RECOUNT", 0.0)
-    client, told = Scheduler(a=__version__, b=OSError("is gone")), []
-    fleet = run._Run(client, JOB, lambda _: None, told.append)
-    fleet._start()
-    fleet._start()
-    client.versions["c"] = __version__
-    fleet._start()
-    assert (client.asked, told) == ([["a", "b"], ["c"]], [])
-
-
-def test_waiting_for_workers_is_told_once(monkeypatch):
-    monkeypatch.setattr(run, "_RECOUNT", 0.0)
-    client, told = Scheduler(), []
-    fleet = run._Run(client, JOB, lambda _: None, told.append)
-    fleet._start()
-    fleet._start()
-    assert told == ["the scheduler has no workers; waiting for them"]
-    client.versions["a"] = __version__
-    fleet._start()
-    del client.versions["a"]
-    fleet._start()
-    assert len(told) == 2
-
-
 def test_port_that_says_nothing(monkeypatch):
     """`distributed.Client` would wait for it without end."""
     monkeypatch.setattr(run, "_ANSWER", 0.5)

@@ -95,26 +95,6 @@ class TestInMemory:
         assert compared.key(at)[1].channel == "gyro_x"
         assert "! gyro_x random walk: run day 3 does not belong: 61 % above the others" in repr(compared)
 
-    def test_the_first_line_leaves_out_names_only_of_many_runs(self, days):
-        assert repr(compare_runs(days)).startswith("4 runs of A1: day 1, day 2, day 3, day 4\n")
-        many = compare_runs([scaled(copy.deepcopy(day), 1 + 0.001 * k) for k, day in enumerate(days * 2, 1)])
-        assert repr(many).startswith("8 runs of A1: day 1 … day 4 (2)\n")
-        long = [f"{'a name as long as a line':60} {k}" for k in range(DAYS)]
-        first = repr(compare_runs(days, names=long)).splitlines()[0]
-        assert first.startswith("4 runs of A1: a name")
-        assert len(first) <= 80
-
-    @pytest.mark.parametrize("by", ["unit", "axis"])
-    def test_the_table_has_80_columns(self, days, by):
-        for day in days:
-            terms = day["channels"]["gyro_x"]["fit"]["terms"]
-            day["channels"]["gyroscope_long"] = copy.deepcopy(day["channels"]["gyro_x"])
-            terms["bias_instability"]["value"] *= 1.2345e4
-        lines = repr(compare_runs(days, by=by)).splitlines()
-        assert max(map(len, lines)) <= 80
-        what = {"unit": "run", "axis": "result"}[by]
-        assert f"next ±: 95 % prediction interval of one more {what}, around the mean" in lines
-
     def test_one_run_is_not_compared(self, days):
         assert "Nothing to compare: each value is from one run." in repr(compare_runs(days[:1]))
         units = repr(compare_runs(days[:2], units=["u", "v"]))
@@ -140,15 +120,6 @@ class TestInMemory:
         assert by_axis["gyro_x", "random_walk"].k == DAYS
         with pytest.raises(OptionError, match="unit, run, axis"):
             compare_runs(days, by="day")
-
-    def test_a_term_that_no_run_shows(self, days):
-        for day in days:
-            day["channels"]["gyro_x"]["fit"]["terms"]["bias_instability"] = {
-                "observed": False, "upper_limit": 1e-4, "level": 0.95, "unit": "rad/s",
-            }  # fmt: skip
-        row = compare_runs(days)["gyro_x", "bias_instability"]
-        found = json.loads(json.dumps(row.to_dict(), allow_nan=False))
-        assert (found["k"], found["mean"]) == (0, None)
 
     def test_terms_that_some_runs_show(self, days):
         terms = days[1]["channels"]["gyro_x"]["fit"]["terms"]
@@ -203,14 +174,6 @@ class TestInMemory:
         p = np.array([0.01, 0.04, np.nan, 0.03, 0.5, 0.2])
         group = np.array([0, 0, 0, 0, 1, 1])
         np.testing.assert_allclose(holm(p, group), [0.03, 0.06, np.nan, 0.06, 0.5, 0.4], rtol=1e-12)
-
-    def test_a_thousand_runs(self, days):
-        rng = np.random.default_rng(seed_of("a thousand runs"))
-        many = [scaled(copy.deepcopy(days[0]), math_exp) for math_exp in np.exp(0.01 * rng.standard_normal(1000))]
-        compared = compare_runs(many)
-        assert compared["gyro_x", "random_walk"].k == 1000
-        assert compared["gyro_x", "random_walk"].tau > 0
-        assert len(repr(compared).splitlines()) <= 24
 
 
 class TestNotUsed:
@@ -297,11 +260,6 @@ class TestNotUsed:
         with pytest.raises(DataError, match="row 3: a second row of random_walk of gyro_x in the run '1'"):
             compare_runs([path])
 
-    def test_values_near_the_largest_number(self, tmp_path):
-        path = tmp_path / "large.csv"
-        path.write_text("run,channel,term,value,unit\n1,x,random_walk,1e300,u\n2,x,random_walk,1e-300,u\n")
-        assert compare_runs([path])["x", "random_walk"].std is None
-
     def test_nothing_is_left(self, days):
         with pytest.raises(DataError, match="not a result"):
             compare_runs({"a": 1})
@@ -327,16 +285,6 @@ def test_a_spread_of_zero_without_an_interval(tmp_path, capsys):
         assert main(["compare", str(table)]) == 0
         row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("gyro_x"))
         assert re.search(rf" 0\.055 +{re.escape(between)} ", row), row
-
-
-def test_another_sensor_among_the_runs(days):
-    for channel, content in days[3]["channels"].items():
-        for term, one in content["fit"]["terms"].items():
-            if isinstance(one, dict) and one.get("value") is not None:
-                scaled(days[3], 50.0, channel, term)
-    compared = compare_runs(days)
-    named = {run.name for at, run in compared.outliers().items() if compared.key(at)[1].term != "mean"}
-    assert named == {"day 4"}
 
 
 class TestCommand:
@@ -400,12 +348,6 @@ class TestCommand:
         assert "4 results of 2 units" in repr(compared)
         assert max(map(len, repr(compared).splitlines())) <= 80
         assert len(repr(compared).splitlines()) <= 24
-
-    def test_what_a_killed_run_leaves_is_not_read(self, folder):
-        (folder / ".day1.json.sigmatau-x.json").write_bytes(b"")
-        compared = compare_runs(folder)
-        assert len(compared.runs) == DAYS
-        assert not compared.unused
 
     def test_results_without_names_of_units_are_told_to_be_one_unit(self, folder, capsys):
         assert main(["compare", "day1.json", "day2.json"]) == 0
@@ -494,31 +436,6 @@ class TestReadOff:
             assert rows["mean_error"][at] < 0.5 * rows["paper_delta"][at]
             assert rows["judgement"][at] != "without_errors"
 
-    def test_csv_of_earlier_versions(self, read_off_days, tmp_path):
-        """Its column `error` is δ of eq. (26); in a table that was typed it is a standard error."""
-        files = [tmp_path / f"day{k}.csv" for k in range(3)]
-        for file, analysis in zip(files, read_off_days["read-off"], strict=True):
-            file.write_text(csv_text(analysis.columns()).replace("plus_minus", "error"))
-        rows = compare_runs(files).columns()
-        assert rows["mean_error"] == [None, None]
-        assert set(rows["judgement"]) == {"without_errors"}
-        assert None not in rows["paper_delta"]
-        header, *lines = files[0].read_text().splitlines()
-        (tmp_path / "typed.csv").write_text(
-            "\n".join([f"run,{header}", *(f"{k},{line}" for k in (1, 2, 3) for line in lines)])
-        )
-        assert None not in compare_runs([tmp_path / "typed.csv"]).columns()["mean_error"]
-
-    def test_the_table(self, read_off_days, tmp_path, monkeypatch, capsys):
-        monkeypatch.chdir(tmp_path)
-        for k, analysis in enumerate(read_off_days["read-off"]):
-            (tmp_path / f"day{k}.json").write_text(analysis.to_json())
-        assert main(["compare", "day0.json", "day1.json", "day2.json", "--table"]) == 0
-        out = capsys.readouterr().out
-        assert re.search(r"^paper: STD < δ +yes, δ = \d", out, flags=re.MULTILINE)
-        assert "STD < error" not in out
-        assert "δ: eq. (26) of the paper" in out
-
 
 class TestTyped:
     @pytest.mark.parametrize(("table", "lines"), [
@@ -566,20 +483,6 @@ class TestTyped:
         path = self.rows(tmp_path, "1,gyro_x,random_walk,1", head="run,channel,term,value")
         with pytest.raises(DataError, match="column 'unit' is missing"):
             compare_runs(path)
-
-
-def test_the_indentation_of_a_file_does_not_matter(made, tmp_path):
-    from sigmatau.lab.lots.reading import read_runs
-
-    tables = []
-    for k, indent in enumerate((1, None, 2, "\t", 4)):
-        path = tmp_path / f"{k}.json"
-        path.write_text(json.dumps(made[0].to_dict(), indent=indent))
-        tables.append(read_runs([path]))
-    for other in tables[1:]:
-        assert other.labels == tables[0].labels
-        np.testing.assert_array_equal(other.value, tables[0].value)
-        np.testing.assert_array_equal(other.error, tables[0].error)
 
 
 def test_clocks(days):

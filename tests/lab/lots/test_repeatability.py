@@ -166,14 +166,6 @@ def test_size_and_coverage(k, ratio):
     assert np.mean(found.outlier_p < 0.05) <= 0.05 + error
 
 
-def test_many_groups_take_seconds():
-    """5000 units, six axes, five terms and seven days: a test of memory, and that nothing loops over groups."""
-    rng = np.random.default_rng(seed_of("many groups"))
-    values = rng.standard_normal((150_000, 7))
-    found = group_effects(values, np.ones_like(values), level=0.95)
-    assert np.isfinite(found.tau_high).all()
-
-
 @pytest.mark.parametrize(
     ("values", "errors", "words"),
     [
@@ -196,10 +188,3 @@ def test_refusals(values, errors, words):
 def test_refused_options(options):
     with pytest.raises(OptionError):
         random_effects([1.0, 2.0], [0.1, 0.1], **options)
-
-
-def test_to_dict_is_json():
-    import json
-
-    for found in (random_effects([1.0], None), random_effects([1.0, 1.1, 5.0], [0.1, 0.1, 0.1])):
-        assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["k"] == found.k

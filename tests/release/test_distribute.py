@@ -116,10 +116,11 @@ def test_the_package_needs_at_run_time_only_what_it_states():
     """Modules that are imported at the beginning of a module, and are not Python's own, are core dependencies."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     stated = {re.split(r"[>=<\[]", one)[0].replace("-", "_") for one in project["dependencies"]}
-    of_store = {"sqlalchemy", "orjson"}  # modules of this room are imported when a store is opened
+    # Modules of these rooms are imported when a store is opened, and when the workbench starts.
+    of_rooms = {"store": {"sqlalchemy", "orjson"}, "app": {"starlette", "uvicorn", "anyio"}}
     for path in (ROOT / "python" / "sigmatau").rglob("*.py"):
         for line in path.read_text(encoding="utf-8").splitlines():
             if found := re.match(r"(?:import|from) (\w+)", line):
                 name = found[1]
-                allowed = stated | (of_store if "store" in path.parts else set())
+                allowed = stated.union(*(of_rooms.get(part, ()) for part in path.parts))
                 assert name in sys.stdlib_module_names or name == "sigmatau" or name in allowed, f"{path}: {line}"

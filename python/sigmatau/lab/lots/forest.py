@@ -87,11 +87,11 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     outlier = comparison.outliers().get(row)
     is_odd = np.array([run is outlier for run, _, _ in listed])
     for chosen, colour in ((~is_odd, "C0"), (is_odd, "C3")):
-        ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
+        reach = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
         if chosen.any():
             marker_size = 4.0 if count <= _MOST_NAMES else 1.5
             ax.errorbar(
-                value[chosen], places[chosen], xerr=ends, fmt="o", ms=marker_size, lw=1.0, color=colour
+                value[chosen], places[chosen], xerr=reach, fmt="o", ms=marker_size, lw=1.0, color=colour
             )  # fmt: skip
     ax.set_title(f"{label.channel} {term_name(label)}", fontsize=small() + 1)
     ax.set_xlabel(unit.replace("^{3/2}", "$^{3/2}$"), fontsize=small())

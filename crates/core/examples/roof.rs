@@ -1,4 +1,4 @@
-//! What this machine can do at most, and what the kernels make of it: one probe a line, `name value unit`.
+//! Upper limits of this machine's speed, and the speed of the kernels: one probe per line, `name value unit`.
 //!
 //! `cargo run --release -p sigmatau-core --example roof [-- SAMPLES…]`; each figure is the median of several runs on one
 //! thread. The page of `make bench` shows them.
@@ -12,7 +12,7 @@ use std::time::Instant;
 const RUNS: usize = 9;
 /// Doubles of a vector.
 const LANES: usize = 4;
-/// Sums that run side by side: with their operands and the constants they fill sixteen registers.
+/// Number of sums that run in parallel: with their operands and the constants they fill sixteen registers.
 const CHAINS: usize = 6;
 /// Steps of every chain in one run.
 const STEPS: usize = 4_000_000;
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sizes: Vec<usize> =
         std::env::args().skip(1).filter_map(|a| Some(a.parse::<f64>().ok()? as usize)).collect();
     let sizes = if sizes.is_empty() { vec![1_440_000, 10_000_000] } else { sizes };
-    // On this thread: no other is woken up.
+    // On this thread only; no other is started.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
 
     report("roof", arithmetic::<false>(), "ps");
@@ -151,7 +151,7 @@ fn median_of(mut run: impl FnMut()) -> f64 {
     seconds[RUNS / 2]
 }
 
-/// Numbers that look random, quickly made: the time does not depend on what they are.
+/// Pseudo-random numbers that are fast to make; the time does not depend on their values.
 fn noise(n: usize) -> Vec<f64> {
     let mut state = 1u64;
     let next = || {

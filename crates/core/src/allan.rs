@@ -19,7 +19,7 @@ pub enum Overlap {
     None,
 }
 
-/// How many terms a record of N rate samples has.
+/// Number of terms for a record of N rate samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Counting {
     /// N + 1 − 2m terms: all there are (NIST SP 1065, table 31).
@@ -43,11 +43,11 @@ pub struct Estimate {
     pub ramp: f64,
 }
 
-/// Cluster sizes whose ramps make one task.
+/// Number of cluster sizes whose ramps make one task.
 const SIZES_PER_TASK: usize = 1024;
 
-/// Terms a sample from which on all cluster sizes are done at once. Both ways cost so much there, about 0.3 µs a sample,
-/// for a record of 10⁵ to 10⁷ samples.
+/// Number of terms per sample from which on all cluster sizes are computed at once. Both ways then cost about the same, 0.3
+/// µs per sample, for a record of 10⁵ to 10⁷ samples.
 const DENSE_TERMS: usize = 2000;
 
 /// Allan variance of one phase at the cluster sizes `m`, in any order, repeated or not. Runs on the current rayon pool.
@@ -83,8 +83,7 @@ pub fn allan_variance(
 
 /// Allan variances of several rate records, such as the axes of a unit; one result for each, in their order.
 ///
-/// `threads` is the number of threads to work on; without it, the current rayon pool does. The results are the same
-/// to the last bit.
+/// `threads` is the number of threads; without it, the current rayon pool is used. The results are the same to the last bit.
 ///
 /// # Errors
 ///
@@ -101,7 +100,7 @@ pub fn allan_variances(
         check_sizes(channel.len(), m, overlap, counting)?;
     }
     let of_all = || {
-        // Each share of the channels is worked off in the memory of one phase.
+        // Each share of the channels is computed in the memory of one phase.
         let share = channels.len().div_ceil(current_num_threads()).max(1);
         let in_one_phase = |channels: &[&[f64]]| -> Vec<Result<_, Error>> {
             let mut phase = Phase::reused();
@@ -162,7 +161,7 @@ fn estimate(m: usize, pairs: usize, sum_of_squares: f64) -> Estimate {
     Estimate { m, avar, pairs, ramp: 0.0 }
 }
 
-/// Phase points in use: one fewer than there are when the last term is left out.
+/// Number of phase points in use: one fewer than exist if the last term is left out.
 fn points_in_use(phase: &Phase, counting: Counting) -> usize {
     match counting {
         Counting::Standard => phase.samples() + 1,
@@ -170,15 +169,15 @@ fn points_in_use(phase: &Phase, counting: Counting) -> usize {
     }
 }
 
-/// Whether there are so many cluster sizes that doing all up to the largest, see [`every_size`], costs less than doing
-/// them one by one.
+/// Whether there are so many cluster sizes that computing all up to the largest, see [`every_size`], costs less than
+/// computing them one by one.
 fn dense(samples: usize, m: &[usize]) -> bool {
     let large = m.iter().filter(|&&m| m >= every_size::SMALLEST);
     let terms: usize = large.map(|m| samples + 1 - 2 * m).sum();
     terms > DENSE_TERMS * samples
 }
 
-/// All sizes by [`every_size`] but for those where it gives nothing, and the small ones.
+/// Computes all sizes by [`every_size`], except small ones and those for which it returns nothing.
 fn of_every_size(phase: &Phase, trend: &Trend, m: &[usize], counting: Counting) -> Vec<Estimate> {
     let points = points_in_use(phase, counting);
     let largest = m.iter().copied().max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! White noise behind a filter: the sampled process, with what aliases into it.
+//! White noise behind a filter: the sampled process, including aliasing.
 //!
 //! For samples of autocovariance rₖ the sum of l of them has the variance V(l) = l·r₀ + 2 Σ (l − k) rₖ, k = 1 … l − 1,
 //! and the Allan variance is (4V(m) − V(2m)) / (2m²). All filters here have rₖ whose sums are known.
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub enum Filter {
     /// Butterworth filter with so many poles, |H|² = 1 / (1 + (f / `corner_hz`)²ⁿ); with one of them an RC filter.
     Butterworth(u8),
-    /// All below the corner, nothing above.
+    /// Passes everything below the corner and nothing above.
     BrickWall,
 }
 

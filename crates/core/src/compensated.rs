@@ -8,7 +8,7 @@
 pub struct Sum {
     /// Leading part.
     pub hi: f64,
-    /// What rounding left out of `hi`.
+    /// Rounding error of `hi`.
     pub lo: f64,
 }
 

@@ -38,7 +38,7 @@ pub enum Kind {
     Theo1,
     /// Largest range of the phase in any window of m + 1 points. Unit of the phase.
     Mtie,
-    /// Root mean square of what the phase moves by in m samples. Unit of the phase.
+    /// Root mean square of the change of the phase in m samples. Unit of the phase.
     TieRms,
 }
 
@@ -55,7 +55,7 @@ impl Kind {
         }
     }
 
-    /// Fewest samples that leave a cluster size.
+    /// Smallest number of samples that leaves a cluster size.
     #[must_use]
     pub fn least_samples(self) -> usize {
         (1..100).find(|&samples| self.largest(samples) >= self.smallest()).unwrap_or(100)

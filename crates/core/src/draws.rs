@@ -1,4 +1,4 @@
-//! Where the random numbers of a generator come from, and what it adds up.
+//! Random numbers of a generator, and the interface of the parts that it adds up.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! What can be wrong with the arguments, with the numbers that show it.
+//! Errors in arguments, with the numbers that show them.
 
 /// Why a record or a parameter was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -6,7 +6,7 @@ pub enum Error {
     /// The record leaves no cluster size at all.
     #[error("the record has {got} samples, at least {need} are needed")]
     TooShort {
-        /// Least number of samples.
+        /// Smallest number of samples.
         need: usize,
         /// Samples in the record.
         got: usize,
@@ -14,21 +14,21 @@ pub enum Error {
     /// A cluster size that is zero or leaves no pair of clusters.
     #[error("cluster size {m} is not in 1..={largest}")]
     ClusterSize {
-        /// The size asked for, in samples.
+        /// The requested size, in samples.
         m: usize,
         /// The largest size that leaves one pair.
         largest: usize,
     },
-    /// A sample is not finite, or beyond what can be summed and squared.
+    /// A sample is not finite, or too large to be summed and squared.
     #[error("the sample at index {index} is not finite, or larger than 1e130")]
     NonFinite {
         /// Index of the sample in the record.
         index: usize,
     },
-    /// No memory to be had.
+    /// There is not enough memory.
     #[error("no memory for {bytes} bytes")]
     Memory {
-        /// How much was asked for.
+        /// Amount that was requested.
         bytes: usize,
     },
     /// A parameter outside its domain.
@@ -49,8 +49,8 @@ pub enum Error {
     },
 }
 
-/// Whether so much memory can be had at the moment: asked for at once before work that takes it in many pieces, because a
-/// piece that is refused ends the program.
+/// Tests whether this much memory is available now. It is requested at once, before work that allocates it in many pieces,
+/// because a piece that is refused aborts the program.
 ///
 /// # Errors
 ///

@@ -7,33 +7,35 @@
 //!
 //! D(n) = 4 q(n) − q(2n) − 2 h(n) − 2 t(n),
 //!
-//! where h(n), the head, is the part of q(n) from the first n points on, which no second difference has as its middle
-//! and last, and t(n), the tail, the same at the end. A sum of squared differences is made of sums of squares, which slide
-//! with n, and of a correlation, which Fourier transforms give for all n at once; for the head see [`triangle`].
+//! where h(n), the head, is the part of q(n) from the first n points on, which no second difference uses as its middle and
+//! last points, and t(n), the tail, is the same at the end. A sum of squared differences consists of sums of squares, which
+//! slide with n, and of a correlation, which Fourier transforms give for all n at once; for the head see [`triangle`].
 //!
 //! # By blocks
 //!
-//! Squares of a phase that wanders far are large, and D is their small difference. Second differences do not see a straight
-//! line: so the phase is cut into blocks, 16 times as long as the shortest n and 4 times as the longest, and each has a line
-//! of its own taken out, through the block and the points that its starts j reach. Where x(j) is in one block and the
-//! middle x(j + n) in the next, whose slope is greater by s, the second difference belongs with the line of the next. With
-//! δ = n s its three squares have to be those of x(j + n) − x(j) − δ, of x(j + 2n) − x(j + n) − δ and of
-//! x(j + 2n) − x(j) − 2δ. The second is, being counted from its own start, and the other two change 2 q − q by
-//! Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of points, not of products.
+//! Squares of a phase that wanders far are large, and D is their small difference. Second differences do not depend on a
+//! straight line. The phase is therefore cut into blocks, 16 times as long as the shortest n and 4 times as long as the
+//! longest, and from each block a separate line is subtracted, which is fitted to the block and to the points that its
+//! starts j reach. If x(j) is in one block and the middle point x(j + n) in the next one, whose line is steeper by s, the
+//! second difference must use the line of the next block. With δ = n s its three squares are those of x(j + n) − x(j) − δ,
+//! of x(j + 2n) − x(j + n) − δ and of x(j + 2n) − x(j) − 2δ. The second one is correct already, because it is counted from
+//! its own start. The other two change 2 q − q by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border:
+//! sums of points, not of products.
 //!
-//! What is left of the phase in a block is as large as its second differences, to a factor that depends only on the shape
-//! of its spectrum, whatever the drift and the mean of the record.
+//! The remaining phase in a block is as large as its second differences, to a factor that depends only on the shape of its
+//! spectrum, whatever the drift and the mean of the record.
 //!
 //! # Errors
 //!
-//! A correlation by Fourier transforms errs by some ε times the sum of squares E. Most D(n) are of the order of E. They
-//! are much smaller where n is a multiple of the period of a strong line. Where the bound for the error of D exceeds
-//! [`TOLERANCE`] · D, the value is not given and has to be summed directly; not if the bound is below what the rounding
-//! of the phase makes, as in a record that is constant, because the direct sum is no better then. A record that repeats
-//! itself exactly, or whose phase has one point far off, so comes to cost up to N² / 8 terms: never more than one by one.
+//! The error of a correlation by Fourier transforms is a small multiple of ε times the sum of squares E. Most D(n) are of
+//! the order of E, but they are much smaller if n is a multiple of the period of a strong line. If the error bound of D
+//! exceeds [`TOLERANCE`] · D, no value is returned, and it must be summed directly. The value is returned anyway if the
+//! bound is below the effect of the rounding of the phase, as in a constant record, because the direct sum is then no
+//! better. A record that repeats itself exactly, or whose phase has one point far off, may thus need up to N² / 8 terms, but
+//! never more than direct sums.
 //!
-//! The transforms use the vectors that the processor has, so that the last bits may differ from one kind to another; they do
-//! not depend on the number of threads.
+//! The transforms use the vectors of the processor, so the last bits may differ between kinds of processors. They do not
+//! depend on the number of threads.
 //!
 //! Memory: some 20 numbers for each sample, when n is of the order of the record.
 
@@ -54,20 +56,20 @@ use stretch::{Line, Stretch};
 /// Cluster sizes below this are cheaper summed directly.
 pub const SMALLEST: usize = 256;
 
-/// Sums of fewer terms are cheaper done directly, and most of what a transform handles would not be in them.
+/// Sums of fewer terms are cheaper done directly, because a transform would handle mostly other points.
 const FEW: usize = 512;
 
-/// Largest relative error of a sum that is given.
+/// Largest relative error of a sum that is returned.
 const TOLERANCE: f64 = 5e-10;
 
 /// Error of a correlation, in ‖block‖ ‖window‖: twice the worst that the tests have seen, of a strong line.
 const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 
-/// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; none
-/// where cancellation leaves less than nine digits or the terms are few.
+/// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; None if
+/// cancellation leaves fewer than nine digits, or if there are few terms.
 ///
-/// Runs on the current rayon pool. How the record is cut and in which order its parts are added does not depend on the
-/// number of threads, and neither do the sums.
+/// Runs on the current rayon pool. The division of the record and the order of the sums do not depend on the number of
+/// threads, and neither does the result.
 pub fn sums_of_squares(phase: &Phase, trend: &Trend, points: usize, largest: usize) -> Vec<Option<f64>> {
     let largest = largest.min(points.saturating_sub(FEW) / 2);
     let correlator = Correlator::new();
@@ -92,13 +94,13 @@ struct Group<'a> {
     lines: Vec<Line>,
 }
 
-/// What one block adds to the sums.
+/// Contribution of one block to the sums.
 struct Part {
     /// By size.
     sums: Vec<f64>,
     /// Bound of their errors.
     error: f64,
-    /// What the rounding of the phase makes of them.
+    /// Effect of the rounding of the phase on them.
     rounding: f64,
 }
 
@@ -112,7 +114,7 @@ impl<'a> Group<'a> {
         correlator: &'a Correlator,
     ) -> Self {
         let length = 16 * smallest;
-        // The last block takes the rest: at least as long as the others.
+        // The last block includes the remainder, so it is at least as long as the others.
         let count = (points / length).max(1);
         let end = if count == 1 { largest + 1 } else { (4 * smallest).min(largest + 1) };
         let border = |block: usize| if block == count { points } else { block * length };
@@ -123,11 +125,11 @@ impl<'a> Group<'a> {
         Self { phase, correlator, points, sizes: smallest..end, blocks, lines }
     }
 
-    /// The sums that can be trusted.
+    /// The sums whose error is small enough.
     fn trusted(&self) -> Vec<Option<f64>> {
         let (sums, error, rounding) = self.sums();
         let trusted = |sum: f64| {
-            // A sum that is not a number is neither.
+            // Both are false for a sum that is not a number.
             let exact = error <= TOLERANCE * sum;
             let nothing = error <= rounding && sum >= -error;
             (exact || nothing).then_some(sum.max(0.0))
@@ -188,7 +190,7 @@ impl<'a> Group<'a> {
     fn head(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.sizes.len()];
         triangle::head_products(values, self.sizes.start, &mut sums, self.correlator);
-        // All the points before 2n, each in one of the squares.
+        // All points before 2n are in one of the squares each.
         let (before, next) = values.split_at(2 * (self.sizes.start - 1));
         let mut squares = Sum::default();
         for value in before {
@@ -202,8 +204,8 @@ impl<'a> Group<'a> {
         sums
     }
 
-    /// Gives the second differences across the end of a block the line of the next, steeper by `step`; `beyond` are the
-    /// values after the end.
+    /// Refers the second differences across the end of a block to the line of the next block, which is steeper by `step`.
+    /// `beyond`: the values after the end.
     fn add_border(&self, beyond: &[f64], step: f64, sums: &mut [f64]) {
         let (before, next) = beyond.split_at(2 * (self.sizes.start - 1));
         let (mut near, mut far) = (Sum::default(), Sum::default());
@@ -224,12 +226,12 @@ impl<'a> Group<'a> {
     }
 }
 
-/// The points that second differences with a start in the block have.
+/// The points that second differences with a start in the block use.
 fn reached(block: &Range<usize>, reach: usize, points: usize) -> Range<usize> {
     block.start..points.min(block.end + reach)
 }
 
-/// The sum of (x(j + l) − x(j))² over the first `starts` values, as far as x(j + l) is there, for each l below `lags`.
+/// The sum of (x(j + l) − x(j))² over the first `starts` values, as far as x(j + l) exists, for each l below `lags`.
 fn increments(values: &[f64], starts: usize, lags: usize, correlator: &Correlator) -> Vec<f64> {
     let mut sums = vec![0.0; lags];
     if starts == values.len() {
@@ -242,7 +244,7 @@ fn increments(values: &[f64], starts: usize, lags: usize, correlator: &Correlato
     (0..starts).for_each(|k| squares.add(2.0 * square(k)));
     for (lag, sum) in sums.iter_mut().enumerate() {
         *sum = squares.value() - 2.0 * *sum;
-        // On to the next lag: the first x(j + l) goes, and a new one comes or the last x(j) goes too.
+        // For the next lag the first x(j + l) is removed, and either a new one is added or the last x(j) is removed too.
         squares.add(-square(lag));
         squares.add(values.get(starts + lag).map_or_else(|| -square(values.len() - lag - 1), |x| x * x));
     }

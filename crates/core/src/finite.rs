@@ -1,14 +1,14 @@
-//! Whether samples are numbers.
+//! Tests of whether samples are finite.
 
 use crate::parallel::prelude::*;
 
 /// Sums that run side by side.
 const LANES: usize = 16;
 
-/// Samples that are looked at before it is seen whether one is unusable.
+/// Number of samples that are read before the test of their sum.
 const PIECE: usize = 1024;
 
-/// Samples below which no other thread is woken.
+/// Number of samples below which no other thread is started.
 const WORTH_THREADS: usize = 1 << 18;
 
 /// A number times this is infinite if its magnitude is above 1.8e140.

@@ -1,7 +1,8 @@
 //! The Allan variance of a record with missing samples, from clusters that are at least half full.
 //!
-//! A cluster of n samples of which m are there is averaged over those m, and a pair of neighbouring clusters counts if both
-//! are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples stay where they are in time; none is made up.
+//! A cluster of n samples of which m are present is averaged over those m, and a pair of neighbouring clusters counts if
+//! both are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples keep their place in time, and none is
+//! interpolated.
 
 mod few;
 mod sums;
@@ -14,30 +15,31 @@ use crate::phase::LARGEST_RATE;
 use crate::threads::on_threads;
 use sums::{BLOCK, Block, mean_of};
 
-/// One in so many samples: below this share, most neighbouring starts miss the same ones, and are summed together.
+/// If fewer than one in this number of samples is missing, most neighbouring starts miss the same samples, and are summed
+/// together.
 const FEW: usize = 64;
 
-/// Sizes that one thread works off together.
+/// Number of sizes that one thread handles together.
 const TOGETHER: usize = 16;
 
-/// Running sums over the samples before a point that are there.
+/// Running sums over the present samples before a point.
 #[derive(Clone, Copy, Default)]
 struct Point {
-    /// Of the samples, their mean removed, in two parts: the first alone would lose the digits of a rate that wanders.
+    /// Sum of the samples minus their mean, in two parts, because one part would lose digits of a rate that wanders.
     high: f64,
     low: f64,
-    /// Of ones.
+    /// Number of the samples.
     count: f64,
-    /// Of their indices: whole numbers, exact up to records of 10⁸ samples.
+    /// Sum of their indices: integers, exact up to records of 10⁸ samples.
     index: f64,
 }
 
 /// Allan variance of one rate record whose missing samples are NaN, at the cluster sizes `m`, in any order.
 ///
-/// The ramp of an [`Estimate`] is Σ z·d / Σ d², with d the distance of the mean times of the two clusters: the slope that
-/// the pairs show, the mean of z/n where nothing is missing. A size without a pair has `pairs` 0, and NaN.
+/// The ramp of an [`Estimate`] is Σ z·d / Σ d², with d the distance of the mean times of the two clusters. This is the slope
+/// that the pairs show, and the mean of z/n if nothing is missing. A size without a pair has `pairs` 0 and NaN.
 ///
-/// Runs on the current rayon pool, or on a pool of so many `threads`; the results are the same to the last bit.
+/// Runs on the current rayon pool, or on a pool of `threads` threads; the results are the same to the last bit.
 ///
 /// # Errors
 ///
@@ -70,7 +72,7 @@ pub fn allan_variance(
 }
 
 fn running_sums(rate: &[f64]) -> Vec<Point> {
-    // The variance does not see a constant, the rounding does.
+    // The variance does not depend on a constant, but the rounding does.
     let mean = mean_of(rate);
     let mut points = Vec::with_capacity(rate.len() + 1);
     let mut sum = Sum::default();
@@ -100,7 +102,7 @@ fn estimate(points: &[Point], m: usize, step: usize) -> Estimate {
         products.add(block.products);
         distances.add(block.distances);
     }
-    // Without a pair both are 0 / 0.
+    // Both are 0 / 0 if there is no pair.
     let avar = squares.value() / (2.0 * pairs);
     Estimate { m, avar, pairs: pairs as usize, ramp: products.value() / distances.value() }
 }
@@ -114,7 +116,7 @@ fn block_of(points: &[Point], m: usize, step: usize, first: usize, last: usize) 
         let [a, b, c] = three.map(|points| points[k]);
         let (m1, m2) = (b.count - a.count, c.count - b.count);
         let counts = m1 >= least && m2 >= least;
-        // Without a branch, which random gaps would make costly.
+        // No branch, because random gaps would make it costly.
         let (r1, r2) = if counts { (1.0 / m1, 1.0 / m2) } else { (0.0, 0.0) };
         let s1 = (b.high - a.high) + (b.low - a.low);
         let s2 = (c.high - b.high) + (c.low - b.low);

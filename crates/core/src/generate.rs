@@ -1,5 +1,5 @@
-//! Simulated rates: every term has exactly the Allan variance of its sampled closed form in [`crate::terms`], but for
-//! flicker noise from a pole bank, see [`crate::pole_bank`].
+//! Simulated rates. Every term has exactly the Allan variance of its sampled closed form in [`crate::terms`], except flicker
+//! noise from a pole bank, see [`crate::pole_bank`].
 //!
 //! A [`Generator`] fills buffers one after the other; the samples do not depend on how they are cut.
 
@@ -19,7 +19,7 @@ pub enum Component {
     PoleBank(f64),
     /// White noise behind a filter, sampled: x' = A x + L w, the output is the first state times `scale`.
     Filtered {
-        /// Of the output.
+        /// Factor of the output.
         scale: f64,
         /// A, row by row.
         transition: Vec<f64>,
@@ -49,10 +49,10 @@ pub enum Component {
 }
 
 impl Component {
-    /// Number of the random numbers: each part has its own, so that a new one leaves the others' draws alone.
+    /// Index of the random stream: each part has a separate one, so that a new part does not change the draws of the others.
     fn stream(&self) -> u64 {
         match self {
-            // A ramp draws none.
+            // A ramp has no random numbers.
             Self::Term(Term::RateRamp, _) => 0,
             Self::Term(term, _) => term.index() as u64,
             Self::PoleBank(_) => Term::BiasInstability.index() as u64,
@@ -63,7 +63,7 @@ impl Component {
     }
 }
 
-/// Samples made together: what is drawn for them stays in the nearest cache.
+/// Number of samples made together, so that their random numbers stay in the nearest cache.
 const BLOCK: usize = 1024;
 
 /// The noise of one channel, sample after sample.
@@ -157,7 +157,7 @@ impl Generator {
             return Err(Error::Length { expected: self.left(), got: rate.len() });
         }
         for block in rate.chunks_mut(BLOCK) {
-            // What a sum begins with that keeps every sign.
+            // Initial value of a sum that preserves the sign of zero.
             block.fill(-0.0);
             for source in &mut self.sources {
                 source.add(block);

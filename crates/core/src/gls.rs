@@ -40,34 +40,34 @@ pub use step::{Gls, Score};
 /// Number of noise terms, in the order of [`Term::NOISE`]. The ramp is not a noise.
 pub const LINEAR: usize = NOISE_TERMS;
 
-/// Terms at most: those and one more.
+/// Largest number of terms: those and one more.
 pub const TERMS: usize = LINEAR + 1;
 
 const QUANTIZATION: usize = Term::Quantization.index();
 const BIAS_INSTABILITY: usize = Term::BiasInstability.index();
 const RATE_RANDOM_WALK: usize = Term::RateRandomWalk.index();
 
-/// Squared coefficients, 0 for terms that are not there.
+/// Squared coefficients, 0 for absent terms.
 pub type Theta = [f64; TERMS];
 
-/// A set of terms, a bit each.
+/// A set of terms, one bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Terms(pub u8);
 
 impl Terms {
-    /// The first so many.
+    /// The set of the first `count` terms.
     #[must_use]
     pub fn first(count: usize) -> Self {
         Self((1 << count) - 1)
     }
 
-    /// Those given.
+    /// The set of the given terms.
     #[must_use]
     pub fn of(terms: &[usize]) -> Self {
         Self(terms.iter().fold(0, |bits, term| bits | 1 << term))
     }
 
-    /// In increasing order.
+    /// The terms in increasing order.
     pub fn iter(self) -> impl Iterator<Item = usize> {
         (0..TERMS).filter(move |&term| self.contains(term))
     }
@@ -96,13 +96,13 @@ impl Terms {
         self.0 == 0
     }
 
-    /// Those with a positive coefficient.
+    /// The terms with a positive coefficient.
     pub(crate) fn positive(theta: &Theta) -> Self {
         (0..TERMS).filter(|&term| theta[term] > 0.0).fold(Self(0), Self::with)
     }
 }
 
-/// The covariance of the variances is not positive definite, or a number is not finite: there is no such fit.
+/// There is no fit: the covariance of the variances is not positive definite, or a number is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the covariance is not positive definite")]
 pub struct Failed;

@@ -1,9 +1,9 @@
 //! The phase: the running sum of a rate record, kept so that its second differences lose no digits.
 //!
-//! A plain running sum grows with the mean of the record, and its second differences, eq. (10) of the paper, are then
-//! small differences of large numbers. Here a constant rate is taken out first (the Allan variance does not see it),
-//! the sum is carried with its rounding errors, and it starts anew in every block: only the starting points, the
-//! anchors, are large, and they are kept to twice the usual precision.
+//! A plain running sum grows with the mean of the record, and its second differences, eq. (10) of the paper, are then small
+//! differences of large numbers. Here a constant rate is subtracted first (the Allan variance does not depend on it), the
+//! sum keeps its rounding errors, and it starts again in every block. Only the starting points of the blocks, the anchors,
+//! are large, and they are kept to twice the usual precision.
 
 use crate::compensated::Sum;
 use crate::error::Error;
@@ -18,24 +18,24 @@ mod survey;
 
 pub use survey::{LONGEST_BLOCK, SHORTEST_BLOCK};
 
-/// Points, at most, whose sum is kept.
+/// Largest number of points whose sum is kept.
 const STRETCH: usize = 16_384;
 
-/// Memory of phases that are done with. Fresh pages would take longer to get than the sums that go into them.
+/// Memory of phases that are no longer used. To get new pages would take longer than to compute the sums.
 static SPARE: Mutex<Vec<Points>> = Mutex::new(Vec::new());
 
-/// Points, at most, that are kept in spare memory, and pieces of it: 256 MiB in all.
+/// Largest number of points that are kept in spare memory, and number of its pieces: 256 MiB in all.
 const SPARE_POINTS: usize = 1 << 24;
 /// See [`SPARE_POINTS`].
 const SPARE_PIECES: usize = 2;
 
-/// Samples below which no other thread is woken.
+/// Number of samples below which no other thread is started.
 const WORTH_THREADS: usize = 1 << 18;
 
-/// Samples that are checked, summed and summed again before the next ones are looked at; divides every block.
+/// Number of samples that are checked, summed and summed again before the next ones are read; it divides every block.
 pub(crate) const PIECE: usize = 1024;
 
-/// Largest magnitude of a sample; the squared second differences of 10⁹ of them can still be summed.
+/// Largest magnitude of a sample. The squared second differences of 10⁹ such samples can still be summed.
 pub const LARGEST_RATE: f64 = 1e130;
 
 /// The phase of a rate record of N samples: N + 1 points, in units of rate × sample; the first is 0.
@@ -43,18 +43,18 @@ pub const LARGEST_RATE: f64 = 1e130;
 pub struct Phase {
     /// Points per anchor: a power of two.
     pub(crate) block: usize,
-    /// Rate that was taken out before the samples were summed.
+    /// Rate that was subtracted before the samples were summed.
     pub(crate) slope: f64,
-    /// Phase relative to the anchor of the block, the slope removed.
+    /// Phase relative to the anchor of the block, after the subtraction of the slope.
     pub(crate) values: Points,
-    /// Phase at the first point of every block, the slope removed.
+    /// Phase at the first point of every block, after the subtraction of the slope.
     pub(crate) anchors: Vec<Sum>,
     /// Sum of every [`Phase::stretch`] of points, relative to the anchor of its block.
     pub(crate) areas: Vec<Sum>,
 }
 
 impl Default for Phase {
-    /// The phase of no samples.
+    /// The phase of a record without samples.
     fn default() -> Self {
         Self {
             block: LONGEST_BLOCK,
@@ -78,14 +78,14 @@ impl Phase {
         Ok(phase)
     }
 
-    /// A phase of no samples, in memory that another one has left.
+    /// An empty phase, in memory that another phase has left.
     pub(crate) fn reused() -> Self {
-        // Nobody waits here, so that a process forked at this moment does not either.
+        // This does not wait for the lock, so that a process forked at this moment cannot wait for ever.
         let values = SPARE.try_lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
         Self { values, ..Self::default() }
     }
 
-    /// Leaves the memory to the next one.
+    /// Leaves the memory to the next phase.
     pub(crate) fn leave(self) {
         if let Ok(mut spare) = SPARE.try_lock() {
             if self.values.capacity() <= SPARE_POINTS && spare.len() < SPARE_PIECES {
@@ -94,11 +94,11 @@ impl Phase {
         }
     }
 
-    /// Sums another rate record in the place of this one: fresh memory would take longer than the sums.
+    /// Sums another rate record in the memory of this one, because new memory would take longer than the sums.
     ///
     /// # Errors
     ///
-    /// Those of [`Phase::from_rate`]. The phase is of no use after it.
+    /// Those of [`Phase::from_rate`]. The phase cannot be used after an error.
     pub fn refill(&mut self, rate: &[f64]) -> Result<(), Error> {
         self.fill(rate, LARGEST_RATE, LONGEST_BLOCK)
     }
@@ -127,7 +127,7 @@ impl Phase {
             self.anchors.push(anchor);
             self.areas.extend(areas);
         }
-        // The last point has no sample behind it: it is the anchor of a new block, or the end of one that is not full.
+        // No sample follows the last point: it is the anchor of a new block, or the end of an incomplete one.
         let full = rate.len() % length == 0;
         let end = if full {
             0.0
@@ -145,19 +145,19 @@ impl Phase {
         Ok(())
     }
 
-    /// The block that a point lies in: a division, by a power of two.
+    /// Number of the block that contains a point: a division, by a power of two.
     #[inline]
     pub(crate) fn block_of(&self, point: usize) -> usize {
         point >> self.block.trailing_zeros()
     }
 
-    /// Points between the anchor of a point and it.
+    /// Number of points from the anchor of a point to the point.
     #[inline]
     pub(crate) fn offset_of(&self, point: usize) -> usize {
         point & (self.block - 1)
     }
 
-    /// Points whose sum is kept together: a block, or a part of a long one.
+    /// Number of points whose sum is kept together: a block, or a part of a long one.
     pub(crate) fn stretch(&self) -> usize {
         self.block.min(STRETCH)
     }
@@ -190,7 +190,7 @@ impl Phase {
         outer.plus(self.anchors[middle].doubled().negated()).value()
     }
 
-    /// Height of the anchor of a block over that of the block before.
+    /// Height of the anchor of a block above that of the block before.
     #[inline]
     pub(crate) fn step_to(&self, block: usize) -> f64 {
         self.anchors[block].plus(self.anchors[block - 1].negated()).value()
@@ -205,7 +205,7 @@ struct Block<'a> {
     points: &'a mut [f64],
 }
 
-/// What a block adds up to.
+/// Sums of a block.
 struct Totals {
     /// Sum of its samples: the height of the next block.
     height: Sum,
@@ -214,8 +214,8 @@ struct Totals {
 }
 
 impl Block<'_> {
-    /// The points are relative to the first one, which is 0; there is one for each sample, before it is added. None if a
-    /// sample cannot be used. The same bits on every processor.
+    /// The points are relative to the first one, which is 0; there is one for each sample, before that sample is added. None
+    /// if a sample cannot be used. The result has the same bits on every processor.
     fn sum(self) -> Option<Totals> {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {

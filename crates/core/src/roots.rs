@@ -8,7 +8,7 @@
 ///
 /// # Errors
 ///
-/// Those of f.
+/// The first error of f.
 pub(crate) fn root<E>(
     mut f: impl FnMut(f64) -> Result<f64, E>,
     (mut a, mut fa): (f64, f64),
@@ -29,7 +29,7 @@ pub(crate) fn root<E>(
         (a, fa) = (x, fx);
         let (best, least) = if fa.abs() < fb.abs() { (a, fa) } else { (b, fb) };
         let share = 0.5 * (absolute + relative * best.abs()) / (b - a).abs();
-        // A share that is not a number: f is not finite, and nothing is nearer.
+        // The share is not a number if f is not finite; then no point is better.
         if share.is_nan() || share > 0.5 || least == 0.0 {
             return Ok(best);
         }

@@ -1,4 +1,4 @@
-//! Sums over lags of functions that are smooth but at a few kinks.
+//! Sums over lags of functions that are smooth except at a few kinks.
 //!
 //! Lags next to a kink are taken one by one. Beyond, they are taken in panels that double in length as the kink falls
 //! behind, each by the Gauss quadrature of its sum: its nodes are the zeros of a discrete Chebyshev polynomial (Gram
@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 
 /// Nodes of a panel.
 const NODES: usize = 10;
-/// Logarithm of the length of the shortest panel: less than twice its nodes is not worth one.
+/// Logarithm of the length of the shortest panel: a shorter one has less than twice as many lags as nodes.
 const SHORTEST: usize = 4;
 /// Lags on either side of a kink that are always taken one by one.
 pub(crate) const ONE_BY_ONE: usize = 1 << SHORTEST;

@@ -1,4 +1,4 @@
-//! What a noise term puts into the covariance of two second differences of the phase.
+//! Contribution of a noise term to the covariance of two second differences of the phase.
 
 use super::flicker::flicker;
 use crate::error::Error;
@@ -9,12 +9,12 @@ use crate::terms::Term;
 /// Let s(l) be the generalised autocovariance of its phase at a lag of l samples, with τ₀ = 1 and a coefficient of 1.
 /// The second differences x(k) − 2x(k + n) + x(k + 2n) and, with m for n, those of another cluster size have the
 /// covariance C(u) = δₙ²δₘ² s(u), δₙ² s(u) = s(u + n) − 2s(u) + s(u − n), where u is the lag of their centres.
-/// What a constant or a parabola adds to s is nothing to C.
+/// A constant or a parabola in s has no effect on C.
 ///
 /// The noise terms of IEEE 952 have one, and so do [`Component`]s. A filter, or any noise whose differences are stationary,
 /// needs [`PhaseCovariance::covariance`] only.
 pub trait PhaseCovariance: Sync {
-    /// The power of τ₀ that C goes with when the coefficient stays; 2 for a term given by its variance.
+    /// The power of τ₀ to which C is proportional for a fixed coefficient; 2 for a term given by its variance.
     fn interval_power(&self) -> i32;
 
     /// C(u), for `n` ≤ `m` and `u` ≥ 0, to all digits: it must not be the difference of large numbers.
@@ -23,7 +23,7 @@ pub trait PhaseCovariance: Sync {
     /// Between kinks C must be analytic, as smooth as the distance from them is large; but see [`PhaseCovariance::memory`].
     fn covariance(&self, n: f64, m: f64, u: f64) -> f64;
 
-    /// So many lags on either side of every kink are integers, and need not be smooth.
+    /// Number of lags on either side of every kink that are integers, so that C need not be smooth there.
     fn memory(&self) -> usize {
         0
     }
@@ -102,7 +102,7 @@ impl PhaseCovariance for Component {
 
     fn check(&self) -> Result<(), Error> {
         match *self {
-            // Its square and that of its reciprocal have to be numbers.
+            // Its square and that of its reciprocal must be finite.
             Self::GaussMarkov { tc } if !(1e-100..=1e100).contains(&tc) => {
                 Err(Error::Parameter { name: "tc", value: tc })
             }
@@ -111,7 +111,7 @@ impl PhaseCovariance for Component {
     }
 }
 
-/// s(0) = 1, and 0 elsewhere: what is left are the kinks themselves.
+/// s(0) = 1, and 0 elsewhere: only the kinks themselves remain.
 fn spikes(n: f64, m: f64, u: f64) -> f64 {
     // Both are integers if they are near.
     let at = |kink: f64| if (u - kink).abs() < 0.5 { 1.0 } else { 0.0 };

@@ -41,7 +41,7 @@ pub struct Coefficients {
 pub struct Moments {
     /// In the unit of the rate squared.
     pub variance: f64,
-    /// 2 · variance² / Var; infinite if there is nothing but a ramp, NaN if there is nothing at all.
+    /// 2 · variance² / Var; infinite for a ramp alone, NaN for a record without noise and ramp.
     pub edf: f64,
 }
 
@@ -133,7 +133,7 @@ pub fn theo1_expectation(m: usize, coefficients: &Coefficients) -> f64 {
 
 /// C(u) of the terms of an estimator, for a unit coefficient and τ₀ = 1.
 ///
-/// It is good to about 1e-13 of C(0), but for the tail of flicker noise, which is good to all digits but few.
+/// Accurate to about 1e-13 of C(0), and the tail of flicker noise to all digits but a few.
 fn autocovariance(kind: Stationary, term: Term, m: f64, u: f64) -> f64 {
     match kind {
         Stationary::Allan(_) => term.covariance(m, m, u),

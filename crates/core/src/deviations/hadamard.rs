@@ -7,7 +7,7 @@ use crate::deviations::deviation::Deviation;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;
 
-/// All N + 1 − 3m third differences.
+/// The mean over all N + 1 − 3m third differences.
 pub(super) fn overlapping(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     let sums = sums_of_squares(phase, m);
     m.iter().zip(sums).map(|(&m, sum)| deviation(m, phase.samples() + 1 - 3 * m, sum)).collect()
@@ -38,7 +38,7 @@ fn third_difference(phase: &Phase, k: usize, m: usize) -> f64 {
     (w - x) + 3.0 * (y - z) + anchors
 }
 
-/// The same for every start of a window.
+/// The same for all starts of a window.
 #[derive(Clone, Copy)]
 pub struct Constant(f64);
 
@@ -51,7 +51,7 @@ impl Correction for Constant {
 }
 
 impl Curve for Phase {
-    /// The block, by its number.
+    /// Sum over a block, given by its number.
     type Origin = usize;
     type Correction = Constant;
 

@@ -24,12 +24,12 @@ struct Parabola {
     height: Sum,
     slope: Sum,
     bend: f64,
-    /// Of the first point after the block, relative to the parabola.
+    /// Height of the first point after the block, relative to the parabola.
     end: f64,
 }
 
 impl Integral {
-    /// Takes the place of the phase, in its memory.
+    /// Converts a phase, reusing its memory.
     pub fn of(phase: Phase) -> Self {
         let rises: Vec<f64> = (1..phase.anchors.len()).map(|block| phase.step_to(block)).collect();
         let Phase { block: length, mut values, anchors, .. } = phase;
@@ -39,7 +39,7 @@ impl Integral {
             Parabola { height: Sum::default(), slope: anchors[block], bend, end: sum(points, bend) }
         };
         let mut parabolas: Vec<Parabola> = values.par_chunks_mut(length).enumerate().map(of_block).collect();
-        // One sum more than there are phases: in the last block, or in one of its own.
+        // There is one sum more than points of the phase: it is in the last block, or in a block of its own.
         let last = parabolas[parabolas.len() - 1].end;
         if values.len() % length == 0 {
             values.push(0.0);
@@ -82,7 +82,7 @@ impl Parabola {
     }
 }
 
-/// What a window refers to: the value, slope and half the bend of a parabola where the window begins.
+/// Reference of a window: the value, slope and half the bend of a parabola at its beginning.
 #[derive(Clone, Copy)]
 pub struct Frame {
     value: Sum,
@@ -90,7 +90,7 @@ pub struct Frame {
     bend: f64,
 }
 
-/// What the frames of four windows add: a parabola again.
+/// Combined contribution of the frames of four windows: again a parabola.
 #[derive(Clone, Copy)]
 pub struct Quadratic {
     value: f64,

@@ -1,10 +1,10 @@
 //! Degrees of freedom of the total variance and of Theo1, whose terms are not a stationary sequence.
 //!
-//! Either is a quadratic form x'Ax of the phase, of mean tr AΣ and variance 2 tr (AΣ)², with the generalised
-//! autocovariance of the phase as Σ, because A takes out what is arbitrary in it. That is exact and takes N³ steps: it
-//! is done for records up to [`LONGEST`]. White, flicker and random-walk noise of the rate look the same at any scale,
-//! so that a longer record is taken as a short one of the same shape, and the traces grow as a straight line where
-//! averaging times are a small part of the record.
+//! Both are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the generalised
+//! autocovariance of the phase, because A removes the arbitrary part of it. The computation is exact and takes N³ steps, so
+//! it is only done for records up to [`LONGEST`]. White, flicker and random-walk noise of the rate look the same at any
+//! scale, so that a shorter record of the same shape represents a longer one. The traces grow linearly if averaging times
+//! are a small part of the record.
 
 use super::Kind;
 use super::freedom::Coefficients;
@@ -15,13 +15,13 @@ use crate::special::odd_harmonic;
 use crate::terms::{NOISE_TERMS, Term};
 use std::f64::consts::PI;
 
-/// Longest record that is taken as it is.
+/// Longest record that is computed without scaling.
 pub const LONGEST: usize = 384;
 
-/// Cluster size of the record that stands for a longer one.
+/// Cluster size of the record that represents a longer one.
 const REDUCED: usize = 48;
 
-/// Quantization noise that is a smaller part of the Allan variance is of no account.
+/// Share of quantization noise in the Allan variance below which it is ignored.
 pub const SHARE: f64 = 0.01;
 
 /// Equivalent degrees of freedom of [`Kind::Total`] or [`Kind::Theo1`] at the cluster sizes `m`.
@@ -61,7 +61,7 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
         let (mean, square) = traces(kind, samples, m, coefficients.noise);
         return mean * mean / square;
     }
-    // Of the size that leaves the record short enough, but not coarser than need be; Theo1 wants it even.
+    // The scale makes the record short enough, but not coarser than necessary; Theo1 needs an even size.
     let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
     let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
     let scale = m as f64 / reduced as f64;
@@ -72,12 +72,12 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
     };
     let noise = Term::NOISE.map(of_reduced);
     let length = samples as f64 / scale;
-    // On the line through two lengths, which are the nearest where they can be.
+    // Interpolated linearly between two lengths, the nearest ones if possible.
     let short = (length.floor() as usize).min(LONGEST);
     let (from, to) =
         if length > LONGEST as f64 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };
     let (low, high) = (traces(kind, from, reduced, noise), traces(kind, to, reduced, noise));
-    // Terms that know nothing of each other add to both traces alike.
+    // Independent terms add to both traces in the same way.
     let beyond = (length - from as f64) / (to - from) as f64;
     let mean = low.0 + (high.0 - low.0) * beyond;
     let square = low.1 + (high.1 - low.1) * beyond;

@@ -24,7 +24,7 @@ const BLOCKS_PER_TASK: usize = 64;
 type Window = [f64; STARTS];
 type Lanes = [f64; LANES];
 
-/// What the origins of four windows add to the third differences of their points.
+/// Contribution of the origins of four windows to the third differences of their points.
 pub trait Correction: Copy {
     /// For the start at an index of the window.
     fn at(self, index: f64) -> f64;
@@ -32,7 +32,7 @@ pub trait Correction: Copy {
 
 /// A sequence of points, each relative to an origin of its block.
 pub trait Curve: Sync {
-    /// Where a window begins, relative to all the others.
+    /// Origin of a window, relative to all others.
     type Origin: Copy;
     /// See [`Correction`].
     type Correction: Correction;
@@ -49,7 +49,7 @@ pub trait Curve: Sync {
     /// The third difference of four origins, taken as −1, 3, −3, 1.
     fn correction(&self, origins: [Self::Origin; 4]) -> Self::Correction;
 
-    /// Makes the copy of a window that begins at `point` refer all to one origin; it crosses one border at most.
+    /// Refers the copy of a window that begins at `point` to one origin. The window crosses at most one border.
     fn lift(&self, point: usize, window: &mut [f64]);
 }
 
@@ -177,7 +177,7 @@ impl<C: Curve> Sums<'_, C> {
         }
     }
 
-    /// Sum over the last block of a size, of which only some starts have all their points.
+    /// Sum over the last block of a size, in which only some starts have all their points.
     fn last_block(&self, start: usize, starts: usize, m: usize, scratch: &mut [Window]) -> f64 {
         let points: [usize; 4] = std::array::from_fn(|i| start + i * m);
         for (&point, scratch) in points.iter().zip(scratch.iter_mut()) {

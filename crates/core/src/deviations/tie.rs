@@ -1,7 +1,7 @@
-//! What a phase moves by: MTIE, the largest range of the phase within any window of m + 1 points, and TIE rms, the root
-//! mean square of x(k + m) − x(k): NIST SP 1065, sections 5.2.13 and 5.2.14 (ITU-T G.810 for MTIE).
+//! Changes of a phase: MTIE, the largest range of the phase within any window of m + 1 points, and TIE rms, the root mean
+//! square of x(k + m) − x(k): NIST SP 1065, sections 5.2.13 and 5.2.14 (ITU-T G.810 for MTIE).
 //!
-//! Both see a constant rate. The phase is kept without it: it is found from the rates again.
+//! Both depend on a constant rate, which is subtracted from the stored phase; it is recovered from the rates.
 
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
@@ -9,7 +9,7 @@ use crate::deviations::deviation::Deviation;
 use crate::parallel::prelude::*;
 use crate::phase::Phase;
 
-/// Starts handled together; results do not depend on how they are shared out.
+/// Number of starts that are handled together; results do not depend on their division between threads.
 const RUN: usize = 1024;
 
 /// Root mean square of the N + 1 − m differences of the phase.

@@ -29,7 +29,7 @@ impl Correlator {
         transform.inverse(&mut product, &mut real, sums);
     }
 
-    /// The same of a block with itself, for one transform less.
+    /// The same for a block with itself, with one transform fewer.
     pub fn auto(&self, block: &[f64], sums: &mut [f64]) {
         let transform = self.transform(block.len() + sums.len() - 1);
         let mut real = vec![0.0; transform.length()];
@@ -43,7 +43,7 @@ impl Correlator {
     /// A pair of transforms that are long enough for `least` points.
     fn transform(&self, least: usize) -> Transform {
         let length = good_length(least);
-        // A planner that another thread left in a panic is only a table of plans.
+        // The map of a planner that panicked in another thread is still valid.
         let mut planner = self.planner.lock().unwrap_or_else(PoisonError::into_inner);
         Transform { forward: planner.forward(length), inverse: planner.inverse(length) }
     }

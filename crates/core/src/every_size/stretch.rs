@@ -1,4 +1,4 @@
-//! A stretch of the phase with a straight line taken out of it, so that what is left is small.
+//! A stretch of the phase from which a straight line was subtracted, so that the rest is small.
 
 use crate::compensated::Sum;
 use crate::phase::Phase;
@@ -15,7 +15,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Through the means of the first and the last third: no single point has much weight.
+    /// A line through the means of the first and the last third, so that no single point has a large weight.
     pub fn through(trend: &Trend, points: &Range<usize>) -> Self {
         let third = (points.len() / 3).max(1);
         let mean = |start: usize| {
@@ -37,14 +37,15 @@ impl Line {
 /// Points of the phase less a line.
 pub struct Stretch {
     pub values: Vec<f64>,
-    /// What the values may be off by, because the phase itself is rounded.
+    /// Largest error of the values, because the phase itself is rounded.
     pub rounding: f64,
 }
 
 impl Stretch {
     /// The phase at `points` less a line through them.
     ///
-    /// The anchors, the large numbers, meet the line in twice the usual precision, once in each block.
+    /// The anchors, which are the large numbers, are combined with the line in twice the usual precision, once in each
+    /// block.
     pub fn new(phase: &Phase, points: &Range<usize>, line: &Line) -> Self {
         let mut values = Vec::with_capacity(points.len());
         let mut largest: f64 = 0.0;

@@ -1,29 +1,29 @@
-//! The Allan variance of a record of which few samples are missing: most pairs of neighbouring starts have the same ones.
+//! The Allan variance of a record with few missing samples: most pairs at neighbouring starts miss the same ones.
 
 use super::sums::{BLOCK, Block, mean_of};
 use crate::allan::Estimate;
 use crate::compensated::Sum;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Of the lanes of the widest vectors.
+/// Number of lanes of the widest vectors.
 const FIRST_PLACES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Starts whose sums stay in a second-level cache.
+/// Number of starts whose sums stay in a second-level cache.
 const STRETCH: usize = 8192;
 
-/// Running sums over the samples that are there, and the places of those that are not.
+/// Running sums over the present samples, and the places of the missing ones.
 pub(super) struct Points {
-    /// Before each sample and at the end, the mean removed, in two parts: the first alone would lose the digits of a rate
+    /// Sum before each sample and at the end, without the mean, in two parts, because one part would lose digits of a rate
     /// that wanders.
     high: Vec<f64>,
     low: Vec<f64>,
     missing: Vec<usize>,
-    /// Sums of the first of these places: whole numbers, exact up to records of 10⁸ samples.
+    /// Sums of the first of these places: integers, exact up to records of 10⁸ samples.
     places: Vec<f64>,
 }
 
 impl Points {
-    /// Of samples of which those at `missing` are NaN, in order.
+    /// Sums of samples of which those at `missing`, in order, are NaN.
     pub(super) fn of(rate: &[f64], missing: Vec<usize>) -> Self {
         let mean = mean_of(rate);
         let (mut high, mut low) = (Vec::with_capacity(rate.len() + 1), Vec::with_capacity(rate.len() + 1));
@@ -46,7 +46,7 @@ impl Points {
 
     /// Averages over the pairs of clusters of each size of the first `used` samples, that begin at every `step`-th sample.
     ///
-    /// All sizes are worked off for a stretch of starts while its sums are in the cache.
+    /// All sizes are computed for a stretch of starts while its sums are in the cache.
     pub(super) fn estimates(
         &self,
         used: usize,
@@ -88,13 +88,13 @@ struct Running {
 }
 
 impl Running {
-    /// Takes the starts before `end`.
+    /// Adds the starts before `end`.
     fn go_on(&mut self, points: &Points, end: usize) {
         let end = end.min(self.starts);
         while self.next < end {
             let first = self.next;
             self.pair.advance(points, first, self.m);
-            // Starts from here on of which neither cluster loses or gains a missing sample.
+            // Number of starts from here on in which neither cluster gains or loses a missing sample.
             let last = self.pair.end(points, self.m).min(end).min(first + BLOCK * self.step);
             let counts = (last - first).div_ceil(self.step);
             if let Some(line) = self.pair.line(points, first, self.m) {
@@ -120,7 +120,7 @@ impl Running {
 struct Pair([usize; 3]);
 
 impl Pair {
-    /// To the pair that begins at `start`, which is not before that of the last call.
+    /// Moves to the pair that begins at `start`, which must not be before that of the last call.
     fn advance(&mut self, points: &Points, start: usize, m: usize) {
         for (before, edge) in self.0.iter_mut().zip([start, start + m, start + 2 * m]) {
             while points.missing.get(*before).is_some_and(|&place| place < edge) {
@@ -147,7 +147,7 @@ impl Pair {
         }
         let (r1, r2) = (1.0 / (m - gone1) as f64, 1.0 / (m - gone2) as f64);
         let place = |k: usize| points.places[k];
-        // Times of a cluster, from the start of the pair: m of them, less those of the missing samples.
+        // Sum of the sample times of a cluster, from the start of the pair, minus those of the missing samples.
         let (m, start) = (m as f64, start as f64);
         let all = 0.5 * m * (m - 1.0);
         let t1 = all - (place(b) - place(a) - start * gone1 as f64);
@@ -158,7 +158,7 @@ impl Pair {
 
 /// Pairs whose clusters have the same missing samples.
 struct Line {
-    /// One over the samples of either cluster.
+    /// Reciprocal of the number of samples in each cluster.
     r1: f64,
     r2: f64,
     /// Distance of the mean times of the first pair, and its change from start to start.

@@ -2,21 +2,21 @@
 
 use crate::compensated::Sum;
 
-/// Starts whose squares are added plainly; the sums of such blocks are carried with their rounding errors.
+/// Number of starts whose squares are added plainly; the sums of such blocks keep their rounding errors.
 pub(super) const BLOCK: usize = 1024;
 
 /// Sums over starts.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Block {
     pub(super) pairs: f64,
-    /// Of z².
+    /// Sum of z².
     pub(super) squares: f64,
-    /// Of z times the distance d of the two mean times, and of d².
+    /// Sum of z times the distance d of the two mean times, and of d².
     pub(super) products: f64,
     pub(super) distances: f64,
 }
 
-/// Mean of the samples that are there; 0 without one.
+/// Mean of the samples that are present; 0 if there are none.
 pub(super) fn mean_of(rate: &[f64]) -> f64 {
     let mut total = Sum::default();
     let mut valid = 0.0;

@@ -1,4 +1,4 @@
-//! One attempt at a fit: from one averaging time on, with or without a Gauss-Markov process.
+//! A fit from a given shortest averaging time on, with or without a Gauss-Markov process.
 
 use crate::gls::components::{Base, Components, Extra, Shape, process_avar};
 use crate::gls::ramp::Ramp;
@@ -6,7 +6,7 @@ use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, LINEAR, QUANTIZATION, Terms, Theta};
 use std::sync::Arc;
 
-/// Of the logarithm of a correlation time, for a derivative.
+/// Step of the logarithm of a correlation time, for a derivative.
 const STEP: f64 = 1e-4;
 
 /// The data of a fit, in samples and in a unit that makes the variances near 1.
@@ -77,7 +77,7 @@ pub(crate) struct Attempt {
     /// The least squares problem; with the ramp removed if it is significant.
     pub gls: Gls,
     pub theta: Theta,
-    /// Of the goodness of fit.
+    /// P-value of the goodness of fit.
     pub p_value: f64,
     pub ramp: Option<Ramp>,
     /// The problem with the ramp removed, significant or not, and its θ.
@@ -87,8 +87,8 @@ pub(crate) struct Attempt {
 }
 
 impl Attempt {
-    /// Where the shortest averaging times were left out, that of the largest difference: its index, and the ratio of the
-    /// deviations measured and expected.
+    /// If the shortest averaging times were left out: the index of the time with the largest difference, and the ratio of
+    /// the measured to the expected deviation.
     pub(crate) fn left_out(&self, data: &Data) -> Option<(usize, f64)> {
         if self.first == 0 || data.first.is_some() {
             return None;

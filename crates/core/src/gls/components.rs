@@ -18,7 +18,7 @@ use crate::terms::{self, Term};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Components that are kept: of the noise terms, and of one more.
+/// Number of components that are cached: of the noise terms, and of one more.
 const KEPT: usize = 16;
 const KEPT_EXTRA: usize = 32;
 
@@ -27,15 +27,15 @@ const KEPT_EXTRA: usize = 32;
 pub struct Base {
     n: usize,
     sizes: Vec<usize>,
-    /// Expected Allan variances for θ = 1, a row a term.
+    /// Expected Allan variances for θ = 1, one row per term.
     design: Vec<f64>,
-    /// Γ(p, q) of the pairs p ≤ q; both orders of an unequal pair together.
+    /// Γ(p, q) of the pairs p ≤ q; for unequal terms the sum of both orders.
     noise: Vec<f64>,
     /// Covariance, for θ = 1, of the ramps estimated from the mean second differences; a matrix a term.
     slopes: Vec<f64>,
-    /// Power of a mode for θ = 1, over n; a row a term.
+    /// Power of a mode for θ = 1, divided by n; one row per term.
     spectra: Vec<f64>,
-    /// A row a cluster size.
+    /// One row per cluster size.
     pub(super) gains: Vec<f64>,
     /// Number of modes that each represents.
     pub(super) modes: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct Base {
     squares: Vec<f64>,
 }
 
-/// Shape of a term beside the four.
+/// Shape of an additional term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// A first-order Gauss-Markov process of a correlation time; its θ is the variance. \[samples\]
@@ -54,7 +54,7 @@ pub enum Shape {
     Sinusoid(f64),
 }
 
-/// One more term at the same cluster sizes.
+/// An additional term at the same cluster sizes.
 #[derive(Debug)]
 pub struct Extra {
     design: Vec<f64>,
@@ -74,7 +74,7 @@ pub struct Components {
 }
 
 impl Base {
-    /// Of a record of `n` samples at increasing cluster sizes, at most n/2; kept for later calls.
+    /// Components for a record of `n` samples at increasing cluster sizes, at most n/2; cached for later calls.
     ///
     /// # Errors
     ///
@@ -172,7 +172,7 @@ impl Base {
 }
 
 impl Extra {
-    /// Beside the terms of a base; processes are kept for later calls.
+    /// An additional term for given components; processes are cached for later calls.
     ///
     /// # Errors
     ///
@@ -205,7 +205,7 @@ impl Extra {
         })
     }
 
-    /// A sinusoid is not a noise: it enters the covariance only through the noise at its frequency. The squared amplitude
+    /// A sinusoid is not noise: it enters the covariance only through the noise at its frequency. The squared amplitude
     /// measured in a record of n samples has the variance 8A²S(f)/n, with S two-sided, and every Allan variance is
     /// proportional to it.
     fn sinusoid(base: &Base, frequency: f64) -> Self {

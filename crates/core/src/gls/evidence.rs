@@ -10,23 +10,23 @@ use crate::gls::roots::{TOLERANCE, crossing};
 use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, Terms, Theta};
 
-/// Of the logarithm of a coefficient that is found with a probability.
+/// Precision of the logarithm of a coefficient that is found with a given probability.
 const TOLERANCE_OF_PLANS: f64 = 1e-3;
 
 /// Test and interval of one squared coefficient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Probability of such an estimate or a larger one if the term is absent.
+    /// Probability of this estimate or a larger one if the term is absent.
     pub p_value: f64,
     /// Interval of θ; low is 0 if the term is not found, high is infinite if there is no limit.
     pub low: f64,
-    /// Its upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
 impl Gls {
-    /// Test, interval and limit of one term. `theta`: the fit with all terms: the starting point; `level`: of the
-    /// interval; the term is found if p < 1 − level.
+    /// Test, interval and limit of one term. `theta`: the fit with all terms, which is the starting point; `level`:
+    /// confidence level of the interval. The term is found if p < 1 − level.
     ///
     /// # Errors
     ///

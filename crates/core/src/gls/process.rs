@@ -1,8 +1,8 @@
 //! A Gauss-Markov process in place of a rate random walk or of bias instability.
 //!
-//! Against a walk that is far too high at the longest times, a step from the fit with the walk says nothing: each
-//! correlation time is tried by full fits. They use one averaging time in an octave, because the covariance of a process
-//! has to be computed anew for each correlation time.
+//! If the walk is far too high at the longest times, a step from the fit with the walk gives no information, so each
+//! correlation time is tested by full fits. They use one averaging time per octave, because the covariance of a process has
+//! to be computed again for each correlation time.
 
 use crate::distributions::normal_quantile;
 use crate::gls::attempt::{Attempt, Data};
@@ -10,11 +10,11 @@ use crate::gls::goodness::octaves;
 use crate::gls::step::Work;
 use crate::gls::{BIAS_INSTABILITY, Failed, LINEAR, RATE_RANDOM_WALK, Terms, Theta};
 
-/// Least gain in deviance, as in the likelihood: in 18 cells of 300 ideal records at most 2.3 % had a larger one and
-/// p < 0.3.
+/// Smallest gain in deviance, as in the likelihood: at most 2.3 % of 300 ideal records in each of 18 cells had a larger gain
+/// and p < 0.3.
 const PRICE: f64 = 7.0;
 
-/// Times the shortest averaging time.
+/// Shortest correlation time over the shortest averaging time.
 const SHORTEST: f64 = 10.0;
 
 /// Length of the record over the longest correlation time.
@@ -25,13 +25,13 @@ const PER_DECADE: f64 = 2.0;
 /// Steps of the refinement; each computes a covariance.
 const MOST_STEPS: usize = 3;
 
-/// Of the logarithm of the time: half the distance of two times that were tried.
+/// Half the distance of the logarithms of two tested times.
 const LONGEST_STEP: f64 = 0.6;
 
-/// Of the standard error.
+/// Tolerance in standard errors.
 const SMALL_STEP: f64 = 0.1;
 
-/// Half of an interval of a logarithm at most.
+/// Largest half width of the interval of a logarithm.
 const MOST_HALF: f64 = 50.0;
 
 /// Value, low and high.
@@ -39,7 +39,7 @@ pub(crate) type Interval = [f64; 3];
 
 /// Correlation time in samples of a process that improves a fit by more than its price; none if there is none.
 pub(crate) fn best_time(data: &Data, without: &Attempt, level: f64, work: &mut Work) -> Option<f64> {
-    // Of all averaging times, so that all starts of the fit share the components.
+    // Computed at all averaging times, so that all starts of the fit share the components.
     let mut coarse = data.at(&octaves(data.sizes()));
     let start = data.sizes()[without.first];
     coarse.first = Some(coarse.sizes().partition_point(|&size| size < start));
@@ -69,7 +69,7 @@ pub(crate) fn best_time(data: &Data, without: &Attempt, level: f64, work: &mut W
         time(best)
     };
     let refined = refined(&coarse, terms, begin.exp(), work).ln();
-    // A step outside is no process that the record shows.
+    // A step beyond the range means that the record does not show a process.
     (shortest - LONGEST_STEP < refined && refined < longest + LONGEST_STEP).then(|| refined.exp())
 }
 
@@ -82,7 +82,7 @@ fn replacing(data: &Data, time: f64, terms: Terms, remove: bool, level: f64, wor
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Of the fit of some terms and a process, after the removal of a ramp or not; infinite if the fit fails.
+/// Deviance of the fit of some terms and a process, with or without the removal of a ramp; infinite if the fit fails.
 fn deviance(data: &Data, time: Option<f64>, terms: Terms, remove: bool, level: f64, work: &mut Work) -> f64 {
     let first = data.first.unwrap_or(0);
     let mut found = || {

@@ -10,10 +10,10 @@ const LEAST_TIMES: usize = 8;
 /// Smallest p-value of the goodness of fit with all averaging times for the model to be adequate.
 pub(crate) const LEAST_P: f64 = 0.002;
 
-/// The same once shorter averaging times are left out, which are then known to deviate.
+/// The same once shorter averaging times are left out, because it is then known that they deviate.
 const LEAST_P_LATER: f64 = 0.01;
 
-/// Largest p-value of the terms alone for a process to be tried. It misses 1 of 256 that were worth their price.
+/// Largest p-value of the terms alone for a process to be tested. This misses 1 of 256 processes worth their price.
 const PROCESS_P: f64 = 0.3;
 
 /// Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. \[samples\]
@@ -40,7 +40,7 @@ pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<
         }
         tried.push(found);
     }
-    // A process at later starts only now: it could stand for what is left of a filter.
+    // A process at later starts is only tested now, because it could absorb the remainder of a filter.
     for k in 0..tried.len() {
         let later = &tried[k];
         if later.first == starts[0] || !sizes[later.first].is_power_of_two() {

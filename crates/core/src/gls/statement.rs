@@ -11,7 +11,7 @@ use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, LINEAR, QUANTIZATION, RATE_RANDOM_WALK, TERMS, Terms, Theta, finite};
 use std::sync::Arc;
 
-/// Of the width of an interval: a value nearer to an end is checked without the terms that were not found.
+/// Share of the width of an interval: if a value is closer to an end, it is tested without the terms that were not found.
 const EDGE: f64 = 0.2;
 
 /// Smaller p-values are rounding errors.
@@ -40,14 +40,14 @@ pub struct Ramps {
 pub struct Found {
     /// Index of the shortest averaging time that was used.
     pub first: usize,
-    /// Of the goodness of fit.
+    /// P-value of the goodness of fit.
     pub p_value: f64,
     /// Terms that were fitted, in their order.
     pub evidence: [Option<Evidence>; LINEAR],
-    /// Those that are significant.
+    /// Terms that are significant.
     pub observed: Terms,
-    /// Those that are not, although the model does not fit without them; with [`Found::ramp`] undecided, one of them may
-    /// be the ramp.
+    /// Terms that are not significant although the model does not fit without them. If [`Found::ramp`] is undecided, one of
+    /// them may be the ramp.
     pub unclear: Option<Terms>,
     /// Coefficients that together describe the curve.
     pub theta: Theta,
@@ -57,7 +57,7 @@ pub struct Found {
     pub ramp: Option<Ramps>,
     /// Standard deviation and correlation time of a Gauss-Markov process, each with its interval.
     pub process: Option<(Interval, Interval)>,
-    /// The averaging time left out that deviates most: its index, and the ratio of the deviations.
+    /// The averaging time that deviates most among those left out: its index, and the ratio of the deviations.
     pub left_out: Option<(usize, f64)>,
 }
 
@@ -72,7 +72,7 @@ pub struct Described {
     pub no_covariance: bool,
     /// Squared coefficients, that of the ramp last.
     pub theta: Theta,
-    /// Those that the description needs.
+    /// Terms that the description needs.
     pub needed: Terms,
     /// Index of the averaging time that deviates most, and the ratio of its deviation to that described.
     pub worst: (usize, f64),
@@ -83,7 +83,7 @@ pub struct Described {
 pub enum Outcome {
     /// A model is adequate.
     Found(Box<Found>),
-    /// None is.
+    /// No model is adequate.
     Described(Described),
 }
 
@@ -122,7 +122,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
     let undecided = best.ramp.is_some_and(|ramp| ramp.suspicious() && ramp.used == 0.0);
     let asked = undecided && observed.contains(RATE_RANDOM_WALK);
     if let Some((still, theta_still)) = best.still.as_ref().filter(|_| asked) {
-        // The noise may or may not explain the ramp: is the walk significant without it?
+        // It is undecided whether the noise explains the ramp: is the walk significant without the ramp?
         let without = still.evidence_in(RATE_RANDOM_WALK, theta_still, level, &shares, work)?;
         if without.p_value >= 1.0 - level {
             observed = observed.without(RATE_RANDOM_WALK);
@@ -185,7 +185,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
     })
 }
 
-/// The evidence of one term; if poorly determined other terms leave it without a limit, the limit of the term alone.
+/// The evidence of one term. If poorly determined other terms leave it without a limit, the limit of the term alone.
 fn limited(
     gls: &Gls,
     term: usize,

@@ -8,10 +8,10 @@ use crate::gls::non_negative::Products;
 use crate::gls::whitening::Whitened;
 use crate::gls::{Failed, TERMS, Terms, Theta, finite};
 
-/// Steps of the iteration at most.
+/// Largest number of steps of the iteration.
 const STEPS: usize = 40;
 
-/// Later steps are averaged with the step before.
+/// Number of the step from which on steps are averaged with the step before.
 const DAMPED_FROM: usize = 8;
 
 /// Relative change of the expected variances at which the iteration ends.
@@ -22,19 +22,19 @@ const TOLERANCE: f64 = 1e-5;
 pub struct Gls {
     pub(crate) parts: Components,
     pub(crate) first: usize,
-    /// Of the fitted terms; a row a term.
+    /// Components of the fitted terms; one row per term.
     pub(crate) design: Vec<f64>,
     pub(crate) avar: Vec<f64>,
     /// Terms that are fitted.
     pub(crate) candidates: Terms,
-    /// Derivative of the variances by the shape of a term that was found by a search. Errors of the shape are then not
-    /// evidence of any term.
+    /// Derivative of the variances by the shape of a term that a search determined. An error of the shape is then not
+    /// evidence for any term.
     pub(crate) tangent: Option<Vec<f64>>,
     /// Weights of the ramp that was removed, if any.
     pub(crate) ramp_weights: Option<Vec<f64>>,
 }
 
-/// Room for the numbers of a fit, used again by the next one.
+/// Buffers of a fit, reused by the next one.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     pub(crate) covariance: Vec<f64>,
@@ -53,7 +53,7 @@ pub(crate) struct Work {
 pub(crate) struct Statistic {
     /// (estimate − trial) / sigma; the estimate is unconstrained and may be negative.
     pub z: f64,
-    /// Of the estimate, if the trial value is true.
+    /// Standard error of the estimate, if the trial value is true.
     pub sigma: f64,
     pub skewness: f64,
     /// The trial value, and the other coefficients fitted.
@@ -74,13 +74,13 @@ pub struct Score {
     pub z: f64,
     /// Standard error if the trial value is true.
     pub sigma: f64,
-    /// Of the estimate.
+    /// Skewness of the estimate.
     pub skewness: f64,
     /// Probability of a larger estimate.
     pub above: f64,
     /// The trial value, and the other coefficients fitted.
     pub theta: Theta,
-    /// Of the Allan variances in the estimate.
+    /// Weights of the Allan variances in the estimate.
     pub weights: Vec<f64>,
 }
 
@@ -131,7 +131,7 @@ impl Gls {
         &self.avar
     }
 
-    /// Those expected for θ.
+    /// Variances expected for θ.
     #[must_use]
     pub fn expectation(&self, theta: &Theta) -> Vec<f64> {
         let mut out = Vec::new();
@@ -148,7 +148,7 @@ impl Gls {
         &self.design[term * self.order()..][..self.order()]
     }
 
-    /// The expected variances are those measured.
+    /// Sets the expected variances to the measured ones.
     pub(crate) fn with_expected(&self, theta: &Theta) -> Self {
         Self { avar: self.expectation(theta), tangent: None, ..self.clone() }
     }

@@ -1,16 +1,16 @@
 //! Whitening by a covariance: elimination with its Cholesky factor, together with the columns.
 //!
-//! The matrices of a fit are small, and are taken apart thousands of times: this costs less than a call to a library
-//! that thinks about threads, and gives the same bits on every machine, because no sum is split into lanes.
+//! The matrices of a fit are small and are factored thousands of times. This code costs less than a call to a library that
+//! manages threads, and it gives the same bits on every machine, because no sum is divided into lanes.
 
 use crate::gls::Failed;
 use crate::gls::lanes::add_rows;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Share of a variance that is left by the rows before, below which the matrix is not positive definite.
+/// Share of a variance left after elimination of the rows before, below which the matrix is not positive definite.
 const LEAST_SHARE: f64 = 4.0 * f64::EPSILON;
 
-/// Rows are a multiple of so many numbers long.
+/// Rows are padded to a multiple of this length.
 const ROUNDED: usize = 8;
 
 /// Shares of the variances that are added to those of a matrix that rounding has made indefinite, one after the other.

@@ -4,18 +4,18 @@ use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
 use crate::likelihood::laws::{chi2_above, chi2_below, digamma, normal_quantile_above, trigamma};
 
-/// Bands of the second test in a decade, and least degrees of freedom of one.
+/// Number of bands per decade in the second test, and smallest number of degrees of freedom of a band.
 const BANDS: f64 = 4.0;
 const LEAST_FREEDOM: f64 = 8.0;
 
-/// Share of the parameters that the bands of the second test pay for.
+/// Share of the parameters that is subtracted from the degrees of freedom of the bands of the second test.
 const PAID: f64 = 0.7;
 
-/// Numbers of the lowest modes that are tested together, and the price of looking at all of them.
+/// Numbers of the lowest modes that are tested together, and the correction for testing all of them.
 const LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
 const LOWEST_PRICE: f64 = 4.0;
 
-/// Share of the degrees of freedom of a bin that regressors leave, at least.
+/// Smallest share of the degrees of freedom of a bin that regressors leave.
 const LEAST_LEFT: f64 = 0.05;
 
 /// Result of the tests.
@@ -23,7 +23,8 @@ const LEAST_LEFT: f64 = 0.05;
 pub struct Adequacy {
     /// P-value of all three together.
     pub p_value: f64,
-    /// Bands of a quarter decade: mean frequency \[Hz\] and normal deviate, positive if the record has more than the model.
+    /// Bands of a quarter decade: mean frequency \[Hz\] and normal deviate, positive if the density of the record is higher
+    /// than that of the model.
     pub bands: Vec<(f64, f64)>,
 }
 
@@ -61,7 +62,7 @@ pub(crate) fn log_bias(x: f64) -> f64 {
     if x > 1e4 { 0.5 / x + 1.0 / (12.0 * x * x) } else { x.ln() - digamma(x) }
 }
 
-/// Bands of a quarter decade: a misfit of many neighbouring bins that none shows alone.
+/// Tests bands of a quarter decade, which show a misfit of many adjacent bins that none shows alone.
 fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (_, inside) in bins.bands(BANDS) {
@@ -91,7 +92,7 @@ fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec
     (chi2_above(found.iter().map(|(_, z)| z * z).sum(), freedom), found)
 }
 
-/// The lowest modes together, in both directions: a model that is far too high there is invisible to the other tests.
+/// Tests the lowest modes together, in both directions. The other tests do not detect a model that is far too high there.
 fn lowest_modes(ratio: &[f64], bins: &Bins, left: &[f64]) -> f64 {
     let mut least: f64 = 1.0;
     let mut order: Vec<usize> = (0..ratio.len()).collect();

@@ -6,8 +6,9 @@ use crate::likelihood::fit::Fit;
 use crate::likelihood::profile::Thresholds;
 use crate::terms::Term;
 
-/// Threshold from which a rate random walk is sure, and by which another explanation has to be better than a sure one, over the
-/// threshold of an interval: one-sided, for three kinds (process, warm-up, exponent) together (Bonferroni), χ² of 2·5 %/3.
+/// Threshold from which on a rate random walk is certain, and by which another explanation must be better than a certain
+/// one, over the threshold of an interval: one-sided, for three kinds (process, warm-up, exponent) together (Bonferroni), χ²
+/// of 2·5 %/3.
 const OF_THREE_KINDS: f64 = 1.18;
 
 /// A fit that explains a record as well as another one does, the time constant of the warm-up in it \[s\], and the terms that may
@@ -18,7 +19,7 @@ pub(crate) struct Alike {
     pub opens: Vec<Part>,
 }
 
-/// A rate random walk that other explanations compete with.
+/// A rate random walk and its competing explanations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Walk {
     /// Rise of the deviance without it.
@@ -27,8 +28,8 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Whether the walk may be absent because another explanation lowers the deviance by `fall`. A walk that is not sure gives way
-    /// to all that explains the record as well, a sure one to what is better by `needed`.
+    /// Whether the walk may be absent because another explanation lowers the deviance by `fall`. An uncertain walk is
+    /// dropped for any explanation that is as good, a certain one only for one that is better by `needed`.
     pub(crate) fn gives_way(self, fall: f64, needed: f64) -> bool {
         fall >= if self.loss > self.sure() { needed } else { -self.at.interval }
     }
@@ -37,8 +38,9 @@ impl Walk {
         OF_THREE_KINDS * self.at.interval
     }
 
-    /// By how much a process has to be better than the walk, which is its limit for long correlation times: by chance it is so at a
-    /// one-sided threshold. Of a sensor with a process a second one is no surprise.
+    /// Amount by which a process must be better than the walk. The walk is its limit for long correlation times, so by
+    /// chance the process is better by a one-sided threshold. For a sensor with a process a second process is not
+    /// surprising.
     pub(crate) fn needed_of_process(self, fit: &Fit) -> f64 {
         let is_present =
             |(part, &theta): (&Part, &f64)| matches!(part, Part::GaussMarkov { .. }) && theta > 0.0;

@@ -1,4 +1,4 @@
-//! The whole way from a summary to coefficients with intervals.
+//! All steps from a summary to coefficients with intervals.
 
 use crate::likelihood::adequacy::{Adequacy, adequacy};
 use crate::likelihood::band::{
@@ -33,12 +33,14 @@ use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Degrees of freedom of Student's t where a model is not adequate: the size of the wiggle is known from about as many bands.
+/// Degrees of freedom of Student's t if a model is not adequate, because the size of the misfit is estimated from about as
+/// many bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
 
-/// Deviance by which slow noise in front of a running mean must be better than behind it: the density of the zeros is then a number
-/// more. Without this price, quantization noise took the place of slow noise behind the mean in 45 % of records. Without slow
-/// noise the side is only a matter of what fills the zeros, and must be better by as much the other way.
+/// Deviance by which slow noise before a running mean must be better than slow noise after it, because the density of the
+/// zeros is then an additional parameter. Without this price, quantization noise replaced slow noise after the mean in 45 %
+/// of records. Without slow noise the choice only concerns the noise that fills the zeros, and the other side must be better
+/// by the same amount.
 const IN_FRONT: f64 = 4.0;
 
 /// Analyses one channel.
@@ -84,7 +86,7 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let powers = mean.powers(record);
     let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
     let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
-    // What fills the zeros may be slow noise behind the mean, which is a part of the model, or the ends of the record.
+    // The zeros may be filled by slow noise after the mean, which is part of the model, or by the ends of the record.
     let bare = RunningMean { floor: 0.0, ..mean };
     let behind = |of_white: bool, mean: RunningMean| {
         attempt(record, mask.clone(), lines.clone(), &regressors, options, (None, Some((mean, of_white))))
@@ -117,7 +119,7 @@ fn shows_slow(attempt: &Attempt) -> bool {
             .any(|part| is_needed(fit, part, bins))
 }
 
-/// The same with no filter but a series.
+/// The same with a series as the only filter.
 pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
     let regressors = Arc::new(regressors(record, options));
     let mask = usable(record);
@@ -127,7 +129,7 @@ pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> 
     drifting(attempt, &regressors, options)
 }
 
-/// The mask without lines above running medians, and all lines; `filter`: powers of a filter that is known.
+/// The mask without lines above running medians, and all lines. `filter`: powers of a known filter.
 fn without_lines(
     record: &Summary,
     mut mask: Vec<bool>,
@@ -146,7 +148,7 @@ fn without_lines(
     (mask, without_images(record, lines))
 }
 
-/// The model with what its mean does.
+/// Adds the regressors of the mean to the model.
 fn drifting<'a>(
     mut attempt: Attempt<'a>,
     regressors: &Arc<Vec<Regressor>>,
@@ -158,7 +160,7 @@ fn drifting<'a>(
     (attempt, drifts)
 }
 
-/// Intervals of a model, and the model without what was not observed.
+/// Intervals of a model, and the model without the terms that were not observed.
 pub(crate) struct Inferred {
     pub terms: Vec<Bounds>,
     pub reduced: Fit,
@@ -189,7 +191,8 @@ pub(crate) fn inferred(
     if let Some(j) = plain.model.index(Term::RandomWalk) {
         heavy_tails(&mut terms[j], tails, thresholds);
     }
-    // The values are those of the reduced model, as are those of the terms: together they are the model of the record.
+    // These values are those of the reduced model, like those of the terms, because together they are the model of the
+    // record.
     let processes: Vec<Process> = limited
         .model
         .processes()
@@ -208,7 +211,7 @@ pub(crate) fn inferred(
             Process { part, variance, shape }
         })
         .collect();
-    // White noise behind a filter of first order is such a process: then N² = 2σ²T.
+    // White noise after a filter of first order is such a process, with N² = 2σ²T.
     if let Some(j) = plain.model.index(Term::RandomWalk).filter(|_| hides_white_noise(plain)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
@@ -219,7 +222,7 @@ pub(crate) fn inferred(
             }
         }
     }
-    // Behind a slow filter the level at low frequencies is that of both.
+    // After a slow filter the level at low frequencies is that of both.
     if let (Some(j), Some(slowest)) = (plain.model.index(Term::RandomWalk), slowest_process(plain, bins)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
@@ -267,10 +270,10 @@ fn slowest_process(fit: &Fit, bins: &Bins) -> Option<f64> {
     Some(SLOWER / (2.0 * PI * corner))
 }
 
-/// What is stated of a model; without lines and drifts.
+/// The statement of a model, without lines and drifts.
 pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred) -> Outcome {
     let Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy } = found;
-    // Levels and own terms of several runs come last, and are not stated.
+    // Levels and separate terms of several runs come last, and are not part of the statement.
     let count = reduced.model.numbers();
     Outcome {
         alike_from,

@@ -20,29 +20,29 @@ use std::sync::Arc;
 /// P-value below which a model is not adequate, and its intervals are widened.
 pub(crate) const LEAST: f64 = 0.002;
 
-/// Searches for lines.
+/// Number of searches for lines.
 pub(crate) const LINE_SEARCHES: usize = 3;
 
-/// Lowest end of the band over the highest mode, where the top of the band is left out.
+/// Smallest ratio of the end of the band to the highest mode, if the top of the band is left out.
 const LEAST_BAND: f64 = 5.0;
 
 /// P-value below which a narrower band describes the record no better than the whole one.
 const HOPELESS: f64 = 1e-4;
 
-/// Times that the band is halved, and after which it is so only to find white noise behind a filter.
+/// Number of times that the band is halved, and number after which it is only halved to find white noise after a filter.
 const MOST_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
 
 /// Correlation time up to which a process without white noise beside it may be white noise behind a filter. \[s\]
 pub(crate) const SLOWEST_FILTER: f64 = 2.0;
 
-/// White noise over the level of such a process below which there is none beside it.
+/// Ratio of the white noise to the level of such a process below which no white noise is assumed beside it.
 const NO_WHITE: f64 = 0.1;
 
-/// Filters and resonances in the high band beyond which its top is left out rather than described.
+/// Number of filters and resonances in the high band beyond which its top is left out rather than described.
 const MOST_HIGH_PARTS: f64 = 6.0;
 
-/// Standard errors from which a term says how much information a mask leaves.
+/// Number of standard errors from which on a term determines how much information a mask leaves.
 const STANDS_OUT: f64 = 2.0;
 
 pub(crate) struct Attempt<'a> {
@@ -53,8 +53,9 @@ pub(crate) struct Attempt<'a> {
     pub highest: Option<f64>,
 }
 
-/// The model of the whole band if it is good, else of the widest band that has a good one and shows its white noise. If there
-/// is none: of the widest band that is good but for hidden white noise, or adequate; of the best if it is not hopeless.
+/// The model of the whole band if it is good, else of the widest band with a good model that shows its white noise. If there
+/// is none: of the widest band that is good except for hidden white noise, or adequate; else of the best band, if its fit is
+/// usable.
 pub(crate) fn best_attempt<'a>(
     record: &'a Summary,
     mask: &[bool],
@@ -75,7 +76,7 @@ pub(crate) fn best_attempt<'a>(
             }
             let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
             if !mask[from..].contains(&true) {
-                continue; // nothing of the noise is left there: it was not used before either
+                continue; // no noise is left there, so it was not used before either
             }
             mask[from..].fill(false);
         }
@@ -110,12 +111,12 @@ pub(crate) fn best_attempt<'a>(
     attempts.swap_remove(chosen)
 }
 
-/// Whether a fast process stands for white noise behind a filter: nothing else of the white noise is seen.
+/// Whether a fast process represents white noise after a filter, because no other white noise is visible.
 pub(crate) fn hides_white_noise(fit: &Fit) -> bool {
     fit.model.index(Term::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 
-/// Whether the white noise is surely seen beside such a process.
+/// Whether white noise is certainly visible beside such a process.
 fn shows_white_noise(attempt: &Attempt) -> bool {
     let fit = &attempt.fit;
     fit.model.index(Term::RandomWalk).is_some_and(|j| is_needed(fit, fit.model.parts[j], &attempt.bins))
@@ -198,7 +199,7 @@ pub(crate) fn allowed(record: &Summary, options: &Options) -> Allowed {
 }
 
 /// The terms that may be present. Without neighbouring samples the densities of quantization noise and random walk are
-/// the same, and the random walk stands for both.
+/// equal, and the random walk represents both.
 pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; NOISE_TERMS] {
     let mut terms = options.terms;
     let walk = terms[Term::RandomWalk.index()];
@@ -207,8 +208,8 @@ pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; NOISE_
     terms
 }
 
-/// With missing samples: the fit with the information that the mask leaves, of the two terms for which it is known the
-/// smaller one, if they stand out.
+/// With missing samples: reduces the information of a fit to that which the mask leaves, for the two terms for which it is
+/// known, and uses the smaller one if both are significant.
 fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     let Some(masked) = bins.record.masked.clone() else { return fit };
     if bins.ranges.is_empty() {
@@ -235,8 +236,8 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     fit.model.clone().fit(bins)
 }
 
-/// With missing samples: expected densities of a fit of the terms. A mask that repeats has images of low frequencies at
-/// high ones, which are no lines.
+/// With missing samples: expected densities for a fit of the terms. A mask that repeats makes images of low frequencies at
+/// high ones, which are not lines.
 pub(crate) fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
     record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
 }

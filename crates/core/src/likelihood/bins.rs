@@ -1,4 +1,4 @@
-//! The numbers that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
+//! The data that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
 
 mod build;
 mod columns;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Frequencies at which the model is evaluated in a bin of the periodogram.
 pub(crate) const POINTS: usize = 8;
 
-/// Modes of a bin at which a filter with zeros is evaluated, at most.
+/// Largest number of modes in a bin at which a filter with zeros is evaluated.
 const BIN_POINTS: usize = 24;
 
 /// Densities of one part of the model of unit amplitude: means over the bins of the modes, and at the points of the bins
@@ -34,13 +34,13 @@ pub(crate) struct Column {
 #[derive(Debug, Clone)]
 pub(crate) struct Bins<'a> {
     pub record: &'a Summary,
-    /// Densities of the periodogram that count.
+    /// Densities of the periodogram that are used.
     pub mask: Arc<Vec<bool>>,
-    /// Numbers of low bins.
+    /// Number of low bins.
     pub low: usize,
-    /// Modes that count, less 1.
+    /// Modes that are used, as numbers less 1.
     used_modes: Vec<usize>,
-    /// First of them of each low bin, and one past the last.
+    /// First of these modes in each low bin, and one past the last.
     edges: Vec<usize>,
     /// Mean squares of the modes without regressors.
     low_power: Vec<f64>,
@@ -53,38 +53,39 @@ pub(crate) struct Bins<'a> {
     /// Degrees of freedom: information, and law of a single mean.
     pub freedom: Vec<f64>,
     pub freedom_alone: Vec<f64>,
-    /// Share of them that a running mean leaves: its densities in a bin are unequal.
+    /// Share of the degrees of freedom after a running mean, whose densities in a bin are unequal.
     evenness: Vec<f64>,
-    /// Degrees of freedom that a discrepancy leaves at most.
+    /// Largest number of degrees of freedom that a discrepancy leaves.
     pub cap: Vec<f64>,
     /// Median density of the periodogram's bins.
     pub scale: f64,
     mode_points: Vec<ModePoint>,
-    /// First of its points, for each low bin and one past the last.
+    /// First evaluation point of each low bin, and one past the last.
     mode_starts: Vec<usize>,
     pub fine_points: Vec<FinePoint>,
-    /// With missing samples: weights of the cells in the bins, row after row. The points are those of the cells.
+    /// With missing samples: weights of the cells in the bins, row after row. The evaluation points are then those of the
+    /// cells.
     leak: Option<Arc<Vec<f64>>>,
-    /// What lines that were left out add to the bins through missing samples.
+    /// Contribution of excluded lines to the bins because of missing samples.
     pub lines: Vec<f64>,
     /// Columns of the noise terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
-    /// Samples whose interval is that of the filter's cosines: 1 with a whole band, more where its top is left out.
+    /// Sample interval of the filter's cosines, in samples: 1 with a whole band, more if its top is left out.
     pub spacing: usize,
     /// cos 2πk f τ₀ · spacing − 1, k = 1 … 6: of the low bins, of the points.
     pub cosines_low: Arc<Vec<Vec<f64>>>,
     pub cosines_high: Arc<Vec<Vec<f64>>>,
     pub regressors: Arc<Vec<Regressor>>,
-    /// Of several runs: their bins, the longest run first, each with the regressors that its mean follows. All that has a
-    /// number for each bin is then that of all runs, one after the other.
+    /// With several runs: their bins, the longest run first, each with the regressors that its mean follows. All fields with
+    /// one entry per bin are then those of all runs, one after the other.
     pub runs: Arc<Vec<(Bins<'a>, Vec<usize>)>>,
 }
 
-/// Coefficients of a filter, at most.
+/// Largest number of coefficients of a filter.
 pub(crate) const MOST_FILTER: usize = 6;
 
 impl Bins<'_> {
-    /// Half width of the narrowest resonance that the points at which densities are evaluated can show: their distance.
+    /// Half width of the narrowest resonance that the evaluation points can show: their distance.
     pub(crate) fn least_width(&self, frequency: f64) -> f64 {
         if let Some((longest, _)) = self.runs.first() {
             return longest.least_width(frequency);
@@ -134,7 +135,7 @@ impl Bins<'_> {
         sum / f64::from(count)
     }
 
-    /// Takes the degrees of freedom that means of unequal densities behind a running mean lack: (Σw)² of n Σw² are left.
+    /// Reduces the degrees of freedom for means of unequal densities after a running mean: (Σw)² of n Σw² remain.
     pub(crate) fn see_mean(&mut self, mean: RunningMean) {
         let left = |powers: &mut dyn Iterator<Item = f64>| {
             let (count, sum, squares) =
@@ -154,7 +155,7 @@ impl Bins<'_> {
         }
     }
 
-    /// Whether samples are missing, so that a matrix says what is seen of a density.
+    /// Whether samples are missing, so that a matrix describes the observed density.
     pub(crate) fn leaks(&self) -> bool {
         self.leak.is_some()
     }
@@ -170,7 +171,7 @@ impl Bins<'_> {
         found
     }
 
-    /// Adds what lines leak into the bins.
+    /// Adds the leakage of lines to the bins.
     pub(crate) fn see(&mut self, lines: &[Line]) {
         let (Some(rows), Some(masked)) = (&self.leak, &self.record.masked) else { return };
         let spacing = self.record.frequency(1);
@@ -202,7 +203,7 @@ impl Bins<'_> {
         }
     }
 
-    /// Degrees of freedom that count in the fit.
+    /// Degrees of freedom that are used in the fit.
     pub(crate) fn weight(&self, bin: usize) -> f64 {
         1.0 / (1.0 / self.freedom[bin] + 1.0 / self.cap[bin])
     }

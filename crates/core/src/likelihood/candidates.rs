@@ -1,18 +1,18 @@
-//! What could be added to a model, and how much each would lower the deviance, by a step from the present fit.
+//! Parts that could be added to a model, and the fall of the deviance by each, estimated by one step from the present fit.
 
 use crate::likelihood::bins::{Bins, MOST_FILTER};
 use crate::likelihood::expected::Part;
 use crate::likelihood::fit::Fit;
 use crate::likelihood::linear::{Symmetric, dot};
 
-/// Correlation times and resonances of the dictionary in a decade.
+/// Correlation times per decade in the dictionary, and resonances per decade.
 const TIMES: f64 = 6.0;
 const CENTRES: f64 = 20.0;
 
-/// Half widths of resonances over their frequencies.
+/// Half widths of resonances, over their frequencies.
 const WIDTHS: [f64; 3] = [0.02, 0.06, 0.2];
 
-/// Information of a candidate that the other parameters leave, at least: less is rounding.
+/// Smallest information about a candidate that the other parameters leave; less is rounding.
 const LEAST_LEFT: f64 = 1e-6;
 
 /// Parts with unit amplitude, and their mean densities by bin.
@@ -42,7 +42,7 @@ impl Dictionary {
     }
 }
 
-/// Geometric steps from `low` to `high`, so many in a decade.
+/// Geometric steps from `low` to `high`, with this number per decade.
 pub(crate) fn spaced(low: f64, high: f64, per_decade: f64) -> Vec<f64> {
     if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
         return Vec::new();
@@ -68,7 +68,7 @@ pub(crate) struct Scores {
 impl Scores {
     pub(crate) fn at(fit: &Fit, bins: &Bins) -> Self {
         let (_, all) = fit.information(bins);
-        // A part at 0 has no step downwards.
+        // A part with parameter 0 cannot step downwards.
         let parts = fit.model.parts.len();
         let slopes: Vec<Vec<f64>> = all
             .into_iter()
@@ -95,7 +95,7 @@ impl Scores {
         Self { slopes, weights, excess, inverse, step, response, spectrum: fit.spectrum.clone(), gain }
     }
 
-    /// Fall of the deviance by a candidate with a mean density by bin; `behind` the filter or not.
+    /// Fall of the deviance by a candidate with a mean density in each bin. `behind`: whether it is filtered.
     pub(crate) fn gain_of(&self, column: &[f64], behind: bool) -> f64 {
         let relative: Vec<f64> = (0..column.len())
             .map(|b| column[b] * if behind { self.response[b] } else { 1.0 } / self.spectrum[b])
@@ -121,7 +121,7 @@ impl Scores {
         let present = fit.model.filter.len();
         debug_assert!(present < wanted && wanted <= MOST_FILTER);
         let mut columns = self.slopes.clone();
-        // Relative to the whole density: quantization noise is not filtered, but this is a first look.
+        // Relative to the whole density. Quantization noise is not filtered, but a rough value is enough here.
         for k in present..wanted {
             columns.push(bins.cosine_means(k));
         }

@@ -20,14 +20,14 @@ use std::f64::consts::LN_10;
 /// Width of the band around its centre in which record and model are compared: a quarter of a decade.
 const BAND: f64 = LN_10 / 8.0;
 
-/// Whether the model describes the record.
+/// Verdict on the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The terms describe the record.
     Adequate,
     /// The terms together with a filter, lines or processes do.
     AdequateWith,
-    /// The model is not quite right, and the intervals are wider for it.
+    /// The model is not exact, and the intervals are widened for it.
     Widened,
 }
 
@@ -72,7 +72,7 @@ impl From<&Second> for SecondModel {
 /// The fit of one channel. Numbers are in the unit of the rate and seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelFit {
-    /// Terms that were asked for, by name, and the ramp.
+    /// Requested terms by name, and the ramp.
     pub terms: Vec<(&'static str, TermEstimate)>,
     /// Coefficients that together describe the record, by name: the observed terms and those of `unclear`.
     pub model: Vec<(&'static str, f64)>,
@@ -80,9 +80,9 @@ pub struct ChannelFit {
     pub unclear: Vec<&'static str>,
     /// Gauss-Markov processes.
     pub gauss_markov: Vec<GaussMarkovEstimate>,
-    /// Resonances in front of the filter.
+    /// Resonances before the filter.
     pub resonance: Vec<ResonanceEstimate>,
-    /// Lines behind the filter, the strongest first.
+    /// Lines after the filter, the strongest first.
     pub sinusoid: Vec<LineEstimate>,
     /// Filter on all noise but quantization.
     pub response: Option<FittedFilter>,
@@ -98,7 +98,8 @@ pub struct ChannelFit {
     pub alike_sigma: Option<f64>,
     /// Other models that explain the record as well.
     pub second: Vec<SecondModel>,
-    /// Discrepancy that the intervals allow for, of an adequate model too: frequency \[Hz\], standard deviation of the logarithm of the density.
+    /// Discrepancy that the intervals allow for, even if the model is adequate: frequency \[Hz\], standard deviation of the
+    /// logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
     /// Whether the model describes the record.
     pub verdict: Verdict,
@@ -116,18 +117,18 @@ pub struct ChannelFit {
     pub covariance: Vec<f64>,
     /// White level of each eighth of the record that has samples.
     pub levels: Vec<WhiteLevel>,
-    /// Ends of what each line leaves out of the fit. \[Hz\]
+    /// Ends of the stretch that each line leaves out of the fit. \[Hz\]
     pub left_out: Vec<(f64, f64)>,
     /// Every resonance in front of the filter, with those that are among the lines.
     pub resonances: Vec<Resonance>,
 }
 
-/// The record that a fit is of.
+/// The record of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
     /// Sample interval. \[s\]
     pub tau0: f64,
-    /// Samples, with those that are missing at its ends.
+    /// Number of samples, including those that are missing at its ends.
     pub samples: usize,
 }
 
@@ -282,7 +283,7 @@ impl ChannelFit {
     }
 }
 
-/// The noise terms that were asked for. A filter may have taken the place of one: then it was not tested.
+/// The requested noise terms. If a filter has replaced one, it was not tested.
 fn terms(
     outcome: &Outcome,
     options: &Options,
@@ -356,7 +357,7 @@ fn worst_band(outcome: &Outcome) -> (f64, f64) {
         .filter(|bin| (bin[0] / frequency).ln().abs() < BAND || off(bin) <= nearest)
         .collect();
     let sum: f64 = band.iter().map(|bin| bin[3]).sum();
-    // Of a band in which no bin counts, or of a spectrum that no model is near, all bins count the same.
+    // If no bin of a band counts, or no model is near the spectrum, all bins count equally.
     let counts = sum > 0.0 && sum.is_finite();
     let weight = |bin: &[f64; 4]| if counts { bin[3] } else { 1.0 };
     let (ratios, weights) = band.iter().fold((0.0, 0.0), |(ratios, weights), bin| {

@@ -1,7 +1,7 @@
 //! The averaging times in which a noise model describes the curve of a record, and the low-pass filter in it.
 //!
-//! A noise model carries the terms, processes and resonances of a fit, but not its filter: below some averaging time it does
-//! not describe the curve. A Butterworth filter of the white noise in front of the sampler may stand for that of the fit.
+//! A noise model contains the terms, processes and resonances of a fit, but not its filter, so below some averaging time it
+//! does not describe the curve. A Butterworth filter of the white noise before the sampler may replace that of the fit.
 
 use crate::bandlimited::{Filter, band_limited_avar};
 use crate::likelihood::fitted_model::FittedModel;
@@ -9,8 +9,8 @@ use crate::psd::{MEAN_OF_SINE_4, band_limited_sampled};
 use crate::terms::{self, Term};
 use std::f64::consts::PI;
 
-/// Difference of the Allan variances of fit and model where the model describes the curve: relative, and in standard errors
-/// of a measured one.
+/// Largest difference of the Allan variances of fit and model for which the model describes the curve: relative, and in
+/// standard errors of a measured variance.
 const SAME: f64 = 0.02;
 const SAME_ERRORS: f64 = 0.5;
 
@@ -33,7 +33,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
         let lost = filter.taken_off(|f| fit.psd_that_is_filtered(f), &sizes, fit.highest);
         filtered.iter_mut().zip(lost).for_each(|(all, lost)| *all -= lost);
     }
-    // White noise of a band that was left out has this share of the variance; what is there instead is not known.
+    // White noise of an excluded band has this share of the variance; the noise that replaces it is not known.
     let reaches_top = fit.filter.as_ref().is_some_and(|filter| filter.known_to.is_some());
     let unknown = |m: usize| {
         let share = |highest: f64| 4.0 * MEAN_OF_SINE_4 / (PI * PI * highest * m as f64 * tau0);

@@ -1,5 +1,5 @@
-//! What is left of a model's authority where it does not quite agree: a log-normal wiggle, constant in a quarter decade,
-//! whose size is estimated from the record and limits what each band may say.
+//! Reduction of a model's weight if it does not fit exactly: a log-normal misfit, constant in a quarter decade, whose size
+//! is estimated from the record and limits the information of each band.
 
 use crate::likelihood::adequacy::log_bias;
 use crate::likelihood::bins::Bins;
@@ -15,7 +15,7 @@ const LEAST_FREEDOM: f64 = 4.0;
 /// Bands over which the size of the wiggle is smoothed.
 const SMOOTH: f64 = 2.0;
 
-/// Largest leverage of a band: parameters that follow it hide its misfit.
+/// Largest leverage of a band, because parameters that follow a band hide its misfit.
 const MOST_LEVERAGE: f64 = 0.8;
 
 /// A band's own misfit counts beyond this many variances of chance, and by this share.

@@ -9,7 +9,7 @@ use crate::terms::Term;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Fall of the deviance for a warm-up, and its time constants over the length of the record.
+/// Smallest fall of the deviance for a warm-up, and its time constants over the length of the record.
 const WARM_UP: f64 = 16.0;
 
 const WARM_UPS: [f64; 7] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0, 1.5];
@@ -20,13 +20,13 @@ const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
 /// Step of the derivative by the logarithm of the time constant.
 const SLOPE: f64 = 1e-3;
 
-/// Fall of the deviance by which a warm-up has to be better than a ramp.
+/// Fall of the deviance by which a warm-up must be better than a ramp.
 const CURVATURE: f64 = 6.0;
 
-/// Standard errors from which a ramp counts, with the rate random walk at its upper limit.
+/// Number of standard errors from which on a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
-/// Steps of the search for the ends of its interval.
+/// Number of steps of the search for the ends of its interval.
 const RAMP_DOUBLINGS: usize = 8;
 
 const RAMP_HALVINGS: usize = 5;
@@ -107,7 +107,8 @@ pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted
     found
 }
 
-/// The ramp with half its profile interval, in standard errors: the random walk of the rate may grow where the ramp is held.
+/// The ramp, and half of its profile interval in standard errors: the rate random walk may grow while the ramp is held
+/// fixed.
 fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
     let plain = drift(fit, RAMP_AT);
     let mut bare = fit.model.clone();

@@ -1,4 +1,4 @@
-//! Processes in the place of terms: which of the two a record shows, and whether it shows which.
+//! Processes in place of terms: which of the two a record shows, and whether it distinguishes them.
 
 use crate::likelihood::alike::{Alike, Walk, loss_of_term};
 use crate::likelihood::bins::Bins;
@@ -12,17 +12,17 @@ use crate::likelihood::profile::Thresholds;
 use crate::terms::Term;
 use std::f64::consts::PI;
 
-/// Terms that a process may take the place of, alone or together.
+/// Terms that a process may replace, alone or together.
 pub(crate) const REPLACED: [&[Part]; 3] = [
     &[Part::Term(Term::RateRandomWalk)],
     &[Part::Term(Term::BiasInstability)],
     &[Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)],
 ];
 
-/// Correlation times that are tried, in a decade.
+/// Number of correlation times that are tested per decade.
 const TIMES: f64 = 2.0;
 
-/// Steps of a fit, and those of a candidate that may not be the best, which ends at this fall of the deviance.
+/// Number of steps of a fit, and of a candidate that may not be the best, which ends at this fall of the deviance.
 const STEPS: usize = 40;
 const FIRST_STEPS: usize = 8;
 const ROUGH: f64 = 0.1;
@@ -38,8 +38,8 @@ const AGAIN: f64 = 0.05;
 /// Rise of the deviance, beside the term, up to which a process may still be better together with it.
 const WITHIN: f64 = 8.0;
 
-/// By how much more than others a warm-up has to be better, the best of seven time constants: it is so in 1.7 % of 168 records of
-/// N + B + K.
+/// Amount by which a warm-up, the best of seven time constants, must be better than the others: by chance it is in 1.7 % of
+/// 168 records of N + B + K.
 const OF_SEVERAL_TIMES: f64 = 1.4;
 
 /// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
@@ -68,7 +68,7 @@ fn with_process(
     let found = best(fit, bins, replaced)?;
     let fall = fit.deviance - found.deviance;
     let price = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
-    // Beside a rate random walk slow noise of any kind resembles the bias instability.
+    // Beside a rate random walk, slow noise of any kind resembles bias instability.
     let rise = if walk.is_some() && replaced.len() == 1 { NUMBER } else { at.interval };
     let may_open = |part: &Part| match (part, walk) {
         (Part::Term(Term::RateRandomWalk), Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),

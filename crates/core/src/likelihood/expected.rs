@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 /// Lags from which the covariance of two blocks of flicker noise is that of their centres and its second derivative.
 const FAR: usize = 200;
 
-/// Shapes of records whose flicker densities are kept.
+/// Number of records whose flicker densities are cached, by shape.
 const KEPT: usize = 8;
 
 /// A part of the model whose density is proportional to one parameter.
@@ -39,7 +39,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// Whether the part is a noise term, whose density has no shape to be found.
+    /// Whether the part is a noise term, whose density has no shape parameter.
     #[must_use]
     pub fn is_term(self) -> bool {
         matches!(self, Self::Term(_))
@@ -196,7 +196,7 @@ pub(crate) fn resonance(centre: f64, width: f64, f: f64) -> f64 {
     2.0 * width * square / PI / ((square - centre * centre).powi(2) + 4.0 * width * width * square)
 }
 
-/// Where Welch's periodogram is evaluated.
+/// A point at which Welch's periodogram is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FinePoint {
     pub frequency: f64,

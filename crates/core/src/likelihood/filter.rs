@@ -1,4 +1,5 @@
-//! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its stand-in in a model.
+//! A filter that was fitted to the spectrum: its response, its name, the interval of its corner, and its equivalent in a
+//! model.
 
 use crate::likelihood::filter_shapes::{Family, Shape};
 use crate::likelihood::running_mean::RunningMean;
@@ -10,11 +11,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 /// |H|² below which the fit uses no frequencies.
 pub(crate) const UNUSED_POWER: f64 = 0.08;
 
-/// Frequencies up to half the rate of the cosines, and how many times as many up to half the rate of the samples, at most.
+/// Number of frequencies up to half the rate of the cosines, and largest multiple of it up to half the rate of the samples.
 const GRID: usize = 4096;
 const FINEST: usize = 16;
 
-/// |H|² from which a shape is compared, and every how many frequencies of the grid its corner is.
+/// Smallest |H|² from which on a shape is compared, and number of grid frequencies from one tested corner to the next.
 const LEAST_POWER: f64 = 0.1;
 const EVERY: usize = 16;
 
@@ -25,11 +26,11 @@ const ALIKE: f64 = 0.2;
 const MOVED: f64 = 1e-3;
 const FINE_CORNER: f64 = 0.1;
 
-/// Corner of a filter in front of the sampler over that of its samples, at most; and the relative error of the former.
+/// Largest ratio of the corner of a filter before the sampler to that of its samples, and the relative error of the former.
 const MOST_WARPED: f64 = 3.0;
 const SAME_CORNER: f64 = 1e-9;
 
-/// What a filter is like.
+/// Most similar shape of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilterShape {
     /// A Butterworth filter of low order, analog or digital.
@@ -38,13 +39,13 @@ pub enum FilterShape {
     Smoothing,
     /// A running mean.
     RunningMean,
-    /// Two poles with a damping of their own.
+    /// Two poles with a free damping.
     TwoPoles,
-    /// Running means of the same length one after the other.
+    /// Running means of the same length in series.
     Means,
     /// A low-pass filter of another shape.
     LowPass,
-    /// Not a filter that falls to half the power.
+    /// No low-pass filter: it does not fall to half the power.
     Uneven,
 }
 
@@ -59,11 +60,11 @@ pub struct FittedFilter {
     pub interval: f64,
     /// The shape that it is like.
     pub shape: FilterShape,
-    /// Of a Butterworth filter; samples of a running mean.
+    /// Order of a Butterworth filter; samples of a running mean.
     pub order: Option<u32>,
     /// Frequency of half the power, with the ends of its interval. \[Hz\]
     pub corner: Option<[f64; 3]>,
-    /// The Butterworth filter in front of the sampler, in the place of this one in a noise model: order and corner. \[Hz\]
+    /// The Butterworth filter before the sampler that replaces this one in a noise model: order and corner. \[Hz\]
     pub low_pass: Option<(u8, f64)>,
     /// Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. \[Hz\]
     pub known_to: Option<f64>,
@@ -222,9 +223,9 @@ impl FittedFilter {
         shape.log_power(f * self.tau0)
     }
 
-    /// What the filter takes off the Allan variances of noise with a density in front of it. [(rate unit)²]
+    /// Reduction of the Allan variances by the filter, for noise with a given density before it. [(rate unit)²]
     ///
-    /// From `highest` on nothing is taken off, unless the filter took the rest there: it is not known.
+    /// From `highest` on there is no reduction, because the filter is not known there, unless it removes all power.
     pub(crate) fn taken_off(
         &self,
         density: impl Fn(f64) -> f64,

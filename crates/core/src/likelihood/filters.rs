@@ -1,4 +1,4 @@
-//! Filters of known shape, found by full fits: a score says little so far from the truth.
+//! Filters of known shape, selected by full fits: a score is not informative so far from the maximum.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::candidates::spaced;
@@ -14,7 +14,7 @@ const LOWEST_CORNER: f64 = 0.001;
 const HIGHEST_CORNER: f64 = 0.4;
 const FEWEST_CYCLES: f64 = 40.0;
 
-/// Families that say where the corner is: others start there.
+/// Families that show where the corner is; other families start there.
 const FIRST: [Family; 2] = [Family::Smoothing, Family::Digital { order: 2 }];
 
 /// Steps of the fits of these, and of those that follow; and the fall of the deviance at which the former end.
@@ -25,7 +25,8 @@ const ROUGH: f64 = 0.1;
 /// Factors of the corner with which slow noise behind the filter is tried.
 const MOVED: [f64; 3] = [0.6, 1.0, 1.6];
 
-/// Price of a number of the filter among filters: a damping that is that of Butterworth's filter is worth it in one of twenty-two.
+/// Price of a parameter of the filter among filters: a damping equal to that of Butterworth's filter exceeds it in one of
+/// twenty-two.
 const NUMBER: f64 = 4.0;
 
 /// Rise of the deviance after few steps over the best of the first families, or over the fit, beyond which a family is given up.
@@ -67,8 +68,8 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
     found.min_by(|a, b| cost(a).total_cmp(&cost(b)))
 }
 
-/// Fits with other families of filters, or with slow noise on the other side of the filter, that rise the deviance by no more
-/// than `rise`.
+/// Fits with other families of filters, or with slow noise on the other side of the filter, that raise the deviance by at
+/// most `rise`.
 pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
     let Some(corner) = corner_of(&fit.model) else { return Vec::new() };
     let slow = fit.model.parts.iter().zip(&fit.model.theta).any(|(&part, &theta)| {
@@ -88,7 +89,7 @@ pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
     found
 }
 
-/// The fit of a model, unless few steps say that it is far from the best.
+/// The fit of a model, unless a few steps show that it is far from the best.
 fn close(model: Model, bins: &Bins, from: &Fit, is_hopeful: impl Fn(&Fit) -> bool) -> Option<Fit> {
     let rough = model.refit(bins, FIRST_STEPS, ROUGH, from);
     is_hopeful(&rough).then(|| rough.model.refit(bins, STEPS, TOLERANCE, from))

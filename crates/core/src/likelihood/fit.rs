@@ -38,9 +38,9 @@ pub(crate) struct Fit {
     pub beta_covariance: Symmetric,
     /// Degrees of freedom that the regressors take from each bin.
     pub leverage: Vec<f64>,
-    /// Slope of the logarithm of the likelihood by Q², of the end values of the angle, whose variance it is; of each run.
+    /// Slope of the logarithm of the likelihood by Q² from the end values of the angle, whose variance is Q²; for each run.
     pub slope_of_ends: Vec<f64>,
-    /// Of this set of regressors; shared by the fits that follow.
+    /// Products of this set of regressors, shared by the fits that follow.
     products: Arc<Vec<Products>>,
 }
 
@@ -52,7 +52,7 @@ impl Model {
         let n = self.parts.len();
         let powers = bins.plain_powers();
         let usual = bins.scale;
-        // A filter of a known shape is near enough to the true one to say which noise is behind it.
+        // A filter of known shape is close enough to the true one to decide which noise is filtered.
         let behind = self.family.map(|_| self.response_means(bins));
         let column = |&part: &Part| match behind.as_ref().filter(|_| self.filters(part)) {
             Some(behind) => bins.unit(part).iter().zip(behind).map(|(c, h)| c * h).collect(),

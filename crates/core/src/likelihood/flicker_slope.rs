@@ -1,4 +1,4 @@
-//! Bias instability whose exponent is not 1, in the place of what a model with the exponent 1 needs beside it.
+//! Bias instability with an exponent other than 1, in place of additional parts of a model with exponent 1.
 
 use crate::likelihood::alike::{Alike, Walk};
 use crate::likelihood::bins::Bins;
@@ -20,10 +20,10 @@ const NUMBER: f64 = 2.0;
 /// Density over that of the white noise up to which the other noise dominates.
 const DOMINATES: f64 = 2.0;
 
-/// Exponent from which the noise is a random walk rather than a bias instability.
+/// Exponent from which on the noise is a random walk rather than a bias instability.
 const STEEPEST: f64 = 1.75;
 
-/// Share of the density from which a frequency counts among those that the bias instability is the value of.
+/// Share of the density from which on a frequency counts in the mean frequency of the bias instability.
 const SHARE: f64 = 0.5;
 
 /// The best fit with a free exponent that explains the record as well: in the place of the bias instability and of processes,

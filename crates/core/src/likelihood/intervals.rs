@@ -26,7 +26,7 @@ const BESIDE_WALK: f64 = 4.0;
 const BESIDE_OTHERS: f64 = 5.5;
 const BESIDE_BOTH: f64 = 6.0;
 
-/// Fall of the deviance by a process from which it is named in the place of a rate random walk that is not needed beside it.
+/// Fall of the deviance by a process from which on it is stated in place of a rate random walk that is not needed beside it.
 const NAMED: f64 = 1.0;
 
 pub(crate) fn thresholds(level: f64) -> Thresholds {
@@ -62,7 +62,7 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
-            // Of the models in which the term is needed.
+            // For the models in which the term is needed.
             low: if alone.observed { full.low.min(alone.low) } else { full.low },
             high: alone.high.max(full.high),
             observed: full.observed,
@@ -82,7 +82,7 @@ pub(crate) fn join_alike(
     allowed: Allowed,
 ) -> Vec<Second> {
     let is_slow = |part: Part| matches!(part, Part::Term(Term::BiasInstability | Term::RateRandomWalk));
-    // Of several runs a term stays what it is: there a process of a quarter of a run stands for any rate random walk.
+    // With several runs a term is kept, because a process of a quarter of a run could replace any rate random walk.
     let is_single = bins.runs.is_empty();
     let shows_slow = is_single
         && plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
@@ -165,7 +165,7 @@ pub(crate) fn join_alike(
     second
 }
 
-/// Whether a fit has a process more than another one, and all else that the other one has.
+/// Whether a fit has one process more than another fit, and everything else that the other fit has.
 fn adds_process(fit: &Fit, other: &Fit) -> bool {
     let has = |part: &Part| !part.is_term() || fit.model.index(*part).is_some();
     gauss_markov(fit).count() > gauss_markov(other).count()

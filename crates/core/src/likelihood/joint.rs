@@ -1,4 +1,4 @@
-//! One likelihood of several runs of a sensor: the model is that of all runs, but some terms differ from run to run.
+//! One likelihood of several runs of a sensor: the model is common to all runs, but some terms differ from run to run.
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::analysis::{fitted, fitted_with_series, inferred, outcome};
@@ -18,7 +18,7 @@ use crate::likelihood::summary::Summary;
 use crate::parallel::prelude::*;
 use crate::terms::{NOISE_TERMS, Term};
 
-/// Spread of the levels of a term while nothing is known of it, and the least one: of the logarithm of the squared
+/// Initial spread of the levels of a term, and the smallest one: standard deviations of the logarithm of the squared
 /// coefficient. The first one leaves the levels free; the second one is far below their errors.
 const FREE: f64 = 5.0;
 const LEAST_SPREAD: f64 = 1e-4;
@@ -54,7 +54,7 @@ pub struct Level {
     pub runs: Vec<(f64, f64)>,
 }
 
-/// What one run says for itself.
+/// Result for one run alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Other {
     /// For each of the noise terms that is common: squared coefficient of this run alone with its standard error, that of the
@@ -73,7 +73,8 @@ pub struct Joint {
     pub ramps_of: Vec<Drift>,
     /// Terms that differ from run to run.
     pub levels: Vec<Level>,
-    /// Of each common term that some run shows: fall of the deviance if every run has its own, and the parameters more.
+    /// For each common term that some run shows: fall of the deviance if every run has a separate value, and number of
+    /// additional parameters.
     pub homogeneity: [Option<(f64, usize)>; NOISE_TERMS],
     /// Of each run.
     pub others: Vec<Other>,
@@ -267,7 +268,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
     (found, spreads)
 }
 
-/// What one run says for itself.
+/// The result for one run alone.
 fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> Other {
     let terms = [0, 1, 2, 3].map(|k| {
         let part = TERMS[k];
@@ -282,7 +283,7 @@ fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> Other {
     Other { terms, all: all_its_own(fit, bins, run) }
 }
 
-/// The fit with a term of its own in each of some runs.
+/// The fit with a separate term in each of some runs.
 fn with_own(fit: &Fit, bins: &Bins, runs: &[usize], part: Part) -> Fit {
     let theta = fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]);
     let mut model = fit.model.clone();
@@ -290,7 +291,7 @@ fn with_own(fit: &Fit, bins: &Bins, runs: &[usize], part: Part) -> Fit {
     model.refit(bins, STEPS, TOLERANCE, fit)
 }
 
-/// Fall of the deviance if every run has a term of its own, and the parameters more.
+/// Fall of the deviance if every run has a separate term, and number of additional parameters.
 fn each_its_own(fit: &Fit, bins: &Bins, part: Part) -> Option<(f64, usize)> {
     fit.model.index(part)?;
     let runs: Vec<usize> = (1..bins.count()).collect();

@@ -1,5 +1,5 @@
-//! The joint fit of several runs, complete: the model of all, how its terms differ from run to run, and which runs do not
-//! belong to the others.
+//! The complete joint fit of several runs: the model of all runs, the variation of its terms from run to run, and the
+//! outlying runs.
 
 use crate::distributions::{student_below, student_quantile};
 use crate::likelihood::channel_fit::{ChannelFit, Span, Verdict, standardized};
@@ -11,16 +11,16 @@ use crate::likelihood::parts::LineEstimate;
 use crate::likelihood::summary::Summary;
 use crate::terms::{NOISE_TERMS, Term};
 
-/// Corrected p-value below which a run does not belong to the others.
+/// Corrected p-value below which a run is an outlier.
 pub const ALPHA: f64 = 0.01;
 
 /// P-value of homogeneity below which a common term gets a level in each run.
 const REFUSED: f64 = 0.01;
 
-/// Runs of which one is judged, more than this: of two, neither is the one that differs.
+/// Number of runs above which one can be judged: of two, neither is the outlier.
 const LEAST_JUDGED: usize = 2;
 
-/// Share of what a spectrum of its own gains, from which one term is the cause.
+/// Share of the gain by a separate spectrum from which on one term is the cause.
 const EXPLAINS: f64 = 0.5;
 
 /// Runs with which a level is compared with those of the others.
@@ -180,7 +180,7 @@ fn shows(joint: &Joint, term: usize) -> bool {
     joint.outcome.terms[term].is_some_and(|bounds| bounds.observed)
 }
 
-/// What is said of each run: the one that belongs least is judged first, and the others without it.
+/// Tests every run. The most outlying one is judged first, and the others without it.
 fn judged(
     mut joint: Joint,
     mut members: Vec<usize>,
@@ -202,10 +202,11 @@ fn judged(
     }
 }
 
-/// What a joint fit says of one run.
+/// The tests of one run in a joint fit.
 ///
-/// Every test asks whether the data have a value of this run for itself: of each common term, of all that is common together,
-/// and of each level among those of the other runs. The p-value is the smallest, times the number of tests of all runs.
+/// Every test asks whether the data require a separate value for this run: of each common term, of all common parameters
+/// together, and of each level among those of the other runs. The p-value is the smallest, times the number of tests of all
+/// runs.
 fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
     let z = quantile(level);
     let (mut values, mut own) = (Vec::new(), Vec::new());

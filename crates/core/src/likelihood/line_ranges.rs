@@ -1,4 +1,4 @@
-//! Where the line of a term can be laid on a curve: the averaging times at which the term makes most of the variance.
+//! Ranges in which the line of a term can be drawn on a curve: averaging times at which the term dominates the variance.
 
 use crate::likelihood::fitted_model::FittedModel;
 use crate::terms::Term;
@@ -6,10 +6,10 @@ use crate::terms::Term;
 /// Least share of the variance of the model: between the crossings with the lines of the other terms.
 const MOST: f64 = 0.5;
 
-/// Share above which the line is above the curve, because of a filter.
+/// Share above which the line would be above the curve, because of a filter.
 const FILTERED: f64 = 1.25;
 
-/// Part of the record up to which a line is laid, as in the paper: an error by its eq. (26) of 41 %.
+/// Longest averaging time of a line, over the length of the record, as in the paper: an error by its eq. (26) of 41 %.
 const LONGEST: f64 = 4.0;
 
 const PER_OCTAVE: f64 = 8.0;

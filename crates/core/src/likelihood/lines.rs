@@ -12,7 +12,7 @@ use crate::terms::NOISE_TERMS;
 /// Probability of a false line in a record.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// The foot of a line ends where two densities in a row are no larger than chance leaves one of fifty.
+/// The foot of a line ends at two consecutive densities that are no larger than chance exceeds in one of fifty.
 const FOOT: f64 = 0.02;
 
 /// Densities left out on either side of the foot.
@@ -21,14 +21,15 @@ const MARGIN: usize = 3;
 /// Twice the number of neighbouring densities that share their noise (Hann).
 const SHARED: f64 = 4.16;
 
-/// Densities of a running median, and how much larger a line must then be: a median is not a model.
+/// Width of a running median in densities, and the factor by which a line must then be larger, because a median is not a
+/// model.
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
 
 /// The same where a filter takes the noise.
 const BEYOND: f64 = 30.0;
 
-/// Share of a line that stronger lines explain, above which it is an image of them.
+/// Share of a line that stronger lines explain, above which it is an image of these.
 const IMAGE: f64 = 0.3;
 
 /// Share of the power of a line in five densities from which it is a steady sinusoid, and the error of its frequency that the
@@ -36,7 +37,8 @@ const IMAGE: f64 = 0.3;
 const STEADY: f64 = 0.9;
 const ROUGH: f64 = 0.02;
 
-/// Lines where a filter leaves nothing of the noise. At its zeros medians are no reference: a line must be far above them.
+/// Lines at frequencies where a filter leaves no noise. At its zeros medians are no reference, so a line must be far above
+/// them.
 pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     let image =
@@ -137,7 +139,7 @@ fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Ra
     reference
 }
 
-/// The lines that are no images of others: the mask of a record with missing samples puts some at other frequencies.
+/// Removes lines that are images of others: the mask of a record with missing samples makes images at other frequencies.
 pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line> {
     let Some(masked) = &record.masked else { return lines };
     let spacing = record.frequency(1);

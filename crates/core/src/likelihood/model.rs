@@ -5,7 +5,7 @@ use crate::likelihood::filter_shapes::Family;
 use crate::likelihood::running_mean::RunningMean;
 use crate::terms::Term;
 
-/// Which number of a part that is not a term.
+/// Kind of parameter of a part that is not a term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Shape {
     Time,
@@ -24,16 +24,16 @@ pub(crate) struct Model {
     pub filter: Vec<f64>,
     /// The family of a filter whose shape is known.
     pub family: Option<Family>,
-    /// Whether the filter acts on the random walk alone: all slower noise is behind it.
+    /// Whether the filter acts on the random walk alone, so that all slower noise is added after it.
     pub of_white: bool,
-    /// A filter of known shape, beside that.
+    /// A further filter of known shape.
     pub mean: Option<RunningMean>,
     /// Indices of the regressors.
     pub regressors: Vec<usize>,
     /// Parameter that is not fitted.
     pub held: Option<usize>,
     pub held_shape: Option<(usize, Shape)>,
-    /// Of several runs: terms that differ from run to run, and terms of single runs.
+    /// With several runs: terms that differ from run to run, and separate terms of single runs.
     pub levels: Vec<Level>,
     pub own: Vec<Own>,
 }
@@ -47,7 +47,7 @@ pub(crate) struct Level {
     pub spread: f64,
 }
 
-/// A term that one run has for itself, in the place of the common one.
+/// A separate term of one run, in place of the common one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Own {
     pub run: usize,
@@ -117,7 +117,7 @@ impl Model {
         found
     }
 
-    /// Numbers that are fitted to the densities: without the coefficients of regressors.
+    /// Number of parameters that are fitted to the densities, without the coefficients of regressors.
     pub(crate) fn parameters_beside_curves(&self) -> usize {
         let levels =
             self.levels.iter().filter(|level| self.index(level.part).is_some_and(|j| self.theta[j] > 0.0));
@@ -125,7 +125,7 @@ impl Model {
         self.numbers() + of_runs + self.own.len()
     }
 
-    /// Numbers of the model of all runs: without levels and terms of single runs.
+    /// Number of parameters of the common model, without levels and separate terms of single runs.
     pub(crate) fn numbers(&self) -> usize {
         self.parts.len() + self.filter.len() + self.shapes().len()
     }

@@ -1,7 +1,7 @@
-//! Quantization noise for which the step of the samples leaves no room.
+//! Quantization noise that is not compatible with the step of the samples.
 //!
 //! Quantization noise beside white noise makes the standard error of the random walk √3 times as large. Angles in steps are
-//! rates in steps: where these have none, or one that is small beside the noise, the record has no such noise.
+//! rates in steps. If the rates have no step, or a step that is small beside the noise, the record has no such noise.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
@@ -20,7 +20,7 @@ pub(crate) struct Bare {
     pub fit: Fit,
     /// The part that was removed.
     pub removed: usize,
-    /// What the largest quantization noise takes off N².
+    /// Reduction of N² by the largest quantization noise.
     pub less: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What is asked of an analysis of a channel, and what it states.
+//! Options of the analysis of a channel, and its result.
 
 use crate::likelihood::expected::Part;
 use crate::likelihood::filter_shapes::Family;
@@ -7,7 +7,7 @@ use crate::likelihood::profile::Bounds;
 use crate::likelihood::running_mean::RunningMean;
 use crate::terms::NOISE_TERMS;
 
-/// What is asked for.
+/// Options of an analysis.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
 pub struct Options {
@@ -19,17 +19,17 @@ pub struct Options {
     pub processes: bool,
     /// See `filter`.
     pub resonances: bool,
-    /// Whether lines are left out.
+    /// Whether lines are searched and left out.
     pub lines: bool,
     /// Whether a rate ramp and a warm-up are tested.
     pub drifts: bool,
     /// Correlation times of Gauss-Markov processes that are in the model from the start. \[s\]
     pub times: Vec<f64>,
-    /// Curves that the mean may follow, at the centres of the blocks.
+    /// Curves that the mean may follow, given at the centres of the blocks.
     pub regressors: Vec<Vec<f64>>,
     /// Confidence level.
     pub level: f64,
-    /// Largest quantization noise for which the step of the samples leaves room; infinite if that is unknown. [unit of the
+    /// Largest quantization noise that is compatible with the step of the samples; infinite if that is unknown. [unit of the
     /// rate times s]
     pub most_quantization: f64,
 }
@@ -75,15 +75,15 @@ pub struct Drift {
 /// of its Gauss-Markov processes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second {
-    /// Q², N², B², K²; 0 for a term that it does without.
+    /// Q², N², B², K²; 0 for a term that the model lacks.
     pub terms: [f64; NOISE_TERMS],
     /// Variance and correlation time of each process.
     pub gauss_markov: Vec<(f64, f64)>,
-    /// Time constant of a warm-up in it. \[s\]
+    /// Time constant of a warm-up in the model. \[s\]
     pub warm_up: Option<f64>,
-    /// Exponent of its bias instability, f^−α; its processes add up to that.
+    /// Exponent of its bias instability, f^−α, which its processes approximate.
     pub exponent: Option<f64>,
-    /// Corner of a filter of first order in it, of the white noise. \[Hz\]
+    /// Corner of a filter of first order in the model, which acts on the white noise. \[Hz\]
     pub filter: Option<f64>,
 }
 
@@ -92,7 +92,7 @@ pub struct Second {
 pub struct Outcome {
     /// The terms that were fitted: Q², N², B², K².
     pub terms: [Option<Bounds>; NOISE_TERMS],
-    /// The model that describes the record: the same with terms that were not observed removed.
+    /// Coefficients of the model that describes the record: `terms` without those that were not observed.
     pub reduced: [f64; NOISE_TERMS],
     /// Processes and resonances.
     pub processes: Vec<Process>,
@@ -102,29 +102,30 @@ pub struct Outcome {
     pub filter_interval: f64,
     /// A running mean on all but quantization noise, in the place of a filter.
     pub mean: Option<RunningMean>,
-    /// The family of the filter, whose numbers are then its coefficients, and whether it acts on the random walk alone.
+    /// The family of the filter, in which case `filter` contains its parameters, and whether it acts on the random walk
+    /// alone.
     pub(crate) family: Option<Family>,
     pub(crate) of_white: bool,
     /// Lines that were left out.
     pub lines: Vec<Line>,
     /// Frequency up to which modes describe the record. \[Hz\]
     pub end_of_modes: f64,
-    /// Lines below it, which the mean follows.
+    /// Lines below that frequency, which the mean follows.
     pub slow_lines: Vec<SlowLine>,
     /// Frequency from which the band was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// Where a rate random walk was observed: a Gauss-Markov process of this or a longer time \[s\] explains the record as
-    /// well; and the variance of the one of this time.
+    /// If a rate random walk was observed: the shortest correlation time \[s\] of a Gauss-Markov process that explains the
+    /// record as well, and its variance.
     pub alike_from: Option<(f64, f64)>,
     /// Other models with processes in place of terms, or terms in place of processes, that explain the record as well.
     pub second: Vec<Second>,
-    /// Rate ramp, per second; and whether it stands out and is part of the model.
+    /// Rate ramp, per second, and whether it is significant and part of the model.
     pub ramp: Drift,
     /// See `ramp`.
     pub ramp_observed: bool,
     /// Time constant \[s\], amplitude at the start, and fall of the deviance.
     pub warm_up: Option<(f64, Drift, f64)>,
-    /// Coefficients of the regressors given.
+    /// Coefficients of the given regressors.
     pub regressors: Vec<Drift>,
     /// P-value of the model.
     pub p_value: f64,
@@ -163,7 +164,7 @@ pub struct SlowLine {
 pub struct WhiteLevel {
     /// Which eighth, from 0.
     pub eighth: usize,
-    /// Square of the random walk over that of the fit, as far as the density consists of it.
+    /// Square of the random walk over that of the fit, weighted by the share of the random walk in the density.
     pub level: f64,
     /// Variance of `level` where the noise is stationary.
     pub variance: f64,
@@ -177,7 +178,7 @@ pub(crate) struct Tails {
 }
 
 impl Tails {
-    /// The excess kurtosis where it stands out of chance; 0 otherwise.
+    /// The excess kurtosis if it is significant; 0 otherwise.
     pub(crate) fn heavy(&self) -> f64 {
         let chance = (24.0 / self.present as f64).sqrt();
         if self.kurtosis > 3.0 * chance { self.kurtosis } else { 0.0 }

@@ -6,10 +6,10 @@ use crate::likelihood::filter::FittedFilter;
 use crate::likelihood::outcome::{Outcome, Process};
 use crate::terms::{NOISE_TERMS, Term};
 
-/// Lines that are kept, the strongest: a record that repeats itself has thousands.
+/// Largest number of lines, the strongest ones: a periodic record has thousands.
 pub const MOST_LINES: usize = 100;
 
-/// Lines whose errors are in the covariance, the strongest: those of a machine are hundreds.
+/// Largest number of lines whose errors are in the covariance, the strongest ones: a machine makes hundreds.
 const LINES_WITH_ERRORS: usize = 8;
 
 /// Half the interval of an amplitude over it, at most.

@@ -36,10 +36,10 @@ const STEPS: usize = 4;
 /// information at its ends: up to a quarter of a standard error. \[samples\]
 const SHORT: usize = 4 * SEGMENT;
 
-/// Numbers that a pass keeps for each sample of a segment: spectra by part, windows, what the transform needs.
+/// Number of values that a pass keeps for each sample of a segment: spectra by part, windows, buffers of the transform.
 const NUMBERS: usize = 20;
 
-/// Memory of a pass beside that, and of the analysis after it. \[bytes\]
+/// Further memory of a pass, and of the analysis after it. \[bytes\]
 const REST: usize = 32 << 20;
 
 impl Summary {
@@ -180,7 +180,7 @@ impl Pass {
         Ok(())
     }
 
-    /// Adds samples to the blocks and to what the kurtosis needs.
+    /// Adds samples to the blocks and to the sums of the kurtosis.
     fn add(&mut self, piece: &[f64]) {
         let Some(&first) = piece.first() else { return };
         if self.pushed == 0 {
@@ -206,7 +206,7 @@ impl Pass {
         }
     }
 
-    /// Transforms every segment whose samples are there, and forgets what no later one needs.
+    /// Transforms every complete segment, and drops samples that no later segment needs.
     fn take_segments(&mut self) {
         let half = self.segment / 2;
         while self.next_segment < self.segments {

@@ -1,4 +1,4 @@
-//! Intervals by the profile of the likelihood: a parameter is held, all others are fitted again.
+//! Intervals from the profile of the likelihood: a parameter is fixed, and all others are fitted again.
 
 use crate::distributions::student_quantile;
 use crate::likelihood::bins::Bins;
@@ -7,7 +7,7 @@ use crate::likelihood::fit::{Fit, time_limits};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Model, Shape};
 
-/// A term is surely there, without a fit that lacks it, if it is so many standard errors from 0.
+/// Number of standard errors from 0 from which on a term is certain, without a fit that lacks it.
 const BEYOND_DOUBT: f64 = 8.0;
 
 const STEPS: usize = 25;
@@ -46,7 +46,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The standard error that the lower part of the interval stands for.
+    /// The standard error that corresponds to the lower part of the interval.
     pub(crate) fn error_below(self, at: Thresholds) -> f64 {
         (self.value - self.low) / at.interval.sqrt()
     }

@@ -7,7 +7,7 @@ use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::model::Model;
 use crate::likelihood::profile::{Bounds, Thresholds, of_part};
 
-/// Share of all other noise from which a resonance is seen in a bin.
+/// Share of all other noise from which on a resonance is visible in a bin.
 const SEEN: f64 = 0.03;
 
 /// Degrees of freedom of a bin that is left out.

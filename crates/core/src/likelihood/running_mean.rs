@@ -1,5 +1,5 @@
-//! A running mean of the samples: recognised by the zeros of the periodogram, which are evenly spaced, and by the lobes between
-//! them, whose shape is known.
+//! A running mean of the samples. It is recognised by the zeros of the periodogram, which are evenly spaced, and by the
+//! lobes between them, whose shape is known.
 
 use crate::likelihood::bins::{first_density, median};
 use crate::likelihood::filter_shapes::Shape;
@@ -9,41 +9,43 @@ use crate::likelihood::summary::Summary;
 /// Samples of a mean that is recognised. A mean of two is the digital Butterworth filter of first order at a quarter of the rate.
 const LENGTHS: std::ops::RangeInclusive<u32> = 3..=200;
 
-/// Densities from zero to zero, at least: Hann's taper hides a narrower lobe.
+/// Smallest distance of two zeros in densities: Hann's taper hides a narrower lobe.
 const LEAST_LOBE: f64 = 8.0;
 
-/// Densities on either side of a zero that are not compared, and not fitted: the taper fills the zero. If more, the second is a
-/// share of the distance of zeros: |H|² is there 2 % of the lobe, and what fills a zero looks like a line beside it.
+/// Numbers of densities on either side of a zero that are not compared, and not fitted, because the taper fills the zero.
+/// The second number is at least a share of the distance of the zeros: |H|² is there 2 % of the lobe, and the filling of a
+/// zero looks like a line.
 const AT_ZERO: f64 = 2.0;
 const NOT_FITTED: f64 = 3.0;
 const SHARE_NOT_FITTED: f64 = 0.05;
 
-/// Density at the first zero over that of the middle of the main lobe, at most.
+/// Largest ratio of the density at the first zero to that in the middle of the main lobe.
 const EMPTY: f64 = 0.05;
 
-/// The first side lobe without its edges, in distances of zeros; its density over those of the zeros beside it, at least.
+/// The first side lobe without its edges, in distances of zeros; smallest ratio of its density to that of the adjacent
+/// zeros.
 const SIDE_LOBE: [f64; 2] = [1.25, 1.75];
 const ABOVE_ZEROS: f64 = 4.0;
 
-/// Part of the main lobe that shows its level, in distances of zeros: below it there may be slow noise.
+/// Part of the main lobe that shows its level, in distances of zeros. Lower frequencies may contain slow noise.
 const MAIN_LOBE: [f64; 2] = [0.2, 0.7];
 
-/// Density over the floor of the zeros from which on it is compared, and fitted.
+/// Ratios of the density to the floor of the zeros from which on it is compared, and fitted.
 const COMPARED_FROM: f64 = 10.0;
 const FITTED_FROM: f64 = 30.0;
 
-/// Densities that are compared, at least.
+/// Smallest number of densities that are compared.
 const FEWEST_COMPARED: usize = 16;
 
-/// Scatter of the logarithm of the density about the shape: times chance, at most, and beyond that. The median of some 100
-/// densities that share their noise is 1.3 times chance once in 3000 records.
+/// Largest scatter of the logarithm of the density about the shape: a multiple of chance, plus a constant. The median of
+/// some 100 densities that share their noise is 1.3 times chance once in 3000 records.
 const TIMES_CHANCE: f64 = 1.3;
 const ALIKE: f64 = 0.1;
 
-/// Standard deviation of normal deviates over the median of their sizes.
+/// Standard deviation of normal deviates, over the median of their sizes.
 const OF_MEDIAN: f64 = 1.4826;
 
-/// Part of the distance of densities that stands for the frequency 0.
+/// Fraction of the distance of densities that replaces the frequency 0.
 const TINY: f64 = 1e-6;
 
 /// A mean of the last samples.
@@ -57,14 +59,14 @@ pub struct RunningMean {
     pub floor: f64,
 }
 
-/// A length whose zeros a record has.
+/// A length for which the record has the zeros.
 struct Candidate {
     mean: RunningMean,
     /// Density of the zeros.
     floor: f64,
 }
 
-/// How a record compares with a length.
+/// Comparison of a record with a length.
 struct Comparison {
     mean: RunningMean,
     /// Density of the zeros over that of the lowest frequencies.
@@ -73,7 +75,7 @@ struct Comparison {
 }
 
 impl RunningMean {
-    /// The mean behind which a record is, and the densities that show its noise; None for other records.
+    /// The running mean that a record has passed, and the densities that show its noise; None for other records.
     pub(crate) fn of(record: &Summary) -> Option<(Self, Vec<bool>)> {
         let means = LENGTHS.map(|length| Self { length, tau0: record.tau0, floor: 0.0 });
         let candidates: Vec<Candidate> = means.filter_map(|mean| Candidate::of(record, mean)).collect();
@@ -90,12 +92,12 @@ impl RunningMean {
         Shape::RunningMean { length: self.length }.log_power(f * self.tau0)
     }
 
-    /// The same of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. \[Hz\]
+    /// The same for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
     pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
         tapered(|f| self.log_power(f).exp(), f, spacing).ln()
     }
 
-    /// The same with the floor of the zeros.
+    /// The same, with the floor of the zeros.
     pub(crate) fn log_measured_power(self, f: f64, spacing: f64) -> f64 {
         (self.log_tapered_power(f, spacing).exp() + self.floor).ln()
     }
@@ -113,7 +115,7 @@ impl RunningMean {
         Shape::RunningMean { length: self.length }.half_power() / self.tau0
     }
 
-    /// A mask with all densities up to the end of the last lobe that is fitted: the flank of a high lobe is no line.
+    /// A mask of all densities up to the end of the last fitted lobe, so that the flank of a high lobe is not a line.
     pub(crate) fn with_lobes(self, record: &Summary, mask: &[bool]) -> Vec<bool> {
         let spacing = self.spacing(record);
         let last = mask.iter().rposition(|&used| used).unwrap_or(0);
@@ -121,7 +123,7 @@ impl RunningMean {
         (0..mask.len()).map(|k| k as f64 <= end).collect()
     }
 
-    /// The level and the scatter of the densities about the shape; None for other lobes.
+    /// The level and the scatter of the densities about the shape; None if the lobes do not fit.
     fn compared(self, record: &Summary, floor: f64) -> Option<Comparison> {
         let (density, last) = (&record.density, record.density.len() - 1);
         let spacing = self.spacing(record);
@@ -136,7 +138,7 @@ impl RunningMean {
         if ratios.len() < FEWEST_COMPARED {
             return None;
         }
-        // The main lobe of a long mean has few densities, so that its level is uncertain.
+        // The main lobe of a long mean contains few densities, so that its level is uncertain.
         let off = median(&ratios);
         let scatter = OF_MEDIAN * median(&ratios.iter().map(|x| (x - off).abs()).collect::<Vec<f64>>());
         let chance = (2.0 / freedom_of_one(record)).sqrt();
@@ -150,14 +152,14 @@ impl RunningMean {
     }
 }
 
-/// |H|² of the periodogram, whose neighbouring densities share their power (Hann): `spacing` apart. \[Hz\]
+/// |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
 pub(crate) fn tapered(power: impl Fn(f64) -> f64, f: f64, spacing: f64) -> f64 {
     let power = |f: f64| power(f.abs().max(TINY * spacing));
     power(f) * 2.0 / 3.0 + (power(f - spacing) + power(f + spacing)) / 6.0
 }
 
 impl Candidate {
-    /// None if the periodogram has no such zeros, and no lobe after the first.
+    /// None unless the periodogram has these zeros, and a lobe after the first zero.
     fn of(record: &Summary, mean: RunningMean) -> Option<Self> {
         let spacing = mean.spacing(record);
         let (density, last) = (&record.density, record.density.len() - 1);
@@ -181,7 +183,7 @@ impl Candidate {
 }
 
 impl Comparison {
-    /// The densities that are fitted, and the modes below them: above the floor, and not at a zero.
+    /// Mask of the densities that are fitted, above the floor and away from the zeros, and of the modes below them.
     fn fitted(&self, record: &Summary) -> Vec<bool> {
         let (first, last) = (first_density(record), record.density.len() - 1);
         let spacing = self.mean.spacing(record);

@@ -23,8 +23,8 @@ const PROCESS_IF_MISFIT: f64 = 9.0;
 const RESONANCE_IF_MISFIT: f64 = 13.0;
 const COEFFICIENT_IF_MISFIT: f64 = 3.0;
 
-/// Rise of the deviance without a term that is surely there, what a process costs less for each such term that it takes the
-/// place of, and what it costs at least.
+/// Rise of the deviance without a term that is certain, reduction of the price of a process for each such term that it
+/// replaces, and its smallest price.
 const SURELY: f64 = 6.6;
 const EXCHANGED: f64 = 7.0;
 const LEAST_PRICE: f64 = 2.0;
@@ -43,20 +43,20 @@ const OTHER_ORDERS: usize = 2;
 /// Rise of the deviance up to which another shape of the filter is another explanation.
 const ALIKE_FILTER: f64 = 4.0;
 
-/// P-value below which a model is not good enough to stop at.
+/// P-value below which the selection continues, because the model is not good enough.
 pub(crate) const GOOD: f64 = 0.02;
 
-/// Processes and resonances, and steps of the selection, at most.
+/// Largest numbers of processes and resonances, and of steps of the selection.
 const MOST_EXTRA: usize = 4;
 const MOST_STEPS: usize = 14;
 
 /// Share of quantization noise in the density at a twentieth of the rate, above which it stays beside a filter.
 const BESIDE_FILTER: f64 = 0.2;
 
-/// Coefficients that are tried at once.
+/// Number of coefficients that are tested at once.
 const FILTER_TRIES: usize = 4;
 
-/// What may be added.
+/// Parts that may be added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
 pub(crate) struct Allowed {
@@ -75,7 +75,7 @@ enum Addition {
     Resonance(Part),
 }
 
-/// What was refused since the model last changed.
+/// Candidates that were refused since the model last changed.
 #[derive(Debug, Default)]
 struct Refused {
     quantization: bool,
@@ -95,7 +95,7 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
         let filtered = !fit.model.filter.is_empty() && bare.model.filter.is_empty();
         fit = with_process(fit, bins);
         if filtered {
-            // A process of a second is like a filter.
+            // A process of a second resembles a filter.
             let unfiltered = with_process(bare, bins);
             if cost(&unfiltered) < cost(&fit) {
                 fit = unfiltered;
@@ -120,7 +120,7 @@ fn extra(model: &Model) -> usize {
     model.processes().count()
 }
 
-/// The filter by full fits: a score says little so far from the truth.
+/// Selects the filter by full fits, because a score is not informative so far from the maximum.
 fn with_filter(fit: Fit, bins: &Bins) -> Fit {
     let mut best: Option<(f64, Fit)> = None;
     let mut last: Option<Fit> = None;
@@ -136,7 +136,7 @@ fn with_filter(fit: Fit, bins: &Bins) -> Fit {
         last = Some(tried);
     }
     let Some((worth, series)) = best else { return fit };
-    // Of the shapes that sensors have, few numbers describe the whole filter.
+    // The shapes of sensors' filters are described by few parameters.
     match best_of_families(&beside_filter(&fit, bins), bins, &fit) {
         Some(found) if fit.deviance - found.deviance - price_of_filter(&found.model) >= worth => found,
         _ => series,

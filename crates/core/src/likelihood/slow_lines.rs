@@ -17,11 +17,11 @@ use std::sync::Arc;
 /// Probability of a false line in an octave of frequency, if the density is known.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// The same for a line at a multiple of the frequency of another one, and the highest multiple.
+/// The same for a line at a multiple of another line's frequency, and the highest multiple.
 const FALSE_HARMONIC: f64 = 3e-3;
 const MOST_HARMONICS: f64 = 7.0;
 
-/// Lines of a channel, and candidates that are fitted, at most.
+/// Largest number of lines of a channel, and of candidates that are fitted.
 const MOST_LINES: usize = 8;
 const MOST_CANDIDATES: usize = 3;
 
@@ -45,7 +45,7 @@ const DIFFERENCE: f64 = 1e-3;
 const FOOT: usize = 8;
 const WANDERING: f64 = 1e-3;
 
-/// Share of its price that a line keeps in a model that is complete.
+/// Share of its price that a line must gain in a complete model.
 const IDLE_SHARE: f64 = 0.8;
 
 /// Least fall of the deviance for a line at a frequency: the chance is the same in every octave.

@@ -1,4 +1,4 @@
-//! The white level along the record: its mean in each eighth, by bins weighted by what they say of it.
+//! The white level along the record: its mean in each eighth, over bins weighted by their information about it.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
@@ -7,10 +7,10 @@ use crate::likelihood::outcome::WhiteLevel;
 use crate::likelihood::taper::PARTS;
 use crate::terms::Term;
 
-/// Share of an eighth of the record without which it says nothing of the steadiness of the noise.
+/// Smallest share of samples in an eighth of the record for it to be used.
 const LEAST_PART: f64 = 0.2;
 
-/// The white level of each eighth that has samples; none without a random walk.
+/// The white level of each eighth that has samples; empty if the model has no random walk.
 pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {
     let Some(j) = fit.model.index(Term::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
         return Vec::new();
@@ -27,7 +27,7 @@ pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLev
     for w in &mut weights {
         *w /= sum;
     }
-    // Of a record with missing samples, a part counts by what it holds.
+    // In a record with missing samples, each part counts by its share of the samples.
     let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts());
     let of_bins: f64 =
         (0..weights.len()).map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / PARTS as f64)).sum();

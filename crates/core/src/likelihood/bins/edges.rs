@@ -5,13 +5,13 @@ use crate::likelihood::summary::Summary;
 /// Least number of unmasked densities in a bin.
 pub(crate) const LEAST_COUNT: f64 = 2.0;
 
-/// Modes that are bins by themselves.
+/// Number of modes that are bins by themselves.
 const SINGLE: usize = 48;
 
-/// Bins in a decade beyond them.
+/// Number of bins per decade beyond them.
 const PER_DECADE: f64 = 32.0;
 
-/// No bin of the periodogram is wider than this part of it.
+/// Largest width of a bin of the periodogram, over its frequency.
 const WIDEST: f64 = 64.0;
 
 /// First density of the periodogram that is used: above the highest mode.
@@ -24,8 +24,8 @@ fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
     (highest * segment as f64 * tau0).ceil() as usize
 }
 
-/// The mask without lines: the densities above the modes, up to the frequency where nothing of the noise is left (a zero
-/// of a digital filter, the floor of rounding).
+/// The mask without lines: the densities above the modes, up to the frequency where no noise is left (a zero of a digital
+/// filter, the floor of rounding).
 pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     const PIECES: usize = 64;
     const FEWEST: usize = 16;
@@ -58,8 +58,8 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     mask
 }
 
-/// Where a filter far below half the rate leaves nothing of the noise: densities fall steeper than those of any term, and
-/// stay low. None without such a filter.
+/// Frequency at which a filter far below half the rate leaves no noise: densities fall more steeply than those of any term,
+/// and stay low. None without such a filter.
 fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     const PER_OCTAVE: usize = 8;
     const FEWEST: usize = 16; // densities of a piece
@@ -94,8 +94,8 @@ pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) 
     1 << (shown.max(1.0) as usize).ilog2()
 }
 
-/// Modes that count, less 1: those of a short record that are not masked, and all below the band of the periodogram, unless the
-/// mask goes on there.
+/// Modes that are used, as numbers less 1: those of a short record that are not masked, and all below the band of the
+/// periodogram, unless the mask continues there.
 pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     if record.masked.is_some() {
         // What is expected of their bins is that of all modes, and the matrix has the lines.

@@ -1,9 +1,9 @@
 //! Segments of differences in place of samples, for records whose low frequencies are the strongest.
 //!
-//! A mask spreads the power of low frequencies over all others. If there is much of it, as in a rate random walk without white
-//! noise, the densities say nothing else, and they all say the same. Differences of the samples have little power there: those
-//! of a rate random walk are white. Their densities are divided by the gain 4 sin²(πf·step·τ₀), so that the models stay those
-//! of the samples.
+//! A mask spreads the power of low frequencies over all others. If this power is large, as for a rate random walk without
+//! white noise, the densities contain no other information and are all alike. Differences of the samples have little power
+//! there: those of a rate random walk are white. Their densities are divided by the gain 4 sin²(πf·step·τ₀), so that the
+//! models remain those of the samples.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ const SHARE: f64 = 0.5;
 /// Change of the gain over a piece of a bin within which it is a constant.
 const FLAT: f64 = 1.1;
 
-/// Differences of samples, and whether the segments have them in place of the samples.
+/// Differences of samples, and whether the segments contain them in place of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Differences {
     /// Distance of two samples, the shortest one that many pairs have.
@@ -36,7 +36,7 @@ impl Differences {
         Self { step, used }
     }
 
-    /// Where the segments have a value.
+    /// Mask of the values of the segments.
     pub(super) fn there(self, present: &[bool]) -> Vec<bool> {
         (0..present.len()).map(|t| t >= self.step && present[t] && present[t - self.step]).collect()
     }
@@ -52,7 +52,7 @@ impl Differences {
         (0..=length / 2).map(|k| self.gain(k as f64 / length as f64).max(least)).collect()
     }
 
-    /// Covariance of what the segments have, by that of the samples.
+    /// Covariance of the values in the segments, from that of the samples.
     pub(super) fn covariance(self, lag: usize, of: impl Fn(usize) -> f64) -> f64 {
         if self.used { 2.0 * of(lag) - of(lag + self.step) - of(lag.abs_diff(self.step)) } else { of(lag) }
     }

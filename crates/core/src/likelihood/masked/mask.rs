@@ -5,16 +5,16 @@ use crate::likelihood::masked::nodes::StringModes;
 use crate::likelihood::masked::windows::{Cells, Windows};
 use crate::likelihood::taper::PARTS;
 
-/// Fewest pairs of neighbours that tell quantization noise from random walk.
+/// Smallest number of neighbouring pairs that distinguishes quantization noise from random walk.
 pub(super) const LEAST_PAIRS: usize = 100;
 
 /// Fewest differences that take the place of samples: 32 in a segment of a sixteenth of the record.
 const LEAST_DIFFERENCES: usize = 512;
 
-/// What a pass saw of the samples.
+/// Sums of a pass over the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Seen {
-    /// Samples that are there, and pairs of neighbours.
+    /// Number of present samples, and of pairs of neighbours.
     pub(super) present: usize,
     pub(super) neighbours: usize,
     /// Pairs one step apart, and the mean square of their differences.
@@ -27,7 +27,7 @@ pub(super) struct Seen {
     pub(super) parts: [f64; PARTS],
 }
 
-/// What the likelihood needs to know of a mask.
+/// Properties of a mask that the likelihood needs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Masked {
     pub(super) seen: Seen,
@@ -42,7 +42,7 @@ pub(crate) struct Masked {
 }
 
 impl Masked {
-    /// Whether quantization noise can be told from random walk: without neighbours they have the same density.
+    /// Whether quantization noise can be distinguished from random walk: without neighbours they have the same density.
     pub(crate) fn has_neighbours(&self) -> bool {
         self.seen.neighbours >= LEAST_PAIRS
     }

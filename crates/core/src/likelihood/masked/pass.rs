@@ -1,8 +1,8 @@
 //! One pass over the samples of a record with missing ones.
 //!
-//! Below, sums of the samples weighted by hat functions on a grid of nodes, which the modes of a loaded string combine.
-//! Above, the periodogram of the segments with zeros for missing samples. The mask is known before the pass; of the samples
-//! a segment is kept.
+//! At low frequencies, sums of the samples weighted by hat functions on a grid of nodes, which the modes of a loaded string
+//! combine. At high frequencies, the periodogram of segments with zeros for missing samples. The mask is known before the
+//! pass; only the samples of one segment are kept.
 
 use crate::error::Error;
 use crate::likelihood::masked::differences::Differences;
@@ -40,7 +40,7 @@ const TAPERED_SHARE: f64 = 0.125;
 /// A segment with less than so many samples is left out.
 const LEAST_IN_SEGMENT: f64 = 8.0;
 
-/// What a first pass says of the weights of a second one.
+/// Results of a first pass that determine the weights of a second one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weighting {
     /// Samples over which the weights of a run fall to 0 at its ends.
@@ -52,7 +52,7 @@ pub struct Weighting {
 /// The pass: samples are pushed in pieces of any length.
 pub struct MaskedPass {
     present: Vec<bool>,
-    /// Where there are differences, if the segments have these.
+    /// Mask of the differences, if the segments contain them.
     pairs_at: Option<Vec<bool>>,
     differences: Differences,
     count: usize,
@@ -234,7 +234,7 @@ fn kurtosis(pairs: usize, squares: f64, fourths: f64) -> f64 {
     2.0 * (fourth / (second * second) - 3.0)
 }
 
-/// Sums over the segments: powers of the record, and what the mask makes of the taper.
+/// Sums over the segments: powers of the record, and the effect of the mask on the taper.
 struct Segments {
     samples: usize,
     length: usize,

@@ -1,4 +1,4 @@
-//! How much the powers of a record with missing samples say: the mask makes those of different frequencies go together.
+//! Information in the powers of a record with missing samples: the mask correlates those of different frequencies.
 
 use crate::likelihood::expected::Part;
 use crate::likelihood::masked::Masked;
@@ -25,7 +25,7 @@ impl Masked {
         }
     }
 
-    /// What these two terms with these squared coefficients add to the covariance.
+    /// Contribution of these two terms, with these squared coefficients, to the covariance.
     pub(crate) fn levels(&self, [white, stepped]: [f64; 2], tau0: f64) -> Levels {
         let Differences { step, used } = self.seen.differences;
         if used {

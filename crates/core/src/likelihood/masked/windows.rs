@@ -172,7 +172,7 @@ pub(super) fn spectrum(lags: &[f64], period: usize) -> Vec<f64> {
     output.iter().map(|z| z.re).collect()
 }
 
-/// What the mask makes of the powers of a periodogram.
+/// Effect of the mask on the powers of a periodogram.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Windows {
     length: usize,
@@ -340,7 +340,7 @@ impl Cells {
     }
 }
 
-/// What the modes of a bin of low frequencies see of a process.
+/// Response of the modes of a bin of low frequencies to a process.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LowWindow {
     /// Mean autocorrelation of masses times shapes, doubled beyond the lag 0; times τ₀.
@@ -407,7 +407,7 @@ fn hat_products(n: usize) -> Vec<f64> {
     series
 }
 
-/// What all bins of the modes share.
+/// Quantities that all bins of the modes share.
 pub(super) struct LowView {
     grid: Grid,
     short: Arc<dyn RealToComplex<f64>>,

@@ -244,7 +244,7 @@ def page(several: list[dict[str, Any]], slow: list[dict[str, Any]], fast: list[d
         counts = [_count(rows, verdict) for verdict in ("logs differ", "refused", "not explained")]
         lines.append(f"| {kind} | {len(rows)} | {_share(forms, len(rows))} | {' | '.join(map(str, counts))} |")
     false = sum(_count(several, verdict) for verdict in ("logs differ", "refused"))
-    gates.at_most("consistent logs that are refused or said to differ", false, len(several), FALSE_ALARMS)
+    gates.at_most("consistent logs that are refused or reported to differ", false, len(several), FALSE_ALARMS)
     lines += ["", "## One log alone", "", _SINGLE, ""]
     lines += [
         "| rate | logs | bandwidth not shown | limit or interval contains the bandwidth | N |",

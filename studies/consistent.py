@@ -384,7 +384,7 @@ def main() -> None:
             says = [value for value, _ in result["file"]]
             walk = result["walk"][0][0] * 60 / UNITS[kind][1]
             lines.append(
-                f"| {name}, K = {walk:.3g} | *the file says* | " + " | ".join(f"{value:.2f}" for value in says) + " |"
+                f"| {name}, K = {walk:.3g} | *the file states* | " + " | ".join(f"{value:.2f}" for value in says) + " |"
             )
             rows: dict[str, list[str]] = {}
             for target in TARGETS:
@@ -457,7 +457,7 @@ not exact.
 _HEAD = """# Is a filter with the exported N and K honest?
 
 Made by `make study` (studies/consistent.py). A filter that has fields for N and K only states its error right after one
-time, and [the file says](../how-to/README.md#what-you-have-to-choose) what it states at others. Here such filters run. The
+time, and [the file states](../how-to/README.md#what-you-have-to-choose) the error at other times. Here such filters run. The
 truth is simulated apart from the program: flicker noise by its spectrum, walks and processes in time. Each filter is aided
 every 0.2 s with an angle of 10⁻⁴ rad, or a velocity of 0.01 m/s. Its covariance follows from the numbers of its written
 file by the recursion of the target. "Third state" is a filter with a walk and a Gauss–Markov process, by
@@ -477,7 +477,7 @@ angle, at most 0.02 % of N²·dt for these gyros. Hence their row is that of kal
 
 Cells are actual over stated: variance of the bias (NEES), and standard deviation of the angle or velocity without aiding;
 more than 1 is overconfident. {runs} runs of {windows} times each, ± one standard error. Gates: after 60 s within 10 % of 1,
-all others within 15 % of what the file says, NEES with a third state from 0.8 to 1.25; each ± 3 standard errors. Targets
+all others within 15 % of the file's statement, NEES with a third state from 0.8 to 1.25; each ± 3 standard errors. Targets
 with the same digits share a row. K in deg/h/√h and µg/√h is the written one. That of *N only* was not observed: the truth
 is drawn from 0 to its upper limit (20 and 50), which is what the file assumes.
 """

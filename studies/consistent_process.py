@@ -101,7 +101,7 @@ def main() -> None:
             says = [value for value, _ in result["file"]]
             unit = "°/h" if kind == "gyro" else "µg"
             lines.append(
-                f"| {name}, σ = {result['sigma'][0][0]:.3g} {unit} | *the file says* | "
+                f"| {name}, σ = {result['sigma'][0][0]:.3g} {unit} | *the file states* | "
                 + " | ".join(f"{value:.2f}" for value in says) + " |"
             )  # fmt: skip
             texts = []
@@ -128,7 +128,7 @@ filters run for {first:.1f} to {last:.1f} h. Sensors, simulator and aiding are t
 
 Cells are actual over stated: variance of the bias (NEES), and standard deviation of the angle or velocity without aiding;
 more than 1 is overconfident. {runs} runs of {windows} times each, ± one standard error. Gates, for *consistent*: after 60 s
-within 10 % of 1, all others within 15 % of what the file says; each ± 3 standard errors. *Allan deviation* is the rule of
+within 10 % of 1, all others within 15 % of the file's statement; each ± 3 standard errors. *Allan deviation* is the rule of
 `--strict`, and of simulators: the largest process of the model, or one that has the Allan deviation of the flicker noise, or
 of the walk, at 60 s. It describes the noise, and a filter with it is overconfident.
 """

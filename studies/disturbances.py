@@ -282,7 +282,7 @@ Made by `python -m studies.disturbances`: {records} simulated records for each f
 of 20 minutes, and its gyros change by 5 deg/h/K. Seeds are derived from the names of the cells; σ is the standard deviation
 of a sample.
 
-N, B, K: percentage of the axes whose interval, or upper limit, holds the true value ({covered:g} % at least). Wrong:
+N, B, K: percentage of the axes whose interval, or upper limit, contains the true value ({covered:g} % at least). Wrong:
 percentage of the axes with any term, process, line or drift observed that the record does not have ({wrong:g} % at most).
 Left out, warned: percentage of the axes in whose record samples were left out, and there is a warning.
 

@@ -219,7 +219,7 @@ _NOTES = """False Q is too frequent in "N K strong" with one gap. In 300 other r
 gap of 10 %, and in 7 % without missing samples. Both sets together have 9.2 ± 1.3 % with the gap and 6.2 ± 1.1
 % without: part of the excess is that of complete records; an effect of the gap is neither shown nor excluded.
 
-Coverage is above 95 %, and the half widths exceed 1.96 sd, because intervals hold other explanations that are
+Coverage is above 95 %, and the half widths exceed 1.96 sd, because intervals include other explanations that are
 nearly as likely, such as a filter ([intervals](../theory/likelihood.md)).
 
 Before differences took the place of samples in the segments (commit e2b5887; 40 other records a cell), K alone

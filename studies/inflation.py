@@ -83,7 +83,7 @@ Made by `make study` (studies/inflation.py). `tune --rest` compares a record at 
 [how much to inflate](../how-to/inflate.md). Here a gyro with 0.3°/√h and 6°/h is simulated for {rest:g} min at rest,
 and for {running:g} min with vibration: more white noise, or a line of 20 times the noise of a sample, at {rate:g} Hz.
 Beside the line alone N has an upper limit only, and so has its factor. {pairs} pairs a row, in %. Gates: the 95 %
-interval holds the true factor in at least 95 %, the causes are those of the row and no others in at least 90 %
+interval contains the true factor in at least 95 %, the causes are those of the row and no others in at least 90 %
 (nothing in 95 %); each less 3 standard errors.
 """
 

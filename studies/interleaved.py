@@ -192,10 +192,10 @@ Here 0 + 0 is best.
 """
 
 _LIMITS = """
-## What cannot be told
+## What cannot be distinguished
 
 - Two sensors of equal bias and equal noise with even stamps, or none: their rows are those of one sensor at twice the
-  rate. They are read as such, and the random walk is too small by √2. Only a column that tells the sensor helps.
+  rate. They are read as such, and the random walk is too small by √2. Only a column that names the sensor helps.
 - Samples of one sensor that are sent in groups of two to four, and have white noise alone: asked about too.
   A rule that rows of equal means are of one sensor would read {} of 100 such logs, and {} of 100 of two units of a model;
   but also {} of 100 of two units whose means were set to zero at the start, as firmware does with gyros.

@@ -254,7 +254,7 @@ in a cell; seeds are derived from their names.
 
 Gates, each with 3 standard errors of the simulation: in each row the 95 % intervals and limits contain the true value in at
 least 92 % of the sets; an absent term is observed in at most 5 %; a process is added, or intervals are widened, in
-at most 2 %; a run that belongs is named, or runs with the same coefficient are said to differ, in at most 1 % of the
+at most 2 %; a run that belongs is named, or runs with the same coefficient are reported to differ, in at most 1 % of the
 sets. Rows in which one run differs are not held to the gates of the coefficients.
 
 ## What seven runs show
@@ -291,7 +291,7 @@ holds.
 The coverage of K alone, in all rows without an odd run, is 94 %. Ramps in all runs, which a visible rate random
 walk gets by chance, take a part of it.
 
-A run with another filter changes the common filter and with it N, whose spread then says so; the model is widened in
+A run with another filter changes the common filter and with it N, whose spread is then larger; the model is widened in
 most of these sets, and the run is named in all."""
 
 if __name__ == "__main__":

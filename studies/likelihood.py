@@ -524,7 +524,7 @@ Reasons, as far as they were looked into:
 - White noise behind slow filters (1 Hz, 0.3 s): six coefficients follow the band, and the level at the frequency 0 is
   extrapolated.
 - Telegraph noise of 50 s beside weak humps: a larger rate random walk or bias instability describes it about as well. The
-  intervals hold the next explanation, but not all.
+  intervals include the next explanation, but not all.
 - The ripple acts on the whole band of the white noise, so that its level is not that of the low frequencies."""
 
 if __name__ == "__main__":

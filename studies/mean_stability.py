@@ -109,7 +109,7 @@ Coefficients in SI: {cases}.
 |---|---|---|---|---|---|---|---|
 {chr(10).join(rows)}
 
-±: half the width of the interval, as a mean of logarithms. The interval holds for the ends of the intervals of flicker noise
+±: half the width of the interval, as a mean of logarithms. The interval includes the ends of the intervals of flicker noise
 and random walk too, because a random walk that the record does not show makes the variance less certain: so the intervals
 cover more than 95 % where there is none.
 

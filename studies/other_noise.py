@@ -163,12 +163,12 @@ Made by `make study` (studies/other_noise.py): {kinds} kinds of sensor, {axes} a
 with `sigmatau.analyze` as a user does. The records are made from the definitions of the noise (studies/other_kinds.py), not
 from the models that are fitted. N = 10⁻⁴, B = 5·10⁻⁵, K = 5·10⁻⁶ in rad/s. Seeds are derived from the names of the cells.
 
-The limits, each ± 3 standard errors: intervals and limits of N, B and K hold the truth in {covered:g} % of a kind, in
+The limits, each ± 3 standard errors: intervals and limits of N, B and K contain the truth in {covered:g} % of a kind, in
 {least:g} % of all ({pooled:.1f} % here); a term that is absent is observed, and no other model named, in {false:g} %; the
 curve of a `good` record is off by more than three times its band in 1 %.
 
 - **trust**: share of good/partial/poor, in %.
-- **N, B, K, Q**: share of intervals and limits that hold the truth, in %.
+- **N, B, K, Q**: share of intervals and limits that contain the truth, in %.
 - **observed**: how often a term that is there is observed, in %, and the median half width of its interval.
 - **false**: terms that are absent and observed without another model, in %. **named**: records with another model, in %.
 - **curve**: good records whose Allan deviation leaves its simultaneous 95 % band, and three times the band, from 1 s to a

@@ -284,7 +284,7 @@ What is not found, and why:
   deviation of a line that does not also hold the bias instability (0.1 to 0.17 %), so a third of the readings are outside.
   Each line alone reads 9 % too much, because the two lines cross at 0.11 s.
 - Random walk of the CIMU's X gyro, by the rules: it crosses the quantization noise at 350 s, and the curve is known well
-  enough only up to 1800 s. Over this factor of 5 the error of the slope is 0.25: the rules do not tell −1/2 from 0. The
+  enough only up to 1800 s. Over this factor of 5 the error of the slope is 0.25: the rules do not separate −1/2 from 0. The
   likelihood does, so it is read beside the fit.
 - Bias instability of the MotionPak's X accelerometer, by the rules: the printed ± of 0.9 % asks for the averaging times from
   the crossing at 0.12 s on, and the region begins at 0.5 s."""

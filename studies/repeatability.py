@@ -189,7 +189,7 @@ this. All numbers are in per cent of the sets.
   says that the runs are more alike than their errors allow.
 - *τ*, *mean*, *next run*: the 95 % interval contains the true value; for the next run, the prediction interval contains
   the value of one more run.
-- *false outlier*: a run is said not to belong although all do. *true outlier*: the first run is moved by 6 standard
+- *false outlier*: a run is reported as an outlier although all belong. *true outlier*: the first run is moved by 6 standard
   deviations of a value, and is named.
 - *paper's rule*: the standard deviation of the values is below s, which the paper takes as the proof of
   repeatability."""

@@ -215,7 +215,7 @@ The truth is outside the 95 % interval of the random walk on {outside} of these;
 1.5 times: {large}. An axis of a sensor whose other axes are `disturbed` is at best "partial"."""
 
 _LIMITS = """
-A tilt of up to 5° that changes a mean no faster than the steepest warm-up, 50 mg within 100 s, is taken for a ramp of the
+A tilt of up to 5° that changes a mean no faster than the steepest warm-up, 50 mg within 100 s, is treated as a ramp of the
 sensor, which is a term of the model beside the random walk.
 
 Noise beyond that of the noisiest sensors is a warning, also on all three axes. Of {records} records of three gyros or three

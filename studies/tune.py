@@ -92,7 +92,7 @@ def cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int
 
 
 def aided_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int]:
-    """Counts: verdicts right, something called wrong, and the intervals of the factors that hold the truth."""
+    """Counts: verdicts right, something called wrong, and the intervals of the factors that contain the truth."""
     aiding = AIDINGS[name]
     count = len(aiding.deviations)
     true = np.ones(count + 2)
@@ -255,7 +255,7 @@ N or K. The innovations after its convergence (a tenth of the run) and their S a
 filter.
 
 *Judged right*: the verdict is "wrong", with this noise in this direction and no other; for *nothing* the verdict is
-"consistent". *Covered*: the 95 % intervals of the factors that hold the truth. {runs} runs a row, in %. Gates: right in at
+"consistent". *Covered*: 95 % intervals of the factors that contain the truth. {runs} runs a row, in %. Gates: right in at
 least 90 %, consistent in at least 95 %, coverage 95 %; each ± 3 standard errors.
 """
 
@@ -276,7 +276,7 @@ _MOVING_HEAD = """## Motion: a scale error, and a delay
 
 The consumer gyro turns to and fro, 0.3 rad/s with a period of 7.3 s and 0.2 rad/s with 19 s. Its scale is wrong, or the
 measurement is late. The rate given to `tune` is the true one, or that of the gyro with its noise. *Named right*: an error is
-claimed for what is wrong, and for nothing else. *Covered*: intervals that hold the truth; they are wider than 95 % by what
+claimed for what is wrong, and for nothing else. *Covered*: intervals that contain the truth, wider than 95 % by what
 the noise of the gyro in the rate can do. {runs} runs a row. Gates: named right in at least 90 % (nothing in 95 %), coverage
 at least 95 %, the noise as above; each less 3 standard errors.
 """

@@ -185,7 +185,7 @@ def test_a_short_run_does_not_tell():
     assert any(result.verdict == "ambiguous" for result in results)
     assert sum(result.verdict == "wrong" and result.causes[0].noise != WHITE for result in results) <= 2
     unsure = next(result for result in results if result.verdict == "ambiguous")
-    assert "does not tell the cause" in repr(unsure)
+    assert "does not show the cause" in repr(unsure)
 
 
 def test_a_line_is_not_explained():

@@ -168,7 +168,7 @@ class TestInterleaved:
 
     def test_without_stamps_it_is_refused(self, tmp_path):
         text = "gyro_x [rad/s],accel_x [m/s^2]\n" + "1,\n,2\n,2\n" * 20
-        with pytest.raises(DataError, match=r"rows of its own for gyro.*--channels time="):
+        with pytest.raises(DataError, match=r"separate rows for gyro.*--channels time="):
             read(log(tmp_path, text), rate=100)
 
     def test_a_lost_row_is_a_gap_in_its_own_stream(self, tmp_path):

@@ -260,7 +260,7 @@ def saleae_analog(path: Path, log: Log) -> None:
 
 @layout(
     file="unnamed_triples.dat",
-    source="Two three-axis sensors without a header, a counter in the first column: nothing says which is which",
+    source="Two three-axis sensors without a header, a counter in the first column: nothing distinguishes them",
     rate_hz=100,
     seconds=60,
     asks="meaning, units and sampling rate",

@@ -290,7 +290,7 @@ def test_what_is_refused():
             verify(model, curve_of(y), tau_min=wrong)
     with pytest.raises(OptionError, match="1 octaves"):
         verify(model, curve_of(y), tau_min=25.6)
-    with pytest.raises(OptionError, match="gyro_x, of which there is no model"):
+    with pytest.raises(OptionError, match="gyro_x, which the model lacks"):
         verify(NoiseModel(channels={"gyro_y": {"random_walk": 1.0}}), {"gyro_x": curve_of(y)})
     y[100:120] = np.nan
     with pytest.raises(DataError, match="gaps, 20 of 1000 samples missing"):

@@ -315,7 +315,7 @@ class SecondExplanation(Details, code="second_explanation"):
             second = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
             second += f" behind a filter of {two_digits(self.other_filter)} Hz"
-        return Words(f"{fitted}, or {second}", "A longer record tells them apart; curve and predictions hold both")
+        return Words(f"{fitted}, or {second}", "A longer record distinguishes them; curve and predictions include both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
         parts = []

@@ -264,7 +264,7 @@ class Live:
             good = [without_repeats(columns, None) if self._repeats else columns for columns in good]
             stamps = np.concatenate([stamps, *(columns[time_place] for columns in good)])
             if len(stamps) < 3 and self.options.rate is None:
-                raise OptionError(f"gives too few time stamps to tell the rate: give {RATE}", option="rate")
+                raise OptionError(f"has too few time stamps to show the rate. Give {RATE}", option="rate")
         if len(stamps) < 3:  # nothing to check
             choice = replace(choice, time=None)
         self.rate, self.source_of_rate, counted = find_rate(table, choice, stamps, unit.get("time"), self.options)

@@ -286,7 +286,7 @@ def _quantity(name: str, table: Mapping[str, Any]) -> tuple[str, str]:
     unit = table.get("unit")
     if quantity is not None:
         if unit is not None:
-            raise DataError("`unit` is for other signals; each value here says its own unit")
+            raise DataError("`unit` is for other signals; each value here has its unit")
         return quantity
     if not isinstance(unit, str) or not unit.strip():
         raise DataError('names begin with gyro_ or accel_; another signal says its unit, unit = "V"')

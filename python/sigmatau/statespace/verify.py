@@ -286,7 +286,7 @@ def verify(
     for name in curves:
         if name not in model.channels:
             raise OptionError(
-                f"{{option}} has {name}, of which there is no model; give those of {', '.join(model.channels)}",
+                f"{{option}} has {name}, which the model lacks; give those of {', '.join(model.channels)}",
                 option="curves",
             )
     return Verifications(

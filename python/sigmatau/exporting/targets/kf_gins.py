@@ -146,7 +146,7 @@ def _initial_lines(numbers: Numbers) -> list[str]:
             size = find(unit).factor
             words = joined(number.words for number in axes)
             lines.append(f"{key}: {vector(number.value / size for number in axes)}  # {unit}; {words}")
-    return ["# Uncertainty of the initial biases, keys of their own beside imunoise:", *lines] if lines else []
+    return ["# Uncertainty of the initial biases, separate keys beside imunoise:", *lines] if lines else []
 
 
 def _time(numbers: Numbers, consistent: list[str], processes: list[Process]) -> float:

@@ -67,7 +67,7 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
         return [*(_cause(factor) for factor in tuning.causes), *remarks]
     if tuning.noise_verdict == "ambiguous":
         names = " or ".join(f"the {factor.name} {factor.direction}" for factor in tuning.causes)
-        return [f"The filter is wrong, and the run does not tell the cause: {names}. Use a longer run"]
+        return [f"The filter is wrong, and the run does not show the cause: {names}. Use a longer run"]
     if tuning.noise_verdict == "not explained":
         action = "Check the model of the filter, and vibration"
         if not 1 / UNIT_NIS < tuning.nis < UNIT_NIS:

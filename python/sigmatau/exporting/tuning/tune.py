@@ -210,7 +210,7 @@ def _require_converged(data: Innovations) -> None:
         if high > _VARIATION * low and _takes_turns(values):
             raise DataError(
                 f"S takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
-                " Write each sensor in columns of its own, or its name in a column sensor"
+                " Write each sensor in separate columns, or its name in a column sensor"
             )
         n = len(values)
         if float(np.median(values[: n // _BEGINNING])) > _VARIATION * float(np.quantile(values[n // 2 :], _TAILS[1])):

@@ -117,7 +117,7 @@ class TableOptions:
         default=None,
         metadata=option(
             "Input",
-            "Number of sensors whose rows take turns in a table without a column that tells them: 2 or more reads them as"
+            "Number of sensors whose rows take turns in a table, if no column distinguishes them: 2 or more reads them as"
             " topics imu0, imu1 …, 1 states a single sensor. Default: a single sensor, unless the samples or the time"
             " stamps show several, which is asked.",
             form="count",

@@ -98,7 +98,7 @@ def _made(table: Table, options: Options, resolved: Resolved, loaded: Loaded) ->
     exclusive_rows = own_rows(raw, sensors, missing) if missing else {}
     if exclusive_rows and choice.time is None and not all(sensor in options.rates for sensor in exclusive_rows):
         raise DataError(
-            f"has rows of its own for {next(iter(exclusive_rows))}, without time stamps; name them with {TIME_COLUMN}, or"
+            f"has separate rows for {next(iter(exclusive_rows))}, without time stamps; name them with {TIME_COLUMN}, or"
             f" give the rate of each sensor, {Hint('rate', value=dict.fromkeys(by_stream, 'HZ'))}"
         )
     if not exclusive_rows and options.input != "accumulated" and options.interleaved != 1:

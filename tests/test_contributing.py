@@ -354,3 +354,23 @@ for refused in (st.state_space, st.arma, matrices, lambda noise, dt: TrueNoise(t
         print(str(error).count("acme_walk"))
 """
     assert run(with_term, "-c", program).split() == ["1"] * 4
+
+
+def test_no_target_leaves_the_term_out_without_a_word(with_term):
+    """Its file has the term or says that it has no field for it, or it refuses the model."""
+    program = """
+import sigmatau as st
+from sigmatau.exporting.targets import NAMES, target
+terms = {"random_walk": 1e-4, "bias_instability": 1e-5, "acme_walk": 1e-6}
+model = st.NoiseModel(channels={f"{sensor}_{axis}": terms for sensor in ("gyro", "accel") for axis in "xyz"})
+for name in NAMES:
+    rated = target(name).needs_rate or target(name).may_need_rate or target(name).needs_step
+    choices = st.Choices(filter_rate=100.0, horizon=10.0) if name in ("gazebo", "gnss-ins-sim", "matlab") else None
+    try:
+        text = st.export(model, to=name, choices=choices or (st.Choices(filter_rate=100.0) if rated else None))
+    except st.DataError as error:
+        text = str(error)
+    if "acme" not in text:
+        print(name)
+"""
+    assert run(with_term, "-c", program) == ""

@@ -17,7 +17,9 @@ from sigmatau._native import kernels
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.errors import OptionError
 from sigmatau.exporting.axes import by_axis, noises
+from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.matching import slow_avar
+from sigmatau.exporting.statements import omitted_noise
 from sigmatau.exporting.target import Unused
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.findings.exporting import OmittedTerm, SlowNoiseLeftOut
@@ -310,6 +312,15 @@ def replaced_noise(numbers: Numbers) -> list[str]:
             details = SlowNoiseLeftOut(sensor=sensor, omitted=tuple(omitted))
             numbers.add_finding(Finding(severity="warning", channels=channels, details=details))
     return sentences
+
+
+def omitted_by_process(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
+    """Remarks on the noise that a format with N and a Gauss-Markov bias has no field for, except for slow noise."""
+    return [
+        sentence
+        for sensor in KINDS
+        for sentence in omitted_noise(numbers, sensor, written=("random_walk", *SLOW), has_turn_on=has_turn_on)
+    ]
 
 
 def _gauss_markov_text(model: ChannelModel, process: GaussMarkov) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from sigmatau.exporting.choices import KINDS
@@ -12,6 +12,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.findings.exporting import PairConsistency, QuantizationInSamples
 from sigmatau.findings.finding import Finding, Severity
 from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.results import duration_text
 
 _DOMINATED = 2.0  # ratio of quantization to N*sqrt(rate) in a sample, from which on there is a finding
@@ -29,18 +30,29 @@ def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
         channels = numbers.sensors.get(sensor, {})
         if not channels:
             continue
-        models = channels.values()
-        fast = ["quantization"] if any("quantization" in model.terms for model in models) else []
-        fast += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
-        fast += ["sinusoids"] if any(model.sinusoid for model in models) else []
-        fast += ["turn-on bias"] if not has_turn_on and any(model.turn_on for model in models) else []
-        if fast:
-            terms = f"{', '.join(fast[:-1])} and {fast[-1]}" if len(fast) > 1 else fast[0]
-            remarks.append(f"This format has no field for {terms} of the {KINDS[sensor]}; omitted.")
-        if "quantization" in fast:
+        remarks += omitted_noise(numbers, sensor, written=("random_walk", *SLOW), has_turn_on=has_turn_on)
+        if any("quantization" in model.terms for model in channels.values()):
             _add_quantization(numbers, channels)
         remarks += _states(numbers, sensor, list(channels))
     return remarks
+
+
+def omitted_noise(numbers: Numbers, sensor: str, *, written: Collection[str], has_turn_on: bool = False) -> list[str]:
+    """A remark on the noise of a sensor that a format has no field for: terms that are not `written`, bandwidth, sinusoids,
+    turn-on bias. No remark if there is nothing to omit.
+
+    `has_turn_on`: whether it has a field for the turn-on bias.
+    """
+    models = numbers.sensors.get(sensor, {}).values()
+    lacking = (name for name in TERMS if name not in written and any(name in model.terms for model in models))
+    omitted = [TERMS[name].label(next(iter(models)).quantity) for name in lacking]
+    omitted += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
+    omitted += ["sinusoids"] if any(model.sinusoid for model in models) else []
+    omitted += ["turn-on bias"] if not has_turn_on and any(model.turn_on for model in models) else []
+    if not omitted:
+        return []
+    listed = f"{', '.join(omitted[:-1])} and {omitted[-1]}" if len(omitted) > 1 else omitted[0]
+    return [f"This format has no field for {listed} of the {KINDS[sensor]}; omitted."]
 
 
 def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:

@@ -11,7 +11,13 @@ import math
 import re
 from xml.sax.saxutils import quoteattr
 
-from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, noises_and_processes, replaced_noise
+from sigmatau.exporting.gauss_markov import (
+    OWN_PROCESSES,
+    Process,
+    noises_and_processes,
+    omitted_by_process,
+    replaced_noise,
+)
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import comment, joined, measured, plain_name
 from sigmatau.exporting.turn_on import TURN_ON_NAMES, turn_on, turn_on_axes, unknown_turn_on
@@ -34,6 +40,7 @@ def write(numbers: Numbers) -> str:
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<sdf version="1.9">',
         *(_comment("  ", sentence) for sentence in replaced_noise(numbers)),
+        *(_comment("  ", sentence) for sentence in omitted_by_process(numbers, has_turn_on=True)),
         '  <model name="imu">',
         f"    <link name={link}>",
         '      <sensor name="imu" type="imu">',

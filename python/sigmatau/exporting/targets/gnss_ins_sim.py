@@ -6,7 +6,7 @@ correlation time, or with an infinite one, a bias is white noise.
 
 from __future__ import annotations
 
-from sigmatau.exporting.gauss_markov import OWN_PROCESSES, noises_and_processes, replaced_noise
+from sigmatau.exporting.gauss_markov import OWN_PROCESSES, noises_and_processes, omitted_by_process, replaced_noise
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.text import joined, remark, vector
 from sigmatau.exporting.values import Numbers
@@ -18,7 +18,7 @@ def write(numbers: Numbers) -> str:
     values = noises_and_processes(numbers)
     lines = [
         "# gnss_ins_sim.sim.imu_model.IMU(accuracy=imu_err, axis=6); it converts these units itself.",
-        *map(remark, replaced_noise(numbers)),
+        *map(remark, (*replaced_noise(numbers), *omitted_by_process(numbers))),
         "import numpy as np",
         "",
         "imu_err = {",

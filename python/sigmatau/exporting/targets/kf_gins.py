@@ -14,7 +14,7 @@ from functools import partial
 from sigmatau.exporting.axes import by_axis, noises
 from sigmatau.exporting.choices import KINDS
 from sigmatau.exporting.consistent import HORIZON, consistent_process, judge_process
-from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, process, replaced_noise
+from sigmatau.exporting.gauss_markov import OWN_PROCESSES, Process, omitted_by_process, process, replaced_noise
 from sigmatau.exporting.statements import SHARE_OF_UNOBSERVED, factors_remark, worst_of_axes
 from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import digits, joined, measured, number, remark, vector
@@ -45,7 +45,7 @@ def write(numbers: Numbers) -> str:
     noise = {sensor: noises(numbers, sensor) for sensor in KINDS}
     lines = [
         "# KF-GINS converts these units itself. Axes forward, right, down, as in the IMU file.",
-        *map(remark, replaced_noise(numbers)),
+        *map(remark, (*replaced_noise(numbers), *omitted_by_process(numbers, has_turn_on=True))),
         *(remark(_states(numbers, sensor, biases[sensor])) for sensor in consistent),
         "imunoise:",
     ]

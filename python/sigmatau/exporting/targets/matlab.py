@@ -15,11 +15,12 @@ from sigmatau.digits import limit_text, two_digits
 from sigmatau.errors import DataError, OptionError
 from sigmatau.exporting.axes import by_axis, noises
 from sigmatau.exporting.gauss_markov import find_exact_time
+from sigmatau.exporting.statements import omitted_noise
 from sigmatau.exporting.target import Target, Unused
 from sigmatau.exporting.text import comment, joined, vector
 from sigmatau.exporting.values import Number, Numbers
 from sigmatau.hints import Hint
-from sigmatau.noise.terms import display_units
+from sigmatau.noise.terms import SLOW, display_units
 from sigmatau.results import seconds
 
 _MOST_POLES = 100_000  # 10 s of multiplications (1e9/s) for each axis and minute at 100 Hz
@@ -41,6 +42,7 @@ def write(numbers: Numbers) -> str:
             _row(f"{sensor}.NoiseDensity", noises(numbers, sensor), f"({unit})/sqrt(Hz), N, two-sided"),
             *_bias(numbers, sensor, unit),
             *_walk(numbers, sensor, unit),
+            *(f"% {comment(sentence)}" for sentence in _omitted(numbers, sensor)),
         ]
     if numbers.known_rate() is not None and len(present) == 2:
         rate = numbers.rate_text()
@@ -48,6 +50,13 @@ def write(numbers: Numbers) -> str:
             f"imu = imuSensor('accel-gyro', 'SampleRate', {rate}, 'Gyroscope', gyro, 'Accelerometer', accel);  % Hz"
         )
     return "\n".join(lines) + "\n"
+
+
+def _omitted(numbers: Numbers, sensor: str) -> list[str]:
+    """A remark on the noise without a field; a walk that is right at a horizon approximates all slow noise."""
+    is_approximated = numbers.choices.walk.get(sensor) == "horizon"
+    slow = SLOW if is_approximated else ("bias_instability", "rate_random_walk")
+    return omitted_noise(numbers, sensor, written=("random_walk", *slow))
 
 
 def _has_flicker(numbers: Numbers, sensor: str) -> bool:

@@ -20,6 +20,7 @@ from sigmatau.findings.exporting import CorrelatedSamples
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import Hint
 from sigmatau.model.channel import ChannelModel
+from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 from sigmatau.statespace.state_space import state_space
@@ -38,9 +39,10 @@ def write(numbers: Numbers) -> str:
     """The text of the file, with the keys of the message."""
     if not any(numbers.has(sensor) for sensor, _, _ in _FIELDS):
         raise DataError("the model has neither gyros nor accelerometers; sensor_msgs/Imu needs one of them")
+    slow = [TERMS[name].label("signal") for name in SLOW]
     lines = [
         "# sensor_msgs/Imu: covariance of one sample, row by row. [0] = -1: no such data.",
-        "# About a constant bias: without bias instability, rate random walk and ramp.",
+        f"# About a constant bias: without {', '.join(slow[:-1])} and {slow[-1]}.",
         f"orientation_covariance: {vector(_ABSENT)}  # no attitude in a noise model",
     ]
     for sensor, field, unit in _FIELDS:

@@ -47,6 +47,7 @@ NEEDED = (
     f"{NAME}.data/data/share/man/man1/sigmatau.1",
     f"{NAME}.data/data/share/man/man1/sigmatau-analyze.1",
     *(f"{NAME}.dist-info/licenses/{name}" for name in LICENCES),
+    "sigmatau/app/page/index.html",
 )
 # What a source distribution must have beside what the wheel needs.
 NEEDED_OF_SOURCE = ("Cargo.lock", "README.md", "pyproject.toml", "tests/smoke.py", *LICENCES)

@@ -23,7 +23,7 @@ class CallError(Exception):
 
     def __init__(self, content: Mapping[str, Any]) -> None:
         super().__init__(content["message"])
-        self.content = dict(content)
+        self.content: dict[str, Any] = dict(content)
 
 
 def missing(what: str) -> CallError:

@@ -27,7 +27,7 @@ class Roots:
     """
 
     def __init__(self, places: Iterable[Path]) -> None:
-        self.places = tuple(dict.fromkeys(place.resolve() for place in places))
+        self.places: tuple[Path, ...] = tuple(dict.fromkeys(place.resolve() for place in places))
 
     def find(self, path: object) -> Path:
         """A place below the roots, with all links resolved; raises `CallError` for any other, whether it exists or not."""

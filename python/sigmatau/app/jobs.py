@@ -96,8 +96,9 @@ class Job:
     """
 
     def __init__(self, log: Any, table: Mapping[str, Any]) -> None:  # noqa: ANN401  a LogFile, which is imported in the workers
-        self.id = secrets.token_urlsafe(12)
-        self.log, self.table = log, dict(table)
+        self.id: str = secrets.token_urlsafe(12)
+        self.log: Any = log
+        self.table: dict[str, Any] = dict(table)
         self.state: JobState = "waiting"
         self.error: dict[str, Any] | None = None
         self.result: str | None = None

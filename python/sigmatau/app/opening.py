@@ -123,10 +123,16 @@ def _bytes(record: Record | None) -> int:
 
 
 def _shown_table(contents: Inspection) -> TableInfo:
-    """The table whose columns are shown: the one that is read, or the first that asks something."""
-    tables = contents.tables
-    chosen = [table for table in tables if table.chosen]
-    return next(iter(chosen or [table for table in tables if table.question] or tables))
+    """The table whose columns are shown: the one that is read, else one that asks something, else one with a sensor."""
+    ranks = [
+        (
+            table.chosen,
+            table.question is not None,
+            any(column.channel not in (None, "time") for column in table.columns),
+        )
+        for table in contents.tables
+    ]
+    return contents.tables[ranks.index(max(ranks))]
 
 
 def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any]) -> list[dict[str, Any]]:

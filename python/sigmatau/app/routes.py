@@ -13,8 +13,8 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import TYPE_CHECKING, Any
 
-from anyio import to_thread
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 from starlette.routing import Route
 
@@ -45,11 +45,11 @@ class Workbench:
 
     def __init__(self, roots: Roots, *, max_upload: int) -> None:
         self.roots = roots
-        self.uploads = Uploads(max_upload)
-        self.looks = Workers(_LOOKS, ("about", "open"))
-        self.analyses = Workers(_ANALYSES, ("analyze",))
-        self.results = Results()
-        self.jobs = Jobs(self.analyses, self.results)
+        self.uploads: Uploads = Uploads(max_upload)
+        self.looks: Workers = Workers(_LOOKS, ("about", "open"))
+        self.analyses: Workers = Workers(_ANALYSES, ("analyze",))
+        self.results: Results = Results()
+        self.jobs: Jobs = Jobs(self.analyses, self.results)
         self._charts = threading.Lock()
         self._files = dict(_static_files())
 
@@ -134,7 +134,7 @@ class Workbench:
                     size += len(part)
                     if size > room:
                         raise too_large(room)
-                    await to_thread.run_sync(file.write, part)
+                    await run_in_threadpool(file.write, part)
         except BaseException:
             path.unlink(missing_ok=True)
             raise
@@ -205,7 +205,7 @@ class Workbench:
         result = self.results.find(request.path_params["id"])
         if result.log is None:
             raise CallError({"message": "the result has no samples", "hint": None, "code": "conflict"})
-        return text_answer(await to_thread.run_sync(self._made_charts, result))
+        return text_answer(await run_in_threadpool(self._made_charts, result))
 
     def _made_charts(self, result: Result) -> str:
         """The charts of a result, made once."""
@@ -240,7 +240,7 @@ class Workbench:
             return file_answer(text.encode(errors="backslashreplace"), f"{stem}.toml", "application/toml")
         if name == "report.html":
             if result.log is not None:
-                await to_thread.run_sync(self._made_charts, result)
+                await run_in_threadpool(self._made_charts, result)
             body = await self._look(_key(result), "report", analysis=result.analysis, content=result.content)
             return file_answer(body, f"{stem}.html", "text/html")
         if name in ("curve.csv", "coefficients.csv"):
@@ -289,7 +289,7 @@ class Workbench:
             with self.looks.take(key, sticky=key is not None) as worker:
                 return worker.call(call, values)
 
-        return await to_thread.run_sync(work)
+        return await run_in_threadpool(work)
 
 
 def _key(result: Result) -> object:

@@ -48,7 +48,7 @@ class Worker:
             self._process.start()
         theirs.close()
         self.key: object = None
-        self.used = 0.0
+        self.used: float = 0.0
 
     @property
     def alive(self) -> bool:

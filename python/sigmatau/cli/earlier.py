@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
 
-from sigmatau.io.written import is_result
 from sigmatau.results import printable
 
 
@@ -38,6 +37,8 @@ def expect(*paths: Path | None, csv: Path | None = None) -> None:
 
     `csv`: the curves are beside it.
     """
+    from sigmatau.io.written import is_result
+
     before = _expected.get(None)
     for path in (*paths, csv, None if csv is None else curves_path(csv)):
         if before is not None and path is not None and path.is_file() and is_result(path):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_args
 
@@ -120,6 +119,8 @@ def to_toml(table: Table, *, log: str | None = None) -> str:
 
 def from_toml(text: str) -> tuple[dict[str, Any], str | None]:
     """The options of a configuration file, and its log if it names one; raises `OptionError` for another text."""
+    import tomllib
+
     try:
         table: dict[str, Any] = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:

@@ -51,7 +51,7 @@ class SampledTable:
     def __init__(self, table: Table) -> None:
         self._samples: dict[int, ColumnSamples] = {}
         self._load = table.load
-        self.table = replace(table, load=self._loaded)
+        self.table: Table = replace(table, load=self._loaded)
 
     def samples(self) -> Mapping[int, ColumnSamples]:
         """The pictures by column, counted from 0; the columns that were not loaded are loaded now, if they can be."""

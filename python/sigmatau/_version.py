@@ -1,4 +1,4 @@
-"""The version, and that of the JSON form, where nothing else has to be imported for them."""
+"""The version of the program and of the JSON form, in a module without further imports."""
 
 __version__ = "0.1.0"
 SCHEMA = 2

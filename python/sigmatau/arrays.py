@@ -43,7 +43,7 @@ def _is_frozen(value: object, dtype: DTypeLike | None) -> bool:
 
 
 def median(x: NDArray[np.float64]) -> float:
-    """The median of a series: NaN if it is empty or one of it is NaN. NumPy's takes 40 µs more, and imports masked arrays.
+    """The median of a series; NaN if it is empty or contains NaN. NumPy's takes 40 µs more, and imports masked arrays.
 
     Examples
     --------

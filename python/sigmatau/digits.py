@@ -10,9 +10,10 @@ import math
 from sigmatau.frozen import frozen
 
 _UNEVEN = 1.1  # ratio of the half widths of an interval above which one ± misstates one of them by more than a tenth
-_SMALLEST_SHARE = 0.1  # of the larger half width: a smaller one has fewer than two digits
+# smallest share of the smaller half width in the larger one: a smaller share leaves fewer than two digits
+_SMALLEST_SHARE = 0.1
 _PRECISION = 15  # digits of a double
-_SMALLEST_EXPONENT, _LARGEST_EXPONENT = -4, 6  # of numbers that are printed without a power of ten
+_SMALLEST_EXPONENT, _LARGEST_EXPONENT = -4, 6  # exponents of numbers that are printed without a power of ten
 
 
 @frozen
@@ -113,7 +114,7 @@ def round_to_error(
     half = larger if is_even else max(smaller, _SMALLEST_SHARE * larger)
     largest = max(abs(number) for number in (value, low, high) if math.isfinite(number))
     lowest = math.floor(math.log10(max(largest, half))) - _PRECISION + 1
-    place = max(int(f"{half:.1e}".partition("e")[2]) - 1, lowest)  # of the last digit, as a power of ten
+    place = max(int(f"{half:.1e}".partition("e")[2]) - 1, lowest)  # place of the last digit, as a power of ten
     power = math.floor(math.log10(max(abs(value), half)))
     unit = power if power < _SMALLEST_EXPONENT or (power > _LARGEST_EXPONENT and place > 0) else 0
     texts = [_at_place(number, place, unit, sign=sign, is_positive=low >= 0) for number in (value, low, high)]

@@ -43,7 +43,7 @@ class _SourcedError(ValueError):
 
     @property
     def reason(self) -> str:
-        """The message behind its place, for those who name the source themselves."""
+        """The message after its place, for callers that name the source themselves."""
         return self.without(self.source)
 
     @property
@@ -56,7 +56,7 @@ class _SourcedError(ValueError):
         return worded(self.text, as_options)
 
     def without(self, source: str, face: Face | None = None) -> str:
-        """The error for those who name this source themselves; any other source stays in front.
+        """The error for callers that name this source themselves. Any other source remains in the message.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class _SourcedError(ValueError):
         return worded(": ".join(filter(None, [about, self.place, self.message])), face)
 
     def about(self, source: str) -> Self:
-        """The same error, with the file or object that it is about put in front.
+        """Prefix the file or object to the error.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class OptionError(_SourcedError):
         return super().message.replace("{option}", " ".join(filter(None, [str(Hint(str(self.option))), self.key])))
 
     def named(self, option: str, key: str = "") -> Self:
-        """The same error, about another option: that of the function that the user called.
+        """The same error about another option: that of the function that the user called.
 
         Parameters
         ----------

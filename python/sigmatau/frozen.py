@@ -2,7 +2,7 @@
 
 `dataclasses` compiles six methods of each class on import, 0.8 ms a class in Python 3.11; for hundreds of classes that was a
 fifth of the start-up of the program. Here the classes share five of them, and ``__init__`` is compiled on first use.
-`fields`, `replace`, `asdict`, pickling and pattern matching work as ever.
+`fields`, `replace`, `asdict`, pickling and pattern matching work as usual.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _made(cls: type[_T], *, kw_only: bool, eq: bool) -> type[_T]:
 
 
 class _Init:
-    """Stands for ``__init__`` of a class until it is first asked for, and then puts it in its own place."""
+    """Placeholder for the ``__init__`` of a class; on first use it compiles the method and replaces itself."""
 
     def __init__(self, cls: type) -> None:
         self._cls = cls

@@ -1,9 +1,9 @@
-"""Hints: the options that a message names, as data, and their words for each face.
+"""Hints: the options that a message names, as data, and their words in each user interface (face).
 
 A message is written once, with hints in it: ``f"has no rate; give {Hint('rate', value='HZ')}"``. In the text each hint is a
-mark, so that texts can be joined before anybody knows who reads them. `worded` puts words in place of the marks: those of
-Python, ``rate=HZ`` in backticks, unless a face has set others with `speaking`. A face is a function of the hints that
-stand together; so a page in a browser can make buttons of them.
+mark, so texts can be joined before the reader is known. `worded` replaces the marks by words: those of Python, ``rate=HZ``
+in backticks, unless `speaking` has set another face. A face is a function of adjacent hints, so a page in a browser can make
+buttons of them.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _MARKS = re.compile(rf"{_MARK.pattern}(?: {_MARK.pattern})*")
 SPELLED: Mapping[str, str] = {"walk": "rate_random_walk", "noise": "random_walk", "names": "name"}
 """Options of the command line by argument, where the names differ."""
 
-_SECONDS = ("horizon",)  # times that the command line takes with a unit only
+_SECONDS = ("horizon",)  # times that the command line only accepts with a unit
 
 RATE = Hint("rate", value="HZ")
 TIME_COLUMN = Hint("channels", "time", "…")

@@ -44,11 +44,11 @@ _WIDTH = 120  # of docstrings
 
 
 class Option(NamedTuple):
-    """What is said of an option beside its name, its type and its default.
+    """Description of an option, besides its name, its type and its default.
 
-    `text` is for Python and the command line alike, as is `otherwise`: what holds without the option. Between them are
-    `python` or `typed`, for one of them. An option without a form can only be stated in Python. One that does not `matter`
-    changes no number of the result.
+    `text` is for Python and the command line alike, as is `otherwise`: the effect of omitting the option. Between them are
+    `python` or `typed`, for one of them only. An option without a form can only be given in Python. An option that does not
+    `matter` changes no number of the result.
     """
 
     group: GroupName
@@ -115,7 +115,7 @@ def option(
 
 
 def same_option(options: Any, name: str) -> Any:  # noqa: ANN401  a field of the option's own type
-    """A field that is the option of another class."""
+    """A field with the same option as another class."""
     (same,) = (each for each in fields(options) if each.name == name)
     return field(default=same.default, metadata=same.metadata)
 
@@ -153,7 +153,7 @@ def _differs(value: Any, default: object) -> bool:  # noqa: ANN401  of any optio
 
 
 def _is_single(value: object) -> bool:
-    """Whether a value is a word or a number, of NumPy too, and not several."""
+    """Whether a value is a single word or number, including those of NumPy."""
     return isinstance(value, str) or not hasattr(value, "__len__") or getattr(value, "shape", None) == ()
 
 

@@ -1,4 +1,4 @@
-"""Processes that do the work of another one: their memory, their signals, their end."""
+"""Processes that work for another one: their memory, their signals, their end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 # Options of mallopt(3) of glibc.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
-_LARGEST_MMAP_THRESHOLD = 32 << 20  # that glibc takes [bytes]
+_LARGEST_MMAP_THRESHOLD = 32 << 20  # largest value that glibc accepts [bytes]
 
 
 def keep_freed() -> None:
@@ -32,7 +32,7 @@ def keep_freed() -> None:
 
 @contextlib.contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Keep Ctrl-C for the end: processes that it meets while they start print what they were doing.
+    """Block Ctrl-C until the end of the block: processes that receive it while they start print tracebacks.
 
     They begin with the signal blocked, also those that threads of this time start later.
     """
@@ -41,7 +41,7 @@ def uninterrupted() -> Iterator[None]:
         return
     from multiprocessing import resource_tracker
 
-    resource_tracker.ensure_running()  # else the first process starts it, and lets signals through again
+    resource_tracker.ensure_running()  # otherwise the first process would start it, and enable signals again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -50,7 +50,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 def end_with_parent() -> None:
-    """End this process when the one that started it is killed: it would wait for work without end."""
+    """End this process when its parent is killed; otherwise it would wait for work for ever."""
     from multiprocessing import connection, parent_process
 
     parent = parent_process()

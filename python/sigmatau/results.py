@@ -38,7 +38,7 @@ class Tabular(Printed):
 
     __slots__ = ()
 
-    _dimensions: ClassVar[tuple[str, ...]] = ()  # columns that tell the rows apart
+    _dimensions: ClassVar[tuple[str, ...]] = ()  # columns that distinguish the rows
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column, for any data-frame library: ``polars.DataFrame(result.columns())``. Numbers are in SI."""
@@ -155,7 +155,7 @@ WIDTH = 80
 """Columns of a terminal, which printed forms do not exceed."""
 
 _OPTION = re.compile(r"--[a-z]+(?:-[a-z]+)+")
-_HYPHEN = "\u2011"  # at which textwrap does not divide a word
+_HYPHEN = "\u2011"  # hyphen at which textwrap does not divide a word
 
 
 def wrapped(lines: Iterable[str], *, indent: int = 2, width: int = WIDTH) -> list[str]:
@@ -231,7 +231,7 @@ def plain_value(value: Any) -> Any:  # noqa: ANN401
 
 
 SERIAL_NOTES = ("serial number", "serial", "unit", "device", "sn")
-"""Notes of `analyze` that name the unit, the first one that is there."""
+"""Notes of `analyze` that name the unit; the first existing one is used."""
 
 
 def noted_unit(notes: Mapping[str, str]) -> str:

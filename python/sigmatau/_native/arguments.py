@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from sigmatau.errors import NonFiniteError, OptionError
 
 _MOST_THREADS = 1024
-_LARGEST_SIZE = 2**53  # up to which a double counts
-_PIECE = 4096  # samples of each column that are copied together
+_LARGEST_SIZE = 2**53  # integers up to this size are exact in a double
+_PIECE = 4096  # number of samples of each column that are copied together
 
 
 def check_overlap(overlap: str) -> None:
@@ -43,8 +43,8 @@ def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: 
 def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
     """Each column as a contiguous float64 array. Other columns are copied together, one piece at a time.
 
-    The columns of a table that is stored row by row share its cache lines: one column after the other would fetch them all
-    anew for each.
+    Columns of a table that is stored row by row share cache lines. Copying one column after the other would fetch all lines
+    again for each.
     """
     arrays = [np.asarray(column) for column in columns]
     for array, name in zip(arrays, names, strict=True):

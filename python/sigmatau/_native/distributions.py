@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sigmatau import _core
 
-_Floats = NDArray[np.float64]  # of the shape of the arguments; without dimensions for numbers
+_Floats = NDArray[np.float64]  # arrays of the shape of the arguments; without dimensions for numbers
 
 
 def normal_below(z: ArrayLike) -> _Floats:

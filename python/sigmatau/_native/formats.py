@@ -15,7 +15,7 @@ _ANY_SIZE = 1 << 62  # [bytes]
 
 
 class TextReadError(Exception):
-    """A text table that cannot be read: where, and what was there.
+    """A text table that cannot be read, with the place of the fault and the text there.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class TextReadError(Exception):
     column : int
         Column, counted from 0.
     text : str
-        What stood there, or the system's words.
+        Text at this place, or the error of the system.
     got, expected : int
         Fields found and expected.
     """
@@ -55,9 +55,9 @@ class TextColumns:
     integers : ndarray of int64 or None
         The exact column, if all its values are integers, or dates.
     hidden, first_hidden : int
-        Lines that begin with a comment mark and else look like rows; the first of them.
+        Number of lines that look like rows behind a comment mark; the first of them.
     headers : list of (int, str)
-        Line and text of those that have as many fields as a row and no number in them; the first 16.
+        Line number and text of lines with as many fields as a row but no number; the first 16.
     open_end : bool
         Whether the last line has no line end; not looked at in large files that are not compressed.
     """
@@ -177,13 +177,13 @@ class Sentences:
     ----------
     columns : list of ndarray, shape (n,)
     broken, inner : int
-        Lines that are no whole sentence; those of them after the first row.
+        Number of lines that are not complete sentences, and number of those after the first row.
     examples : list of (int, str)
-        Line, counted from 1, and what is wrong with it, for the first of them.
+        Number of the first such line, counted from 1, and its fault.
     others : int
-        Whole sentences of other names.
+        Number of complete sentences with other names.
     gap : (int, int)
-        The most of them, after the first row, without a row between; and the line of the first of those.
+        Longest run of these after the first row without a row between, and the line where it begins.
     other : str
         Name of the first of them.
     cut : bool

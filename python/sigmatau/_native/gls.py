@@ -50,7 +50,7 @@ class Components:
 
     @property
     def modes(self) -> Floats:
-        """Number of modes that each represents, shape (n_modes,)."""
+        """Number of modes that each mode represents, shape (n_modes,)."""
         return self._native.modes()
 
     def covariance(self, theta: ArrayLike) -> Floats:
@@ -107,8 +107,9 @@ class Gls:
         return self._native.covariance_of_theta(_numbers(theta), list(active)).reshape(len(active), -1)
 
     def score(self, term: int, trial: float) -> tuple[float, float, float, Floats]:
-        """The estimate of a term if a trial value is true, all others fitted for that value: probability of a larger one,
-        standard error and skewness, and the weights of the variances in it.
+        """The estimate of a term if a trial value is true and all others are fitted for that value.
+
+        Returns the probability of a larger one, standard error, skewness, and the weights of the variances in it.
         """
         return self._native.score(term, trial)
 
@@ -117,7 +118,7 @@ class Gls:
         return self._native.evidence(term, _numbers(theta), level)
 
     def p_value(self, theta: ArrayLike) -> float:
-        """Of the goodness of fit."""
+        """P-value of the goodness of fit."""
         return self._native.p_value(_numbers(theta))
 
     def deviance(self, theta: ArrayLike) -> float:

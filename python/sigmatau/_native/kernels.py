@@ -1,6 +1,6 @@
 """Compiled numerics, with their errors. Conversions and checks are in `sigmatau._native.arguments`.
 
-Arrays go in as contiguous float64 and come out so.
+Arrays are contiguous float64, both as arguments and as results.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class RunningSums:
         return _core.Accumulator.first_unusable(rate)
 
     def merge(self, later: RunningSums) -> None:
-        """Take over what the accumulator of the following stretch has received; raises ValueError if it is not that."""
+        """Add the sums of the accumulator of the following stretch. Raises ValueError if it is not the following one."""
         self._sums.merge(later._sums)
 
     def copy(self) -> RunningSums:
@@ -169,7 +169,7 @@ def deviations(
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.int64]]:
     """Deviations of several channels of one length, and how many terms each averages; see `sigmatau.deviation`.
 
-    Those that measure the phase itself are in the unit of the rate times one sample.
+    Estimators of the phase itself have the unit of the rate times one sample.
     """
     check_overlap(overlap)
     check_threads(threads)
@@ -256,8 +256,9 @@ def gauss_markov_psd(sigma: float, time: float, f: NDArray[np.float64], tau0: fl
 def resonance_avar(
     sigma: float, frequency: float, width: float, m: NDArray[np.int64], tau0: float, *, folded: bool = True
 ) -> NDArray[np.float64]:
-    """Allan variances of a sampled resonance; without `folded`, without what sampling folds from beyond half the rate, as a
-    fit of the spectrum has it.
+    """Allan variances of a sampled resonance.
+
+    Without `folded`, those of a fit of the spectrum, which lacks the part that sampling folds from above half the rate.
     """
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     return _core.resonance_avar(sigma, frequency, width, sizes, tau0, folded)
@@ -269,8 +270,8 @@ def resonance_psd(sigma: float, frequency: float, width: float, f: NDArray[np.fl
 
 
 def resonance_folds(sigma: float, frequency: float, width: float, tau0: float, *, random_walk: float) -> bool:
-    """Whether sampling a resonance adds to the white noise at low frequencies what a fit of the spectrum did not find
-    there: a model without it describes longer averaging times better.
+    """Whether sampling folds a resonance into the white noise at low frequencies, which a fit of the spectrum does not show.
+    A model without the resonance then describes longer averaging times better.
     """
     return _core.resonance_folds(sigma, frequency, width, tau0, random_walk)
 
@@ -285,7 +286,7 @@ def band_limited_psd(
 def covariance_tensors(
     n: int, m: NDArray[np.int64], tau0: float, *, correlation_times: Sequence[float] = ()
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tensors of which the covariance of overlapped Allan variances is made; see
+    """Tensors from which the covariance of overlapped Allan variances is computed; see
     `sigmatau.noise.uncertainty.avar_covariance`.
 
     Returns

@@ -1,4 +1,4 @@
-"""The likelihood of a channel: one pass over its samples, and the fit of what it keeps."""
+"""The likelihood of a channel: one pass over its samples, and the fit of its summary."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from sigmatau.arrays import Floats
 
 LEAST_SAMPLES = 256
 
-_LEAST_TAPER = 0.2  # samples; with less the weights of a run are all 1
+_LEAST_TAPER = 0.2  # shortest taper [samples]; with less all weights of a run are 1
 
 
 def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> LikelihoodSummary:
@@ -77,7 +77,7 @@ def summarize_masked(
 
 
 def enough(present: NDArray[np.bool_]) -> bool:
-    """Whether a record with missing samples has so many, and in so many places, that it can be summarised."""
+    """Whether a record with missing samples has enough samples, spread widely enough, to be summarised."""
     try:
         _core.LikelihoodPass.masked(np.ascontiguousarray(present, dtype=np.bool_), 1.0)
     except ValueError:

@@ -29,8 +29,10 @@ class LogChannel:
 
 @dataclass(frozen=True, slots=True)
 class LogEnd:
-    """How the way through a log ended: ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, ``"expanded"`` if it unpacks
-    to more than is allowed, or ``"behind"`` or ``"filler"`` if bytes follow; at which byte, in words.
+    """End of the pass through a log, as a code, an offset in bytes, and words.
+
+    The code is ``""``, ``"broken_off"``, ``"no_end"``, ``"damaged"``, ``"expanded"`` if it unpacks to more than is allowed,
+    or ``"behind"`` or ``"filler"`` if bytes follow.
     """
 
     kind: str

@@ -17,7 +17,7 @@ def outliers(x: Floats, *, threshold: float, multiple: float, smallest: float, s
 
 
 def residuals(x: Floats, indices: Ints, side: int) -> Floats:
-    """Distance of samples from the medians of either side: the smaller of the two, 0 if they are between them.
+    """Distance of samples from the medians of both sides: the smaller one, or 0 between the two medians.
 
     A side with fewer than two samples is ignored; NaN if both are.
     """
@@ -28,7 +28,8 @@ def scatter(x: Floats, indices: Ints, part: float) -> Floats:
     """Standard deviation of the 31 samples before or after a spike and its neighbour, from a quantile `part` of their
     changes; 0 if unknown.
 
-    The larger of both, because a shock has a first sample; a quarter in place of the median where half may be spikes.
+    The larger of both sides is used, because a shock has a first sample. If half may be spikes, a quarter replaces the
+    median.
     """
     return _core.neighbour_scatter(np.ascontiguousarray(x), np.ascontiguousarray(indices), _quantile(part))
 

@@ -1,4 +1,4 @@
-"""The two calls of this room: `analyze` of a record, and `of_curves` of curves that exist already."""
+"""Public functions of this package: `analyze` for a record, and `of_curves` for existing curves."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def analyze(record: Record | object, options: AnalysisOptions) -> Analysis:
 
 
 def analyze_in_stages(record: Record, options: AnalysisOptions, *, begin: Callable[[str], None]) -> Analysis:
-    """`analyze`, for those who show how far it is.
+    """`analyze` for callers that show its progress.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def of_curves(
 ) -> Analysis:
     """Analyse existing overlapped curves, such as those of an `Accumulator`.
 
-    `fitted_on`: by channel, the curve that is fitted in place of the one that is shown.
+    `fitted_on`: by channel, the curve that is fitted in place of the displayed one.
 
     Raises
     ------

@@ -21,14 +21,14 @@ class FailedAnalysis:
     path : str
         The log.
     message : str
-        Why, without the log.
+        The error, without the name of the log.
     exit_code : int
     notes : mapping of str to str
         Information about the record from the user.
     version : str
         Version of sigmatau.
     options : mapping
-        Options of the run, as results have them.
+        Options of the run, as in a result.
     """
 
     path: str
@@ -40,7 +40,7 @@ class FailedAnalysis:
 
     @property
     def reason(self) -> str:
-        """The message for a list of many: not longer than two lines or so."""
+        """The message for a list of many failures: at most two lines or so."""
         return self.message[:500] or "the analysis failed"
 
     @classmethod
@@ -52,7 +52,7 @@ class FailedAnalysis:
         notes: Mapping[str, str] | None = None,
         options: Mapping[str, Any] | None = None,
     ) -> Self:
-        """What an error about a log says, as it is typed on the command line.
+        """Build the failure from an error about a log, with options in the form of the command line.
 
         Parameters
         ----------

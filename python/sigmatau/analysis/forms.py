@@ -1,4 +1,6 @@
-"""The JSON form of a result as types: names and units of its keys, and what an older version or a hand may leave out."""
+"""The JSON form of a result as types: names and units of its keys, and which keys an older or handwritten result may
+lack.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,7 @@ class SourceForm:
 
 @frozen
 class OptionsForm:
-    """Options that affect the numbers and are not the default, by the names of sigmatau.read and sigmatau.analyze."""
+    """Options that affect the numbers and differ from the default, by the names of sigmatau.read and sigmatau.analyze."""
 
     reading: Mapping[str, Any] = key(factory=dict)
     analysis: Mapping[str, Any] = key(factory=dict)
@@ -96,7 +98,7 @@ class TermForm:
 
 @frozen
 class TermsForm:
-    """What a fit has: the five terms, and processes."""
+    """The terms and processes of a fit."""
 
     quantization: TermForm | None = key(default=None)
     random_walk: TermForm | None = key(default=None)
@@ -118,7 +120,7 @@ class CovarianceForm:
 
 @frozen
 class LowPassForm:
-    """A filter in its place in a noise model."""
+    """A filter as part of a noise model."""
 
     order: int = key(minimum=1)
     corner_hz: float = key(exclusiveMinimum=0)
@@ -160,7 +162,7 @@ class WarmUpForm:
 
 @frozen
 class FitForm:
-    """The fit of a channel; `reasons` are in words alone (`reason`) in results before 0.2."""
+    """The fit of a channel. In results before 0.2 its `reasons` are only given in words (`reason`)."""
 
     method: str = key(default="gls", always=True, enum=["likelihood", "gls"])
     verdict: Verdict = key(
@@ -254,7 +256,7 @@ class RefusedLineForm:
 
 @frozen
 class CurveForm:
-    """An Allan deviation curve, whose intervals follow from `edf`; by hand, its unit at least."""
+    """An Allan deviation curve, whose intervals follow from `edf`. A handwritten one needs at least its unit."""
 
     m: Ints | None = key(default=None, always=True)
     tau_s: Floats | None = key(default=None, always=True)
@@ -330,7 +332,7 @@ class ExcludedRunsForm:
 
 @frozen
 class SpreadForm:
-    """How much a coefficient differs from run to run."""
+    """Variation of a coefficient from run to run."""
 
     relative: float = key(minimum=0)
     p_value: float = key(minimum=0, maximum=1)
@@ -352,7 +354,7 @@ class RunForm:
 
 @frozen
 class JointForm:
-    """What a joint fit has beside the fit."""
+    """Additional values of a joint fit."""
 
     common: tuple[str, ...] = key("terms that are the same in all runs")
     spreads: Mapping[str, SpreadForm] = key(
@@ -367,7 +369,7 @@ class JointForm:
 
 @frozen
 class ChannelForm:
-    """What a channel has."""
+    """The results of a channel."""
 
     quantity: str = key(enum=["angular_rate", "acceleration", "temperature", "signal"])
     sample_rate_hz: float | None = key(default=None, always=True, exclusiveMinimum=0)
@@ -426,7 +428,7 @@ class ResultForm:
 
 @frozen
 class CurveUnitForm(CurveForm):
-    """The unit of a curve alone."""
+    """Only the unit of a curve."""
 
     m: None = field(default=None, init=False)
     tau_s: None = field(default=None, init=False)
@@ -452,7 +454,7 @@ class BriefFitForm(FitForm):
 
 @frozen
 class BriefChannelForm(ChannelForm):
-    """A channel without its curves, which are most of a result, and without what few ask for."""
+    """A channel without its curves, which are most of a result, and without rarely used parts."""
 
     excluded: None = field(default=None, init=False)
     excluded_runs: None = field(default=None, init=False)
@@ -466,7 +468,7 @@ class BriefChannelForm(ChannelForm):
 
 @frozen
 class BriefResultForm(ResultForm):
-    """A result without its curves: thousands are added to a store."""
+    """A result without its curves, for adding thousands to a store."""
 
     channels: Mapping[str, BriefChannelForm]
 
@@ -480,7 +482,7 @@ class CoefficientsChannelForm(BriefChannelForm):
 
 @frozen
 class CoefficientsForm(BriefResultForm):
-    """A result without its findings too: the coefficients of thousands are compared."""
+    """A result without curves and findings, for comparing the coefficients of thousands."""
 
     channels: Mapping[str, CoefficientsChannelForm]
     findings: tuple[FindingForm, ...] = field(default=(), init=False)

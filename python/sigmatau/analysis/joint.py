@@ -39,12 +39,12 @@ _MIN_RUNS = 2  # runs
 
 @frozen(eq=False)
 class AnalysedRun:
-    """What an analysed record contributes to joint fits."""
+    """Contribution of an analysed record to joint fits."""
 
     name: str
     analysis: Analysis
     runs: Mapping[str, JointRun]  # by channel
-    findings: tuple[Finding, ...]  # of channels that cannot be used
+    findings: tuple[Finding, ...]  # findings about channels that cannot be used
 
 
 @frozen(eq=False)
@@ -60,7 +60,7 @@ class JointAnalysis(Printed):
     records : mapping of str to Analysis
         The analyses of the single records, by name.
     over : {"runs", "axes"}
-        What one model is fitted to.
+        Data that one model is fitted to.
     """
 
     analysis: Analysis
@@ -83,12 +83,12 @@ class JointAnalysis(Printed):
         return f"joint fit of {runs} {what}: {axes}, {together} together"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
-        """The table of an analysis, and how much the runs differ."""
+        """The table of an analysis, and the variation of coefficients between the runs."""
         table = overview(self.analysis.fits, self.analysis.findings, width=width, legend=legend)
         return "\n".join([self.headline(), table, *self.spread_lines()])
 
     def spread_lines(self) -> list[str]:
-        """Coefficients that differ from run to run, a line a term."""
+        """Coefficients that differ from run to run, one line per term."""
         lines = []
         terms = dict.fromkeys(name for joint in self.joint.values() for name in joint.spreads)
         for term in terms:
@@ -107,7 +107,7 @@ class JointAnalysis(Printed):
 
 
 def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRun:
-    """What an analysed record contributes to joint fits: its samples without what the analysis left out, summarised.
+    """Summarise an analysed record for joint fits, without the samples that the analysis left out.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def fit_analysed(
 def _without_disturbed(
     members: list[tuple[JointRun, Analysis]], pool: str
 ) -> tuple[list[tuple[JointRun, Analysis]], list[Finding]]:
-    """The runs whose noise no vibration hides, and findings of the others; all runs if there are not two of them."""
+    """Remove the runs whose noise vibration hides, and return findings about them; all runs if fewer than two are left."""
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
     if len(quiet) < _MIN_RUNS:
         return members, []
@@ -248,7 +248,7 @@ def _findings(joint: JointChannel) -> list[Finding]:
 
 
 def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[JointRun, Analysis]]) -> Adjustment | None:
-    """Intervals that hold for any mean between two steps of coarse samples, of the coarsest run."""
+    """Intervals of the coarsest run, which hold for any position of the mean within a step."""
     steps = [
         finding.details
         for run, analysis in members

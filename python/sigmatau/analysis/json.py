@@ -63,6 +63,6 @@ def to_json(self: Analysis) -> str:
 
 
 def stated_options(analysis: Analysis) -> dict[str, Any]:
-    """What made the result, beside the log: the same log with the same options is the same run."""
+    """Inputs that determine the result: the same log with the same options is the same run."""
     parts = {"reading": dict(analysis.source.options), "analysis": stated(analysis.options)}
     return {part: options for part, options in parts.items() if options}

@@ -1,4 +1,4 @@
-"""The options of an analysis: what `analyze` takes, the command line offers, and a result states."""
+"""The options of an analysis: arguments of `analyze`, options of the command line, and keys of a result."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ class AnalysisOptions(CheckOptions):
 
 
 def parse_options(stated: Mapping[str, Any]) -> AnalysisOptions:
-    """The options that a result states; raises `OptionError`. What this version has no option for is ignored."""
+    """Parse the options of a result. Raises `OptionError`. Options that this version lacks are ignored."""
     names = declared(AnalysisOptions)
     return AnalysisOptions(**{name: value for name, value in stated.items() if name in names})
 

@@ -1,4 +1,4 @@
-"""The way from a record to its `Analysis`: named stages, each of which takes the state and returns the next."""
+"""The sequence from a record to its `Analysis`: named stages, each of which takes the state and returns the next state."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record
 
 STAGES = (stages.choose, stages.check, stages.mask, stages.curves, stages.fit, stages.judge)
-"""From the record that was read to the state that `stages.assemble` makes an `Analysis` of."""
+"""Stages from the record that was read to the state from which `stages.assemble` makes an `Analysis`."""
 
 
 def run(source: object, options: AnalysisOptions, *, begin: Callable[[str], None] | None = None) -> Analysis:
-    """The analysis of a record, a path or a data frame; in bounded memory if there is not enough for all of it after all.
+    """Analyse a record, a path or a data frame. If memory turns out to be insufficient, bounded memory is used.
 
     `begin`: is called with the name of each stage before it.
     """

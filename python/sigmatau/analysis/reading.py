@@ -41,11 +41,11 @@ from sigmatau.record.streams import RATES
 
 T = TypeVar("T")
 
-_COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # of a curve that is not read
+_COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # keys of a curve that are not read
 for _column in (_COUNTS, _POINTS):
     _column.setflags(write=False)
 
-_MOST_SAMPLES = 2**53  # whole numbers that a float holds exactly
+_MOST_SAMPLES = 2**53  # largest integer up to which all are exact in a float
 
 
 def read_analysis(source: str | bytes | Path) -> Analysis:
@@ -86,7 +86,7 @@ def _parsed(text: str | bytes) -> object:
     try:
         with contextlib.suppress(
             ImportError, ValueError
-        ):  # it refuses what other programs may write, and is not needed
+        ):  # its parser rejects input that other programs may write, and is not needed here
             import orjson
 
             return orjson.loads(text)
@@ -135,7 +135,7 @@ def _failed(form: forms.ResultForm, error: forms.ErrorForm) -> FailedAnalysis:
 
 
 def as_result(source: object) -> Analysis | FailedAnalysis:
-    """A result from whatever a caller has: an analysis, its parsed JSON, or the file of it; raises `DataError`."""
+    """Read a result from any of its forms: an analysis, its parsed JSON, or its file. Raises `DataError`."""
     if isinstance(source, Analysis | FailedAnalysis):
         return source
     if isinstance(source, str | Path):
@@ -144,7 +144,7 @@ def as_result(source: object) -> Analysis | FailedAnalysis:
 
 
 def as_analysis(result: Analysis | FailedAnalysis) -> Analysis:
-    """The analysis; raises `DataError` for one that failed."""
+    """Return the analysis. Raises `DataError` for a failed one."""
     if isinstance(result, FailedAnalysis):
         raise result.error()
     return result
@@ -226,7 +226,7 @@ def _stretches(form: forms.ExcludedForm | forms.ExcludedRunsForm) -> Mapping[str
 
 
 def _unit(channel: forms.ChannelForm) -> str:
-    """Unit of a channel; in a result by hand without a curve, that of its mean."""
+    """Unit of a channel. A handwritten result without a curve has the unit of its mean."""
     if channel.curve is not None:
         return channel.curve.unit
     if channel.mean is not None:
@@ -400,6 +400,6 @@ def _shared(cls: type, form: type) -> dict[str, str]:
 
 
 def _build(cls: type[T], form: Any, **values: Any) -> T:  # noqa: ANN401  a form, and fields of any type
-    """An object of a class with the values of a form, and those that the form does not have or has in another form."""
+    """Build an object of a class from a form and further values, which the form lacks or has in another form."""
     shared = _shared(cast("Any", cls), cast("Any", type(form)))
     return cls(**{name: getattr(form, key) for name, key in shared.items() if name not in values}, **values)

@@ -1,4 +1,4 @@
-"""The result of an analysis: what it holds, draws and exports."""
+"""The result of an analysis, with its figures and exports."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Analysis(Tabular):
     means : mapping of str to ChannelMean
         Mean of each channel, with its error where the noise averages out. Empty for curves alone.
     options : AnalysisOptions
-        Options of `analyze`, as far as they matter for the numbers; those of curves alone are the defaults.
+        Options of `analyze` that affect the numbers; those of curves alone are the defaults.
     notes : mapping of str to str
         Information about the record from the user: serial number, run, temperature …
     version : str

@@ -143,7 +143,9 @@ def curves(state: State) -> State:
 
 
 def fit(state: State) -> State:
-    """Fit the coefficients of each channel, and its curve's degrees of freedom by them; to read off, only the models."""
+    """Fit the coefficients of each channel, and compute the degrees of freedom of its curve; for the read-off only the
+    models.
+    """
     options, record, findings = state.options, state.record, state.findings
     if state.moves:
         return state
@@ -184,7 +186,7 @@ def fit(state: State) -> State:
 
 
 def judge(state: State) -> State:
-    """Check the noise against the fits; compute what is read off the curves, the means and the dynamic deviations."""
+    """Check the noise against the fits; compute the read-off, the means and the dynamic deviations."""
     options, record, fits, findings = state.options, state.record, state.fits, state.findings
     channels = tuple(state.curves)
     if fits:
@@ -240,12 +242,12 @@ def assemble(state: State) -> Analysis:
 def read_off_curves(
     curves: Mapping[str, DeviationCurve], fits: Mapping[str, NoiseFit], lines: ReadOffAt
 ) -> dict[str, ReadOff]:
-    """What is read off each curve."""
+    """Read the coefficients off each curve."""
     return {channel: lines.read(curve, fits.get(channel)) for channel, curve in curves.items()}
 
 
 def with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
-    """The curve with degrees of freedom by the model; with missing samples in proportion to the pairs that are left."""
+    """Add degrees of freedom from the model to a curve; with missing samples in proportion to the remaining pairs."""
     edf = fitted.degrees_of_freedom(m=curve.m)
     return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
 
@@ -255,7 +257,7 @@ def _streams_by_channel(record: Record) -> dict[str, Stream]:
 
 
 def _doubts_unit(finding: Finding) -> bool:
-    """Whether a finding says that a unit is wrong, and not that the file states it."""
+    """Whether a finding reports a wrong unit, unless the file states the unit."""
     return isinstance(finding.details, ImplausibleUnit) and not finding.details.by_file
 
 

@@ -1,4 +1,4 @@
-"""`State`: what an analysis knows after a stage."""
+"""`State`: data of an analysis after a stage."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @frozen(eq=False)
 class State:
-    """What an analysis knows after a stage.
+    """Data of an analysis after a stage.
 
     Attributes
     ----------
@@ -33,21 +33,21 @@ class State:
     record : Record
         The samples that the next stage uses.
     whole : Record
-        As it was read.
+        The record as it was read.
     findings : tuple of Finding
-        In the order of the stages.
+        Names of the finished stages, in order.
     excluded : tuple of Exclusion
-        What the stages took out of the record, in their order.
+        Samples that the stages removed, in order.
     rest : Rest or None
         Verdict on the record; None before `check`.
     examined : Examination or None
-        The record without its disturbances, for `mask`; None if it is not looked at, or moves.
+        The record without its disturbances, for `mask`; None if it was not searched, or is in motion.
     bounded : frozenset of str
         Streams that are analysed in bounded memory.
     curves, fitted_on : mapping of str to DeviationCurve
-        By channel; `fitted_on` are those that are fitted in place of the others.
+        Curves by channel; those in `fitted_on` are fitted in place of the others.
     models : mapping of str to NoiseFit
-        Fits that have only the ranges of the lines, with ``method="read-off"``.
+        Fits that only contain the ranges of the lines if ``method="read-off"``.
     fits, read_off, means, mean_stability, stability : mapping
         By channel, see `Analysis`.
     """

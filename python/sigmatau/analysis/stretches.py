@@ -1,7 +1,7 @@
-"""A record too large for one process: stretches of it are summed by several, and the sums are merged.
+"""A record too large for one process: several workers sum its stretches, and the sums are merged.
 
-The stretches depend on the record alone, and are merged in their order: the digits of a result do not depend on the number
-of workers, nor on which of them end.
+The stretches depend only on the record and are merged in order, so the digits of a result do not depend on the number of
+workers, or on workers that end early.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
     from sigmatau.io.read.stretches import Unread
 
-_VALUES = 1 << 25  # of a stretch, over all channels: about a second of a worker
+_VALUES = 1 << 25  # number of values in a stretch, over all channels: about a second for a worker
 _PIECE = 1 << 16  # samples that are read at a time
-_COMPLETE = 0.9  # least share of pairs that gaps leave of a size that is fitted: intervals then change by 5 %
+_COMPLETE = 0.9  # smallest share of pairs that gaps leave for a size that is fitted: intervals then change by 5 %
 _CURVE_OPTIONS = ("method", "long", "notes", "threads")
 """Options of `analyze` that the fit of curves has too, or that need no samples."""
 
 
 @frozen
 class Division:
-    """How a record is divided."""
+    """Division of a record into stretches."""
 
     place: str
     samples: int
@@ -53,15 +53,15 @@ class Division:
 
 
 def too_large(place: str, reading: Mapping[str, Any], memory: int) -> bool:
-    """Whether the analysis of a log with columns that stay in it needs more than so many bytes."""
+    """Whether the analysis of a log with columns on disk needs more memory than this. [bytes]"""
     try:
         streams = _unread(place, reading).streams
-    except (DataError, OptionError):  # the analysis says why
+    except (DataError, OptionError):  # the analysis reports the reason
         return False
     return sum(s.grid.n * len(s.channels) for s in streams) * _BYTES > memory
 
 
-_BYTES = 48  # of memory that the analysis of a sample needs at most
+_BYTES = 48  # largest memory that the analysis of a sample needs [bytes]
 
 
 def divide(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) -> Division:
@@ -150,7 +150,7 @@ def analyze_sums(division: Division, sums: Mapping[str, GappedSums], *, method: 
 
 
 def as_complete(curve: DeviationCurve) -> DeviationCurve:
-    """The part of a curve of a record with gaps that a complete record has, of the length that leaves as many pairs.
+    """The part of a curve with gaps that is equivalent to that of a complete record, whose length leaves as many pairs.
 
     Sizes that keep 9 of 10 pairs or more; if there are none, the curve without any size.
     """

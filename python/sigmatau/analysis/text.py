@@ -1,4 +1,4 @@
-"""The words of an analysis: what it prints, and the command line prints of it; with `self`, methods of `Analysis`."""
+"""The words of an analysis, for its printed form and the command line; functions with `self` are methods of `Analysis`."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _table(analysis: Analysis, channels: Sequence[str]) -> str:
 
 
 def legend(self: Analysis) -> str:
-    """What the numbers of `sections` are; or why there are none."""
+    """Explanation of the numbers of `sections`, or why there are none."""
     if not self.fits and not self.read_off:
         return _without_coefficients(self)
     return fit_legend(self.fits, means=self.mean_stability) if self.fits else read_off_legend(self.read_off)

@@ -1,5 +1,5 @@
 """The workbench in the browser: a server on this computer, and its page.
 
-`routes` says what the page asks and what is answered; `guard` refuses what is not for it; `calls` are what worker processes
-do (`workers`), on public names of the rooms below.
+`routes` defines the requests and answers; `guard` refuses other requests; `calls` is the work of worker processes
+(`workers`), based on public names of the packages below.
 """

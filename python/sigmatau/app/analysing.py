@@ -23,8 +23,8 @@ from sigmatau.record.record import Record, channel_quantities
 from sigmatau.reporting.content import Content, collect_content
 from sigmatau.typed.config import arguments, check_names, command_line, notes, to_toml
 
-_MOST_LEFT_OUT = 1000  # stretches of a channel that are listed
-_REACH = 1.5  # averaging times of a line that is laid through one of them: two or three of a curve on half octaves
+_MOST_LEFT_OUT = 1000  # largest number of stretches of a channel that are listed
+_REACH = 1.5  # range of a line through one averaging time, as a factor: two or three points of a curve on half octaves
 
 
 def analyse(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def read_off_at_tau(
     *, analysis: bytes, channel: str, term: str, tau_s: float | None, from_s: float | None, to_s: float | None,
     force: bool, progress: Progress,
 ) -> str:  # fmt: skip
-    """A line laid by hand through a curve at an averaging time or between two of them, as JSON."""
+    """A line drawn by hand through a curve at one averaging time, or between two, as JSON."""
     result: Analysis = pickle.loads(analysis)
     if channel not in result.curves:
         raise OptionError(f"no channel {channel!r}; channels: {', '.join(result.curves)}", option="channel")

@@ -13,12 +13,12 @@ STATUS: Mapping[str, int] = {"option": 400, "data": 422, "missing": 404, "confli
 
 
 class CallError(Exception):
-    """A call failed, with what the page shows of it.
+    """A failed call, with the content that the page shows.
 
     Attributes
     ----------
     content : dict
-        ``message``, ``code`` (a key of `STATUS`), ``hint`` or None, and what else there is to say.
+        ``message``, ``code`` (a key of `STATUS`), ``hint`` or None, and further facts.
     """
 
     def __init__(self, content: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""What a worker process does: calls by name, their errors as plain values, and the record that it keeps."""
+"""The work of a worker process: calls by name, their errors as plain values, and a cached record."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NO_MEMORY = "not enough memory for this record: analyse a part of it, or save i
 
 
 class _Cache:
-    """The value that was made last: a worker looks at one log again and again."""
+    """The last computed value, because a worker often uses one log repeatedly."""
 
     def __init__(self) -> None:
         self._key: object = None
@@ -47,11 +47,11 @@ _cache = _Cache()
 def cached(
     what: str, log: LogFile, table: Mapping[str, Any], make: Callable[[], Any], *, size: Callable[[Any], int]
 ) -> Any:  # noqa: ANN401
-    """What was made of a log with these options of reading, if it is what this worker made last; else made now."""
+    """The cached value for a log with these options of reading, or a new one."""
     try:
         key = (what, *log.key(), json.dumps(reading_options(table), sort_keys=True, default=str))
     except OSError:
-        return make()  # which says what is wrong
+        return make()  # reports the error
     return _cache.get(key, make, size=size)
 
 

@@ -1,4 +1,6 @@
-"""What the server refuses: other hosts and origins, wrong tokens, and bodies that are too large; and its headers."""
+"""Requests that the server refuses: other hosts and origins, wrong tokens, and bodies that are too large; and its
+headers.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,7 @@ _SAME_SITE = ("same-origin", "none")  # values of Sec-Fetch-Site of what the pag
 
 
 class Guard:
-    """Passes on what comes from the page alone, with the token taken off its path.
+    """Passes on only requests of the page, after removing the token from the path.
 
     A name of another host that is pointed at this computer (DNS rebinding) has another Host. A page of another site sends
     its Origin, and does not know the token.
@@ -95,7 +97,7 @@ def _content_length(headers: Headers) -> int:
 
 
 def _bounded(receive: Receive, limit: int) -> Receive:
-    """The body up to a limit, whatever its length is said to be; raises `TooLargeError` beyond."""
+    """Read the body up to a limit, whatever length is declared. Raises `TooLargeError` beyond it."""
     size = 0
 
     async def bounded() -> Message:

@@ -1,4 +1,4 @@
-"""Analyses that run, and results that are kept. Two pages do not see each other's: identifiers are random."""
+"""Running analyses, and stored results. Two pages cannot access each other's, because identifiers are random."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MOST_WAITING = 32
 
 @dataclass(kw_only=True)
 class Result:
-    """What is kept of an analysis.
+    """Stored data of an analysis.
 
     Attributes
     ----------

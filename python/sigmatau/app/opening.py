@@ -35,7 +35,7 @@ _MOST_WIDTH = 4000  # stretches of an envelope
 
 
 def about(*, progress: Progress) -> str:
-    """What the page needs to know at first."""
+    """Information that the page needs at first."""
     content = {
         "version": __version__,
         "formats": worded(FORMATS),
@@ -174,7 +174,7 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
 
 
 def _summary(summary: ChannelSummary | None) -> dict[str, Any]:
-    """What the values say, in SI."""
+    """Statistics of the values, in SI."""
     if summary is None:
         return {"gaps": None, "missing": None, "mean_si": None, "peak_to_peak": None}
     return {

@@ -1,4 +1,4 @@
-"""What the page asks and what is answered: every path of the server, below its token.
+"""Requests and answers: every path of the server, below its token.
 
 The schema is on the page ``docs/how-to/workbench-api.md``. Workers make the answers; the server reads no log.
 """

@@ -1,4 +1,4 @@
-"""What the page takes away: files of other programs, the report, tables and figures."""
+"""Downloads: files of other programs, the report, tables and figures."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from sigmatau.results import Printed
 
 Long = Literal["exact", "strided"]
 
-_MOST_SAMPLES = 1 << 41  # samples, 35 years at 2 kHz
+_MOST_SAMPLES = 1 << 41  # 35 years at 2 kHz [samples]
 
 
 class Accumulator(Printed):

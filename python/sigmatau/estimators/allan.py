@@ -38,14 +38,14 @@ Counting = Literal["standard", "paper"]
 
 _COLUMNS = ("m", "tau", "avar", "n_pairs", "ramp", "edf", "stride")
 
-_MOST_ALL_WITH_GAPS = 100_000  # samples: half a minute
+_MOST_ALL_WITH_GAPS = 100_000  # largest record with gaps for which all sizes are computed: half a minute [samples]
 
-# Every grid of parts of an octave is printed whole, up to eighths of a record of 10⁸ samples.
+# Grids with parts of an octave are printed completely, up to eighths of an octave for a record of 10⁸ samples.
 _PRINTED_ROWS = 200
 
 
 def kept_freedom(curve: DeviationCurve, edf: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Degrees of freedom that missing samples leave of those of a complete record: in proportion to the pairs."""
+    """Degrees of freedom with missing samples: those of a complete record, in proportion to the pairs."""
     if not curve.missing:
         return edf
     starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
@@ -181,7 +181,7 @@ class DeviationCurve(Tabular):
         return kept_freedom(self, degrees_of_freedom(check_coefficients(noise), n=self.n, m=self.m, tau0=self.tau0))
 
     def at(self, sizes: NDArray[np.int64]) -> DeviationCurve:
-        """The same curve at some of its cluster sizes.
+        """Select some of the cluster sizes.
 
         Parameters
         ----------
@@ -454,7 +454,7 @@ def curves_of_stream(
 ) -> dict[str, DeviationCurve]:
     """Allan variances of channels, by default of all; without those that miss so many samples that none has a pair."""
     channels = stream.channels if channels is None else channels
-    # The paper's counting leaves one term less, and at m = n/2 none.
+    # The paper's counting uses one term less, and none at m = n/2.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0
     sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
     gaps = {channel: _missing(stream, channel) for channel in channels}
@@ -546,7 +546,9 @@ def _curve(
 
 
 def refuse_missing(stream: Stream, what: str, *, instead: str = "take the Allan deviation") -> None:
-    """Raise `NonFiniteError` if a sample of a stream is missing; `what` needs all samples, `instead` names what does not."""
+    """Raise `NonFiniteError` for a missing sample. `what` needs all samples; `instead` names an alternative that does
+    not.
+    """
     if stream.mask is None:
         return
     row, column = (int(i) for i in np.argwhere(stream.mask)[0])

@@ -364,7 +364,7 @@ def _stream_deviations(
 ) -> dict[str, Deviation]:
     chosen, tau0 = KINDS[kind], stream.grid.tau0
     columns = [stream.column(channel) for channel in stream.channels]
-    # Theo1 takes N·m steps: one size at a time, so that one can see how far it is, and end it.
+    # Theo1 takes N·m steps. One size is computed at a time, so that progress is visible and it can be stopped.
     parts = [sizes[i : i + 1] for i in range(len(sizes))] if kind == "theo1" else [sizes]
     results = []
     for m in parts:

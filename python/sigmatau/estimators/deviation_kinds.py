@@ -22,7 +22,7 @@ from sigmatau.frozen import frozen
 from sigmatau.noise.synonyms import unknown_term
 from sigmatau.noise.terms import NOISE, TERMS
 
-_ALL = 20_000  # samples up to which every averaging time is done one by one
+_ALL = 20_000  # number of samples up to which every averaging time is computed separately
 
 Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"]
 
@@ -32,7 +32,7 @@ class Estimator:
     """An entry of `KINDS`."""
 
     label: str  # As it is printed
-    kernel: str  # The estimator of the core that it is made of
+    kernel: str  # Kernel of the core that computes it
     has_phase_unit: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
     tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
 
@@ -89,7 +89,8 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
         )
     even = 2 if chosen.kernel == "theo1" else 1
     if isinstance(taus, str):
-        # Beyond half the record the total deviation has fewer than three degrees of freedom: only if it is asked for.
+        # Beyond half the record the total deviation has fewer than three degrees of freedom, so this is only done on
+        # request.
         reach = min(largest, max(n // 2, 1)) if kind == "total" else largest
         sizes = cluster_sizes(taus, n=2 * reach, tau0=tau0)
         sizes = sizes[(sizes >= smallest) & (sizes % even == 0)]
@@ -183,7 +184,7 @@ def bias(
     if kind != "theo1":
         raise OptionError(f"only total and theo1 estimate the Allan deviation with a bias, not {kind!r}", option="kind")
     expected = kernels.theo1_expectation(m, coefficients, tau0)
-    # 0.75 m is a half-integer for every other even m: on a power law between its neighbours.
+    # 0.75 m is a half-integer for every other even m; it is interpolated on a power law between its neighbours.
     low, high = np.floor(0.75 * m).astype(np.int64), np.ceil(0.75 * m).astype(np.int64)
     share = np.log(0.75 * m / low) / np.log(np.maximum(high / low, 1 + 1e-9))
     avar = _allan(coefficients, low, tau0) ** (1 - share) * _allan(coefficients, high, tau0) ** share

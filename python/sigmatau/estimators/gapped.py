@@ -36,8 +36,8 @@ class GappedSums:
         self.start: int = int(start)
         self.stop: int = self.start
         self.missing: int = 0
-        self._first: Accumulator | None = None  # the run that begins with the first sample
-        self._last: Accumulator | None = None  # the run that ends with the last sample, if a gap is before it
+        self._first: Accumulator | None = None  # the run from the first sample on
+        self._last: Accumulator | None = None  # the run up to the last sample, if there is a gap before it
         self._closed: dict[
             int, tuple[int, float, float, int]
         ] = {}  # by size: pairs, sums of variances and ramps, stride
@@ -56,7 +56,7 @@ class GappedSums:
             start = k + 1
 
     def _run(self) -> Accumulator:
-        """The run that the next sample is of."""
+        """The run to which the next sample belongs."""
         if not self.missing:
             self._first = self._first or self._new(self.stop)
             return self._first
@@ -64,7 +64,7 @@ class GappedSums:
         return self._last
 
     def _lose(self) -> None:
-        """The next sample is missing."""
+        """Note that the next sample is missing."""
         if self._last is not None:
             self._close(self._last)
             self._last = None

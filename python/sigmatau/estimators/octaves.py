@@ -1,4 +1,4 @@
-"""Allan variance of clusters of 1, 2, 4, … samples that share none, from samples of which some may be missing."""
+"""Allan variance of disjoint clusters of 1, 2, 4, … samples, some of which may be missing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ _MIN_PAIRS = 8
 
 
 def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
-    """Cluster size 1, 2, 4, …, Allan variance of clusters that share no sample and are half there, and pairs (8 or more)."""
+    """Cluster size 1, 2, 4, …, Allan variance of disjoint clusters that are at least half full, and number of pairs (8 or
+    more).
+    """
     n = len(x)
     present = np.isfinite(x)
     if present.all():

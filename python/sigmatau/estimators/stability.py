@@ -38,7 +38,7 @@ MIN_SAMPLES_OF_MAP = _DEFAULT_WINDOWS * _LEAST_SAMPLES
 """Samples that a dynamic Allan deviation with windows of the default length needs."""
 _MOST_WINDOWS = 2000
 _PRINTED_ROWS = 12
-_MOST_MISSING = 0.1  # of the samples of a window
+_MOST_MISSING = 0.1  # largest share of missing samples in a window
 
 
 @frozen(eq=False)

@@ -426,7 +426,7 @@ class ChannelModel(Mapping[str, float], Printed):
         return parts
 
     def parts(self) -> dict[str, ChannelModel]:
-        """Each part of the noise as a model of its own; keys are terms and `PROCESSES`."""
+        """Each part of the noise as a separate model; keys are terms and `PROCESSES`."""
         parts = {
             term: replace(
                 self._bare(), terms={term: value}, bandwidth=self.bandwidth if term == "random_walk" else None

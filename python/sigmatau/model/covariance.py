@@ -1,8 +1,8 @@
 """Autocovariances of the noise terms, in samples: of stationary rates, and of the integral of every rate.
 
-Of a rate that is not stationary only differences have a covariance, and an Allan variance asks for no more: it is
-[6s(0) − 8s(n) + 2s(2n)]/(2T²) of any function s(l) whose fourth differences are those of the covariance of the phase
-(angle, velocity). For a stationary rate s(l) = −Var(x_l − x_0)/2.
+If a rate is not stationary, only its differences have a covariance, and an Allan variance needs no more: it is [6s(0) −
+8s(n) + 2s(2n)]/(2T²) of any function s(l) whose fourth differences are those of the covariance of the phase (angle,
+velocity). For a stationary rate s(l) = −Var(x_l − x_0)/2.
 
 All lags are whole samples, and not negative.
 """
@@ -22,9 +22,9 @@ from sigmatau.model.processes import GaussMarkov, LowPass, Resonance
 
 _Complex = NDArray[np.complex128]
 
-_MEMORY = 40.0  # time constants; what is left is e⁻⁴⁰, below rounding
+_MEMORY = 40.0  # memory in time constants; the remainder e⁻⁴⁰ is below rounding
 _SERIES_BELOW = 0.5
-_SERIES = 18  # terms, of which the last is 0.5^18/20! of the first
+_SERIES = 18  # number of terms of a series; the last is 0.5^18/20! of the first
 
 
 def whole_lags(lags: ArrayLike) -> Floats:
@@ -92,7 +92,7 @@ class Damped:
     def phase(self, lags: Floats, tau0: float) -> Floats:
         """s(l) of the integral."""
         ends = np.array([float(math.ceil(_MEMORY / self.slowest))])
-        # From where the process has forgotten, the variance is a straight line.
+        # Beyond the memory of the process, the variance is a straight line.
         short = lags < ends[0]
         variance = np.empty(lags.shape)
         variance[short] = self._sum_variance(lags[short])
@@ -136,7 +136,7 @@ def phase_of_sinusoid(amplitude: float, frequency: float, lags: Floats, tau0: fl
     turn = math.pi * math.fmod(frequency * tau0, 1.0)
     if math.sin(turn) == 0.0:  # sampled once a turn: a constant
         return np.asarray(-((amplitude * tau0 * lags) ** 2) / 4)
-    # Of the turns only the part beyond whole ones counts, and it alone keeps its digits.
+    # Only the fraction of a turn is used, because it keeps its digits.
     phase = math.pi * np.fmod(lags * math.fmod(frequency * tau0, 1.0), 1.0)
     return np.asarray(-((amplitude * tau0 * np.sin(phase) / math.sin(turn)) ** 2) / 4)
 

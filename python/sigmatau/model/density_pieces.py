@@ -1,9 +1,9 @@
 """The integral of eq. (11) over a density that is sampled: a power law or a straight line between neighbouring points.
 
-Each interval is cut so that the density is smooth in every piece: the frequencies of its ends differ by a factor of 2 at
-most, the densities by e⁴. A piece on which sin⁴ turns little is integrated by Gauss and Legendre's rule of 20 points. On any
-other, sin⁴ = 3/8 − cos(2x)/2 + cos(4x)/8, and the integrals of the cosines times the Legendre series of the rest are
-spherical Bessel functions: exact for any number of turns.
+Each interval is divided so that the density is smooth in every piece: the frequencies of its ends differ by at most a factor
+of 2, and the densities by e⁴. A piece in which sin⁴ changes little is integrated by the Gauss-Legendre rule with 20 points.
+In other pieces, sin⁴ = 3/8 − cos(2x)/2 + cos(4x)/8, and the integrals of the cosines times the Legendre series of the other
+factors are spherical Bessel functions: exact for any number of turns.
 
 References
 ----------
@@ -26,8 +26,8 @@ Between = Literal["power law", "linear"]
 _POINTS = 20
 """Of the rule in a piece: its Legendre coefficients fall as 5.8^−k where the frequency doubles, to 10⁻¹⁵ at the last."""
 
-_LARGEST_STEP = 4.0  # of ln S in a piece
-_LITTLE = 6.0  # radians of 4x about the middle of a piece that the rule itself integrates
+_LARGEST_STEP = 4.0  # largest step of ln S in a piece
+_LITTLE = 6.0  # range of 4x about the middle of a piece that the rule integrates [rad]
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 
 

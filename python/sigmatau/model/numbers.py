@@ -1,4 +1,6 @@
-"""What the errors of a fit mean for a model: derivatives by the numbers of processes, interval of the Allan deviation."""
+"""Effect of the errors of a fit on a model: derivatives by the parameters of processes, and the interval of the Allan
+deviation.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +20,14 @@ from sigmatau.model.processes import Sinusoid
 
 T = TypeVar("T")
 
-_LEAST_SHARE = 1e-6  # of the variance that an uncertain phase leaves
+_LEAST_SHARE = 1e-6  # smallest share of the variance that an uncertain phase leaves
 _SHAPE_ERROR = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
 _LEAST_CHANGE = 1e-9  # relative change of a frequency that is not rounding
 
-_CHANGE = 1e-3  # relative change of a number of a process for its derivative
+_CHANGE = 1e-3  # relative change of a parameter of a process for its derivative
 
 
-_DRAWS = 4096  # of the errors of the numbers, for the largest deviation of the whole curve
+_DRAWS = 4096  # number of draws of the errors, for the largest deviation of the whole curve
 
 
 def adev_interval(
@@ -59,7 +61,7 @@ def adev_interval(
     gradient = np.zeros((len(parameters), len(avar)))
     for k, parameter in enumerate(parameters):
         if parameter in phases:
-            continue  # not linear: a frequency that is uncertain by a turn says nothing of the phase
+            continue  # not linear: a frequency that is uncertain by a turn does not determine the phase
         if parameter in changed:
             change = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
             gradient[k] = change / difference_step(model, parameter)
@@ -84,14 +86,14 @@ def adev_interval(
         if alternative.covariance.parameters:
             lower, higher = adev_interval(alternative, m=m, tau0=tau0, level=level, simultaneous=simultaneous)
         else:
-            # Its own errors are not known: the relative ones of the model stand for them.
+            # The errors of this model are not known; the relative errors of the fitted model are used.
             alternative_adev = np.sqrt(alternative.avar(m=m, tau0=tau0))
             lower, higher = alternative_adev / wide, alternative_adev * wide
         low, high = np.minimum(low, lower), np.maximum(high, higher)
     absent = {term: limit for term, limit in model.limits.items() if term not in model and limit}
     if absent:
         high = np.sqrt(high**2 + ChannelModel(terms=absent).avar(m=m, tau0=tau0))
-    # The fit may have a filter that the model does without, whose share of the variance falls with the averaging time.
+    # The fit may have a filter that the model lacks. Its share of the variance falls with the averaging time.
     times = np.asarray(m) * tau0
     shape = _SHAPE_ERROR * np.minimum(1.0, model.tau_min / times) if model.tau_min > tau0 else np.zeros(len(times))
     return low * np.sqrt(1 - shape), high * np.sqrt(1 + shape)
@@ -108,7 +110,9 @@ def _frequencies_of_lines(model: ChannelModel) -> dict[Parameter, tuple[Sinusoid
 
 
 def _avar_of_near_frequencies(line: Sinusoid, apart: float, *, m: ArrayLike, tau0: float) -> tuple[Floats, Floats]:
-    """Least and largest Allan variance of a line whose frequency may be off by `apart` [Hz]: sin⁴ over a range of phases."""
+    """Smallest and largest Allan variance of a line whose frequency may be off by `apart` [Hz]: sin⁴ over a range of
+    phases.
+    """
     sizes = np.asarray(m, dtype=np.float64)
     middle, half = line.frequency * sizes * tau0, apart * sizes * tau0  # turns of half a cycle
     ends = np.stack([np.sin(np.pi * (middle + side * half)) ** 2 for side in (-1, 1)])

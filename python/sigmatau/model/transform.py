@@ -1,6 +1,6 @@
-"""From a density to its Allan variance, by numbers: eq. (11) of the paper, and its form for samples.
+"""Numerical integration of a density to its Allan variance: eq. (11) of the paper, and its form for samples.
 
-A check of every pair of closed forms, and the way to the Allan variance of a density that has none.
+It checks every pair of closed forms, and gives the Allan variance of a density without a closed form.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from sigmatau.model.density_pieces import gauss_nodes, integrals_under_sine
 
 Density = Callable[[Floats], ArrayLike]
 
-_DIRECT = 8 * math.pi  # x = πfT beyond which eight humps of the kernel are done
+_DIRECT = 8 * math.pi  # x = πfT after eight humps of the kernel
 _LOWEST = 1e-30  # of x; below it a density steeper than f^−3 is all that could matter
 _HIGHEST = 1e17
 _SLOPE_POINTS = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
 _STEEPEST = -3.0
-_FINEST = 60  # halvings
+_FINEST = 60  # largest number of halvings
 _MAX_PIECES = 20_000
 
 
@@ -168,7 +168,7 @@ class _Kernel:
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
 
     def _distant(self, start: float, partial: float) -> float:
-        """Where a density without an end has no more to give; it must fall, or stay."""
+        """Frequency beyond which a density without an end contributes nothing. The density must not rise."""
         x = start * 10.0 ** np.arange(0, 2 * math.log10(_HIGHEST) + 1, 0.5)
         share = self.envelope(x) * x
         done = np.flatnonzero(share <= 1e-3 * self.rtol * max(partial, share[0]))

@@ -1,4 +1,4 @@
-"""Turn-on bias: what the bias of a channel differs by from one power-up to the next."""
+"""Turn-on bias: change of the bias of a channel from one power-up to the next."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sigmatau.frozen import frozen
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.noise.terms import display_units
 
-_FEWEST = 2  # power-ups that have a spread
+_FEWEST = 2  # smallest number of power-ups with a spread
 
 
 @frozen

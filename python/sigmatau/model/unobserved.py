@@ -1,4 +1,4 @@
-"""Terms that a record did not show: what a model that has to hold all noise assumes of them.
+"""Terms that a record did not show, and policies for models that must include all noise.
 
 A fit gives an upper limit L for such a term. The three policies:
 
@@ -6,7 +6,7 @@ A fit gives an upper limit L for such a term. The three policies:
 - ``"mean"``: the coefficient is L/√3, the root of the mean of its square if every value from 0 to L is as probable;
 - ``"absent"``: the term is 0, so that variances are too small if it exists.
 
-They are for terms that accumulate in the integral of the rate: quantization does not, and is absent.
+The policies apply to terms that accumulate in the integral of the rate. Quantization does not, and is treated as absent.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _TEXTS = {
     "mean": "included with the mean variance, 1/sqrt(3) of the upper limit",
     "absent": "absent",
 }
-_FACTORS = {"upper-limit": 1.0, "mean": 1 / math.sqrt(3), "absent": 0.0}  # of the limit
+_FACTORS = {"upper-limit": 1.0, "mean": 1 / math.sqrt(3), "absent": 0.0}  # factors on the limit
 
 
 def check_policy(policy: Unobserved) -> Unobserved:

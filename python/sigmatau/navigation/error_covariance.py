@@ -5,9 +5,9 @@ by the gyro across them:
 
     ψ_y' = ω_y − v_x/R,   v_x' = a_x + g·ψ_y,   p_x' = v_x,
 
-and likewise ψ_x' = ω_x + v_y/R, v_y' = a_y − g·ψ_x. The feedback v/R is Schuler's. Gravity decreases with height,
-v_z' = a_z + 2g/R·p_z. On a flat Earth R is infinite. The rates are constant during a step, and the equations are solved
-exactly. Sources of noise are independent, so the effect of each is computed alone, for many steps at once.
+and likewise ψ_x' = ω_x + v_y/R, v_y' = a_y − g·ψ_x. The feedback v/R is Schuler's. Gravity decreases with height, v_z' = a_z
++ 2g/R·p_z. On a flat Earth R is infinite. The rates are constant during a step, and the equations are solved exactly.
+Sources of noise are independent, so the effect of each is computed separately, for many steps at once.
 
 References
 ----------
@@ -45,7 +45,7 @@ class Mechanisation:
     Attributes
     ----------
     rows : mapping of str to int
-        Errors, and which state each is.
+        Names of the errors, and the state of each.
     inputs : tuple of str
         Channels.
     without : str
@@ -82,7 +82,7 @@ class NoiseSource:
         Transition, covariance of what a step adds, covariance at the start.
     H : ndarray, shape (n_states,)
     R : float
-        Variance of v.
+        Variance of v. [SI units, squared]
     mean : ndarray, shape (n_states,)
         Of the state at the start.
     flicker_error : float

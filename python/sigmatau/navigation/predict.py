@@ -127,7 +127,9 @@ def predict(
 
 
 def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
-    """The models that explain the record as well: the first other one of each channel that has any, the second …"""
+    """The models that explain the record as well: first with the first alternative of each channel that has one, then the
+    second …
+    """
     alternatives = {name: explanations(channel) for name, channel in model.items()}
     for k in range(1, max(map(len, alternatives.values()))):
         channels = {name: several[min(k, len(several) - 1)] for name, several in alternatives.items()}
@@ -334,7 +336,7 @@ def _correlated(
 
 
 def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
-    """Each term that was not observed, at its limit, as a model of its own.
+    """For each term that was not observed, a model of the term at its limit.
 
     A term in the model without an interval is one of several that the record cannot distinguish: its coefficient is
     between 0 and its limit.
@@ -356,7 +358,7 @@ def _square(
 
 
 def _known_covariance(model: NoiseModel, channel: str) -> Covariance:
-    """Covariance of the numbers of a channel whose errors are known; terms with an interval only count as independent."""
+    """Covariance of the parameters of a channel with known errors. Terms with only an interval count as independent."""
     from statistics import NormalDist
 
     if channel not in model:
@@ -373,7 +375,7 @@ def _known_covariance(model: NoiseModel, channel: str) -> Covariance:
     return Covariance(parameters=(*fitted, *map(Parameter, alone)), matrix=total)
 
 
-@np.errstate(over="ignore")  # of a coefficient that is hardly known: its interval has no end
+@np.errstate(over="ignore")  # an overflow by a poorly determined coefficient gives an interval without an end
 def _error(
     name: str,
     model: NoiseModel,
@@ -393,7 +395,7 @@ def _error(
     shares = {
         key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in variances.items()
     }
-    # The second is without what is undecided, which at its limit is as large as it can be.
+    # The second one is without undecided terms, which are at their largest at their limits.
     spread, observed_part, taken_as_exact, additional = np.zeros_like(square), np.zeros_like(square), [], []
     has_variance = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
@@ -437,7 +439,7 @@ def _error(
     size = rms
     if has_variance:
         wide = np.exp(_over(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
-        # Undecided terms without an error of their own: from none of them to all at their limits.
+        # Undecided terms without a separate error: from none of them to all at their limits.
         smallest = _square({key: part for key, part in sources.items() if key not in additional})
         largest = _square({key: limited.get(key, part) if key in additional else part for key, part in sources.items()})
         low, high = np.sqrt(np.minimum(square, smallest)) / wide, np.sqrt(np.maximum(square, largest)) * wide
@@ -473,7 +475,7 @@ def _error(
 
 
 def _over(error: Floats, size: Floats) -> Floats:
-    """Relative error of a mean square; 0 where there is no error, of no noise at all."""
+    """Relative error of a mean square; 0 if there is no noise, and so no error."""
     return np.divide(error, size, out=np.zeros_like(size), where=size > 0)
 
 

@@ -35,10 +35,10 @@ _OTHER_LABELS = {
     "turn_on": "turn-on bias",
 }
 _LEAST_SHARE = 0.01
-"""The least share that is printed."""
+"""Smallest share that is printed."""
 
 _SAME_LIMIT = 1.005
-"""Limit over the end of the interval up to which it is not printed too. [1]"""
+"""Ratio of a limit to the end of the interval up to which the limit is not printed."""
 
 _LEAST_SHARES = 32
 """Columns for the shares beside the other cells of a row; with fewer they are below."""

@@ -1,11 +1,11 @@
-"""Honesty of the covariance of a bias-estimating filter: stationary analysis against the whole noise model of a sensor.
+"""Consistency of a bias-estimating filter: stationary analysis against the complete noise model of a sensor.
 
-The filter has the integral of the sensor's rate (an angle; the velocity of an accelerometer) and a bias as a random walk of
-coefficient K, a first-order Gauss-Markov process, or the sum of both. It is aided with a measurement of the integral at a
-constant interval. Its stationary gain follows from the Riccati equation of *its* model. The actual covariance of its error
-follows from the joint system of truth and filter, where the truth has all noise of the model of the channel: flicker noise
-is a bank of Gauss-Markov processes, three a decade. Units inside: the interval of aiding, and the deviation of the
-measurement.
+The states of the filter are the integral of the sensor's rate (an angle; the velocity of an accelerometer) and a bias, which
+is a random walk of coefficient K, a first-order Gauss-Markov process, or the sum of both. The filter is aided with a
+measurement of the integral at a constant interval. Its stationary gain follows from the Riccati equation of *its* model. The
+actual covariance of its error follows from the joint system of truth and filter, where the truth has all noise of the model
+of the channel: flicker noise is a bank of Gauss-Markov processes, three per decade. Internal units: the interval of aiding,
+and the deviation of the measurement.
 
 References
 ----------
@@ -31,19 +31,19 @@ from sigmatau.statespace.riccati import stationary_covariance
 
 Criterion = Literal["horizon", "bias"]
 
-_POLES_PER_DECADE = 3  # Of the flicker noise; its density is then within 1 %
-_SLOWEST_POLE = 3e5  # s; a bias that drifts more slowly is constant for a filter
-_FASTEST_PROCESS = 1e-3  # Intervals of aiding; a process with a shorter correlation time is white noise for the filter
-_SETTLED = 2e4  # s; the least time that the filter runs before its error is computed
-_TIME_CONSTANTS = 20.0  # Of the filter, in which its error becomes stationary
-_FLOOR = 0.01  # Least K, in N/horizon: it adds 1 % to the stated variance at the horizon
-_WIDEST = 1e20  # Largest K, in the same unit
-_FIRST_TIME = 10.0  # s; from which a filter with a third state is fitted
-_TOLERANCE = 1e-4  # Relative error of K
+_POLES_PER_DECADE = 3  # for flicker noise; its density is then within 1 %
+_SLOWEST_POLE = 3e5  # a bias that drifts more slowly is constant for a filter [s]
+_FASTEST_PROCESS = 1e-3  # a process with a shorter correlation time is white noise for the filter [intervals of aiding]
+_SETTLED = 2e4  # shortest time that the filter runs before its error is computed [s]
+_TIME_CONSTANTS = 20.0  # number of time constants in which the error of the filter becomes stationary
+_FLOOR = 0.01  # smallest K, in N/horizon: it adds 1 % to the stated variance at the horizon
+_WIDEST = 1e20  # largest K, in the same unit
+_FIRST_TIME = 10.0  # time from which on a filter with a third state is fitted [s]
+_TOLERANCE = 1e-4  # relative error of K
 RUN = 60.0
 """Horizons that a filter with a Gauss-Markov bias runs before its error is judged, and the correlation time of its process:
 an hour for 60 s. With a rate random walk alone the error after 60 s is then 7 % larger than stated after 8 h."""
-_WIDEST_RATIO = 1e5  # Of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
+_WIDEST_RATIO = 1e5  # ratio of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
 
 
 @frozen
@@ -68,7 +68,7 @@ AIDING = {"gyro": Aiding(interval=0.2, deviation=1e-4), "accel": Aiding(interval
 
 @frozen(eq=False)
 class TrueNoise:
-    """All noise of a channel that accumulates: without quantization and sinusoids.
+    """All noise of a channel that accumulates in the integral, so without quantization and sinusoids.
 
     Attributes
     ----------
@@ -123,13 +123,13 @@ class Coasting:
 
     @property
     def ratio(self) -> float:
-        """Real over stated."""
+        """Actual over stated error."""
         return self.real / self.stated
 
 
 @frozen
 class Consistency:
-    """How honest the covariance of a filter is.
+    """Consistency of the covariance of a filter.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class ConsistentWalk:
     walk : float
         [rad/s²/√Hz or m/s³/√Hz]
     is_floor : bool
-        Whether it is the smallest K that is used: with it the filter already states more than its error.
+        Whether it is the smallest K that is used, with which the filter already states more than its error.
     """
 
     walk: float
@@ -167,7 +167,7 @@ class ConsistentProcess:
     ----------
     process : GaussMarkov
     is_floor : bool
-        Whether it is the smallest that is used: with it the filter already states more than its error.
+        Whether it is the smallest process that is used, with which the filter already states more than its error.
     """
 
     process: GaussMarkov
@@ -204,7 +204,7 @@ def judge_filter(
 def find_consistent_walk(
     truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, criterion: Criterion = "horizon"
 ) -> ConsistentWalk:
-    """K for which a filter with N = `noise` states its error after the horizon right, or that of its bias."""
+    """Find K for which a filter with N = `noise` correctly states its error after the horizon, or that of its bias."""
     return _solve_walk(
         tuple(truth.terms.items()), truth.gauss_markov, truth.resonance, noise, aiding, horizon, criterion
     )
@@ -234,7 +234,7 @@ def _solve_walk(
     whole = _Truth.build(truth, units)
 
     def excess(log_walk: float) -> float:
-        """Logarithm of real over stated variance, which falls with K."""
+        """Logarithm of the actual over the stated variance, which falls with K."""
         filter_ = _Filter.build(FilterModel(noise=noise, walk=math.exp(log_walk)), units)
         joint = _Joint.build(whole, filter_)
         if criterion == "bias":
@@ -248,9 +248,11 @@ def _solve_walk(
 def find_consistent_process(
     truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float, time: float
 ) -> ConsistentProcess:
-    """A Gauss-Markov bias of a correlation time with which a filter states its error after the horizon right.
+    """Find a Gauss-Markov bias, with a given correlation time, for which a filter states its error after the horizon
+    correctly.
 
-    It is right after a run of `run_of_process`. A bias that drifts without bound leaves any stationary process at last.
+    The statement is correct after a run of `run_of_process`. A bias that drifts without bound finally leaves any stationary
+    process.
     """
     units = _Units.build(aiding, noise)
     whole, steps = _Truth.build(truth, units), units.steps(horizon)
@@ -273,7 +275,9 @@ def run_of_process(horizon: float, time: float) -> float:
 
 
 def _consistent_walk(excess: Callable[[float], float], floor: float) -> ConsistentWalk:
-    """The walk at which the logarithm of real over stated variance is 0, from the smallest that is used."""
+    """The walk at which the logarithm of the actual over the stated variance is 0, starting from the smallest walk that is
+    used.
+    """
     below = excess(math.log(floor))
     if below <= 0:
         return ConsistentWalk(walk=floor, is_floor=True)
@@ -282,7 +286,7 @@ def _consistent_walk(excess: Callable[[float], float], floor: float) -> Consiste
 
 
 def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon: float) -> FilterModel:
-    """A walk and a Gauss-Markov process with which a filter of three states is least wrong up to the horizon.
+    """Find a walk and a Gauss-Markov process for which a filter of three states is most consistent up to the horizon.
 
     Least squares of the logarithms of real over stated error of the bias and of the integral after several times from 10 s
     (a sixth of a shorter horizon) to the horizon. The filter then has N = `noise`, K, σ and T.

@@ -1,4 +1,4 @@
-"""Units in which printed and drawn values are shown, where a user wants others than those of the field."""
+"""Units of printed and drawn values, if the user wants units other than those of the field."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _PREFIXES = {"": 1.0, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "h": 1e2, "k"
 
 _POWERS = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _READABLE = (0.01, 1e5)
-"""Numbers of a column from the one to the other have at most one zero behind the point and six digits: no prefix is put."""
+"""Range of the numbers of a column in which no prefix is used: at most one zero after the point, and six digits."""
 
-_ROUNDED = 1.005  # so that 0.999 of a unit, which is printed as 1.0, has this unit
+_ROUNDED = 1.005  # factor that includes 0.999 of a unit, which is printed as 1.0
 
 # Units of other sensors: the SI unit of the same kind, and one such unit in SI.
 _SIGNAL_UNITS = {
@@ -32,11 +32,11 @@ _SIGNAL_UNITS = {
     "W": ("W", 1.0),
     "ohm": ("ohm", 1.0),
     "K": ("K", 1.0),
-    "degC": ("K", 1.0),  # of differences
+    "degC": ("K", 1.0),  # unit of differences
     "°C": ("K", 1.0),
 }
 
-# What follows the unit of a signal in that of a coefficient, by its spellings: the form in seconds, and its factor.
+# Suffix of the unit of a signal in the unit of a coefficient, by spelling: the form in seconds, and its factor.
 _ROOT_HOUR = math.sqrt(3600)
 _TAILS = {
     "": ("", 1.0),
@@ -55,7 +55,8 @@ _KINDS = (  # SI units of coefficients of inertial sensors
     *("rad", "rad/sqrt(s)", "rad/s", "rad/s/sqrt(s)", "rad/s^2"),
     *("m/s", "m/s/sqrt(s)", "m/s^2", "m/s^2/sqrt(s)", "m/s^3"),
 )
-_EXAMPLES = {  # by SI unit of a coefficient; those of rates and densities are enough where all coefficients are printed
+# examples by SI unit of a coefficient; those of rates and densities suffice if all coefficients are printed
+_EXAMPLES = {
     "rad/s": "deg/h",
     "rad/sqrt(s)": "mdps/rtHz, deg/sqrt(h)",
     "rad": "arcsec",
@@ -67,7 +68,7 @@ _EXAMPLES = {  # by SI unit of a coefficient; those of rates and densities are e
     "m/s^2/sqrt(s)": "ug/sqrt(s)",
     "m/s^3": "ug/h",
 }
-_MANY = 2  # coefficients from which on examples of rates and densities are given
+_MANY = 2  # number of coefficients from which on examples of rates and densities are given
 
 
 @frozen
@@ -77,17 +78,17 @@ class ShownUnit:
     Attributes
     ----------
     spelled : str
-        As it was given.
+        Text as the user gave it.
     bare : str
-        As it is printed, without the sides of a density.
+        Text as it is printed, without the sides of a density.
     sided : {"", "one", "two"}
-        Of a density.
+        Sides of a density.
     si : str
         SI unit of the same kind: that of a coefficient of an inertial sensor, or of another signal.
     factor : float
         One unit in SI.
     tail : str or None
-        Of another signal, what follows its unit: ``"*sqrt(s)"`` of a random walk. None of an inertial sensor.
+        For another signal, the suffix after its unit: ``"*sqrt(s)"`` for a random walk. None for an inertial sensor.
     """
 
     spelled: str
@@ -104,7 +105,7 @@ class ShownUnit:
 
 
 SHOWN: ContextVar[tuple[ShownUnit, ...]] = ContextVar("SHOWN", default=())
-"""The units that are asked for."""
+"""The units that the user asked for."""
 
 
 @contextmanager

@@ -45,11 +45,11 @@ class Term:
     level : float
         σ(read_at) over the coefficient. [1]
     labels : mapping
-        What it is called on a gyro, an accelerometer and any other signal.
+        Names for a gyro, an accelerometer and any other signal.
     short_name : str
-        For narrow tables.
+        Short name for narrow tables.
     times : str
-        What its unit has behind that of the rate: ``"*sqrt(s)"``.
+        Suffix of its unit after that of the rate: ``"*sqrt(s)"``.
     si_units : mapping
         SI unit of its coefficient on a gyro and an accelerometer.
     usual_units : mapping
@@ -57,7 +57,7 @@ class Term:
     synonyms : str
         Names that it has elsewhere, separated by commas, in small letters: those of the glossary.
     look_alikes : str
-        Other processes with the same slope, which an Allan variance cannot tell apart; empty if none.
+        Other processes with the same slope, which an Allan variance cannot distinguish; empty if there are none.
     is_noise : bool
         False for the ramp, which is the same in each record.
     has_system : bool
@@ -86,7 +86,7 @@ class Term:
         return round(2 * self.slope + 2)
 
     def deviation(self, tau: ArrayLike) -> NDArray[np.float64]:
-        """Its line: σ(τ) of the coefficient 1 at averaging times long against the sample interval.
+        """Value of its line: σ(τ) for the coefficient 1 at averaging times that are long against the sample interval.
 
         Parameters
         ----------
@@ -214,14 +214,14 @@ TERMS: Mapping[str, Term] = {
 NOISE = tuple(name for name, term in TERMS.items() if term.is_noise)
 """Terms whose squared coefficients an Allan variance is linear in: all but the ramp."""
 SLOW = tuple(name for name, term in TERMS.items() if term.slope >= 0)
-"""Terms whose deviation does not fall with the averaging time."""
+"""Terms whose deviation does not decrease with the averaging time."""
 RANKED = tuple(sorted(TERMS, key=lambda name: (abs(TERMS[name].slope) > 1 / 2, TERMS[name].slope)))
-"""The terms by how much users need them: the steep ones last."""
+"""The terms by importance for users; the steep ones last."""
 _OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units of their own
 
 
 def refuse_without_system(terms: Iterable[str]) -> None:
-    """Raise `DataError` for a term that linear systems have no form of: without it they would state too little noise."""
+    """Raise `DataError` for a term that linear systems cannot represent: without it they would state too little noise."""
     lacking = [name for name in terms if not TERMS[name].has_system]
     if lacking:
         raise DataError(f"no linear system has the noise of {' and '.join(lacking)}; leave it out of the model")

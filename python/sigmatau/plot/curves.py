@@ -26,11 +26,11 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
 TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
-_SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # terms of a legend
+_SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # number of terms in a legend
 
-# A line for each of very many averaging times makes a slow figure and a large file, and looks the same.
+# Drawing one line for each of very many averaging times would be slow and make a large file, with the same appearance.
 _DRAWN_PER_OCTAVE = 256
-MARKERS = "os^DvPX*"  # by channel
+MARKERS = "os^DvPX*"  # one per channel
 _MOST_MARKERS = 300
 
 
@@ -171,7 +171,8 @@ def draw_line(
     tau, deviation = tau[shown], deviation[shown]
     if band is not None:
         low, high = (edge[shown] for edge in band)
-        # Beyond δ = 1, eq. (26) gives no lower edge, and χ² with one degree of freedom an upper one far off the axes.
+        # Beyond δ = 1, eq. (26) has no lower edge, and χ² with one degree of freedom has an upper edge far outside the
+        # axes.
         low, high = np.maximum(low, 0.1 * deviation), np.minimum(high, 10 * deviation)
         ax.fill_between(tau, low, high, color=colour, alpha=0.18, linewidth=0)
     ax.loglog(tau, deviation, color=colour, linewidth=small() / 5, marker=marker, markersize=small() / 3.2, label=name)
@@ -255,7 +256,7 @@ def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
         if not inside.any():
             continue
         place = int(np.argmin(np.where(inside, part**2 / total, np.inf)))
-        side = round(math.copysign(1, TERMS[name].slope)) if TERMS[name].slope else 0  # the one away from the curve
+        side = round(math.copysign(1, TERMS[name].slope)) if TERMS[name].slope else 0  # the side away from the curve
         ax.annotate(
             TERMS[name].symbols[0],
             (float(curve.tau[place]), float(part[place])),
@@ -309,7 +310,7 @@ def _draw_line(
         return float(level * (tau / read_tau) ** term.slope)
 
     first, last = curve.tau[0], curve.tau[-1]
-    # The line is drawn over its region and half a decade more on either side, and on to its reading point if that is near.
+    # The line covers its region and half a decade on either side, and extends to its reading point if that is near.
     start, stop = coefficient.tau_min / 3, coefficient.tau_max * 3
     reaches = first <= read_tau <= last
     if reaches:
@@ -357,7 +358,7 @@ def save(figure: Figure, path: str) -> None:
 
 
 def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Indices of the averaging times that differ visibly in a figure."""
+    """Indices of averaging times that are visibly different in a figure."""
     bins = np.floor(np.log2(tau / tau[0]) * _DRAWN_PER_OCTAVE)
     return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from sigmatau.plot.style import Panels, Style
 
-_ACROSS = 3  # panels beside each other
-_FADED = 12  # records from which on the lines have no markers
+_ACROSS = 3  # number of panels side by side
+_FADED = 12  # number of records from which on the lines have no markers
 
 
 def plot_overlay(

@@ -1,7 +1,7 @@
 """Figures of a printed report as SVG, from plain numbers: lengths in millimetres, text of ours alone.
 
-matplotlib is not used: it takes seconds to import and to draw the figures of six axes, all else in a report 0.3 s. Names and
-units of channels may come from a file; the report writes them around the figures.
+matplotlib is not used, because it takes seconds to import and to draw the figures of six axes, while the rest of a report
+takes 0.3 s. Names and units of channels may come from a file; the report writes them around the figures.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ Columns = Mapping[str, Floats]
 Span = tuple[float, float]
 
 LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 10.0, 0.5, 0.5, 7.0  # margins of axes
-PITCH = 13.5  # of the channels below each other
-_STRIP = 9.0  # height of one of them; the rest is for its name
-_CLIP_RATIO = 10.0  # edges of an interval are drawn up to this times the value
+PITCH = 13.5  # distance of the strips of two channels
+_STRIP = 9.0  # height of a strip; the rest is for the name of the channel
+_CLIP_RATIO = 10.0  # largest ratio to the value up to which the edges of an interval are drawn
 MARKERS = "os^Dv+"  # by channel, as their colours
-MOST_BANDS = 3  # of densities, whose intervals are as wide as their scatter: more of them hide each other
+MOST_BANDS = 3  # largest number of densities whose intervals are drawn; more would hide each other
 _DASHED, _DOTTED = (3.0, 1.5), (0.6, 1.2)  # [points]
 _GREY = "#c8cdd3"
 # RdBu of ColorBrewer (C. Brewer, Penn State), 9 classes, blue first.
@@ -47,12 +47,12 @@ class Map:
 
     @property
     def ratio(self) -> Floats:
-        """Of the deviations to their medians over time."""
+        """Ratio of the deviations to their medians over time."""
         return relative(self.adev)[0]
 
     @property
     def beyond(self) -> NDArray[np.bool_]:
-        """Where chance does not explain the ratio."""
+        """Mask of the ratios that chance does not explain."""
         return beyond_chance(self.ratio, self)
 
     @property
@@ -271,5 +271,5 @@ def _terms(ax: Axes, curve: Columns) -> None:
             continue
         place = int(np.argmax(share))
         *_, symbol = label.split(" ")
-        falls = y[place] < y[max(place - 1, 0)]  # on the side away from the curve
+        falls = y[place] < y[max(place - 1, 0)]  # the side away from the curve
         ax.text(float(x[place]), float(y[place]), symbol if len(symbol) == 1 else label, end=bool(falls))

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 _COLOUR_LIMITS = (1.5, 4.0)
 _MEDIAN_LABELS = 5
-_LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, in those of eq. (26), n/m − 1
-_CHANCE = 0.05  # share of maps of stationary noise with any window coloured, at an averaging time
+_LEAST_FREEDOM = 2 / 3  # degrees of freedom of white noise at one sample, over those of eq. (26), n/m − 1
+_CHANCE = 0.05  # share of maps of stationary noise with a coloured window, for each averaging time
 
 
 class WindowLike(Protocol):
@@ -57,8 +57,8 @@ def draw_all(maps: Mapping[str, MapLike], *, ax: Panels = None) -> Figure:
 def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
     """Draw a map of σ over time and τ, relative to the median of all windows at the same τ.
 
-    Coloured is what chance does not make: the map of stationary noise is white, for any slope of its curve. Windows without
-    a deviation are hatched. The axis at the right shows the medians.
+    Colour shows deviations that chance does not explain: the map of stationary noise is white, for any slope of its curve.
+    Windows without a deviation are hatched. The axis at the right shows the medians.
 
     Parameters
     ----------
@@ -113,13 +113,13 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
 
 
 def beyond_chance(ratio: NDArray[np.float64], dynamic: WindowLike) -> NDArray[np.bool_]:
-    """Where a ratio to the median of all windows is larger or smaller than chance makes any of them, at each τ."""
+    """Mask of ratios to the median of all windows that are too large or too small for chance, at each τ."""
     low, high = chance_limits(len(ratio), dynamic)
     return np.asarray(np.isfinite(ratio) & ((ratio > high) | (ratio < low)))
 
 
 def chance_limits(windows: int, dynamic: WindowLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest ratio to the median that chance makes among so many windows, at each averaging time.
+    """Smallest and largest ratio to the median that chance can cause among this number of windows, at each averaging time.
 
     By χ² with 2/3·(n/m − 1) degrees of freedom, fewer than any of the noise terms has, at a level of 95 % for all windows.
     """

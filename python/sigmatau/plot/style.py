@@ -34,7 +34,7 @@ _PAPER = {
     "mathtext.fontset": "stix",
     "savefig.dpi": 300,
 }
-_PAPER_WIDTH, _PAPER_HEIGHT = 0.5, 0.6  # over those of a screen
+_PAPER_WIDTH, _PAPER_HEIGHT = 0.5, 0.6  # sizes relative to those on a screen
 _paper = False  # set by `styled`
 
 

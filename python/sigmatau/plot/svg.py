@@ -1,4 +1,4 @@
-"""A small SVG of lines, areas and marks in axes with ticks inside a thin frame, as in printed journals."""
+"""A small SVG writer: lines, areas and marks in axes with ticks inside a thin frame, as in printed journals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MARKS = {
         *((-0.4, -1.3), (0.4, -1.3), (0.4, -0.4), (1.3, -0.4), (1.3, 0.4), (0.4, 0.4)),
         *((0.4, 1.3), (-0.4, 1.3), (-0.4, 0.4), (-1.3, 0.4), (-1.3, -0.4), (-0.4, -0.4)),
     ],
-}  # outlines, in halves of the size
+}  # outlines of markers, in halves of their size
 
 
 class Drawing:
@@ -131,7 +131,7 @@ class Axes:
         """A filled rectangle, at least so many points wide."""
         (a, b), (c, d) = self._across(np.array([start, stop])).tolist(), self._up(np.array([high, low])).tolist()
         wide = max(b - a, smallest)
-        # A little larger than it is, so that neighbours leave no gap.
+        # Drawn a little larger, so that adjacent rectangles leave no gap.
         self._parts.append(
             f'<rect x="{a:.2f}" y="{c:.2f}" width="{wide + 0.15:.2f}" height="{d - c + 0.15:.2f}" fill="{colour}"'
             f' clip-path="url(#{self._clip})"/>'
@@ -158,7 +158,7 @@ class Axes:
                         ticks += f"M{x0:.1f} {tick:.1f}h{length}M{x1:.1f} {tick:.1f}h{-length}"
                         lines += f"M{x0:.1f} {tick:.1f}H{x1:.1f}" if length == _MAJOR else ""
         if grid:
-            # Below what was drawn in these axes before.
+            # Drawn below everything else in these axes.
             under = next(k for k, part in enumerate(self._parts) if part.startswith(f'<clipPath id="{self._clip}"'))
             self._parts.insert(under + 1, f'<path d="{lines}" stroke="#dcdfe3" stroke-width="{_GRID}"/>')
         box = f"M{x0:.1f} {y0:.1f}H{x1:.1f}V{y1:.1f}H{x0:.1f}z"

@@ -17,7 +17,9 @@ from sigmatau.record.streams import Stream
 from sigmatau.results import Tabular
 
 MAX_LISTED = 1000
-"""Stretches whose first and last samples JSON lists; more would be most of the file, ten times as long as their runs."""
+"""Number of stretches up to which JSON lists first and last samples. Longer lists would dominate the file; run lengths take
+a tenth.
+"""
 
 _MISSING = "missing"  # reason of samples that were not recorded, or have no number
 
@@ -130,7 +132,7 @@ def stretches_of_runs(text: str) -> list[tuple[int, int]]:
 
 @frozen(eq=False)
 class Exclusion:
-    """Stretches of a channel that a stage of an analysis takes out, in samples after the time `start` of the log's clock."""
+    """Stretches of a channel that a stage of an analysis removes, in samples after the time `start` of the log's clock."""
 
     channel: str
     reason: str
@@ -139,7 +141,7 @@ class Exclusion:
 
 
 def exclusions(part: Stream, mask: Bools | None, reason: str) -> Iterator[Exclusion]:
-    """What a mask of shape (n, n_channels) takes out of a stream; None for nothing."""
+    """Convert a mask of shape (n, n_channels) to exclusions of a stream; None means no exclusions."""
     if mask is None:
         return
     for k, channel in enumerate(part.channels):
@@ -148,7 +150,7 @@ def exclusions(part: Stream, mask: Bools | None, reason: str) -> Iterator[Exclus
 
 
 def excluded_from(before: Record, after: Record, reason: str) -> Iterator[Exclusion]:
-    """What a selection takes out of a record: it cuts streams, or takes samples for missing."""
+    """Exclusions made by a selection, which cuts streams or marks samples as missing."""
     for old, new in zip(before.streams, after.streams, strict=True):
         if new.mask is not old.mask:
             yield from exclusions(new, new.mask, reason)
@@ -159,7 +161,7 @@ def excluded_from(before: Record, after: Record, reason: str) -> Iterator[Exclus
 
 
 def channel_masks(whole: Record, excluded: Iterable[Exclusion]) -> dict[str, ChannelMask]:
-    """The mask of each channel of a record; of several reasons a sample has the first."""
+    """The mask of each channel of a record. A sample with several reasons has the first one."""
     missing = (gap for stream in whole.streams for gap in exclusions(stream, stream.mask, _MISSING))
     by_channel: dict[str, list[Exclusion]] = {channel: [] for channel in whole.channels}
     for exclusion in (*missing, *excluded):
@@ -190,7 +192,8 @@ def _without_overlap(stretches: list[tuple[Ints, str]]) -> Iterator[ExcludedSpan
 
 
 def only_used(record: Record, masks: Mapping[str, ChannelMask]) -> Record:
-    """The record with the stretches that an analysis used: cut to them, and all between them missing.
+    """Restrict the record to the stretches that an analysis used: it is cut to them, and the samples between them are
+    missing.
 
     Parameters
     ----------

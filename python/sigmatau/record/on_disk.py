@@ -1,7 +1,7 @@
 """Columns that stay in their file, and are read piece by piece.
 
-A mapped file that another process shortens ends the program without a word. Here every read is checked instead, and the
-file counts for nothing in the process's limit of memory.
+If another process shortens a mapped file, the program ends without a message. Here every read is checked instead, and the
+file does not count in the process's memory limit.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from sigmatau.errors import DataError
 from sigmatau.record.memory import available
 from sigmatau.record.streams import Stream
 
-_PIECE = 1 << 16  # rows read at a time, if a row is short; what columns that are read one by one share
-_PIECE_BYTES = 1 << 19  # bytes read at a time, at most, if they are more than a row: a part of a processor's cache
+_PIECE = 1 << 16  # rows read at a time if rows are short; columns that are read one by one share them
+_PIECE_BYTES = 1 << 19  # bytes read at a time if they are more than a row: a part of a processor's cache
 _KEPT_BYTES = 1 << 23  # most bytes of rows that are kept for the next column
-_SPARSE = 1 << 14  # bytes between rows from which on each is read by itself
+_SPARSE = 1 << 14  # distance of rows from which on each is read separately [bytes]
 _PART = 1 << 20  # rows that a thread reads
 _READERS = 4  # most threads
-_LOADED = 0.2  # share of the free memory that columns may take: an analysis needs three times as much as its samples
+# share of the free memory that columns may use, because an analysis needs three times as much as its samples
+_LOADED = 0.2
 
 
 _CHANGED = "the file changed while it was being read; wait until it is written, or copy it first"
@@ -47,7 +48,7 @@ def file_bytes(path: Path) -> NDArray[np.uint8]:
 def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Stream, ...]:
     """The streams with their columns in memory, if they stay in their file and are a small part of the free memory.
 
-    The columns of a row share its bytes: one column after the other would read the whole file for each.
+    Columns share the bytes of rows: loading one after the other would read the whole file for each.
     """
     columns = [column for stream in streams for column in stream.samples.raw]
     on_file = [column for column in columns if isinstance(column, FileColumn)]
@@ -109,11 +110,11 @@ class StoredRows:
         return 1
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
-        """Rows, which are not kept; called by several threads."""
+        """Read rows without keeping them; several threads may call it."""
         raise NotImplementedError
 
     def column(self, field: str | None = None, part: int | None = None) -> NDArray[Any]:
-        """A column: a field of a row, or its part of a given number. It is a `FileColumn`, which acts as an array does."""
+        """A column: a field of a row, or an element of a field. It is a `FileColumn`, which behaves like an array."""
         return cast("NDArray[Any]", FileColumn(self, field, part, 0, self.count))
 
     def rows(self, start: int, stop: int) -> NDArray[Any]:
@@ -121,7 +122,7 @@ class StoredRows:
         last = self._last
         if last is not None and last[0] <= start and stop <= last[1] and last[2] == 1:
             return last[3][start - last[0] : stop - last[0]]
-        # Before the next ones are read, so that they come into the same memory: fresh pages take longer than the reading.
+        # Released before the next read, so that the same memory is used again: new pages take longer than the reading.
         self._last = last = None
         return self._keep(start, stop, 1, self.read(start, stop))
 
@@ -193,7 +194,7 @@ class FileRows(StoredRows):
 
 
 class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
-    """A column of rows in a file. A slice of it is one too; anything else that is done with it reads it into an array."""
+    """A column of rows in a file. A slice of it is a `FileColumn` too; any other operation reads it into an array."""
 
     __slots__ = ("_field", "_part", "_rows", "_start", "_stop")
 

@@ -1,4 +1,4 @@
-"""How a stream was sampled: samples, rate and where it comes from, as data; `sampling_text` words it."""
+"""Sampling of a stream as data: samples, rate and the source of the rate. `sampling_text` words it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RateKind = Literal["given", "time stamps", "file", "simulated"]
 
 @frozen
 class RateSource:
-    """Where a sampling rate comes from.
+    """Source of a sampling rate.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class RateSource:
     line : int or None
         Line of the file that states the rate; None if it is not text.
     lost : int
-        Lost samples that the time stamps show, which are left empty.
+        Number of lost samples that the time stamps show, whose places are empty.
     confirmed : bool
         Whether the time stamps agree with a rate that was given.
     """

@@ -1,4 +1,4 @@
-"""A channel in a few numbers, which show whether its unit and its column are right."""
+"""Summary of a channel in a few numbers, which show whether its unit and its column are correct."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PIECE = 1 << 20  # samples read at a time
 
 @frozen
 class ChannelSummary:
-    """A channel in a few numbers; NaN without samples.
+    """Summary of a channel; NaN without samples.
 
     Attributes
     ----------

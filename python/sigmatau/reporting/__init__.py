@@ -1,4 +1,4 @@
-"""Reports: one page with the curves, the coefficients, what is wrong with the record, and what was done.
+"""Reports: a page with curves, coefficients, findings about the record, and the processing steps.
 
 `content` collects it from an analysis, as text (`texts`) and as numbers to draw (`charts`); `html` and `pdf` write it.
 """

@@ -1,4 +1,4 @@
-"""What a report says: the texts of an analysis, and the numbers that its charts draw."""
+"""Content of a report: the texts of an analysis, and the numbers of its charts."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ from sigmatau.record.sampling import sampling_text
 from sigmatau.reporting.charts import LONGEST, collect_charts
 from sigmatau.results import duration_text, noted_unit, printable, seconds
 
-_LARGEST_FILE = 20_000  # characters of a filter's file that is shown
-_SLOW = ("state-space",)  # approximates flicker noise by states, which takes as long as the rest of a report
-_MOST_SPANS = 20  # that a finding lists
+_LARGEST_FILE = 20_000  # longest file for a filter that is shown [characters]
+# targets that approximate flicker noise by states, which takes as long as the rest of a report
+_SLOW = ("state-space",)
+_MOST_SPANS = 20  # largest number of spans of a finding that are listed
 _SAME_AVAR = 1e-6  # relative difference of Allan variances of the same samples, summed in another order
 
 
@@ -79,11 +80,11 @@ class Content:
     overview: tuple[tuple[str, ...], ...]  # head and rows, see `sigmatau.fitting.overview.overview_rows`
     findings: tuple[FindingText, ...]
     coefficients: tuple[Coefficients, ...]
-    legend: str  # what the numbers are
-    level: str  # of their intervals, "95 %"; empty without a fit
+    legend: str  # explanation of the numbers
+    level: str  # confidence level of the intervals, "95 %"; empty without a fit
     done: tuple[tuple[str, str], ...]
     files: tuple[FilterFile, ...]
-    no_files: str  # why there are none
+    no_files: str  # why there are no files
     charts: Mapping[str, Any]  # plain values, see `sigmatau.reporting.charts`
 
 
@@ -95,7 +96,7 @@ def collect_content(
     command: str | None = None,
     date: datetime | None = None,
 ) -> Content:
-    """Collect what a report says.
+    """Collect the content of a report.
 
     Parameters
     ----------
@@ -136,14 +137,16 @@ def collect_content(
 
 
 def _as_analysed(record: Record) -> Record:
-    """A record with the times of its streams as the analysis counts them."""
+    """Shift the times of the streams of a record to those of the analysis."""
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, as it was given to analyze, not a {type(record).__name__}")
     return from_the_start(record)
 
 
 def _used(analysis: Analysis, record: Record) -> Record:
-    """What was analysed of a record; raises `OptionError` if its channels, rate or samples are not those of the curves."""
+    """The part of a record that was analysed. Raises `OptionError` if its channels, rate or samples are not those of the
+    curves.
+    """
     if lacking := [channel for channel in analysis.curves if channel not in record.channels]:
         raise OptionError(f"{{option}} has no channel {lacking[0]!r}, which was analysed", option="record")
     used = only_used(record, {channel: analysis.masks[channel] for channel in analysis.curves})
@@ -152,7 +155,7 @@ def _used(analysis: Analysis, record: Record) -> Record:
         same = math.isclose(curves[0].tau0, stream.grid.tau0, rel_tol=1e-9)
         # Clusters of several samples at the ends of a record may be half full, and are cut here.
         if same and all(curve.stride is None and (curve.m[0] == 1 or not curve.missing) for curve in curves):
-            # The shortest averaging time tells one record from another.
+            # The shortest averaging time distinguishes records.
             first, reference = replace(used, streams=(stream,)), curves[0]
             again = allan(first, taus=[reference.tau[0]], overlap=reference.overlap, counting=reference.counting)
             same = all(
@@ -227,7 +230,7 @@ def _fitted_rows(fitted: NoiseFit) -> list[tuple[str, str, str, str]]:
 
 
 def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
-    """What was done: names and texts; an empty text is left out."""
+    """Processing steps: names and texts. Empty texts are left out."""
     import platform
 
     import numpy as np
@@ -278,7 +281,7 @@ def _analysed(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def _cut_text(analysis: Analysis) -> str:
-    """What densities and maps are made of, if that is not all; empty without them."""
+    """Which part densities and maps are computed from, if not from all; empty without them."""
     longest = max((curve.n * curve.tau0 for curve in analysis.curves.values() if curve.n > LONGEST), default=0.0)
     if not longest:
         return ""
@@ -294,7 +297,7 @@ def _curves_text(analysis: Analysis) -> str:
 
 
 def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
-    """The files for filters and simulators that need no further choice, and why there are none."""
+    """Files for filters and simulators that need no further choice, and why there are none."""
     if not analysis.fits:
         return (), "There are no coefficients to write."
     files, refused = [], ""

@@ -13,7 +13,7 @@ _PIECE = 1 << 20  # samples read at a time
 def envelope(stream: Stream, channel: str, bins: int) -> tuple[Floats, Floats, Ints]:
     """Smallest and largest sample of each bin, NaN where all are missing; and the edges of the bins in samples.
 
-    The numbers of the log are taken, those that an analysis leaves out too.
+    The samples of the log are used, including those that an analysis leaves out.
 
     Parameters
     ----------

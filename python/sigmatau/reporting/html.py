@@ -252,7 +252,7 @@ def _charts(content: Content) -> list[Section]:
 
 
 def _missing_words(content: Content) -> str:
-    """Why a measured curve lies above a model that holds: a cluster with missing samples averages fewer."""
+    """Why a measured curve lies above a correct model: a cluster with missing samples averages fewer samples."""
     share = max(
         channel["deviation"]["missing"] for channel in content.charts["channels"].values() if "deviation" in channel
     )

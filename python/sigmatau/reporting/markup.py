@@ -1,4 +1,4 @@
-"""HTML from elements, in which all text is escaped: what comes from a file can only be read, never run."""
+"""HTML built from elements whose text is always escaped, so that text from a file can be read but not executed."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ def raised(text: str) -> Markup:
 
 
 def prose(text: str) -> Markup:
-    """Text in which what stands between backticks is code."""
+    """Mark text between backticks as code."""
     return joined(element("code", part) if k % 2 else part for k, part in enumerate(text.split("`")))
 
 
 def name(text: str) -> Markup:
-    """A name from a file, which does not change the direction of what stands around it."""
+    """Isolate a name from a file, so that it does not change the text direction around it."""
     return element("bdi", text)
 
 

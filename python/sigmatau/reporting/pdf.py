@@ -1,6 +1,6 @@
 """The report as a PDF to print and sign, typeset by typst.
 
-All texts go to typst as data, in JSON, so that no text of a file is ever read as markup.
+All texts are passed to typst as data, in JSON, so that text from a file is never interpreted as markup.
 """
 
 from __future__ import annotations
@@ -32,15 +32,16 @@ _TEXT_WIDTH = 174.0  # of a page [mm]
 _GUTTER = 6.0  # between two columns of figures [mm]
 _HEIGHTS = {"deviation": 58.0, "density": 52.0, "residuals": 44.0}  # [mm]
 _ONE_COLUMN = 1.25  # heights of figures as wide as the page, over those
-_PANEL = 6  # channels, one a colour
-_BINS_PER_MM = 6  # of time series
+_PANEL = 6  # number of channels in a panel, each with a colour
+_BINS_PER_MM = 6  # intervals of a time series per millimetre
 _MOST_NAME, _MOST_TITLE, _MOST_MESSAGE, _MOST_FACT = 40, 160, 600, 1200  # characters
-_NOTES_AT_ONCE = 4  # on the page that is signed; more have their own section
-_LARGEST = 1000.0  # number at the axis of a time series
-_BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")  # of Libertinus Serif and DejaVu Sans Mono
+_NOTES_AT_ONCE = 4  # largest number of notes on the page that is signed; more notes have a separate section
+_LARGEST = 1000.0  # largest number at the axis of a time series
+# characters outside Libertinus Serif and DejaVu Sans Mono
+_BEYOND_FONTS = re.compile("[\u0700-\u1dff\u2c00-\U0010ffff]")
 _MARKS = {"o": "●", "s": "■", "^": "▲", "D": "◆", "v": "▼", "+": "✚"}
-_MOST_LISTED = 12  # names in a sentence
-_WITH_RESULTS = 2  # panels of Allan deviations on the page that is signed
+_MOST_LISTED = 12  # largest number of names in a sentence
+_WITH_RESULTS = 2  # largest number of panels of Allan deviations on the page that is signed
 
 
 def need_typst() -> None:
@@ -319,7 +320,7 @@ def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: flo
 
 
 def _fewer(low: Floats, high: Floats, bins: int) -> tuple[Floats, Floats]:
-    """An envelope with at most so many bins, of equally many old ones each but for the last."""
+    """Reduce an envelope to at most so many bins, each of the same number of old bins except the last."""
     size = -(-len(low) // bins)
     starts = np.arange(0, len(low), size)
     return np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)

@@ -1,4 +1,4 @@
-"""`report`: the page of an analysis that is handed on."""
+"""`report`: the page of an analysis that can be passed on."""
 
 from __future__ import annotations
 

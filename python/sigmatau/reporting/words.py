@@ -11,7 +11,7 @@ VERDICTS = {
     "too_short_to_tell": ("Too short to tell", "poor"),
     "assumed": ("Taken as at rest", "partial"),
 }
-"""Of a record: what it is called, and the trust that its colour stands for."""
+"""Name of each verdict on a record, and the trust whose colour it has."""
 
 WITHOUT_COEFFICIENTS = {
     "not_at_rest": "the sensor is not at rest",
@@ -29,6 +29,6 @@ SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
 def explain_trust(overview: Iterable[tuple[str, ...]]) -> dict[str, str]:
-    """What each trust means that a row of the overview has."""
+    """Explain each grade of trust that occurs in the overview."""
     words = {row[-1] for row in overview}
     return {word: text for word, text in TRUST.items() if word in words}

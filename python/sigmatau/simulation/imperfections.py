@@ -18,7 +18,7 @@ from sigmatau.results import Printed, plain
 
 _DAY = 86400.0
 _MOST_LOST = 0.5
-_MOST_JITTER = 0.1  # of the sample interval
+_MOST_JITTER = 0.1  # largest jitter, over the sample interval
 _ABSOLUTE_ZERO = -273.15  # °C
 
 

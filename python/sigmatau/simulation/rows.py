@@ -26,10 +26,10 @@ from sigmatau.units import integral
 
 T = TypeVar("T")
 
-_MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # samples
+_MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # largest number of samples
 # Channels' numbers have 32 bits.
 _LOSSES, _JITTER = 1 << 32, 2 << 32
-_MOST_JITTER_SIGMAS = 4.5  # standard deviations of the jitter
+_MOST_JITTER_SIGMAS = 4.5  # largest jitter in standard deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class SimulationJob:
         return self.n + self.first
 
     def unit(self, channel: str) -> str:
-        """SI unit of what the log holds of a channel."""
+        """SI unit of the values of a channel in the log."""
         unit = self.model.channels[channel].unit
         return unit if self.imperfections.output == "rate" else integral(unit)
 
@@ -192,7 +192,7 @@ class Stamps:
         self._made = 0
 
     def next(self, n: int) -> tuple[Floats, NDArray[np.bool_] | None]:
-        """Stamps of the next `n` rows, and which of them are there; None for all."""
+        """Stamps of the next `n` rows, and a mask of the rows that are not lost; None if none is lost."""
         job, imperfections = self._job, self._job.imperfections
         start, self._made = self._made, self._made + n
         t = job.times(start, start + n)
@@ -223,7 +223,8 @@ def _channel_value(values: Mapping[str, T], channel: str, default: T) -> T:
 
 Flicker = Literal["exact", "poles"]
 
-_ORDER = tuple(sorted(TERMS, key=NOISE.__contains__))  # the ramp first: a sum of floats depends on the order
+# order of the terms, the ramp first, because a sum of floats depends on it
+_ORDER = tuple(sorted(TERMS, key=NOISE.__contains__))
 _NO_PIVOT = 1e-8  # correlations are known to fewer digits
 
 
@@ -257,7 +258,7 @@ def make_noise(
 
 
 def normal(n: int, *, seed: int, channel: int) -> generators.Generator:
-    """A generator of `n` independent normal deviates of variance 1."""
+    """A generator of `n` independent standard normal deviates."""
     made = generators.Generator(n, 1.0, seed=seed)
     made.add_term("random_walk", 1.0, channel=channel)
     return made
@@ -272,7 +273,7 @@ def stream_number(channel: str) -> int:
 
 
 def _shares(model: NoiseModel, term: str, channel: str) -> list[tuple[int, float]]:
-    """Channels whose random numbers make a channel's noise, and the share of each."""
+    """Channels whose random numbers are combined for a channel's noise, with the share of each."""
     if not model.correlation.get(term):
         return [(stream_number(channel), 1.0)]
     names = list(model.channels)
@@ -290,7 +291,7 @@ def correlation_root(matrix: Floats) -> Floats:
         remainder = matrix[j:, j] - root[j:, :j] @ root[j, :j]
         if remainder[0] > _NO_PIVOT:
             root[j:, j] = remainder / math.sqrt(remainder[0])
-        else:  # all of this channel is in those before it
+        else:  # this channel is a combination of those before it
             root[j] /= math.sqrt(root[j] @ root[j])
     return root
 

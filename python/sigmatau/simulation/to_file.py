@@ -41,7 +41,7 @@ class Simulated(Printed):
     seed : int
         Seed with which the same file is made again.
     unobserved : tuple of str
-        What the file has of terms that were not observed, a line for each channel.
+        How the file includes terms that were not observed, one line per channel.
 
     See Also
     --------

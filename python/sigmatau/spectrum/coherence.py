@@ -23,7 +23,7 @@ from sigmatau.arrays import Floats
 
 _GAMMA_NODES = 30
 _HALVINGS = 28
-_LARGEST_ATANH = 12.0  # of atanh γ: 1 − γ² = 1e-10
+_LARGEST_ATANH = 12.0  # largest atanh γ: 1 − γ² = 1e-10
 _MOST_AT_ONCE = 100
 
 
@@ -57,13 +57,13 @@ def _rule() -> tuple[Floats, Floats]:
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:
     """Confidence interval of the true coherence. `low` is 0 where the coherence may be chance."""
     low, high = np.zeros(len(measured)), np.ones(len(measured))
-    rounded = np.round(n, 2)  # far from the ends of the band tapers are alike but for 1e-5
+    rounded = np.round(n, 2)  # far from the ends of the band the number of pairs differs by less than 1e-5
     for pairs in np.unique(rounded):
         same = np.flatnonzero(rounded == pairs)
         if pairs <= 1:
             continue
         z = np.arctanh(np.sqrt(np.clip(measured[same], 0.0, np.tanh(_LARGEST_ATANH) ** 2)))
-        # Of many frequencies alike the ends are curves, which are drawn once.
+        # If many frequencies have the same number, the ends are interpolated on curves.
         grid = np.linspace(z.min(), z.max(), _MOST_AT_ONCE) if len(same) > _MOST_AT_ONCE else z
         ends = [_solve(np.tanh(grid) ** 2, float(pairs), p) for p in ((1 + level) / 2, (1 - level) / 2)]
         low[same], high[same] = (np.tanh(np.interp(z, grid, end) if grid is not z else end) ** 2 for end in ends)

@@ -50,7 +50,7 @@ class CrossSpectrum(Printed):
     a, b : str
         Channels; a is the input of the transfer.
     unit_a, unit_b : str
-        Of their rates; SI.
+        Quantities of both channels.
     frequency : ndarray, shape (n_f,)
         Positive, up to half the sampling rate. [Hz]
     density_a, density_b : ndarray, shape (n_f,)
@@ -423,7 +423,7 @@ _Parts = tuple[Floats, Floats, Floats, Complexes, Floats, float, int]
 
 def _welch(x: Floats, y: Floats, tau0: float, *, size: int | None, gaps: bool, what: str) -> _Parts:
     length = size or default_segment(len(x))
-    both = x + y  # missing where either is
+    both = x + y  # missing if either is missing
     starts = segment_starts(both, length, gaps=gaps)
     while size is None and len(starts) < 15 and length >= 128:
         length //= 2

@@ -22,9 +22,9 @@ MOST_SAMPLES = 1 << 22
 SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 _LONGEST_SEGMENT = (
     1 << 12
-)  # segments by default: of 1e6 samples 480, so that each of the 2048 bins has an error of 4.6 %
+)  # default number of segments: 480 for 1e6 samples, so that each of the 2048 bins has an error of 4.6 %
 _LEAST_SEGMENTS = 15
-_BATCH_SAMPLES = 1 << 16  # samples transformed together: what stays in a core's cache
+_BATCH_SAMPLES = 1 << 16  # number of samples that are transformed together, so that they stay in a core's cache
 # Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
 _OVERLAP_CORRELATION = 2 / 36
 

@@ -113,7 +113,7 @@ def bin_starts(frequency: Floats, per_octave: int) -> NDArray[np.intp]:
     edges = frequency[0] * 2.0 ** (np.arange(int(np.log2(frequency[-1] / frequency[0]) * per_octave) + 2) / per_octave)
     starts = np.unique(np.searchsorted(frequency, edges * (1 - 1e-9)))
     starts = starts[starts < len(frequency)]
-    # A last bin that is cut short, at half the sampling rate, goes to the one before.
+    # An incomplete last bin, at half the sampling rate, is joined to the one before.
     if len(starts) > 1 and frequency[-1] < frequency[starts[-1]] * 2 ** (0.5 / per_octave):
         starts = starts[:-1]
     return starts

@@ -29,7 +29,7 @@ _MOST_GAIN_CHANGE = 1e-6
 
 # Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]
 _LONGEST_PERIOD = 1e12
-_PER_DECADE = 8  # frequencies at which the spectrum is compared
+_PER_DECADE = 8  # number of frequencies per decade at which the spectrum is compared
 
 _MOST_SPECTRUM_ERROR = 1e-4
 """Relative error of a spectrum above which the process is refused. A root rounded to double precision moves 1 − φ by 1e-16,
@@ -143,7 +143,7 @@ class Arma(Printed):
         return _sections(np.append(self.ar_roots, np.ones(self.d)), self.ma_roots)
 
     def _closest(self) -> float:
-        """Least distance to 1 of a complex root."""
+        """Smallest distance of a complex root from 1."""
         roots = np.append(self.ar_roots, self.ma_roots)
         return float(np.abs(1 - roots[roots.imag != 0]).min(initial=2.0))
 
@@ -278,7 +278,7 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     ma_roots, variance = spectrum.factor()
     ar_roots, d = spectrum.roots, 1 if walk or ramp else 0
     if d and not walk:
-        ma_roots = np.append(1.0, ma_roots)  # the difference is in the noise too
+        ma_roots = np.append(1.0, ma_roots)  # the noise is differenced too
     arma = Arma(
         d=d,
         variance=variance,

@@ -68,7 +68,7 @@ def covariance_of_model(
 
 @dataclass(frozen=True)
 class _Same:
-    """A model that equals another if its noise does."""
+    """A model that compares equal to another one with the same noise."""
 
     model: ChannelModel = field(compare=False)
     key: tuple[object, ...] = field(init=False)
@@ -81,7 +81,7 @@ class _Same:
 
 @functools.lru_cache(maxsize=8)
 def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tuple[bool, ...]) -> Floats:
-    """What filtered white noise and resonances add; cached: it is the same for all records of one length."""
+    """Contribution of filtered white noise and resonances; cached, because it is the same for all records of one length."""
     model, filtered = same.model, same.model.bandwidth is not None
     terms = {
         term: value for term, value in model.terms.items() if term in NOISE and not (filtered and term == "random_walk")
@@ -153,7 +153,7 @@ def check_phases(model: ChannelModel, curve: DeviationCurve, m: NDArray[np.int64
 
 
 def _folded(frequency: float, tau0: float) -> float:
-    """Frequency at which a sinusoid appears in samples."""
+    """Frequency at which a sinusoid appears in the samples."""
     turns = frequency * tau0 % 1.0
     return max(min(turns, 1 - turns), 1e-12) / tau0
 
@@ -269,7 +269,7 @@ def _panels(longest: int, *, memory: float, swing: float) -> Floats:
 
 
 def _outwards(inside: int, panels: Floats) -> tuple[Floats, Floats]:
-    """Distances 1 … `inside`, whole or Gauss points, and the number of distances that each stands for."""
+    """Distances 1 … `inside`, integers or Gauss points, and the number of distances that each represents."""
     whole = np.arange(1.0, min(inside, panels[0]) + 1)
     ends = np.minimum(panels[: np.searchsorted(panels, inside) + 1], inside)
     begin, width = ends[:-1], np.diff(ends)

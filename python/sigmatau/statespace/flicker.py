@@ -22,9 +22,9 @@ from sigmatau.results import Printed
 
 LONGEST_BAND = 1e12  # The longest averaging time over the shortest
 _POLES_PER_DECADE = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
-_TIMES_PER_OCTAVE = 6  # averaging times at which the Allan deviations are fitted
+_TIMES_PER_OCTAVE = 6  # averaging times per octave at which the Allan deviations are fitted
 _FINER_BY = 8  # factor on the number of averaging times at which the error is measured
-_DECADES_BEYOND = 0.5  # poles reach beyond the band by this much at both ends [decades]
+_DECADES_BEYOND = 0.5  # distance by which poles extend beyond the band at both ends [decades]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -12,7 +12,8 @@ import numpy as np
 
 from sigmatau.arrays import Floats
 
-_DOUBLINGS = 60  # which converge quadratically once the time constant of the filter is covered
+# largest number of doublings, which converge quadratically once the time constant of the filter is covered
+_DOUBLINGS = 60
 _TOLERANCE = 1e-13  # relative, of the covariance and of that of the prediction
 
 

@@ -27,7 +27,7 @@ from sigmatau.model.processes import LowPass, Resonance
 Complexes = NDArray[np.complex128]
 
 _NEGLIGIBLE = 1e-14  # correlation of neighbouring samples below which a process counts as white [1]
-_STEPS = 60  # of Aberth's iteration, which doubles the digits in each
+_STEPS = 60  # largest number of steps of Aberth's iteration, each of which doubles the digits
 _CONVERGED = 1e-15  # relative change of a zero that ends it [1]
 _REAL = 1e-6  # largest imaginary part of a real root, over its size [1]
 _LEAST_SHARE = 1e-9
@@ -149,7 +149,7 @@ def _refined(zeros: Complexes, constant: float, slope: float, poles: Complexes, 
             inverse = 1 / (z[:, None] - poles)
             value = constant + slope * z + inverse @ weights
             change = slope - inverse**2 @ weights
-            # The logarithmic derivative of the numerator, and what the other zeros have of it.
+            # The logarithmic derivative of the numerator, minus the contribution of the other zeros.
             rise = change / value + inverse.sum(axis=1) - np.where(diagonal, 0, 1 / (z[:, None] - z)).sum(axis=1)
             step = np.where(np.isfinite(1 / rise), 1 / rise, 0.0)
             z = z - step

@@ -39,7 +39,7 @@ from sigmatau.statespace.flicker import LONGEST_BAND, FlickerPoles, flicker_pole
 Output = Literal["rate", "increments", "integrated"]
 
 _DEFAULT_TAU_MAX = 3600.0  # Default of `tau_max`; at least 1000 samples. [s]
-_FILTER_MEMORY = 100.0  # Time constants after which a filter has no memory: e^−100 of its state is below rounding
+_FILTER_MEMORY = 100.0  # time constants after which a filter has no memory: e^−100 of its state is below rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -80,9 +80,9 @@ class StateSpace(Printed):
         A Gauss-Markov process of this or a longer correlation time explains the record of the model as well as its rate
         random walk. [s]
     not_observed : tuple of str
-        Terms of the model that have an upper limit only.
+        Terms of the model that only have an upper limit.
     unobserved : {"absent", "mean", "upper-limit"}
-        What the system has of them.
+        How the system includes these terms.
 
     See Also
     --------
@@ -435,7 +435,8 @@ class _System:
         """
         order = len(a)
         if time * slowest > _FILTER_MEMORY:
-            f, q = np.zeros((order, order)), p0  # the slowest pole has forgotten all: products of this size lose it
+            # beyond the memory of the slowest pole, products of this size lose digits
+            f, q = np.zeros((order, order)), p0
         else:
             step = RepeatedStep.of_continuous(a, driven, time)
             f, q = step.transition, step.noise

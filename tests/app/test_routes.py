@@ -234,6 +234,9 @@ def test_a_result_is_opened(page, result, folder):
     assert page.get(f"api/results/{opened['result']}/report.html").status_code == 200
     assert page.get(f"api/results/{opened['result']}/session.toml").status_code == 404
     assert page.post("api/export", result=opened["result"], target="ros").status_code == 200
+    both = page.post("api/compare", results=[result, {"path": str(folder / "result.json")}])
+    assert both.status_code == 200
+    assert page.post("api/compare", results=[result, {"path": "/etc/passwd"}]).status_code == 404
 
 
 def test_compare(page, result, folder):
@@ -309,3 +312,11 @@ def test_a_worker_that_dies_is_replaced(page, workbench):
     job._worker.end()
     assert page.ended(job.id)["state"] in ("failed", "done")
     assert page.analysed()
+
+
+def test_a_look_that_takes_too_long_is_ended(page, workbench, monkeypatch):
+    monkeypatch.setattr("sigmatau.app.routes._PATIENCE", 0.0)
+    answer = page.post("api/open", path=str(page.log))
+    assert (answer.status_code, answer.json()["error"]["code"]) == (500, "failed")
+    monkeypatch.undo()
+    assert page.post("api/open", path=str(page.log)).status_code == 200

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Handler = Callable[["Request"], Awaitable[Response]]
 
 _LOOKS, _ANALYSES = 2, 2  # processes for what the page looks at, and for analyses
+_PATIENCE = 300.0  # for a look [s]
 
 
 class Workbench:
@@ -50,6 +51,7 @@ class Workbench:
         self.analyses: Workers = Workers(_ANALYSES, ("analyze",))
         self.results: Results = Results()
         self.jobs: Jobs = Jobs(self.analyses, self.results)
+        self._about: dict[str, Any] | None = None
         self._charts = threading.Lock()
         self._files = dict(_static_files())
 
@@ -100,8 +102,11 @@ class Workbench:
 
     async def about(self, request: Request) -> Response:
         """Version, folders, targets, terms and units."""
-        content = json.loads(await self._look(None, "about"))
-        return json_answer(content | {"roots": list(map(str, self.roots.places)), "max_upload": self.uploads.room()})
+        if self._about is None:
+            self._about = json.loads(await self._look(None, "about"))
+        return json_answer(
+            self._about | {"roots": list(map(str, self.roots.places)), "max_upload": self.uploads.room()}
+        )
 
     async def files(self, request: Request) -> Response:
         """The files of a folder; without a path the folders of the command line."""
@@ -268,9 +273,16 @@ class Workbench:
         ids = (await _body(request)).get("results")
         if not isinstance(ids, list) or not 2 <= len(ids) <= 64:
             raise _wrong("results must be the identifiers of two or more results")
-        results = [self.results.find(id_) for id_ in ids]
+        results = [await self._result(id_) for id_ in ids]
         analyses, names = [each.analysis for each in results], [each.name for each in results]
         return text_answer(await self._look(None, "compare", analyses=analyses, names=names))
+
+    async def _result(self, named: object) -> Result:
+        """A result by its identifier, or by the path of its file."""
+        if not isinstance(named, dict):
+            return self.results.find(named)
+        log = self._log(named)
+        return Result(**await self._look(log.path, "read_result", log=log), name=log.name)
 
     def _log(self, body: Mapping[str, Any]) -> Any:  # noqa: ANN401  a LogFile
         """The log that a body names, by `file` or `path`."""
@@ -287,7 +299,7 @@ class Workbench:
 
         def work() -> Any:  # noqa: ANN401
             with self.looks.take(key, sticky=key is not None) as worker:
-                return worker.call(call, values)
+                return worker.call(call, values, patience=_PATIENCE)
 
         return await run_in_threadpool(work)
 

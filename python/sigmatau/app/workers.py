@@ -21,6 +21,8 @@ Progress = Callable[[str], None]
 
 _ENDED = "the worker process ended before it was done: the system does that when memory is short"
 
+_TOO_LONG = "this took too long, and was ended; choose a smaller file, or a part of it"
+
 
 class Worker:
     """A process that waits for calls.
@@ -47,19 +49,28 @@ class Worker:
         with uninterrupted():
             self._process.start()
         theirs.close()
+        self._has_ended = False
         self.key: object = None
         self.used: float = 0.0
 
     @property
     def alive(self) -> bool:
         """Whether it can take a call."""
-        return self._process.is_alive()
+        return not self._has_ended and self._process.is_alive()
 
-    def call(self, name: str, arguments: dict[str, Any], progress: Progress | None = None) -> Any:  # noqa: ANN401
-        """Do a call of `sigmatau.app.calls` and return what it returns; raises `CallError`."""
+    def call(
+        self, name: str, arguments: dict[str, Any], progress: Progress | None = None, *, patience: float | None = None
+    ) -> Any:  # noqa: ANN401
+        """Do a call of `sigmatau.app.calls` and return what it returns; raises `CallError`.
+
+        After `patience` between two signs of life [s] the process is ended.
+        """
         try:
             self._ours.send((name, arguments))
             while True:
+                if not self._ours.poll(patience):
+                    self.end()
+                    raise CallError({"message": _TOO_LONG, "hint": None, "code": "failed"})
                 kind, value = self._ours.recv()
                 if kind == "stage":
                     if progress is not None:
@@ -69,10 +80,12 @@ class Worker:
                 else:
                     raise CallError(value)
         except (EOFError, OSError):
+            self.end()
             raise CallError({"message": _ENDED, "hint": None, "code": "failed"}) from None
 
     def end(self) -> None:
         """End the process, whatever it does."""
+        self._has_ended = True
         self._process.kill()
 
 

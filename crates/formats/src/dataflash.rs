@@ -100,30 +100,33 @@ fn parse_kind(body: &[u8]) -> Result<DataFlashKind, String> {
     Ok(DataFlashKind { id, name, fields, size, instance, rows: Vec::new() })
 }
 
-#[derive(Clone, Copy)]
-enum Undo {
-    Kind,
-    Definition(usize, u8),
-    Row(usize, u8),
-    Nothing,
-}
-
-/// Goes through a log once: what it holds, and where it breaks off.
+/// Goes through a log: what it holds, and where it breaks off.
 ///
 /// # Errors
 ///
 /// If it cannot be read; damage is part of the result.
-pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
+pub fn scan_dataflash(mut source: impl Read + Seek) -> io::Result<DataFlashScan> {
+    let (scan, last) = scan_until(&mut source, u64::MAX)?;
+    if !matches!(scan.broken, Some(Break::Damaged { .. })) || scan.messages == 0 {
+        return Ok(scan);
+    }
+    // Once more, without the last message.
+    source.rewind()?;
+    Ok(DataFlashScan { broken: scan.broken, ..scan_until(&mut source, last)?.0 })
+}
+
+/// The messages that begin before a place, and where the last of them begins.
+fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan, u64)> {
     let mut window = Window::new(source);
     let mut scan = DataFlashScan::default();
     let mut places: [Option<usize>; 256] = [None; 256];
     let mut counts: Vec<Box<[usize; 256]>> = Vec::new();
-    let mut last: Option<(u64, Undo)> = None;
+    let mut last = 0;
     let mut last_byte = MARKS[0];
     let broken = loop {
         let at = window.at();
         let header = window.ahead(HEADER)?;
-        if header.is_empty() {
+        if header.is_empty() || at >= until {
             break None;
         }
         if header[0] != MARKS[0] || header.len() > 1 && header[1] != MARKS[1] {
@@ -155,7 +158,6 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
             break Some(Break::Cut { at });
         }
         let body = &whole[HEADER..HEADER + size];
-        let mut undo = Undo::Nothing;
         if id == FMT {
             match parse_kind(body) {
                 Err(what) => break Some(Break::Damaged { at, what }),
@@ -169,7 +171,6 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
                         places[usize::from(kind.id)] = Some(scan.kinds.len());
                         scan.kinds.push(kind);
                         counts.push(Box::new([0; 256]));
-                        undo = Undo::Kind;
                     }
                 },
             }
@@ -177,13 +178,11 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
             let kind = &scan.kinds[place];
             let instance = kind.instance.map_or(0, |offset| body[offset]);
             counts[place][usize::from(instance)] += 1;
-            undo = Undo::Row(place, instance);
             if matches!(kind.name.as_str(), "FMTU" | "UNIT" | "MULT") {
                 scan.definitions.push((place, body.to_vec()));
-                undo = Undo::Definition(place, instance);
             }
         }
-        last = Some((at, undo));
+        last = at;
         last_byte = body.last().copied().unwrap_or(id);
         scan.messages += 1;
         window.skip(HEADER + size);
@@ -191,27 +190,11 @@ pub fn scan_dataflash(source: impl Read + Seek) -> io::Result<DataFlashScan> {
     if scan.filler.is_none() {
         scan.end = window.at();
     }
-    if let (Some(Break::Damaged { .. }), Some((at, undo))) = (&broken, last) {
-        match undo {
-            Undo::Nothing => {}
-            Undo::Kind => {
-                scan.kinds.pop();
-                counts.pop();
-            }
-            Undo::Row(place, instance) => counts[place][usize::from(instance)] -= 1,
-            Undo::Definition(place, instance) => {
-                counts[place][usize::from(instance)] -= 1;
-                scan.definitions.pop();
-            }
-        }
-        scan.messages -= 1;
-        scan.end = at;
-    }
     scan.broken = broken;
     for (kind, counts) in scan.kinds.iter_mut().zip(&counts) {
         kind.rows = (0..=u8::MAX).zip(counts.iter().copied()).filter(|&(_, rows)| rows > 0).collect();
     }
-    Ok(scan)
+    Ok((scan, last))
 }
 
 /// Whether the rest of the file consists of one byte alone; it is passed over.

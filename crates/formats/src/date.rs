@@ -38,16 +38,15 @@ const DAY: i64 = 86_400;
 const MONTHS: [&[u8]; 12] =
     [b"jan", b"feb", b"mar", b"apr", b"may", b"jun", b"jul", b"aug", b"sep", b"oct", b"nov", b"dec"];
 
-/// A stamp in any of the spellings that are read: what [`nanoseconds`] reads, and
+/// A stamp in any of the spellings that are read, from 1678 to 2261:
 ///
+/// - `2026-03-01 12:00:00.000`, with `T` between, `/` for `-` (as Excel writes it), `Z` or an offset after it; without either
+///   as UTC. Digits beyond the ninth are dropped;
 /// - days as `2026-3-1`, `01.03.2026`, `3/1/26` (in this `order`), `1-Mar-2026`, or with the day of the year, `2026-060`;
 /// - times as `9:51:26.259`, `09:51:26:259` (milliseconds), `9:51:26,259`, `9:51:26.259 AM`, or `51:26.3` without a day;
 /// - a day and a time with `T`, spaces, a comma, `-`, `_` or `:` (behind a day of the year) between, or either alone.
 #[must_use]
 pub fn stamp(text: &[u8], order: Order) -> Option<Stamp> {
-    if let Some(nanos) = nanoseconds(text) {
-        return Some(Stamp { nanos, form: Form::Date, ordered: false });
-    }
     let mut rest = text;
     let day = parse_day(&mut rest, order);
     let ordered = day.is_some_and(|(_, ordered)| ordered);
@@ -179,39 +178,6 @@ fn whole_number(rest: &mut &[u8], most: usize) -> Option<(i64, usize)> {
     (1..=most).contains(&count).then(|| Some((number(rest, count)?, count)))?
 }
 
-/// Nanoseconds since 1970 of a date and time: `2026-03-01 12:00:00.000`, with `T` between, `/` for `-` (as Excel writes it),
-/// `Z` or an offset after it; without either as UTC. Seconds may be left out, and digits beyond the ninth are dropped.
-///
-/// Nothing if it is no such date, or beyond the years 1678 to 2261.
-#[must_use]
-pub fn nanoseconds(text: &[u8]) -> Option<i64> {
-    let mut rest = text;
-    let year = number(&mut rest, 4)?;
-    let dash = take_any(&mut rest, b"-/")?;
-    let month = number(&mut rest, 2)?;
-    take_any(&mut rest, &[dash])?;
-    let day = number(&mut rest, 2)?;
-    take_any(&mut rest, b"Tt ")?;
-    let hour = number(&mut rest, 2)?;
-    take_any(&mut rest, b":")?;
-    let minute = number(&mut rest, 2)?;
-    let (mut second, mut nanos) = (0, 0);
-    if take_any(&mut rest, b":").is_some() {
-        second = number(&mut rest, 2)?;
-        // Where decimals have commas, points and commas have been exchanged, or have not.
-        if take_any(&mut rest, b".,").is_some() {
-            nanos = fraction(&mut rest)?;
-        }
-    }
-    let offset = offset(rest)?;
-    // A leap second is 60, and the next second in a count that has none.
-    if hour > 23 || minute > 59 || second > 60 {
-        return None;
-    }
-    let seconds = day_number(year, month, day)? * DAY + hour * 3600 + minute * 60 + second - offset;
-    seconds.checked_mul(NANOS)?.checked_add(nanos)
-}
-
 /// Days since 1970 of a day; nothing if the month has no such day.
 fn day_number(year: i64, month: i64, day: i64) -> Option<i64> {
     let days_of_month = match month {
@@ -281,7 +247,12 @@ fn offset(mut rest: &[u8]) -> Option<i64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Form, Order, nanoseconds, stamp};
+    use super::{Form, Order, stamp};
+
+    /// Nanoseconds since 1970 of a date and time that begins with the year.
+    fn nanoseconds(text: &[u8]) -> Option<i64> {
+        stamp(text, Order::DayFirst).filter(|s| s.form == Form::Date && !s.ordered).map(|s| s.nanos)
+    }
 
     const NOON: i64 = 1_772_366_400_000_000_000; // date -u -d 2026-03-01T12:00:00 +%s
 

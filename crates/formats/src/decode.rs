@@ -1,14 +1,11 @@
 //! Text as other programs write it, decoded on the way: UTF-16, decimal commas, and only the lines before a break.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use crate::source::open;
 use crate::table::{Dialect, Table, TextError};
 use crate::text::{read_columns, read_file};
-
-/// Bytes decoded at a time.
-const CHUNK: usize = 1 << 16;
 
 /// How the characters of a text are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -38,8 +35,8 @@ impl Writing {
     pub(crate) fn decode<'r>(self, reader: impl Read + Send + 'r) -> Box<dyn Read + Send + 'r> {
         let mut reader: Box<dyn Read + Send + 'r> = match self.encoding {
             Encoding::Ascii => Box::new(reader),
-            Encoding::Utf16Le => Box::new(Utf16::new(reader, u16::from_le_bytes)),
-            Encoding::Utf16Be => Box::new(Utf16::new(reader, u16::from_be_bytes)),
+            Encoding::Utf16Le => Box::new(utf16(reader, u16::from_le_bytes)),
+            Encoding::Utf16Be => Box::new(utf16(reader, u16::from_be_bytes)),
         };
         if let Some(lines) = self.lines {
             reader = Box::new(Lines { reader, left: lines });
@@ -89,63 +86,29 @@ pub fn read_written_file(
     read_written(open(path, dialect.most)?, writing, dialect, wanted, exact)
 }
 
+/// Text in UTF-16, decoded whole when the first of it is read; half a character is replaced.
 struct Utf16<R> {
-    reader: R,
+    reader: Option<R>,
     unit: fn([u8; 2]) -> u16,
-    raw: Vec<u8>,
-    /// Bytes of `raw` that are not decoded yet.
-    filled: usize,
-    text: String,
-    /// Bytes of `text` that are handed out.
-    taken: usize,
-}
-
-impl<R: Read> Utf16<R> {
-    fn new(reader: R, unit: fn([u8; 2]) -> u16) -> Self {
-        Self { reader, unit, raw: vec![0; CHUNK], filled: 0, text: String::new(), taken: 0 }
-    }
-
-    /// Decodes the next bytes; false at the end.
-    fn refill(&mut self) -> io::Result<bool> {
-        self.text.clear();
-        self.taken = 0;
-        let got = self.reader.read(&mut self.raw[self.filled..])?;
-        self.filled += got;
-        let mut whole = self.filled / 2 * 2;
-        let unit = |raw: &[u8]| (self.unit)([raw[0], raw[1]]);
-        // Half of a pair waits for the other half.
-        if got > 0 && whole > 0 && (0xd800..0xdc00).contains(&unit(&self.raw[whole - 2..])) {
-            whole -= 2;
-        }
-        let units = self.raw[..whole].chunks_exact(2).map(unit);
-        self.text.extend(char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)));
-        self.raw.copy_within(whole..self.filled, 0);
-        self.filled -= whole;
-        if got == 0 && self.filled > 0 {
-            // Half a character at the end of the file.
-            self.text.push(char::REPLACEMENT_CHARACTER);
-            self.filled = 0;
-        }
-        Ok(got > 0 || !self.text.is_empty())
-    }
+    text: Cursor<String>,
 }
 
 impl<R: Read> Read for Utf16<R> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        while self.taken == self.text.len() {
-            match self.refill() {
-                Ok(true) => {}
-                Ok(false) => return Ok(0),
-                Err(e) if e.kind() == ErrorKind::Interrupted => {}
-                Err(e) => return Err(e),
-            }
+        if let Some(mut reader) = self.reader.take() {
+            let mut raw = Vec::new();
+            reader.read_to_end(&mut raw)?;
+            let units = raw.chunks_exact(2).map(|pair| (self.unit)([pair[0], pair[1]]));
+            let text = self.text.get_mut();
+            text.extend(char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)));
+            text.extend((raw.len() % 2 > 0).then_some(char::REPLACEMENT_CHARACTER));
         }
-        let rest = &self.text.as_bytes()[self.taken..];
-        let n = rest.len().min(out.len());
-        out[..n].copy_from_slice(&rest[..n]);
-        self.taken += n;
-        Ok(n)
+        self.text.read(out)
     }
+}
+
+fn utf16<R: Read>(reader: R, unit: fn([u8; 2]) -> u16) -> Utf16<R> {
+    Utf16 { reader: Some(reader), unit, text: Cursor::default() }
 }
 
 /// The first lines of a text.

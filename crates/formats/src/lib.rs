@@ -8,7 +8,6 @@
 mod dataflash;
 pub mod date;
 mod decode;
-mod pieces;
 mod progress;
 mod remarks;
 pub mod ros;

@@ -1,13 +1,11 @@
-//! Lines into rows of numbers, each line held to the layout: a quick way for plain rows, and a slow one for all the rest.
+//! Lines into rows of numbers, each line held to the layout.
 
-mod decimal;
 mod field;
 mod layout;
 mod line;
-mod quick;
 mod store;
 
-use memchr::{memchr, memrchr};
+use memchr::memchr;
 
 pub(crate) use layout::Layout;
 pub(crate) use store::Rows;
@@ -15,23 +13,21 @@ pub(crate) use store::Rows;
 use crate::table::TextError;
 
 impl Layout<'_> {
-    /// Reads `text` up to `end`: whole lines, the last of which may lack its line feed.
-    pub(crate) fn read(&self, text: &[u8], end: usize, rows: &mut Rows) -> Result<(), TextError> {
-        let mut start = 0;
+    /// Reads whole lines, the last of which may lack its line feed.
+    pub(crate) fn read(&self, text: &[u8], rows: &mut Rows) -> Result<(), TextError> {
+        let (mut start, end) = (0, text.len());
         // A row has at least one byte for each of its fields.
         rows.room(end / self.dialect.columns.max(1) + 1)?;
-        // The quick way goes on until a line ends, so that there must be an end.
-        let ended = if self.quick { memrchr(b'\n', &text[..end]).map_or(0, |last| last + 1) } else { 0 };
         while start < end {
             if text[start] == b'\n' && rows.skip == 0 {
                 // Blank lines by the billion are a few megabytes of compressed ones.
-                let blank = text[start..end].iter().take_while(|&&b| b == b'\n').count();
+                let blank = text[start..].iter().take_while(|&&b| b == b'\n').count();
                 rows.lines += blank;
                 start += blank;
                 continue;
             }
             if rows.skip == 0 && self.dialect.tag.is_some() {
-                let line = &text[start..end];
+                let line = &text[start..];
                 let line = memchr(b'\n', line).map_or(line, |length| &line[..length]);
                 if !self.is_tagged(line) {
                     rows.lines += 1;
@@ -39,14 +35,7 @@ impl Layout<'_> {
                     continue;
                 }
             }
-            // The first line may begin with a byte order mark.
-            if start < ended && rows.skip == 0 && !(rows.at_start && rows.lines == 0) {
-                if let Some(next) = self.quick_row(text, start, rows) {
-                    start = next;
-                    continue;
-                }
-            }
-            let line = &text[start..end];
+            let line = &text[start..];
             let line = memchr(b'\n', line).map_or(line, |length| &line[..length]);
             self.line(line, rows)?;
             start += line.len() + 1;

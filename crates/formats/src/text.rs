@@ -4,21 +4,21 @@
 //! names the line, because a table that is read wrongly costs more than one that is refused. An empty field, or one that
 //! says NaN or an infinity, is a missing number, and is read as NaN.
 
-use std::io::{ErrorKind, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 use memchr::memrchr;
+use rayon::prelude::*;
 
-use crate::pieces::{self, Sizes};
-use crate::rows::Layout;
-use crate::source::{large_and_plain, open};
+use crate::rows::{Layout, Rows};
+use crate::source::open;
 use crate::table::{Dialect, Table, TextError};
 
 /// The longest line that is accepted, and the size of the pieces of a stream. \[bytes\]
 pub(crate) const LONGEST: usize = 1 << 20;
 
-/// Size of the pieces of a file that is read on several threads: text and numbers stay in the cache of a core. \[bytes\]
-const PIECE: usize = 1 << 18;
+/// Smallest part of a piece that is worth a thread of its own. \[bytes\]
+const PART: usize = 1 << 16;
 
 /// Reads the wanted columns of a table from a stream.
 ///
@@ -43,13 +43,10 @@ pub fn read_columns(
     exact: Option<usize>,
 ) -> Result<Table, TextError> {
     let layout = Layout::new(dialect, wanted, exact);
-    read_stream(reader, &layout, LONGEST)
+    read_stream(reader, &layout, LONGEST, PART)
 }
 
 /// Reads the wanted columns of a table from a file, see [`read_columns`].
-///
-/// A large file that is not compressed is read in pieces, on as many threads as the current rayon pool has. The table, or
-/// the error, is the same for any number of threads. Memory: the columns and about 2 MiB a thread.
 ///
 /// # Errors
 ///
@@ -64,58 +61,93 @@ pub fn read_file(
     wanted: &[usize],
     exact: Option<usize>,
 ) -> Result<Table, TextError> {
-    let layout = Layout::new(dialect, wanted, exact);
-    if let Some(file) = large_and_plain(path, 4 * PIECE as u64)? {
-        let threads = rayon::current_num_threads().min((file.length / PIECE as u64) as usize);
-        if threads > 1 {
-            return pieces::read(&file, &layout, Sizes { piece: PIECE, longest: LONGEST }, threads);
-        }
-    }
-    read_stream(open(path, dialect.most)?, &layout, LONGEST)
+    read_columns(open(path, dialect.most)?, dialect, wanted, exact)
 }
 
-/// Reads a stream in pieces as long as the longest line.
+/// Reads a stream in pieces as long as the longest line, the lines of each piece in parts on several threads.
 pub(crate) fn read_stream(
     mut reader: impl Read,
     layout: &Layout<'_>,
     longest: usize,
+    part: usize,
 ) -> Result<Table, TextError> {
     let mut rows = layout.rows(true);
+    let mut parts = Vec::new();
     let mut piece = vec![0_u8; longest];
     let mut filled = 0;
     loop {
-        let got = match reader.read(&mut piece[filled..longest]) {
-            Ok(got) => got,
-            Err(e) => match e.kind() {
-                ErrorKind::Interrupted => continue,
-                ErrorKind::UnexpectedEof => return Err(TextError::Truncated { line: rows.lines }),
-                ErrorKind::InvalidData | ErrorKind::InvalidInput => {
-                    return Err(TextError::Damaged { line: rows.lines });
-                }
-                ErrorKind::FileTooLarge => return Err(TextError::TooLarge { most: layout.dialect.most }),
-                _ => return Err(TextError::Io(e.to_string())),
-            },
-        };
-        if got == 0 {
-            break;
-        }
-        let fresh = filled;
-        filled += got;
-        // Only the fresh bytes can hold the last line end of the piece.
-        let Some(last) = memrchr(b'\n', &piece[fresh..filled]) else {
-            if filled == longest {
-                return Err(TextError::TooLong { line: rows.lines + 1 });
-            }
-            continue;
-        };
-        let whole = fresh + last + 1;
-        layout.read(&piece, whole, &mut rows)?;
+        let read = fill(&mut reader, &mut piece, &mut filled);
+        let whole = memrchr(b'\n', &piece[..filled]).map_or(0, |last| last + 1);
+        read_parts(layout, &piece[..whole], part, &mut rows, &mut parts)?;
         piece.copy_within(whole..filled, 0);
         filled -= whole;
+        match read {
+            Ok(true) if filled == longest => return Err(TextError::TooLong { line: rows.lines + 1 }),
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(error) => {
+                return Err(match error.kind() {
+                    ErrorKind::UnexpectedEof => TextError::Truncated { line: rows.lines },
+                    ErrorKind::InvalidData | ErrorKind::InvalidInput => {
+                        TextError::Damaged { line: rows.lines }
+                    }
+                    ErrorKind::FileTooLarge => TextError::TooLarge { most: layout.dialect.most },
+                    _ => TextError::Io(error.to_string()),
+                });
+            }
+        }
     }
-    layout.read(&piece, filled, &mut rows)?;
+    layout.read(&piece[..filled], &mut rows)?;
     let table = rows.finish()?;
     Ok(Table { open_end: filled > 0, ..table })
+}
+
+/// Fills the piece up; false if the stream ends before.
+fn fill(reader: &mut impl Read, piece: &mut [u8], filled: &mut usize) -> io::Result<bool> {
+    while *filled < piece.len() {
+        match reader.read(&mut piece[*filled..]) {
+            Ok(0) => return Ok(false),
+            Ok(got) => *filled += got,
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(true)
+}
+
+/// Reads whole lines into `rows`, in parts of at least `least` bytes on as many threads as the current pool has; `parts` keeps
+/// their memory. The rows, and the first error, are the same for any number of threads.
+fn read_parts(
+    layout: &Layout<'_>,
+    text: &[u8],
+    least: usize,
+    rows: &mut Rows,
+    parts: &mut Vec<Rows>,
+) -> Result<(), TextError> {
+    let count = rayon::current_num_threads().min(text.len() / least);
+    // The first piece has the lines that are passed over, and may begin with a byte order mark.
+    if count < 2 || rows.skip > 0 || rows.lines == 0 {
+        return layout.read(text, rows);
+    }
+    let mut borders = vec![0];
+    for k in 1..count {
+        let lines = &text[..k * text.len() / count];
+        borders.push(memrchr(b'\n', lines).map_or(0, |end| end + 1).max(borders[k - 1]));
+    }
+    borders.push(text.len());
+    parts.resize_with(count - 1, || layout.rows(false));
+    let first = std::iter::once(&mut *rows).chain(parts.iter_mut());
+    let lines = borders.windows(2).map(|pair| &text[pair[0]..pair[1]]);
+    let jobs: Vec<_> = first.zip(lines).collect();
+    let done: Vec<_> = jobs.into_par_iter().map(|(rows, lines)| layout.read(lines, rows)).collect();
+    let mut done = done.into_iter();
+    done.next().unwrap_or(Ok(()))?;
+    for (read, part) in done.zip(parts) {
+        read.map_err(|error| rows.moved(error))?;
+        rows.append(part)?;
+        layout.clear(part);
+    }
+    Ok(())
 }
 
 #[cfg(test)]

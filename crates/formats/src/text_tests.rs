@@ -6,6 +6,7 @@ use flate2::write::GzEncoder;
 
 use super::*;
 use crate::date::Order;
+use crate::remarks::Remarks;
 use crate::table::{Delimiter, Tag};
 
 fn dialect(delimiter: Delimiter, columns: usize) -> Dialect {
@@ -232,4 +233,183 @@ fn rows_of_one_kind() {
         None,
     );
     assert_eq!(ragged, Err(TextError::Ragged { line: 3, row: 1, got: 2, expected: 3 }));
+}
+
+/// Random numbers (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % n as u64) as usize
+    }
+
+    fn of<'t>(&mut self, words: &[&'t str]) -> &'t str {
+        words[self.below(words.len())]
+    }
+}
+
+const NUMBERS: [&str; 12] = [
+    "0",
+    "1",
+    "-2",
+    "0.25",
+    "-0.0070883998931492112",
+    "1e-5",
+    "+4E3",
+    "1403636579758555393",
+    ".5",
+    "5.",
+    "1e300",
+    "007",
+];
+const ODD: [&str; 12] = [
+    "\"1.5\"",
+    " 2 ",
+    "2 ",
+    " 3",
+    "",
+    "nan",
+    "word",
+    "1.2.3",
+    "\"a,b\"",
+    "1e400",
+    "9223372036854775808",
+    "\"1",
+];
+const OTHER_LINES: [&str; 8] = ["", "# c", "  % d", " ", "\t", "//", "end of log", ",,"];
+
+/// A table, plain for the most part, and the dialect to read it by.
+fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Option<usize>) {
+    let (delimiter, between) = [
+        (Delimiter::Byte(b','), ","),
+        (Delimiter::Byte(b','), ", "),
+        (Delimiter::Byte(b';'), ";"),
+        (Delimiter::Byte(b'\t'), "\t"),
+        (Delimiter::Whitespace, " "),
+        (Delimiter::Whitespace, " \t "),
+        (Delimiter::Byte(b':'), ":"),
+    ][random.below(7)];
+    let columns = 1 + random.below(4);
+    let skip_lines = random.below(3);
+    let end = random.of(&["\n", "\n", "\r\n", " \n", "\t\r\n"]);
+    let trailing = random.below(4) == 0;
+    let mut text = String::new();
+    if random.below(4) == 0 {
+        text += "\u{feff}";
+    }
+    for _ in 0..skip_lines {
+        text += random.of(&["a,b", "", "# header", "1,2"]);
+        text += "\n";
+    }
+    let integers = random.below(2) == 0;
+    for _ in 0..random.below(30) {
+        if random.below(8) == 0 {
+            text += random.of(&OTHER_LINES[..if faults { 8 } else { 6 }]);
+            text += end;
+        }
+        for column in 0..columns + usize::from(faults && random.below(60) == 0) {
+            if column > 0 {
+                text += between;
+            }
+            text += match random.below(40) {
+                0 if faults => random.of(&ODD),
+                1 => random.of(&ODD[..4]),
+                _ if integers && column == 0 => random.of(&["1", "-2", "1403636579758555393", "+7"]),
+                _ => random.of(&NUMBERS),
+            };
+        }
+        if trailing {
+            text += between;
+        }
+        text += if random.below(10) == 0 { "\n" } else { end };
+    }
+    if random.below(3) == 0 {
+        text.truncate(text.trim_end().len());
+    }
+    let mut wanted: Vec<usize> = (0..columns).filter(|_| random.below(4) > 0).collect();
+    if random.below(2) == 0 {
+        wanted.reverse();
+    }
+    let exact = (random.below(3) > 0).then(|| random.below(columns));
+    let comment = vec![b"#".to_vec(), b"%".to_vec(), b"//".to_vec()];
+    (
+        text.into_bytes(),
+        Dialect {
+            delimiter,
+            comment,
+            skip_lines,
+            columns,
+            dates: None,
+            arrow: false,
+            most: u64::MAX,
+            tag: None,
+        },
+        wanted,
+        exact,
+    )
+}
+
+/// Bits of the columns, so that zeros with a sign are told apart; integers, rows, first line.
+type Bits = (Vec<Vec<u64>>, Option<Vec<i64>>, usize, usize, Remarks);
+
+fn bits(result: Result<Table, TextError>) -> Result<Bits, TextError> {
+    result.map(|t| {
+        let columns = t.columns.iter().map(|c| c.iter().map(|x| x.to_bits()).collect()).collect();
+        (columns, t.integers, t.rows, t.first_line, t.remarks)
+    })
+}
+
+/// Pieces and parts of a few bytes, so that every border falls everywhere: on any number of threads all is the same.
+#[test]
+fn pieces_parts_and_threads_do_not_matter() {
+    let mut random = Random(20_080_101);
+    let (mut tables, mut refused) = (0, 0);
+    let pools: Vec<_> =
+        (1..4).map(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap()).collect();
+    for round in 0..6000 {
+        let (text, dialect, wanted, exact) = table(&mut random, round % 2 == 0);
+        let layout = Layout::new(&dialect, &wanted, exact);
+        let longest = 20 + random.below(60);
+        let expected = bits(read_stream(Drip(&text), &layout, longest, longest));
+        let part = 1 + random.below(longest);
+        let got = bits(pools[round % 3].install(|| read_stream(&text[..], &layout, longest, part)));
+        let context = || format!("{:?} {dialect:?} {wanted:?} {exact:?}", String::from_utf8_lossy(&text));
+        assert_eq!(got, expected, "{longest} {part} {}", context());
+        *if expected.is_ok() { &mut tables } else { &mut refused } += 1;
+    }
+    assert!(tables > 2000 && refused > 2000, "{tables} tables, {refused} refused");
+}
+
+#[test]
+fn the_first_fault_of_a_large_text() {
+    let lines: Vec<String> = (0..200_000).map(|i| format!("{i},{}", f64::from(i) / 3.0)).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    for faults in [&[150_000, 70_000, 190_000][..], &[199_999]] {
+        let mut lines = lines.clone();
+        for &at in faults {
+            lines[at] = format!("{at},word");
+        }
+        let row = faults.iter().min().copied().unwrap();
+        let expected = TextError::NotANumber { line: row + 1, row, column: 1, text: "word".into() };
+        assert_eq!(pool.install(|| read(&lines.join("\n"), COMMA, 2)), Err(expected));
+    }
+}
+
+/// A disk that fails after a few rows.
+struct Broken(usize);
+
+impl Read for Broken {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        self.0 = self.0.checked_sub(1).ok_or_else(|| io::Error::other("the disk is gone"))?;
+        b"1\n".as_slice().read(out)
+    }
+}
+
+#[test]
+fn a_disk_that_fails() {
+    let error = read_columns(Broken(9), &dialect(COMMA, 1), &[0], None).unwrap_err();
+    assert_eq!(error, TextError::Io("the disk is gone".into()));
 }

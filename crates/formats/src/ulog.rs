@@ -191,20 +191,31 @@ impl Places {
     }
 }
 
-/// Goes through a log once: what it holds, and where it breaks off.
+/// Goes through a log: what it holds, and where it breaks off.
 ///
 /// # Errors
 ///
 /// If it is no log at all, or cannot be read; damage further on is part of the result.
-pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
+pub fn scan_ulog(mut source: impl Read + Seek) -> Result<UlogScan, UlogError> {
+    let (scan, last) = scan_until(&mut source, u64::MAX)?;
+    if !matches!(scan.broken, Some(Break::Damaged { .. })) {
+        return Ok(scan);
+    }
+    // Once more, without the last message.
+    source.rewind()?;
+    Ok(UlogScan { broken: scan.broken, ..scan_until(&mut source, last)?.0 })
+}
+
+/// The messages that begin before a place, and where the last of them begins.
+fn scan_until(source: impl Read + Seek, until: u64) -> Result<(UlogScan, u64), UlogError> {
     let mut walk = Walk::new(source)?;
     let mut scan = UlogScan::default();
     let mut places = Places::default();
-    // Of the last message, which is given up if the next one is damaged: where it is, and how to undo it.
-    let mut last: (u64, Undo) = (HEADER as u64, Undo::Nothing);
+    let mut last = HEADER as u64;
     loop {
         let (at, kind, size, wrong) = match walk.next()? {
             Next::End => break,
+            Next::Message { at, .. } if at >= until => break,
             Next::Skipped { from, to } => {
                 scan.unfinished.push((from, to));
                 continue;
@@ -216,43 +227,34 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
                         least(kind).is_none().then(|| format!("a message of the unknown kind {kind:#04x}"))
                     })
                 });
-                if let Some(what) = wrong {
-                    give_up(&mut scan, &last, Break::Damaged { at, what });
-                } else {
-                    scan.end = at;
-                    scan.broken = Some(Break::Cut { at });
-                }
-                return Ok(scan);
+                scan.end = at;
+                scan.broken = Some(wrong.map_or(Break::Cut { at }, |what| Break::Damaged { at, what }));
+                return Ok((scan, last));
             }
             Next::Message { at, kind, payload } => {
-                let (wrong, undo) = match kind {
+                let wrong = match kind {
                     _ if least(kind).is_some_and(|least| payload.len() < least) => {
-                        (Some(short(kind, payload.len())), Undo::Nothing)
+                        Some(short(kind, payload.len()))
                     }
                     b'D' => data(payload, &mut scan, &places),
                     b'A' => subscribe(payload, &mut scan, &mut places),
                     b'F' if payload.contains(&b':') => {
                         scan.formats.push(payload.to_vec());
-                        (None, Undo::Format)
+                        None
                     }
-                    b'F' => (Some("a format without a name".into()), Undo::Nothing),
+                    b'F' => Some("a format without a name".into()),
                     b'O' if payload.len() == 2 => {
                         scan.dropouts.extend(parse_id(payload));
-                        (None, Undo::Dropout)
+                        None
                     }
-                    b'O' => (Some(short(kind, payload.len())), Undo::Nothing),
+                    b'O' => Some(short(kind, payload.len())),
                     b'S' if !payload.starts_with(SYNC) => {
-                        (Some("a synchronisation message with other bytes".into()), Undo::Nothing)
+                        Some("a synchronisation message with other bytes".into())
                     }
-                    b'B' if at != HEADER as u64 => {
-                        (Some("flags in the middle of the log".into()), Undo::Nothing)
-                    }
-                    _ => (None, Undo::Nothing),
+                    b'B' if at != HEADER as u64 => Some("flags in the middle of the log".into()),
+                    _ => None,
                 };
                 let size = payload.len();
-                if wrong.is_none() && least(kind).is_some() {
-                    last = (at, undo);
-                }
                 (at, kind, size, wrong)
             }
         };
@@ -260,7 +262,6 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
             None if least(kind).is_none() => {
                 if kind.is_ascii_alphabetic() && size > 0 && walk.goes_on(size)? {
                     scan.unknown += 1;
-                    last = (at, Undo::Nothing);
                     None
                 } else {
                     Some(format!("a message of the unknown kind {kind:#04x}, {size} bytes long"))
@@ -269,73 +270,56 @@ pub fn scan_ulog(source: impl Read + Seek) -> Result<UlogScan, UlogError> {
             wrong => wrong,
         };
         if let Some(what) = wrong {
-            give_up(&mut scan, &last, Break::Damaged { at, what });
-            return Ok(scan);
+            scan.broken = Some(Break::Damaged { at, what });
+            return Ok((scan, last));
         }
+        last = at;
         scan.messages += 1;
         walk.pass(size);
     }
     scan.end = walk.window.at();
-    Ok(scan)
-}
-
-#[derive(Clone, Copy)]
-enum Undo {
-    Nothing,
-    Row(usize),
-    Topic,
-    Format,
-    Dropout,
-}
-
-fn give_up(scan: &mut UlogScan, last: &(u64, Undo), broken: Break) {
-    match last.1 {
-        Undo::Nothing => {}
-        Undo::Row(place) => scan.topics[place].rows -= 1,
-        Undo::Topic => drop(scan.topics.pop()),
-        Undo::Format => drop(scan.formats.pop()),
-        Undo::Dropout => drop(scan.dropouts.pop()),
-    }
-    scan.messages = scan.messages.saturating_sub(1);
-    scan.end = last.0;
-    scan.broken = Some(broken);
+    Ok((scan, last))
 }
 
 fn short(kind: u8, size: usize) -> String {
     format!("a message of kind {:?} of {size} bytes", char::from(kind))
 }
 
-fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> (Option<String>, Undo) {
+/// Counts a message of data; or what is wrong with it.
+fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> Option<String> {
     let id = parse_id(payload).unwrap_or(u16::MAX);
     let Some(place) = places.of(id) else {
-        return (Some(format!("data of topic {id}, which is not declared")), Undo::Nothing);
+        return Some(format!("data of topic {id}, which is not declared"));
     };
     let topic = &mut scan.topics[place];
     let size = payload.len() - 2;
     if topic.rows == 0 {
         topic.size = size;
     } else if topic.size != size {
-        let what = format!("a message of {} of {size} bytes instead of {}", shown(&topic.name), topic.size);
-        return (Some(what), Undo::Nothing);
+        return Some(format!(
+            "a message of {} of {size} bytes instead of {}",
+            shown(&topic.name),
+            topic.size
+        ));
     }
     topic.rows += 1;
-    (None, Undo::Row(place))
+    None
 }
 
-fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> (Option<String>, Undo) {
+/// Takes a topic; or what is wrong with it.
+fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> Option<String> {
     let (instance, name) = (payload[0], &payload[3..]);
     let id = u16::from_le_bytes([payload[1], payload[2]]);
     if !name.iter().all(u8::is_ascii_graphic) {
-        return (Some("a topic whose name is no text".into()), Undo::Nothing);
+        return Some("a topic whose name is no text".into());
     }
     if let Some(place) = places.of(id) {
         let same = scan.topics[place].instance == instance && scan.topics[place].name == name;
-        let what = format!("a second topic of number {id}");
-        return (if same { None } else { Some(what) }, Undo::Nothing);
+        return (!same).then(|| format!("a second topic of number {id}"));
     }
     places.put(id, scan.topics.len());
     scan.topics.push(UlogTopic { id, instance, name: name.to_vec(), rows: 0, size: 0 });
-    (None, Undo::Topic)
+    None
 }
 
 /// What is wrong with the beginning of a message that reaches beyond the end of the file.

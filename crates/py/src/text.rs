@@ -8,6 +8,8 @@ use sigmatau_formats::date::{Form, Order};
 use sigmatau_formats::{self as formats, Delimiter, Dialect, Encoding, Tag, TextError as Refused, Writing};
 use std::path::PathBuf;
 
+use crate::pool::detached;
+
 pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 
 /// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
@@ -35,8 +37,7 @@ pub fn read_text<'py>(
 ) -> PyResult<Columns<'py>> {
     let dialect = dialect(delimiter, comment, skip_lines, columns, writing)?;
     let writing = written(writing)?;
-    let table = py
-        .detach(|| formats::read_written_file(&path, writing, &dialect, &wanted, exact))
+    let table = detached(py, || formats::read_written_file(&path, writing, &dialect, &wanted, exact))
         .map_err(refused)?;
     Ok(to_columns(py, table))
 }
@@ -58,7 +59,7 @@ pub fn parse_text<'py>(
     let dialect = dialect(delimiter, comment, skip_lines, columns, writing)?;
     let writing = written(writing)?;
     let table =
-        py.detach(|| formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
+        detached(py, || formats::read_written(lines, writing, &dialect, &wanted, exact)).map_err(refused)?;
     Ok(to_columns(py, table))
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Rows {
     pub(crate) lines: usize,
     pub(super) first_line: usize,
     /// Lines still to be passed over.
-    pub(super) skip: usize,
+    pub(crate) skip: usize,
     /// Whether the first line is that of the file.
     pub(super) at_start: bool,
     pub(super) remarks: Remarks,
@@ -67,18 +67,6 @@ impl Rows {
         self.done += next.done;
         self.lines += next.lines;
         Ok(())
-    }
-
-    /// Room for so many times the rows there are, if it can be had.
-    pub(crate) fn reserve(&mut self, times: f64) {
-        let more = (self.done as f64 * (times - 1.0)) as usize;
-        // An estimate: what it lacks, and what is refused, is asked for when it is needed.
-        for column in &mut self.columns {
-            let _ = column.try_reserve_exact(more);
-        }
-        if let Some(integers) = &mut self.integers {
-            let _ = integers.try_reserve_exact(more);
-        }
     }
 
     /// The error as it is for lines that come after these.

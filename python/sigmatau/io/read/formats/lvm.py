@@ -175,24 +175,27 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
         listed = ", ".join(f"{step:g}" for step in sorted(set(steps)))
         raise DataError(f"has channels of different intervals (Delta_X {listed} s); save a file for each interval")
     columns = _columns(first, names)
-    rows = _SegmentRows(
-        text=Text(
-            source=_rows_in_place(data, segments, separator, len(names)),
-            layout=Layout(
-                delimiter=separator.decode(),
-                skip_lines=data[: first.start].count(b"\n"),
-                columns=columns,
-                notes=(),
-                decimal_comma=point == ",",
-            ),
-            encoding="ascii",
-            gzip=False,
-            dates={},
+    text = Text(
+        source=_rows_in_place(data, segments, separator, len(names)),
+        layout=Layout(
+            delimiter=separator.decode(),
+            skip_lines=data[: first.start].count(b"\n"),
+            columns=columns,
+            notes=(),
+            decimal_comma=point == ",",
         ),
-        segments=tuple(segments),
-        point=point,
-        without_x=without_x,
+        encoding="ascii",
+        gzip=False,
+        dates={},
     )
+
+    def load(wanted: Sequence[int], exact: int | None) -> Loaded:
+        loaded = text.load(wanted, None if without_x else exact)
+        if 0 not in loaded.columns or len(segments) == 1:
+            return loaded
+        times = _times(loaded.columns[0], segments, point, without_x=without_x)
+        return replace(loaded, columns={**loaded.columns, 0: times})
+
     several = f" in {len(segments)} segments" if len(segments) > 1 else ""
     notes = [f"LabVIEW measurement file{several}{' with decimal commas' if point == ',' else ''}"]
     if first.tags.get("Date") and first.tags.get("Time"):
@@ -202,8 +205,8 @@ def _table(data: bytes, segments: list[_Segment], separator: bytes, point: str, 
         format="lvm",
         columns=columns[1:] if by_steps else columns,
         notes=tuple(notes),
-        load=select_columns(rows.text.load, range(1, len(columns))) if by_steps else rows.load,
-        where=lambda row: f"line {rows.text.line(row)}",
+        load=select_columns(text.load, range(1, len(columns))) if by_steps else load,
+        where=lambda row: f"line {text.line(row)}",
         topic=topic,
         rate=1 / steps[0] if by_steps and steps and steps[0] > 0 else None,
         rate_source=RateSource(kind="file", place="Delta_X"),
@@ -237,37 +240,21 @@ def _rows_in_place(data: bytes, segments: list[_Segment], separator: bytes, colu
     return b"".join(pieces)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _SegmentRows:
-    """The rows of segments, with their times."""
-
-    text: Text
-    segments: tuple[_Segment, ...]
-    point: str
-    without_x: bool
-
-    def load(self, wanted: Sequence[int], exact: int | None) -> Loaded:
-        """Load the columns. The first one has times since the beginning of the first segment."""
-        loaded = self.text.load(wanted, None if self.without_x else exact)
-        if 0 not in loaded.columns or len(self.segments) == 1:
-            return loaded
-        x = np.array(loaded.columns[0], dtype=np.float64)
-        return replace(loaded, columns={**loaded.columns, 0: self._times(x)})
-
-    def _times(self, x: NDArray[np.float64]) -> NDArray[Any]:
-        """Times of the rows of all segments. X is offset by the start of its segment if it starts again in each."""
-        ends = np.minimum(np.cumsum([segment.rows for segment in self.segments]), len(x))
-        parts = [slice(a, b) for a, b in zip((0, *ends[:-1].tolist()), ends.tolist(), strict=True) if b > a]
-        if self.without_x:
-            for segment, part in zip(self.segments, parts, strict=False):
-                step = segment.number("Delta_X", self.point)
-                if step is None:
-                    raise DataError(f"a header of a segment has no Delta_X; give the rate by {WITHOUT_STAMPS}")
-                x[part] = (segment.number("X0", self.point) or 0.0) + step * np.arange(part.stop - part.start)
-        again = any(x[b.start] <= x[a.stop - 1] for a, b in pairwise(parts))
-        starts = [segment.began() for segment in self.segments]
-        origin = starts[0]
-        if again and origin is not None:
-            for start, part in zip(starts, parts, strict=False):
-                x[part] += 0.0 if start is None else start - origin
-        return x
+def _times(x: NDArray[Any], segments: Sequence[_Segment], point: str, *, without_x: bool) -> NDArray[Any]:
+    """Times of the rows of all segments. X is offset by the start of its segment if it starts again in each."""
+    x = np.array(x, dtype=np.float64)
+    ends = np.minimum(np.cumsum([segment.rows for segment in segments]), len(x))
+    parts = [slice(a, b) for a, b in zip((0, *ends[:-1].tolist()), ends.tolist(), strict=True) if b > a]
+    if without_x:
+        for segment, part in zip(segments, parts, strict=False):
+            step = segment.number("Delta_X", point)
+            if step is None:
+                raise DataError(f"a header of a segment has no Delta_X; give the rate by {WITHOUT_STAMPS}")
+            x[part] = (segment.number("X0", point) or 0.0) + step * np.arange(part.stop - part.start)
+    again = any(x[b.start] <= x[a.stop - 1] for a, b in pairwise(parts))
+    starts = [segment.began() for segment in segments]
+    origin = starts[0]
+    if again and origin is not None:
+        for start, part in zip(starts, parts, strict=False):
+            x[part] += 0.0 if start is None else start - origin
+    return x

@@ -6,6 +6,7 @@ import contextlib
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import IO, Any, Literal
 
@@ -172,7 +173,7 @@ def _npz(path: Path) -> Table:
                 elif 1 <= len(shape) <= 2 and shape[0] > 1:
                     for label, part in parts(key, shape[1:]):
                         columns.append(Column(name=label))
-                        loaders.append(_Member(path, name, part))
+                        loaders.append(partial(_read_member, path, name, part))
     if not names:
         raise DataError("is a zip archive without .npy arrays, not a format that is read: text tables, .npy, .npz")
     if not columns:
@@ -190,29 +191,15 @@ def _npz(path: Path) -> Table:
     )
 
 
-class _Member:
-    """One column of a member of an archive. The array is decompressed again for each column and not kept in memory."""
+def _read_member(path: Path, name: str, part: tuple[int, ...]) -> NDArray[Any]:
+    """Read one column of a member of an archive. The array is decompressed again for each column and not kept in memory."""
+    import zipfile
 
-    def __init__(self, path: Path, name: str, part: tuple[int, ...]) -> None:
-        self.path, self.name, self.part = path, name, part
-
-    def __call__(self) -> NDArray[Any]:
-        import zipfile
-
-        with zipfile.ZipFile(self.path) as archive, archive.open(self.name) as member:
-            refuse_expansion(self.path.stat().st_size, archive.getinfo(self.name).file_size, self.name)
-            array: NDArray[Any] = np.lib.format.read_array(_Whole(member), allow_pickle=False)
-        return np.ascontiguousarray(pick(array, self.part))
-
-
-class _Whole(io.RawIOBase):
-    """Reads a member to its end, where zipfile verifies the checksum; read_array stops before the end."""
-
-    def __init__(self, member: IO[bytes]) -> None:
-        self._data = io.BytesIO(member.read())
-
-    def read(self, size: int = -1, /) -> bytes:
-        return self._data.read(size)
+    with zipfile.ZipFile(path) as archive, archive.open(name) as member:
+        refuse_expansion(path.stat().st_size, archive.getinfo(name).file_size, name)
+        # The member is read to its end, where zipfile verifies the checksum; read_array stops before the end.
+        array: NDArray[Any] = np.lib.format.read_array(io.BytesIO(member.read()), allow_pickle=False)
+    return np.ascontiguousarray(pick(array, part))
 
 
 def _table(

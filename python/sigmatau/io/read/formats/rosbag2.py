@@ -7,11 +7,11 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sigmatau._native import logs
 from sigmatau.errors import DataError
@@ -49,7 +49,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             why = why if topic.encoding == "cdr" else f"messages in {topic.encoding}"
             tables.append(roslog.refused_table("rosbag2", topic.name, why, rows))
             continue
-        load = _Reader(path=path, topic=topic, declared=rows, compressed=topic.id in compressed).load
+        load = partial(_load, path, topic, rows, topic.id in compressed)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, definition, load, rows))
     findings = _behind(path)
     return tuple(replace(table, findings=findings) for table in roslog.some_readable(tables))
@@ -143,109 +143,88 @@ def _declared(path: Path) -> dict[str, int]:
     return declared
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Batch:
-    """Joined messages, their ends and time stamps."""
+def _load(
+    path: Path,
+    topic: _Topic,
+    declared: int | None,
+    compressed: bool,  # noqa: FBT001  bound before the others: each message by zstd
+    layout: MessageLayout,
+    wanted: Sequence[int],
+    exact: int | None,
+) -> Loaded:
+    """Load columns of a topic, up to the fault if there is one."""
+    parts: list[logs.Decoded] = []
+    rows, doubt, fault = 0, 0, ""
+    try:
+        for blobs, times, fault, doubt in _messages(path, topic.id, compressed=compressed):
+            ends = np.cumsum(np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs)), dtype=np.int64)
+            stamps = np.array(times, dtype=np.int64)
+            data = b"".join(blobs)
+            part = logs.decode_messages(data, ends, stamps, steps=layout.steps, cdr=True, wanted=wanted, exact=exact)
+            parts.append(part)
+            rows += part.rows
+            if part.rows != len(blobs):
+                fault, doubt = "a message does not match its definition", 0
+                break
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        fault = f"the database cannot be read ({error})"
+    rows = max(0, rows - doubt)
+    if not rows and fault:
+        raise DataError(f"{fault}: no message of {topic.name} could be read; copy or record the file again")
+    joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
+    if not fault and declared in (None, rows):
+        return Loaded(columns=joined)
+    share = {"kept": rows, "declared": declared, "counted": "messages", "topic": topic.name}
+    return Loaded(columns=joined, findings=(damage.fault(truncated=bool(fault) and _cut(path), reason=fault, **share),))
 
-    data: bytes
-    ends: NDArray[np.int64]
-    times: NDArray[np.int64]
-    fault: str  # The fault after these messages; empty if there is none
-    doubt: int  # Number of messages before the fault that may be damaged
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Reader:
-    """Loads columns of a topic."""
-
-    path: Path
-    topic: _Topic
-    declared: int | None
-    compressed: bool  # whether each message is compressed by zstd
-
-    def load(self, layout: MessageLayout, wanted: Sequence[int], exact: int | None) -> Loaded:
-        parts: list[logs.Decoded] = []
-        rows, doubt = 0, 0
-        fault = ""
-        try:
-            for batch in self._messages():
-                part = logs.decode_messages(
-                    batch.data, batch.ends, batch.times, steps=layout.steps, cdr=True, wanted=wanted, exact=exact
-                )
-                parts.append(part)
-                rows += part.rows
-                fault, doubt = batch.fault, batch.doubt
-                if part.rows != len(batch.ends):
-                    fault, doubt = "a message does not match its definition", 0
-                    break
-        except (sqlite3.Error, UnicodeDecodeError) as error:
-            fault = f"the database cannot be read ({error})"
-        rows = max(0, rows - doubt)
-        if not rows and fault:
-            raise DataError(f"{fault}: no message of {self.topic.name} could be read; copy or record the file again")
-        joined = {i: np.concatenate([part.columns[i] for part in parts])[:rows] for i in wanted}
-        return Loaded(columns=joined, findings=self._findings(rows, fault))
-
-    def _messages(self) -> Iterator[_Batch]:
-        """Batches of messages in the order of recording; the last batch names the fault, if there is one."""
-        with closing(_open(self.path)) as base:
-            (page,) = base.execute("PRAGMA page_size").fetchone()
-            cursor = base.execute(
-                "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED",
-                (self.topic.id,),
-            )
-            fault, last, intact = "", None, None
-            shortest = page
-            stored, unpacked = self.path.stat().st_size, 0
-            while not fault:
-                blobs: list[bytes] = []
-                times: list[int] = []
-                count = 0
-                try:
-                    for number, blob, stamp in cursor:
-                        # Numbers run over all topics. SQLite skips pages that it cannot read. In an intact database
-                        # missing messages were deleted, for example by a filter.
-                        if last is not None and number != last + 1:
-                            if isinstance(number, int) and number > last and intact is None:
-                                intact = _intact(self.path)
-                            if not intact or number <= last:
-                                fault = f"message {number!r} follows message {last} of all topics"
-                                break
-                        last = number
-                        count += 1
-                        if blob != 0:
-                            if self.compressed and isinstance(blob, bytes):
-                                blob = logs.unpacked(blob)
-                                unpacked += len(blob or b"")
-                                if unpacked > largest_expansion(stored):
-                                    refuse_expansion(stored, None)
-                            if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
-                                fault = f"message {number} of all topics is not valid"
-                                break
-                            blobs.append(blob)
-                            times.append(stamp)
-                        if count == _BATCH:
+def _messages(path: Path, topic: int, *, compressed: bool) -> Iterator[tuple[list[bytes], list[int], str, int]]:
+    """Batches of messages and their stamps in the order of recording. The last batch names the fault, if there is one, and
+    says how many messages before it may be damaged.
+    """
+    with closing(_open(path)) as base:
+        (page,) = base.execute("PRAGMA page_size").fetchone()
+        cursor = base.execute(
+            "SELECT id, CASE WHEN topic_id = ? THEN data ELSE 0 END, timestamp FROM messages NOT INDEXED", (topic,)
+        )
+        fault, last, intact = "", None, None
+        shortest = page
+        stored, unpacked = path.stat().st_size, 0
+        while not fault:
+            blobs: list[bytes] = []
+            times: list[int] = []
+            count = 0
+            try:
+                for number, blob, stamp in cursor:
+                    # Numbers run over all topics. SQLite skips pages that it cannot read. In an intact database
+                    # missing messages were deleted, for example by a filter.
+                    if last is not None and number != last + 1:
+                        if isinstance(number, int) and number > last and intact is None:
+                            intact = _intact(path)
+                        if not intact or number <= last:
+                            fault = f"message {number!r} follows message {last} of all topics"
                             break
-                except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
-                    fault = f"the database cannot be read further ({error})"
-                if not count and not fault and _cut(self.path):  # SQLite reads an incomplete page as if zeros followed
-                    fault = "the last page of the database is incomplete"
-                shortest = min(map(len, blobs), default=shortest)
-                # The messages before the fault may come from an incomplete page.
-                doubt = 1 + page // max(1, shortest) if fault else 0
-                lengths = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
-                yield _Batch(
-                    data=b"".join(blobs),
-                    ends=np.cumsum(lengths, dtype=np.int64),
-                    times=np.array(times, dtype=np.int64),
-                    fault=fault,
-                    doubt=doubt,
-                )
-                if not count and not fault:
-                    return
-
-    def _findings(self, rows: int, fault: str) -> tuple[Finding, ...]:
-        if not fault and self.declared in (None, rows):
-            return ()
-        share = {"kept": rows, "declared": self.declared, "counted": "messages", "topic": self.topic.name}
-        return (damage.fault(truncated=bool(fault) and _cut(self.path), reason=fault, **share),)
+                    last = number
+                    count += 1
+                    if blob != 0:
+                        if compressed and isinstance(blob, bytes):
+                            blob = logs.unpacked(blob)
+                            unpacked += len(blob or b"")
+                            if unpacked > largest_expansion(stored):
+                                refuse_expansion(stored, None)
+                        if not (isinstance(blob, bytes) and isinstance(stamp, int) and abs(stamp) < 1 << 63):
+                            fault = f"message {number} of all topics is not valid"
+                            break
+                        blobs.append(blob)
+                        times.append(stamp)
+                    if count == _BATCH:
+                        break
+            except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
+                fault = f"the database cannot be read further ({error})"
+            if not count and not fault and _cut(path):  # SQLite reads an incomplete page as if zeros followed
+                fault = "the last page of the database is incomplete"
+            shortest = min(map(len, blobs), default=shortest)
+            # The messages before the fault may come from an incomplete page.
+            yield blobs, times, fault, 1 + page // max(1, shortest) if fault else 0
+            if not count and not fault:
+                return

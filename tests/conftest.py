@@ -7,7 +7,7 @@ import shutil
 import tempfile
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -79,6 +79,18 @@ def as_typed(request: pytest.FixtureRequest) -> Iterator[None]:
     """Messages of readers are tested in the words of the command line; `test_errors` tests those of Python."""
     with speaking(as_options) if request.path.parent.name in ("io", "layouts") else contextlib.nullcontext():
         yield
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Callable[..., Path]:
+    """Saves a text under a name, and returns its path."""
+
+    def save(text: str, name: str = "log.csv") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return save
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,8 @@
 """Logs of ROS made for tests: by rosbags, which is another's, and MCAP by its published specification."""
 
 import bz2
+import contextlib
+import sqlite3
 import struct
 import zlib
 
@@ -91,12 +93,18 @@ def imu_mcap(n, per_chunk, compression="zstd", *, crc=True, summary=True, topic=
     return mcap([extra, *parts], {7: n} if summary else None, head, crc=crc), stamps, values
 
 
-CHANNELS = [f"{s}_{a}" for s in ("gyro", "accel") for a in "xyz"]
+def imu_db3(path, messages, numbers=None):
+    """A bag of SQLite with these stamps and serialized messages."""
+    numbers = range(1, len(messages) + 1) if numbers is None else numbers
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        base.execute("CREATE TABLE topics (id INTEGER PRIMARY KEY, name, type, serialization_format)")
+        base.execute("CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        base.execute("INSERT INTO topics VALUES (1, '/imu', ?, 'cdr')", (IMU,))
+        rows = [(number, int(stamp), data) for number, (stamp, data) in zip(numbers, messages, strict=True)]
+        base.executemany("INSERT INTO messages VALUES (?, 1, ?, ?)", rows)
+
+
 N = 600
-
-
-def six(record):
-    return np.stack([record.stream_of(c).column(c) for c in CHANNELS], axis=1)
 
 
 def rosbags_log(kind, folder, n=N):

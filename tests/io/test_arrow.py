@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from container_damage import cut, flipped, survives
+from container_damage import cut, survives
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
 
@@ -119,18 +119,6 @@ class TestKinds:
         save(tmp_path / "log", kind, pa.table({"a": ["x"] * 9, "b": [True] * 9}))
         with pytest.raises(DataError, match=r"no column of numbers \(columns: a, b\)"):
             read(tmp_path / "log")
-
-
-def test_a_flipped_page_is_found(tmp_path):
-    path = tmp_path / "log"
-    save(path, "parquet", table(), use_dictionary=False, compression="none")
-    raw = path.read_bytes()
-    path.write_bytes(flipped(raw, len(raw) * 6 // 10))  # in the third of four groups
-    record = read(path)
-    assert record.streams[0].grid.n == 2000
-    (finding,) = record.findings
-    assert (finding.code, finding.severity) == ("damaged", "error")
-    assert (finding.details.kept, finding.details.declared) == (2000, 4000)
 
 
 def test_an_index_of_pandas(tmp_path):

@@ -26,9 +26,15 @@ def write(path, stamps):
     return path
 
 
-@pytest.mark.parametrize("unit", [{}, {"time": "s"}])
-@pytest.mark.parametrize("pattern", ["%H%M%S", "%Y%m%d%H%M%S"])
-@pytest.mark.parametrize("start", ["2024-03-04 09:51:50", "2024-03-04 09:59:50", "2024-02-29 23:59:50"])
+@pytest.mark.parametrize(
+    ("start", "pattern", "unit"),
+    [
+        ("2024-03-04 09:51:50", "%H%M%S", {}),
+        ("2024-03-04 09:59:50", "%Y%m%d%H%M%S", {"time": "s"}),
+        ("2024-02-29 23:59:50", "%H%M%S", {"time": "s"}),
+        ("2024-02-29 23:59:50", "%Y%m%d%H%M%S", {}),
+    ],
+)
 def test_a_clock(tmp_path, start, pattern, unit):
     record = read(write(tmp_path / "clock.csv", digits(start, pattern)), unit=UNIT | unit)
     assert record.streams[0].grid.rate == pytest.approx(RATE, rel=1e-4)

@@ -70,8 +70,15 @@ def test_each_form(tmp_path, name):
     assert_regular(read(log(tmp_path, lines_of(*FORMS[name])), channels={"gyro_x": 2}))
 
 
-@pytest.mark.parametrize("name", ["hour of one digit", "clock over midnight", "day.month.year"])
-@pytest.mark.parametrize("header", ["", "Local time (UTC),x [deg/s],b"])
+@pytest.mark.parametrize(
+    ("name", "header"),
+    [
+        ("hour of one digit", ""),
+        ("clock over midnight", "Local time (UTC),x [deg/s],b"),
+        ("day.month.year", ""),
+        ("day.month.year", "Local time (UTC),x [deg/s],b"),
+    ],
+)
 def test_a_clock_is_the_time_column_whatever_its_name(tmp_path, name, header):
     record = read(log(tmp_path, lines_of(*FORMS[name]), header), channels={"gyro_x": 2}, unit={"gyro": "deg/s"})
     assert_regular(record)
@@ -84,9 +91,16 @@ def test_decimal_commas(tmp_path, separator):
     assert_regular(read(path, channels={"gyro_x": 2}))
 
 
-@pytest.mark.parametrize("days", ["%d.%m.%Y", "%m/%d/%Y", "%Y-%m-%d", "%d/%m/%y"])
-@pytest.mark.parametrize("order", ["day,time", "time,day", "time,x,day"])
-@pytest.mark.parametrize("start", [EVENING, AMBIGUOUS])
+@pytest.mark.parametrize(
+    ("days", "order", "start"),
+    [
+        ("%d.%m.%Y", "day,time", EVENING),
+        ("%m/%d/%Y", "time,day", AMBIGUOUS),
+        ("%m/%d/%Y", "time,x,day", EVENING),
+        ("%Y-%m-%d", "time,x,day", AMBIGUOUS),
+        ("%d/%m/%y", "day,time", AMBIGUOUS),
+    ],
+)
 def test_day_and_time_in_columns_of_their_own(tmp_path, days, order, start):
     rows = []
     for k in range(N):
@@ -120,8 +134,10 @@ def changed(rows, k, function):
     return [*rows[:k], function(rows[k]), *rows[k + 1 :]]
 
 
-@pytest.mark.parametrize("name", ["clock over midnight", "date with AM, PM", "day/month/year", "ISO with a zone"])
-@pytest.mark.parametrize("row", [300, 1500])
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [("clock over midnight", 300), ("date with AM, PM", 1500), ("day/month/year", 1500), ("ISO with a zone", 300)],
+)
 class TestDamage:
     def test_a_bad_text_names_its_line(self, tmp_path, name, row):
         rows = changed(lines_of(*FORMS[name]), row, lambda text: "00:0x" + text[5:])
@@ -163,8 +179,9 @@ def arrows(separator=",", arrow=" -> ", start=EVENING):
 
 
 class TestArrows:
-    @pytest.mark.parametrize("separator", [",", "\t", " ", ";", ", "])
-    @pytest.mark.parametrize("arrow", [" -> ", "->"])
+    @pytest.mark.parametrize(
+        ("separator", "arrow"), [(",", " -> "), ("\t", "->"), (" ", " -> "), (";", "->"), (", ", " -> ")]
+    )
     def test_columns_are_counted_behind_the_arrow(self, tmp_path, separator, arrow):
         path = log(tmp_path, arrows(separator, arrow), "")
         record = read(path, **ARROWS)
@@ -201,9 +218,8 @@ class TestArrows:
             read(log(tmp_path, changed(arrows(), 800, damage), ""), **ARROWS)
 
     @pytest.mark.parametrize("size", [4, 13, 17, 19])
-    def test_a_log_that_is_cut(self, tmp_path, size):
-        path = tmp_path / "log.txt"
-        path.write_text("\n".join([*arrows()[:1000], arrows()[1000][:size]]))
+    def test_a_log_that_is_cut(self, saved, size):
+        path = saved("\n".join([*arrows()[:1000], arrows()[1000][:size]]), "log.txt")
         record = read(path, **ARROWS)
         assert record.streams[0].grid.n == 1000
         assert [f.code for f in record.findings] == ["damaged"]

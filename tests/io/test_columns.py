@@ -309,25 +309,22 @@ def test_refused(columns, asked, words):
         assert word in message
 
 
-def test_increments_by_name_are_not_taken_for_rates(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("delta_theta_x [arcsec],dv_z [m/s]\n" + "1.5,2.5\n2.5,1.0\n" * 4)
+def test_increments_by_name_are_not_taken_for_rates(saved):
+    path = saved("delta_theta_x [arcsec],dv_z [m/s]\n" + "1.5,2.5\n2.5,1.0\n" * 4)
     with pytest.raises(OptionError, match="contains increments by its name; give --input increments"):
         read(path, rate=10)
     record = read(path, rate=10, input="increments")
     assert record.channels == ("gyro_x", "accel_z")
 
 
-def test_everything_missing_is_asked_for_at_once(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x,accel_x\n" + "1.5,2.5\n2.5,1.0\n" * 4)
+def test_everything_missing_is_asked_for_at_once(saved):
+    path = saved("gyro_x,accel_x\n" + "1.5,2.5\n2.5,1.0\n" * 4)
     with pytest.raises(OptionError, match=r"give e\.g\. --unit gyro=deg/s,accel=UNIT --rate HZ"):
         read(path)
 
 
-def test_counts_of_another_sensor_are_asked_for_beside_a_scale(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x,accel_x\n" + "15,250\n25,100\n" * 4)
+def test_counts_of_another_sensor_are_asked_for_beside_a_scale(saved):
+    path = saved("gyro_x,accel_x\n" + "15,250\n25,100\n" * 4)
     with pytest.raises(OptionError, match=r"unit of gyro_x.*whole numbers may be counts: then add --scale gyro=FACTOR"):
         read(path, rate=10, unit={"accel": "g"}, scale={"accel": 0.001})
     with pytest.raises(OptionError, match="unit of gyro_x") as asked:
@@ -335,17 +332,15 @@ def test_counts_of_another_sensor_are_asked_for_beside_a_scale(tmp_path):
     assert "may be counts" not in str(asked.value)
 
 
-def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("timestamp,gyro_x [deg/s]\n" + "2026-01-01T00:00:00Z,2.5\n2026-01-01T00:00:01Z,1.0\n" * 4)
+def test_dates_as_stamps_do_not_bar_a_file_whose_rate_is_given(saved):
+    path = saved("timestamp,gyro_x [deg/s]\n" + "2026-01-01T00:00:00Z,2.5\n2026-01-01T00:00:01Z,1.0\n" * 4)
     record = read(path, rate=10)
     assert record.streams[0].grid.n == 8
     assert any("are not numbers and not used" in note for note in record.provenance.conversions)
 
 
-def test_a_unit_of_no_rate_is_said(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x [V],gyro_y [LSB]\n" + "2.5,512\n2.6,513\n" * 20)
+def test_a_unit_of_no_rate_is_said(saved):
+    path = saved("gyro_x [V],gyro_y [LSB]\n" + "2.5,512\n2.6,513\n" * 20)
     with pytest.raises(OptionError, match=r"the file has gyro_x in 'V', gyro_y in 'LSB': give --scale too"):
         read(path, rate=10)
     record = read(path, rate=10, unit={"gyro": "deg/s"})
@@ -353,9 +348,8 @@ def test_a_unit_of_no_rate_is_said(tmp_path):
     assert record.findings[0].details == UnitOverruled(given="deg/s", stated="V", known=False)
 
 
-def test_counts_are_thought_of(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x,gyro_y\n" + "12,-7\n13,5\n" * 20)
+def test_counts_are_thought_of(saved):
+    path = saved("gyro_x,gyro_y\n" + "12,-7\n13,5\n" * 20)
     with pytest.raises(OptionError, match=r"whole numbers may be counts: then add --scale gyro=FACTOR"):
         read(path, rate=10)
 
@@ -366,9 +360,8 @@ def test_axes_of_two_units_are_no_sensor():
     assert len(choose(names("imu1_gyro_x", "imu1_gyro_y", "imu2_accel_x"), None).channels) == 3
 
 
-def test_one_column_without_a_name_is_a_signal(tmp_path):
-    path = tmp_path / "PHASE.DAT"
-    path.write_text("# PHASE.DAT, from elsewhere\n#\n" + "".join(f"{k % 7}.5e-9\n" for k in range(40)))
+def test_one_column_without_a_name_is_a_signal(saved):
+    path = saved("# PHASE.DAT, from elsewhere\n#\n" + "".join(f"{k % 7}.5e-9\n" for k in range(40)), "PHASE.DAT")
     record = read(path, rate=1, unit={"x": "s"}, input="accumulated")
     assert record.channels == ("x",)
     with pytest.raises(OptionError, match="--unit x=1 --rate HZ"):
@@ -384,9 +377,8 @@ BAD_STAMPS = {
 
 
 @pytest.mark.parametrize("stamps", BAD_STAMPS.values(), ids=BAD_STAMPS)
-def test_wrong_stamps_are_left_out_by_none(tmp_path, stamps):
-    path = tmp_path / "log.csv"
-    path.write_text("time,gyro_x [deg/s],b\n" + "".join(f"{t},{k},1\n" for k, t in enumerate(stamps)))
+def test_wrong_stamps_are_left_out_by_none(saved, stamps):
+    path = saved("time,gyro_x [deg/s],b\n" + "".join(f"{t},{k},1\n" for k, t in enumerate(stamps)))
     with pytest.raises(ValueError, match=r"--channels time=none --rate HZ") as caught:
         read(path, unit={"time": "us"})
     assert ("add 2^32" in str(caught.value)) == (stamps is BAD_STAMPS["a wrap"])
@@ -404,9 +396,8 @@ def test_two_accelerometers_are_asked_about_with_a_command():
         choose(columns, None)
 
 
-def test_a_damaged_name_is_told(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s1_000\n" + "1,2,3\n2,1,4\n" * 20)
+def test_a_damaged_name_is_told(saved):
+    path = saved("gyro_x [rad/s],gyro_y [rad/s],gyro_z [rad/s1_000\n" + "1,2,3\n2,1,4\n" * 20)
     (finding,) = read(path, rate=10).findings
     assert finding.details == IncompleteSensor(missing="gyro_z", column="gyro_z [rad/s1_000", number=3)
     path.write_text("gyro_x [rad/s],gyro_y [rad/s],pressure [hPa]\n" + "1,2,3\n2,1,4\n" * 20)  # a sensor of two axes
@@ -427,9 +418,8 @@ def test_an_axis_that_is_lost_beside_a_complete_sensor_is_told(tmp_path):
     assert (finding.severity, finding.details) == ("info", IncompleteSensor(missing="gyro_z"))
 
 
-def test_mixed_units_are_told(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x [deg/s],gyro_y [°/s],gyro_z [rad/s]\n" + "1,2,3\n2,1,4\n" * 20)
+def test_mixed_units_are_told(saved):
+    path = saved("gyro_x [deg/s],gyro_y [°/s],gyro_z [rad/s]\n" + "1,2,3\n2,1,4\n" * 20)
     (finding,) = read(path, rate=10).findings
     assert finding.details == MixedUnits(units=(("gyro_x", "deg/s"), ("gyro_y", "°/s"), ("gyro_z", "rad/s")))
     path.write_text("gyro_x [deg/s],gyro_y [°/s],gyro_z [dps]\n" + "1,2,3\n2,1,4\n" * 20)
@@ -445,17 +435,15 @@ def test_another_clock_for_stamps_that_are_zero(tmp_path):
     assert "time from 'time_ns': all stamps in 'header.stamp' are 0" in record.provenance.conversions
 
 
-def test_an_unknown_unit_is_no_reason_for_a_scale(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("gyro_x [furlong/s]\n" + "2.5\n2.6\n" * 20)
+def test_an_unknown_unit_is_no_reason_for_a_scale(saved):
+    path = saved("gyro_x [furlong/s]\n" + "2.5\n2.6\n" * 20)
     with pytest.raises(OptionError, match=r"the unit 'furlong/s' of gyro_x is not known") as caught:
         read(path, rate=10)
     assert "deg/s" not in str(caught.value)  # which would be a wrong unit
 
 
-def test_a_single_column_may_be_a_gyro(tmp_path):
-    path = tmp_path / "log.txt"
-    path.write_text("0.5\n0.25\n0.75\n" * 9)
+def test_a_single_column_may_be_a_gyro(saved):
+    path = saved("0.5\n0.25\n0.75\n" * 9, "log.txt")
     with pytest.raises(OptionError) as asked:
         read(path)
     assert "unit of x; give e.g. --unit x=1 --rate HZ" in asked.value.for_command_line()

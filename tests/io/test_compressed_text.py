@@ -84,7 +84,7 @@ def test_a_truncated_stream_is_read_up_to_its_end(tmp_path, name):
 def test_damaged_compressed_data_are_not_passed_over(tmp_path, name):
     data = gzip.compress(TEXTS[name]().encode())
     path = tmp_path / f"{name}.gz"
-    for place in range(len(data) // 3, len(data), len(data) // 7):
+    for place in range(len(data) // 3, len(data), len(data) // 4):
         path.write_bytes(flipped(data, place))
         try:
             record = read(path, unit=UNIT)
@@ -98,6 +98,6 @@ def test_damaged_compressed_data_are_not_passed_over(tmp_path, name):
 @pytest.mark.parametrize("name", TEXTS)
 def test_a_bomb_is_refused(tmp_path, name):
     path = tmp_path / f"{name}.gz"
-    path.write_bytes(gzip.compress(TEXTS[name]().encode() + b"\n" * (1 << 27), 6))
+    path.write_bytes(gzip.compress(TEXTS[name]().encode() + b"\n" * (1 << 26), 1))
     with pytest.raises(DataError, match="expands from"):
         read(path, unit=UNIT)

@@ -4,6 +4,7 @@ import struct
 
 import numpy as np
 import pytest
+from readings import axes
 
 from container_damage import outcomes
 from known import seed_of
@@ -79,10 +80,6 @@ def imu(k, instance=0):
     return message("IMU", STAMPS[k] + 7 * instance, instance, *values, 0, 0, 31.5, 1, 1, 1000, 1000)
 
 
-def three(record, sensor):
-    return np.stack([record.stream_of(f"{sensor}_{a}").column(f"{sensor}_{a}") for a in "xyz"], axis=1)
-
-
 @pytest.fixture
 def file(tmp_path):
     return tmp_path / "log.dat"  # by content, not by name
@@ -95,8 +92,8 @@ def test_imu(file, units):
     )
     file.write_bytes(log)
     record = read(file)
-    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, :, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), VALUES[0, :, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[0, :, 3:].astype(float))
     assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-12)  # TimeUS, and not T, which is a temperature
     assert record.findings == ()
     assert (record.provenance.format, record.provenance.topics) == ("dataflash", ("IMU[0]",))
@@ -121,7 +118,7 @@ def test_instances_are_topics(file):
     with pytest.raises(OptionError, match=r"several sensors: IMU\[0\] \(gyro and accel, 400 rows\), IMU\[1\]"):
         read(file)
     record = read(file, topic="IMU[1]")
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[1, :, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[1, :, 3:].astype(float))
 
 
 def test_raw_samples(file):
@@ -133,8 +130,8 @@ def test_raw_samples(file):
             log += message("ACC", sample + 950, 0, sample, *values[3:])
     file.write_bytes(log)
     record = read(file)
-    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, ::2, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), VALUES[0, :, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[0, ::2, 3:].astype(float))
     assert [round(s.grid.rate, 6) for s in record.streams] == [200, 100]
     assert record.findings == ()
     assert record.provenance.topics == ("GYR[0]", "ACC[0]")
@@ -145,7 +142,7 @@ def test_units_that_the_file_defines_hold(file):
     unit = message("UNIT", 1, ord("E"), "rad/s")
     assert unit in log
     file.write_bytes(log.replace(unit, message("UNIT", 1, ord("E"), "deg/s")) + b"".join(map(imu, range(N))))
-    np.testing.assert_array_equal(three(read(file), "gyro"), VALUES[0, :, :3].astype(float) * (np.pi / 180))
+    np.testing.assert_array_equal(axes(read(file), "gyro"), VALUES[0, :, :3].astype(float) * (np.pi / 180))
     # A factor that has no name: the unit is asked for.
     fmtu = message("FMTU", 1, 82, *KINDS["IMU"][3:])
     assert fmtu in log
@@ -175,7 +172,7 @@ def test_cut(file, part):
     file.write_bytes(whole[:length])
     record = read(file)
     assert record.provenance.rows == rows
-    np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :rows, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), VALUES[0, :rows, :3].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("damaged", "error")
     assert finding.details.place == Place("byte", length - rest, of=length)
@@ -189,7 +186,7 @@ def test_a_flipped_page(file):
     record = read(file)
     rows = (8192 - len(head)) // row  # without the message that reaches into the page
     assert record.provenance.rows == rows
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[0, :rows, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[0, :rows, 3:].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("damaged", "error")
 
@@ -222,7 +219,7 @@ def test_filler_behind_the_last_message(file):
     for byte in b"\0", b"\xff":
         file.write_bytes(definitions("IMU") + b"".join(map(imu, range(N))) + byte * 5000)
         record = read(file)
-        np.testing.assert_array_equal(three(record, "gyro"), VALUES[0, :, :3].astype(float))
+        np.testing.assert_array_equal(axes(record, "gyro"), VALUES[0, :, :3].astype(float))
         assert [(f.code, f.severity) for f in record.findings] == [("bytes_not_read", "info")]
 
 
@@ -235,7 +232,7 @@ def test_a_kind_that_is_defined_under_two_numbers(file):
     file.write_bytes(definitions("IMU", units=False) + again + rows + others)
     with pytest.raises(OptionError, match=r"IMU\[0\] of kind 82 .*IMU\[1\] of kind 182"):
         read(file)
-    np.testing.assert_array_equal(three(read(file, topic="of kind 182"), "accel"), VALUES[1, :, 3:].astype(float))
+    np.testing.assert_array_equal(axes(read(file, topic="of kind 182"), "accel"), VALUES[1, :, 3:].astype(float))
 
 
 @pytest.mark.parametrize("units", [True, False])

@@ -40,42 +40,6 @@ def rows(first):
     return [(*f, *g, *a) for f, g, a in zip(first, GYRO.tolist(), ACCEL.tolist(), strict=True)]
 
 
-def test_euroc(tmp_path):
-    path = tmp_path / "data.csv"
-    header = (
-        "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
-        "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n"
-    )
-    path.write_text(lines(header, rows(T_NS[:, None].tolist())))
-    check(read(path))
-
-
-def test_rostopic_echo_p(tmp_path):
-    path = tmp_path / "imu.txt"
-    covariance = [f"field.{what}_covariance{k}" for what in ("orientation",) for k in range(9)]
-    names = [
-        "%time",
-        "field.header.seq",
-        "field.header.stamp",
-        "field.header.frame_id",
-        *(f"field.orientation.{a}" for a in "xyzw"),
-        *covariance,
-        *(f"field.angular_velocity.{a}" for a in "xyz"),
-        *(f"field.angular_velocity_covariance{k}" for k in range(9)),
-        *(f"field.linear_acceleration.{a}" for a in "xyz"),
-        *(f"field.linear_acceleration_covariance{k}" for k in range(9)),
-    ]
-    arrival = T_NS + 1000 * RNG.integers(0, 900, N)
-    body = [
-        (arrival[i], i, T_NS[i], "imu", 0.0, 0.0, 0.0, 1.0, *[0.0] * 9, *GYRO[i], *[0.0] * 9, *ACCEL[i], *[0.0] * 9)
-        for i in range(N)
-    ]
-    path.write_text(lines(",".join(names) + "\n", body))
-    record = read(path)
-    check(record)
-    assert "time from 'field.header.stamp', not from '%time'" in record.provenance.conversions
-
-
 XSENS = """// General information:
 //  MT Manager version: 4.6
 //  XDA version: 4.6 revision 54109
@@ -99,17 +63,6 @@ def test_xsens(tmp_path, end):
     path.write_bytes(path.read_bytes().replace(b"MT Manager", b"Recorder"))
     with pytest.raises(OptionError, match="--unit gyro="):
         read(path, rate=200)
-
-
-def test_sbg(tmp_path):
-    path = tmp_path / "imuData.txt"
-    header = (
-        "timestamp\tstatus\taccelX\taccelY\taccelZ\tgyroX\tgyroY\tgyroZ\ttemp\n"
-        "(us)\t(na)\t(m.s^-2)\t(m.s^-2)\t(m.s^-2)\t(deg.s^-1)\t(deg.s^-1)\t(deg.s^-1)\t(degC)\n"
-    )
-    body = [(5000 * i, "0x000000ff", *ACCEL[i], *GYRO[i], 31.25) for i in range(N)]
-    path.write_text(lines(header, body, "\t"))
-    check(read(path, unit={"time": "us", "gyro": "deg/s", "accel": "m/s^2"}), gyro=GYRO * DEG)
 
 
 def phyphox(sensor, unit, times, values, separator=",", comma="."):
@@ -245,8 +198,9 @@ def test_decimal_commas(tmp_path, separator):
     check(read(path, unit={**SI, "time": "s"}, channels={"time": 1, "gyro": "2:4", "accel": "5:7"}))
 
 
-def test_decimal_commas_quote_the_file(tmp_path):
-    path = tmp_path / "log.txt"
-    path.write_text("time [s];gyro_x [rad/s]\n" + "".join(f"0,{i};1,{i}\n" for i in range(10)) + "1,0;oops,5.\n1,1;1\n")
+def test_decimal_commas_quote_the_file(saved):
+    path = saved(
+        "time [s];gyro_x [rad/s]\n" + "".join(f"0,{i};1,{i}\n" for i in range(10)) + "1,0;oops,5.\n1,1;1\n", "log.txt"
+    )
     with pytest.raises(DataError, match=r"line 12: column gyro_x \[rad/s\] has 'oops,5\.'"):
         read(path)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from readings import axes
 
 import sigmatau
 from sigmatau.errors import DataError, OptionError
@@ -10,10 +11,6 @@ N = 500
 RNG = np.random.default_rng(9)
 GYRO = RNG.normal(size=(N, 3))
 STAMPS = 1_700_000_000_000_000_001 + np.arange(N) * 5_000_000
-
-
-def gyro(record):
-    return np.stack([record.streams[0].column(f"gyro_{a}") for a in "xyz"], axis=1)
 
 
 class Plain:
@@ -44,7 +41,7 @@ def frames():
 class TestFrames:
     def test_exact(self, make):
         record = sigmatau.from_frame(make(NAMED), unit={"gyro": "rad/s"})
-        np.testing.assert_array_equal(gyro(record), GYRO)
+        np.testing.assert_array_equal(axes(record, "gyro"), GYRO)
         assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
         assert (record.provenance.format, record.provenance.path, record.provenance.sha256) == ("frame", None, None)
 
@@ -82,7 +79,7 @@ class TestFrames:
 
 def test_mapping_of_three_columns():
     record = sigmatau.from_frame({"gyro_dps": GYRO.astype("f4")}, rate=10)
-    np.testing.assert_array_equal(gyro(record), GYRO.astype("f4").astype(float) * (np.pi / 180))
+    np.testing.assert_array_equal(axes(record, "gyro"), GYRO.astype("f4").astype(float) * (np.pi / 180))
     with pytest.raises(DataError, match=r"unequal length \(wx 500, wy 499\)"):
         sigmatau.from_frame({"wx": GYRO[:, 0], "wy": GYRO[1:, 1]}, rate=1, unit={"gyro": "rad/s"})
 
@@ -92,7 +89,7 @@ def test_pandas_index_units_and_missing_numbers():
     frame = pd.DataFrame(GYRO, columns=["wx", "wy", "wz"], index=pd.to_datetime(STAMPS, utc=True))
     frame.attrs["units"] = {"wx": "deg/s", "wy": "deg/s", "wz": "deg/s"}
     record = sigmatau.from_frame(frame)
-    np.testing.assert_array_equal(gyro(record), GYRO * (np.pi / 180))
+    np.testing.assert_array_equal(axes(record, "gyro"), GYRO * (np.pi / 180))
     assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-15)
     whole = pd.DataFrame({"wx": pd.array([1, 2, 3, 4, 5], dtype="Int64")})
     np.testing.assert_array_equal(
@@ -157,13 +154,13 @@ def test_a_dataset_of_xarray():
         serial=((), 7),
     )
     record = sigmatau.from_frame(data)
-    np.testing.assert_array_equal(gyro(record), GYRO)
+    np.testing.assert_array_equal(axes(record, "gyro"), GYRO)
     assert [stream.name for stream in record.streams] == ["gyro", "accel", "temperature"]
     assert record.streams[1].column("accel_z") == pytest.approx(9.80665 * GYRO[:, 2])
     assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-12)
-    np.testing.assert_array_equal(gyro(sigmatau.from_frame(data["gyro"])), GYRO)
+    np.testing.assert_array_equal(axes(sigmatau.from_frame(data["gyro"]), "gyro"), GYRO)
     whole = data["gyro"].rename(None).assign_coords(axis=[f"gyro_{axis}" for axis in "xyz"])
-    np.testing.assert_array_equal(gyro(sigmatau.from_frame(whole)), GYRO)
+    np.testing.assert_array_equal(axes(sigmatau.from_frame(whole), "gyro"), GYRO)
     with pytest.raises(
         DataError, match=r"without the dimension time of the samples: mean. Select .*data\[\['gyro'\]\]"
     ):

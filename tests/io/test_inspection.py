@@ -34,9 +34,8 @@ def test_a_log_that_says_all(csv):
     assert "3 gyro_y [deg/s]  gyro_y [deg/s]" in printed
 
 
-def test_what_would_be_asked_for(tmp_path):
-    path = tmp_path / "b.csv"
-    path.write_text("gx,gy,gz\n" + "1,2,3\n" * 40)
+def test_what_would_be_asked_for(saved):
+    path = saved("gx,gy,gz\n" + "1,2,3\n" * 40, "b.csv")
     found = st.inspect(path)
     assert found.tables[0].rows == 40
     assert "does not state the unit of gyro_x" in found.tables[0].wanting
@@ -78,15 +77,13 @@ def test_both_units_of_a_gyro_are_offered_with_its_noise_in_each(tmp_path, gravi
         ("ax,ay", {"input": "increments"}, "give e.g. --unit accel=m/s"),
     ],
 )
-def test_units_that_the_values_leave_open(tmp_path, header, options, asked):
-    path = tmp_path / "b.csv"
-    path.write_text(header.replace("a", "accel_").replace("g", "gyro_") + "\n" + "1.5,2.5\n2.5,1.5\n" * 40)
+def test_units_that_the_values_leave_open(saved, header, options, asked):
+    path = saved(header.replace("a", "accel_").replace("g", "gyro_") + "\n" + "1.5,2.5\n2.5,1.5\n" * 40, "b.csv")
     assert asked in st.inspect(path, rate=10, **options).tables[0].wanting
 
 
-def test_the_unit_that_is_asked_for_leaves_those_that_are_stated(tmp_path):
-    path = tmp_path / "b.csv"
-    path.write_text("gyro_x,gyro_y [rad/s],accel_x\n" + "1,2,3\n" * 40)
+def test_the_unit_that_is_asked_for_leaves_those_that_are_stated(saved):
+    path = saved("gyro_x,gyro_y [rad/s],accel_x\n" + "1,2,3\n" * 40, "b.csv")
     assert (
         "e.g. --unit gyro_x=deg/s,accel=UNIT or --unit gyro_x=rad/s,accel=UNIT"
         in st.inspect(path, rate=10).tables[0].wanting

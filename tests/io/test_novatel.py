@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from container_damage import MUTANTS
+from container_damage import mutants
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
@@ -161,7 +161,7 @@ def test_mutated_files(tmp_path, make):
     path = tmp_path / "log.gps"
     whole = b"".join(make("RAWIMUSX", i) for i in range(30))
     known = {int(c) for c in COUNTS[:30, 5]}
-    for _ in range(70 * MUTANTS):
+    for _ in mutants(70):
         raw = bytearray(whole)
         for _ in range(int(rng.integers(1, 12))):
             at = int(rng.integers(len(raw)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from readings import six
 
 from sigmatau.findings.reading import NeverWritten
 from sigmatau.io.read import read
@@ -11,10 +12,6 @@ N, WRITTEN = 5000, 3100
 DATA = np.random.default_rng(3).normal(size=(N, 6))
 STAMPS = np.arange(N) * 5_000 + 10**9
 SAID = {"unit": {"gyro": "rad/s", "accel": "m/s^2"}, "channels": {"gyro": "1:3", "accel": "4:6"}, "rate": 200}
-
-
-def six(record):
-    return np.stack([record.stream_of(f"{s}_{a}").column(f"{s}_{a}") for s in ("gyro", "accel") for a in "xyz"], axis=1)
 
 
 def told(record):

@@ -119,7 +119,7 @@ def test_random_layouts(tmp_path):
         "i1 a",
     ]
     outcomes = {"read": 0, "refused": 0}
-    for _ in range(2000):
+    for _ in range(400):
         layout = "".join(RNG.choice(words, int(RNG.integers(1, 12))))
         try:
             read(path, layout=layout, rate=100)
@@ -127,7 +127,7 @@ def test_random_layouts(tmp_path):
             outcomes["refused"] += 1
         else:
             outcomes["read"] += 1
-    assert outcomes["refused"] > 1000
+    assert outcomes["refused"] > 200
 
 
 @pytest.mark.parametrize(

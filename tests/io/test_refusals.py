@@ -103,9 +103,8 @@ def test_data(tmp_path, content, words):
 
 
 @pytest.mark.parametrize("text", ["inf", "-Infinity", "1e400"])
-def test_infinite_values_are_missing(tmp_path, text):
-    path = tmp_path / "log.csv"
-    path.write_text(edited(6, f"0.04,{text}"))
+def test_infinite_values_are_missing(saved, text):
+    path = saved(edited(6, f"0.04,{text}"))
     (finding,) = read(path).findings
     assert (finding.code, finding.channel, finding.size, finding.details.place) == (
         "missing_values",
@@ -126,9 +125,8 @@ def test_gzip_cut_in_the_middle(tmp_path, keep):
     refuse(path, DataError, ["compressed data are damaged", "line", "may be wrong"])
 
 
-def test_a_line_without_end(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(GOOD + "7" * (3 << 20))
+def test_a_line_without_end(saved):
+    path = saved(GOOD + "7" * (3 << 20))
     refuse(path, DataError, [", line 12", "longer than 1 MiB"])
 
 
@@ -188,7 +186,7 @@ OPTIONS = {
         "1,2\n" * 9,
         options(),
         "channels",
-        ["no column names", "values do not tell", "--channels time=N,gyro=N:N"],
+        ["no column names", "values do not show", "--channels time=N,gyro=N:N"],
     ),
     "300 columns": (",".join(["1"] * 300) + "\n" + ",".join(["2"] * 300) + "\n", options(), "channels", ["300 in all"]),
     "one name twice": (
@@ -201,9 +199,8 @@ OPTIONS = {
 
 
 @pytest.mark.parametrize(("content", "given", "option", "words"), OPTIONS.values(), ids=OPTIONS)
-def test_options(tmp_path, content, given, option, words):
-    path = tmp_path / "log.csv"
-    path.write_text(content)
+def test_options(saved, content, given, option, words):
+    path = saved(content)
     error = refuse(path, OptionError, words, **given)
     assert error.option == option
 
@@ -254,9 +251,8 @@ def test_a_file_below_a_file(tmp_path):
     refuse(tmp_path / "log.csv" / "more", DataError, ["cannot be read", "Not a directory"])
 
 
-def test_permission_denied(tmp_path, monkeypatch):
-    path = tmp_path / "log.csv"
-    path.write_text(GOOD)
+def test_permission_denied(saved, monkeypatch):
+    path = saved(GOOD)
 
     def denied(*_, **__):
         raise PermissionError(13, "Permission denied", str(path))

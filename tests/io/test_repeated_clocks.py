@@ -31,8 +31,7 @@ def save(path, columns, delimiter=","):
     return path
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-@pytest.mark.parametrize("clock", ["X[s]", "Time (s)", "X [s]"])
+@pytest.mark.parametrize(("clock", "delimiter"), [("X[s]", ","), ("Time (s)", ";"), ("X [s]", "\t")])
 def test_one_clock_that_is_repeated(tmp_path, clock, delimiter):
     columns = [*pair_columns(ACCEL_NAMES, ACCEL, 160, clock), *pair_columns(GYRO_NAMES, GYRO, 160, clock)]
     path = save(tmp_path / "log.csv", columns, delimiter)

@@ -8,7 +8,8 @@ import struct
 import numpy as np
 import pytest
 import roslogs
-from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log, six
+from readings import six
+from roslogs import IMU, KINDS, N, imu, imu_cdr, imu_mcap, imu_ros1, rosbags_log
 
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.reading import Damaged

@@ -1,8 +1,6 @@
 """Small logs of ROS that unpack to gigabytes end in an error that names the limit, in seconds and within little memory."""
 
 import bz2
-import contextlib
-import sqlite3
 import struct
 
 import numpy as np
@@ -50,13 +48,7 @@ def bag(number):
 def database(path, number):
     """A ROS 2 bag of messages that are compressed by themselves, each with a name of 32 MB."""
     packed = zstd.compress(roslogs.imu_cdr(5, ZEROS, frame=b"a" * (32 << 20) + b"\0"))
-    with contextlib.closing(sqlite3.connect(path)) as base, base:
-        base.execute("CREATE TABLE topics (id INTEGER PRIMARY KEY, name, type, serialization_format)")
-        base.execute("CREATE TABLE messages (id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
-        base.execute("INSERT INTO topics VALUES (1, '/imu', ?, 'cdr')", (roslogs.IMU,))
-        base.executemany(
-            "INSERT INTO messages VALUES (?, 1, ?, ?)", [(k + 1, k * 10**7, packed) for k in range(number)]
-        )
+    roslogs.imu_db3(path, [(k * 10**7, packed) for k in range(number)])
 
 
 def write(kind, path, number):
@@ -69,7 +61,7 @@ def write(kind, path, number):
         path.write_bytes(mcap(number, compression, summary=name == "indexed"))
 
 
-@pytest.mark.parametrize("kind", ["indexed zstd", "indexed bz2", "plain zstd", "plain lz4", "bag", "db3"])
+@pytest.mark.parametrize("kind", ["indexed bz2", "plain lz4", "bag", "db3"])
 def test_what_unpacks_to_gigabytes(tmp_path, kind):
     path = tmp_path / "log"
     write(kind, path, 60)

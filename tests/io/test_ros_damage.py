@@ -9,9 +9,10 @@ import time
 
 import numpy as np
 import pytest
-from roslogs import KINDS, N, imu, imu_cdr, imu_mcap, rosbags_log, six
+from readings import six
+from roslogs import KINDS, N, imu, imu_cdr, imu_mcap, rosbags_log
 
-from container_damage import MUTANTS
+from container_damage import mutants
 from known import seed_of
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
@@ -89,8 +90,8 @@ def test_mutated(tmp_path, kind):
     rng = np.random.default_rng(seed_of(f"mutated {kind}"))
     path, values = made(kind, tmp_path, n=12)
     whole = path.read_bytes()
-    shorter, count = 0, 80 * MUTANTS
-    for _ in range(count):
+    shorter, turns = 0, mutants(80)
+    for _ in turns:
         data = bytearray(whole)
         for _ in range(int(rng.integers(1, 4))):
             at = int(rng.integers(len(data)))
@@ -111,7 +112,7 @@ def test_mutated(tmp_path, kind):
             with contextlib.suppress(DataError, OptionError):
                 read(path, rate=200.0)
         assert time.perf_counter() - started < 50
-    assert shorter > count / 2 or not kind.startswith("mcap/")
+    assert shorter > len(turns) / 2 or not kind.startswith("mcap/")
 
 
 MEASURE = """

@@ -1,10 +1,9 @@
 """Bags of ROS 2 as folders, split into several files."""
 
-import sqlite3
-
 import numpy as np
 import pytest
-from roslogs import IMU, imu, imu_cdr
+from readings import six
+from roslogs import imu, imu_cdr, imu_db3
 
 from sigmatau.cli import main
 from sigmatau.errors import DataError
@@ -17,29 +16,14 @@ N, PARTS = 900, 3
 STAMPS, VALUES = imu(N)
 
 
-def six(record):
-    return np.stack([record.stream_of(f"{s}_{a}").column(f"{s}_{a}") for s in ("gyro", "accel") for a in "xyz"], axis=1)
-
-
 def there(record):
     """Rows that are there: lost ones leave their places empty."""
     values = six(record)
     return values[~np.isnan(values).any(axis=1)]
 
 
-def db3(path, stamps, values, keep=lambda _: True, pack=bytes):
-    base = sqlite3.connect(path)
-    base.executescript(
-        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
-        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
-    )
-    base.execute("INSERT INTO topics VALUES(1, '/imu', ?, 'cdr')", (IMU,))
-    rows = [
-        (k + 1, 1, int(s), pack(imu_cdr(s, v))) for k, (s, v) in enumerate(zip(stamps, values, strict=True)) if keep(k)
-    ]
-    base.executemany("INSERT INTO messages VALUES(?, ?, ?, ?)", rows)
-    base.commit()
-    base.close()
+def db3(path, rows, pack=bytes, numbers=None):
+    imu_db3(path, [(s, pack(imu_cdr(s, v))) for s, v in zip(STAMPS[rows], VALUES[rows], strict=True)], numbers)
 
 
 def metadata(folder, names, prefix=""):
@@ -57,8 +41,7 @@ def bag(tmp_path):
     # In an order that is not that of the names.
     names = ["b_10.db3", "b_2.db3", "a_3.db3"]
     for k, name in enumerate(names):
-        rows = slice(k * N // PARTS, (k + 1) * N // PARTS)
-        db3(folder / name, STAMPS[rows], VALUES[rows])
+        db3(folder / name, slice(k * N // PARTS, (k + 1) * N // PARTS))
     metadata(folder, names)
     return folder
 
@@ -122,7 +105,7 @@ def test_at_the_command_line(bag, capsys):
 
 def test_messages_that_were_deleted(tmp_path):
     keep = [k for k in range(N) if not 300 <= k < 340]
-    db3(tmp_path / "a.db3", STAMPS, VALUES, lambda k: k in keep)
+    db3(tmp_path / "a.db3", keep, numbers=[k + 1 for k in keep])
     record = read(tmp_path / "a.db3")
     np.testing.assert_array_equal(there(record), VALUES[keep])
     assert not [f for f in record.findings if f.severity == "error"]
@@ -130,7 +113,7 @@ def test_messages_that_were_deleted(tmp_path):
 
 def test_messages_that_are_compressed_each(tmp_path):
     zstd = pytest.importorskip("backports.zstd", reason="backports.zstd packs what this test reads")
-    db3(tmp_path / "a.db3", STAMPS, VALUES, pack=zstd.compress)
+    db3(tmp_path / "a.db3", slice(N), zstd.compress)
     record = read(tmp_path / "a.db3")
     np.testing.assert_array_equal(six(record), VALUES)
     assert record.findings == ()

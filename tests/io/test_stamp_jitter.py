@@ -14,7 +14,7 @@ class TestJitter:
     def test_no_row_is_lost_or_moved(self, share):
         """At 0.2 of an interval twelve of 60,000 stamps are behind the next, one in eighty nearer to another place."""
         rng = np.random.default_rng(seed_of(f"honest jitter {share}"))
-        for _ in range(5):
+        for _ in range(2):
             x = np.arange(60_000.0)
             record = record_of((x + rng.normal(0, share, len(x))) / 100, x)
             assert codes(record) == ["jitter"]
@@ -26,7 +26,7 @@ class TestJitter:
         """Places can no longer be told one by one; that none is empty can."""
         rng = np.random.default_rng(seed_of(f"large jitter {share}"))
         for n in (1000, 60_000):
-            for _ in range(5):
+            for _ in range(2):
                 record = record_of((np.arange(n) + rng.normal(0, share, n)) / 100)
                 assert codes(record) == ["jitter"]
                 grid = record.streams[0].grid
@@ -43,7 +43,7 @@ class TestJitter:
 
     def test_large_jitter_with_a_lost_sample_is_not_passed_over(self):
         rng = np.random.default_rng(seed_of("large jitter, one lost"))
-        for _ in range(20):
+        for _ in range(8):
             k = np.delete(np.arange(20_000), rng.integers(1000, 19_000))
             assert "host_stamps" in codes(found((k + rng.normal(0, 0.3, len(k))) / 100))
 

@@ -17,7 +17,7 @@ PATTERNS = {
 
 
 class TestPatterns:
-    @pytest.mark.parametrize("jitter", [0.0, 1e-6, 1e-3])
+    @pytest.mark.parametrize("jitter", [0.0, 1e-3])
     @pytest.mark.parametrize("pattern", PATTERNS.values(), ids=PATTERNS)
     def test_rows_lost_in_a_pattern(self, pattern, jitter):
         """The finest grid that the steps fit, not the mean interval: 100 Hz without every fifth row is not 80 Hz."""

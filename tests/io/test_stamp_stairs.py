@@ -43,7 +43,7 @@ def test_the_rate_is_within_what_is_stated(steps):
     """Against samples that are even by construction, whatever their phase; least squares would be off by 1/steps²."""
     rng = np.random.default_rng(seed_of(f"stairs {steps}"))
     worse = 0
-    for _ in range(200):
+    for _ in range(80):
         per = rng.uniform(30, 300)
         n = round(steps * per)
         t = np.floor(np.arange(n) / per + rng.random())
@@ -57,7 +57,7 @@ def test_the_rate_is_within_what_is_stated(steps):
         middle = np.arange(n) - (n - 1) / 2
         line = float(middle @ t) / float(middle @ middle)
         worse += abs(line * per - 1) > said.details.rate_error
-    assert worse > 20  # so that the line of least squares would not do
+    assert worse > 8  # so that the line of least squares would not do
 
 
 def test_how_sure_the_rate_is_goes_with_it():
@@ -73,7 +73,7 @@ def test_how_sure_the_rate_is_goes_with_it():
 def test_long_bunches_are_no_drift(bunch):
     """A few bunches of uneven length bend a line through all stamps; their rate by tenths says nothing of the sensor."""
     rng = np.random.default_rng(seed_of(f"long bunches {bunch}"))
-    for _ in range(20):
+    for _ in range(8):
         ends = np.cumsum(rng.integers(bunch // 2, 3 * bunch // 2, 2 * 60_000 // bunch))
         k = np.arange(60_000)
         t = ends[np.searchsorted(ends, k, side="right")] / 100 + rng.uniform(0, 1e-3)

@@ -17,9 +17,8 @@ def log(tmp_path, header, times):
 
 
 class TestText:
-    def test_lines_are_those_of_the_file(self, tmp_path):
-        path = tmp_path / "log.csv"
-        path.write_text("t [s],wx [rad/s]\n0,1\n\n# note\n1,1\n2,1\n\n1.5,1\n3,1\n")
+    def test_lines_are_those_of_the_file(self, saved):
+        path = saved("t [s],wx [rad/s]\n0,1\n\n# note\n1,1\n2,1\n\n1.5,1\n3,1\n")
         with pytest.raises(DataError, match=r"log\.csv, line 8: time goes backwards .* from 2\.0 to 1\.5"):
             read(path)
         with pytest.raises(DataError, match="line 8: time goes backwards"):

@@ -36,8 +36,7 @@ class TestRate:
     def test_few_rows(self):
         assert found(np.array([0.0, 1.0, 2.0, 3.0])).rate == pytest.approx(1.0)
 
-    @pytest.mark.parametrize("share", [0.01, 0.05, 0.3])
-    @pytest.mark.parametrize("jitter", [0.0, 0.1])
+    @pytest.mark.parametrize(("share", "jitter"), [(0.01, 0.1), (0.05, 0.0), (0.3, 0.1)])
     def test_lost_samples_do_not_bend_it(self, share, jitter):
         """The mean interval is too long by the share; the places are right, one by one."""
         rng = np.random.default_rng(seed_of(f"lost {share} {jitter}"))
@@ -190,7 +189,7 @@ class TestDrift:
     def test_jitter_alone_is_no_drift(self):
         """A tenth of 300 stamps has a rate that is only good to 7e-5: ten of them differ by 2e-4."""
         rng = np.random.default_rng(seed_of("jitter alone"))
-        for _ in range(200):
+        for _ in range(80):
             assert "rate_drift" not in codes(found(np.arange(3000) / 100.0 + rng.normal(0, 1e-3, 3000)))
 
     def test_ten_millionths_are_not_said(self):
@@ -261,16 +260,16 @@ def clean_stamps(rng):
 
 
 def test_clean_stamps_raise_no_warning():
-    """None of 300; and nothing is left out, moved, or laid beside another place."""
+    """None of 100; and nothing is left out, moved, or laid beside another place."""
     rng = np.random.default_rng(seed_of("clean stamps"))
-    for k in range(300):
+    for k in range(100):
         t = clean_stamps(rng)
         one = found(t)
         assert codes(one, least="warning") == [], k
         assert (one.rows, one.places, one.n) == (None, None, len(t)), k
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     st.lists(st.integers(0, 40), min_size=30, max_size=200), st.sampled_from([0.0, 0.05, 0.1]), st.integers(0, 2**31)
 )

@@ -185,7 +185,7 @@ def test_names_that_contradict_the_values_are_asked_about(tmp_path):
     log = tmp_path / "log.csv"
     header = "time,gyrate.x,gyrate.y,gyrate.z"
     np.savetxt(log, np.column_stack([time(), accel(rng)]), delimiter=",", header=header, comments="", fmt="%.9g")
-    with pytest.raises(OptionError, match="values do not tell"):
+    with pytest.raises(OptionError, match="values do not show"):
         read(log)
 
 

@@ -96,9 +96,8 @@ def test_dialect(tmp_path, text):
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " ", "  \t "])
-def test_without_header(tmp_path, separator):
-    path = tmp_path / "log"
-    path.write_text(table(separator))
+def test_without_header(saved, separator):
+    path = saved(table(separator), "log")
     record = read(path, **OPTIONS, **BY_NUMBER)
     check(record)
     assert "no header" in record.provenance.conversions[0]
@@ -147,9 +146,8 @@ def test_half_of_the_columns_are_words(tmp_path):
     assert record.provenance.ignored == words
 
 
-def test_provenance_says_what_was_done(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("# preface\n" + with_header(["time [s]", "wx [deg/s]", "gyro_y [rad/s]", "accel_z [g]"]))
+def test_provenance_says_what_was_done(saved):
+    path = saved("# preface\n" + with_header(["time [s]", "wx [deg/s]", "gyro_y [rad/s]", "accel_z [g]"]))
     record = read(path, unit={"gyro_y": "deg/s"})
     check(record, findings=(("unit_overruled", "gyro_y"),))
     p = record.provenance
@@ -164,9 +162,8 @@ def test_provenance_says_what_was_done(tmp_path):
     assert "100 Hz from time stamps in column 'time [s]'" in words
 
 
-def test_no_checksum_of_a_file_that_was_changed(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(with_header(NAMES))
+def test_no_checksum_of_a_file_that_was_changed(saved):
+    path = saved(with_header(NAMES))
     kept, changed, gone = (read(path, **OPTIONS).provenance for _ in range(3))
     first = kept.sha256
     assert first == kept.to_dict()["sha256"] is not None

@@ -1,10 +1,9 @@
 """Bytes behind the end that a file declares: logs joined by ``cat``, several arrays in one file, and filler."""
 
-import sqlite3
-
 import numpy as np
 import pytest
-from roslogs import IMU, imu, imu_cdr, imu_mcap
+from readings import axes
+from roslogs import imu, imu_cdr, imu_db3, imu_mcap
 
 from sigmatau.errors import DataError
 from sigmatau.io.read import read
@@ -13,10 +12,6 @@ N = 400
 SAID = {"rate": 100, "unit": {"gyro": "rad/s"}}
 DATA = np.random.default_rng(1).normal(size=(N, 3))
 FILLER = [(b"", None), (bytes(5000), "info"), (b"\xff" * 5000, "info"), (b"more" * 1000, "error")]
-
-
-def gyro(record):
-    return np.stack([record.stream_of(c).column(c) for c in ("gyro_x", "gyro_y", "gyro_z")], axis=1)
 
 
 def hdf5(path, data, block=0):
@@ -50,18 +45,9 @@ def npy(path, data):
 
 
 def db3(path, data):
-    base = sqlite3.connect(path)
-    base.executescript(
-        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);"
-        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
-    )
-    base.execute("INSERT INTO topics VALUES(1, '/imu', ?, 'cdr')", (IMU,))
     stamps, values = imu(len(data))
     values[:, :3] = data
-    rows = [(1, int(s), imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)]
-    base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", rows)
-    base.commit()
-    base.close()
+    imu_db3(path, [(s, imu_cdr(s, v)) for s, v in zip(stamps, values, strict=True)])
 
 
 def mcap(path, data):
@@ -79,10 +65,10 @@ OPTIONS = {"db3": {}, "mcap": {}}
 def test_bytes_behind_the_end(tmp_path, kind, more, severity):
     path = tmp_path / "log"
     MAKERS[kind](path, DATA)
-    whole = gyro(read(path, **OPTIONS.get(kind, SAID)))
+    whole = axes(read(path, **OPTIONS.get(kind, SAID)), "gyro")
     path.write_bytes(path.read_bytes() + more)
     record = read(path, **OPTIONS.get(kind, SAID))
-    np.testing.assert_array_equal(gyro(record), whole)
+    np.testing.assert_array_equal(axes(record, "gyro"), whole)
     assert [f.severity for f in record.findings] == ([] if severity is None else [severity])
     if severity is not None:
         assert record.findings[0].details.bytes == len(more)
@@ -113,7 +99,7 @@ def test_arrays_saved_one_after_the_other(tmp_path, structured):
             np.save(file, np.rec.fromarrays(piece.T, names="wx,wy,wz") if structured else piece)
     said = SAID if structured else {**SAID, "channels": {"gyro": "1:3"}}
     record = read(tmp_path / "a.npy", **said)
-    np.testing.assert_array_equal(gyro(record), DATA)
+    np.testing.assert_array_equal(axes(record, "gyro"), DATA)
     assert record.findings == ()
     assert "7 arrays" in record.provenance.conversions[0]
 
@@ -124,7 +110,7 @@ def test_arrays_of_another_kind_are_told(tmp_path, other):
         np.save(file, DATA)
         np.save(file, other)
     record = read(tmp_path / "a.npy", **SAID, channels={"gyro": "1:3"})
-    np.testing.assert_array_equal(gyro(record), DATA)
+    np.testing.assert_array_equal(axes(record, "gyro"), DATA)
     assert [f.severity for f in record.findings] == ["error"]
 
 

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from readings import axes
 
 from container_damage import outcomes
 from known import seed_of
@@ -59,10 +60,6 @@ def combined(n=N, between=lambda k: b""):
     return HEADER + FLAGS + COMBINED + subscription("sensor_combined", 3) + b"".join(rows)
 
 
-def three(record, sensor):
-    return np.stack([record.stream_of(f"{sensor}_{a}").column(f"{sensor}_{a}") for a in "xyz"], axis=1)
-
-
 def codes(record):
     return [f.code for f in record.findings]
 
@@ -75,8 +72,8 @@ def file(tmp_path):
 def test_sensor_combined(file):
     file.write_bytes(combined(between=lambda k: SYNC if k % 100 == 50 else b""))
     record = read(file)
-    np.testing.assert_array_equal(three(record, "gyro"), VALUES[:, :3].astype(float))
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[:, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), VALUES[:, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[:, 3:].astype(float))
     assert record.streams[0].grid.rate == pytest.approx(200, rel=1e-12)
     assert record.findings == ()
     assert (record.provenance.format, record.provenance.topics, record.provenance.rows) == (
@@ -91,12 +88,12 @@ def test_against_pyulog(file):
     file.write_bytes(combined())
     theirs = pyulog.ULog(str(file)).data_list[0].data
     ours = read(file)
-    np.testing.assert_array_equal(three(ours, "gyro")[:, 1], theirs["gyro_rad[1]"])
-    np.testing.assert_array_equal(three(ours, "accel")[:, 2], theirs["accelerometer_m_s2[2]"])
+    np.testing.assert_array_equal(axes(ours, "gyro")[:, 1], theirs["gyro_rad[1]"])
+    np.testing.assert_array_equal(axes(ours, "accel")[:, 2], theirs["accelerometer_m_s2[2]"])
     np.testing.assert_array_equal(theirs["timestamp"], STAMPS)
     # And what pyulog writes is read.
     pyulog.ULog(str(file)).write_ulog(str(file) + ".again")
-    np.testing.assert_array_equal(three(read(str(file) + ".again"), "gyro"), three(ours, "gyro"))
+    np.testing.assert_array_equal(axes(read(str(file) + ".again"), "gyro"), axes(ours, "gyro"))
 
 
 def instances():
@@ -117,8 +114,8 @@ def test_instances_are_topics(file):
     with pytest.raises(OptionError, match=r"several sensors: sensor_gyro:0 \(gyro, 400 rows\), sensor_gyro:1"):
         read(file)
     record = read(file, topic=["sensor_gyro:1", "sensor_accel:0"])
-    np.testing.assert_array_equal(three(record, "gyro"), -VALUES[:, :3].astype(float))
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[::2, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), -VALUES[:, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[::2, 3:].astype(float))
     assert [round(s.grid.rate, 6) for s in record.streams] == [200, 100]  # from timestamp_sample, not from arrival
     assert record.findings == ()
 
@@ -144,7 +141,7 @@ def test_samples_of_the_buffer(file):
     record = read(file)
     k = np.arange(sum(counts))
     for axis in range(3):
-        np.testing.assert_array_equal(three(record, "gyro")[:, axis], (100 * k % 30000 + axis) * 0.5)
+        np.testing.assert_array_equal(axes(record, "gyro")[:, axis], (100 * k % 30000 + axis) * 0.5)
     # The first message has none before it and is spread by the nominal interval: 7 of 47 intervals are 4 % too long.
     assert record.streams[0].grid.rate == pytest.approx(1e6 / true, rel=0.3 * 0.04)
     assert [f.code for f in record.findings if f.severity != "info"] == []
@@ -192,7 +189,7 @@ def test_cut(file, part):
     record = read(file)
     rows = (length - first) // 50
     assert record.provenance.rows == rows
-    np.testing.assert_array_equal(three(record, "gyro"), VALUES[:rows, :3].astype(float))
+    np.testing.assert_array_equal(axes(record, "gyro"), VALUES[:rows, :3].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("damaged", "error")
     assert finding.details.place == Place("byte", first + 50 * rows, of=length)
@@ -206,7 +203,7 @@ def test_a_flipped_page(file):
     record = read(file)
     rows = (8192 - first) // 50  # without the message that reaches into the page
     assert record.provenance.rows == rows
-    np.testing.assert_array_equal(three(record, "accel"), VALUES[:rows, 3:].astype(float))
+    np.testing.assert_array_equal(axes(record, "accel"), VALUES[:rows, 3:].astype(float))
     (finding,) = record.findings
     assert (finding.code, finding.severity) == ("damaged", "error")
 

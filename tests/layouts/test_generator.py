@@ -1,10 +1,9 @@
-"""The corpus of layouts: names, sizes, and the same bytes in every run."""
+"""The corpus of layouts: names, answers, and the same bytes in every run."""
 
 import hashlib
 
 import pytest
-from generator import LAYOUTS, write_corpus
-from recording import LARGEST_FILE
+from generator import LAYOUTS
 
 
 def test_names_are_unique_and_sources_stated():
@@ -18,15 +17,10 @@ def test_a_question_has_an_answer_or_a_refusal_is_right():
         assert described.readable or not described.answers, described.name
 
 
-@pytest.mark.parametrize("described", LAYOUTS[::9], ids=lambda described: described.name)
+@pytest.mark.parametrize("described", LAYOUTS[::20], ids=lambda described: described.name)
 def test_a_file_has_the_same_bytes_in_every_run(described, tmp_path):
     digests = []
     for run in ("first", "second"):
         (tmp_path / run).mkdir()
         digests.append(hashlib.sha256(described.save(tmp_path / run).read_bytes()).hexdigest())
     assert digests[0] == digests[1]
-
-
-def test_files_are_small(tmp_path):
-    paths = write_corpus(tmp_path)
-    assert max(path.stat().st_size for path in paths.values()) <= LARGEST_FILE

@@ -35,6 +35,16 @@ def disturbed(name):
     return st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel)
 
 
+def analysed(record, **options):
+    """By the curve alone: the fit changes no mask."""
+    return st.analyze(record, method="read-off", **options)
+
+
+@pytest.fixture(scope="module")
+def of_disturbed():
+    return analysed(disturbed("json"))
+
+
 def reasons(mask):
     """The reason of each sample; empty for those that were used."""
     of = np.full(mask.samples, "", dtype="<U20")
@@ -45,7 +55,7 @@ def reasons(mask):
 
 
 def test_each_sample_has_its_reason():
-    analysis = st.analyze(disturbed("mask"), leave_out="30s:32s", window="20s:")
+    analysis = analysed(disturbed("mask"), leave_out="30s:32s", window="20s:")
     gyro, accel = reasons(analysis.mask("gyro_x")), reasons(analysis.mask("accel_z"))
     knock = slice(KNOCK.start - 100, KNOCK.start + 200)  # the second that has it, and one on either side
     expected = np.full(N, "", dtype="<U20")
@@ -65,7 +75,7 @@ def test_saturation_is_in_the_mask_of_its_axis():
     at = slice(20_000, 20_060)
     gyro[at, 1] = limit
     np.clip(gyro, -limit, limit, out=gyro)
-    analysis = st.analyze(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
+    analysis = analysed(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
     of = reasons(analysis.mask("gyro_y"))
     assert set(of[at]) <= {"saturation", "stuck_samples"}
     assert (of[at] != "").all()
@@ -76,7 +86,7 @@ def test_motion_is_in_the_mask_of_all_sensors():
     gyro, accel = samples("motion")
     moving = slice(0, 12_000)
     gyro[moving] += 0.5 * np.sin(np.arange(12_000) / 40)[:, None]
-    analysis = st.analyze(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
+    analysis = analysed(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
     assert analysis.rest.verdict == "partly_at_rest"
     for channel in ("gyro_x", "accel_x"):
         of = reasons(analysis.mask(channel))
@@ -92,14 +102,14 @@ def test_streams_that_begin_later_count_their_own_samples():
     record = st.Record.from_arrays(rate={"gyro": RATE, "accel": 50}, gyro=gyro, accel=accel)
     first, second = record.streams
     record = replace(record, streams=(first, replace(second, grid=replace(second.grid, start=12.0))))
-    mask = st.analyze(record, window="15s:").mask("accel_x")
+    mask = analysed(record, window="15s:").mask("accel_x")
     assert (mask.lead, mask.samples) == (12.0, N)
     assert mask.columns()["stop_s"][0] == 15.0
     assert mask.spans[1].start == 500
 
 
-def test_the_json_has_the_mask():
-    analysis = st.analyze(disturbed("json"))
+def test_the_json_has_the_mask(of_disturbed):
+    analysis = of_disturbed
     again = Analysis.from_json(analysis.to_json())
     for channel in analysis.curves:
         mask, same = analysis.mask(channel), again.mask(channel)
@@ -107,11 +117,10 @@ def test_the_json_has_the_mask():
         assert again.used[channel].tolist() == analysis.used[channel].tolist()
 
 
-def test_results_without_a_mask_say_so():
-    analysis = st.analyze(disturbed("without"))
+def test_results_without_a_mask_say_so(of_disturbed):
     with pytest.raises(KeyError, match="no channel 'gyro_q'; channels: gyro_x"):
-        analysis.mask("gyro_q")
-    content = analysis.to_dict()
+        of_disturbed.mask("gyro_q")
+    content = json.loads(of_disturbed.to_json())
     for channel in content["channels"].values():
         del channel["excluded"]
     earlier = Analysis.from_dict(content)
@@ -124,7 +133,7 @@ def test_a_mask_of_thousands_of_stretches_is_in_the_json():
     gyro, accel = samples("many")
     gyro[np.arange(20, 20 * (MAX_LISTED + 2), 20)] = np.nan
     gyro[50_000, 0] += 0.2
-    analysis = st.analyze(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
+    analysis = analysed(st.Record.from_arrays(rate=RATE, gyro=gyro, accel=accel))
     mask = analysis.mask("gyro_x")
     assert {span.reason for span in mask.spans} == {"missing", "spikes"}
     assert len(mask.spans) == MAX_LISTED + 2
@@ -147,8 +156,8 @@ def test_a_mask_of_a_hundred_thousand_stretches_is_below_a_megabyte():
 
 
 @pytest.mark.parametrize("runs", ["20 1 19", "20 x", "1.5 2", "20 1 -5 2", "59000 1001", "20 -1"])
-def test_damaged_runs_are_refused(runs):
-    content = json.loads(st.analyze(disturbed("damaged runs")).to_json())
+def test_damaged_runs_are_refused(of_disturbed, runs):
+    content = json.loads(of_disturbed.to_json())
     excluded = content["channels"]["gyro_x"].pop("excluded")
     del excluded["spans"]
     content["channels"]["gyro_x"]["excluded_runs"] = excluded | {"runs": {"spikes": runs}}
@@ -157,8 +166,8 @@ def test_damaged_runs_are_refused(runs):
 
 
 @pytest.mark.parametrize("spans", [[[0, 10], [5, 20]], [[10, 5]], [[59_000, 60_001]], [[-1, 5]]])
-def test_damaged_spans_are_refused(spans):
-    content = json.loads(st.analyze(disturbed("damaged")).to_json())
+def test_damaged_spans_are_refused(of_disturbed, spans):
+    content = json.loads(of_disturbed.to_json())
     content["channels"]["gyro_x"]["excluded"]["spans"] = {"spikes": spans}
     with pytest.raises(DataError, match=r"excluded: its spans overlap, or end after the record"):
         Analysis.from_dict(content)

@@ -150,7 +150,7 @@ def test_a_digital_filter_of_a_single_log():
 
 def test_coverage():
     """A fast version of studies/bandwidth_instrument.py."""
-    rows = [row for kind in KINDS for row in sensors(seed_of(f"coverage of {kind}"), kind, 2)]
+    rows = [row for kind in KINDS for row in sensors(seed_of(f"coverage of {kind}"), kind, 1)]
     with_intervals = [row for row in rows if "bandwidth" in row]
     assert len(with_intervals) >= len(rows) - 1
     least = LEVEL - 3 * math.sqrt(LEVEL * (1 - LEVEL) / len(with_intervals))

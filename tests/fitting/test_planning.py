@@ -142,7 +142,7 @@ def test_what_a_record_does_not_determine_is_named():
             channel="gyro_x",
             quantity="angular_rate",
             rate_unit="rad/s",
-            rate=10,
+            rate=1,
             duration=7200,
             value=1e-7,
         )

@@ -59,7 +59,7 @@ def test_two_values_have_a_step_and_one_has_none():
 @pytest.mark.parametrize("n", [2, 3, 4, 5, 8, 20, 50, 1000, 20_000])
 def test_noise_of_double_precision_has_none(n):
     rng = np.random.default_rng(seed_of(f"none {n}"))
-    assert [common_step(rng.normal(size=n)) for _ in range(200 if n < 5000 else 5)].count(None) in (200, 5)
+    assert [common_step(rng.normal(size=n)) for _ in range(60 if n < 5000 else 5)].count(None) in (60, 5)
 
 
 @pytest.mark.parametrize("form", ["counts", "accumulated", "differenced"])
@@ -79,10 +79,10 @@ def test_the_rounding_of_an_angle_is_no_step_of_its_counts(form, noise, mean):
 
 @pytest.mark.parametrize("ratio", [0.5, 0.7, 1.0, 2.0])
 def test_what_rounding_adds_to_the_random_walk(ratio):
-    """q²/12 a sample: as the Allan variance with and without it says, on average over 24 records, to a tenth of it."""
+    """q²/12 a sample: as the Allan variance with and without it says, on average over 12 records, to a tenth of it."""
     rng = np.random.default_rng(seed_of(f"adds {ratio}"))
     stated, measured = [], []
-    for _ in range(24):
+    for _ in range(12):
         x = rng.normal(size=N) * ratio + rng.uniform()
         (finding,) = coarse_resolution(Record.from_arrays(rate=100, gyro_x=np.round(x)).streams[0])
         stated.append(dict(finding.factors)["random_walk"])
@@ -90,7 +90,7 @@ def test_what_rounding_adds_to_the_random_walk(ratio):
         measured.append(float(curves["b"].adev[0] / curves["a"].adev[0]))
         assert finding.severity == ("warning" if stated[-1] > 1.05 else "info")
     stated, measured = np.array(stated), np.array(measured)
-    error = np.std(stated - measured, ddof=1) / math.sqrt(24)
+    error = np.std(stated - measured, ddof=1) / math.sqrt(12)
     added = math.sqrt(1 + 1 / (12 * ratio**2)) - 1
     assert abs(np.mean(stated - measured)) <= 0.1 * added + 3 * error
     assert stated.mean() - 1 == pytest.approx(added, rel=0.1)
@@ -149,8 +149,8 @@ def counts_of(name, *, noise, rate=0.0, n=60_000):
     return np.diff(np.round(angle))
 
 
-@pytest.mark.parametrize("rate", [0.0, 0.013, 0.31, 0.5, 7.25])
-@pytest.mark.parametrize("noise", [0.01, 0.05, 0.2, 0.4, 0.7, 1.0])
+@pytest.mark.parametrize("rate", [0.0, 0.013, 0.5, 7.25])
+@pytest.mark.parametrize("noise", [0.01, 0.2, 0.7, 1.0])
 def test_counts_of_an_angle_are_recognised(noise, rate):
     assert rounding_by_sums(counts_of(f"counts {noise} {rate}", noise=noise, rate=rate)) == "of_sums"
 

@@ -81,13 +81,13 @@ GYROS = {
 @pytest.mark.parametrize("unit", ["rad/s", "deg/s"])
 @pytest.mark.parametrize("kind", GYROS)
 def test_no_sensor_that_there_is_has_a_finding(kind, unit):
-    """Ten units of each, axes that differ by a fifth (1 sd), the Earth's rate on any of them; 180 triads, no finding.
+    """Five units of each, axes that differ by a fifth (1 sd), the Earth's rate on any of them; 90 triads, no finding.
 
     By the thresholds: 0.2 (deg/s)/√Hz is 3.5 sd above the noisiest; two axes of one triad apart by 6 is 6 sd.
     """
     rng = np.random.default_rng(seed_of(f"{kind} {unit}"))
     noise, bias = GYROS[kind]
-    for _ in range(10):
+    for _ in range(5):
         direction = rng.standard_normal(3)
         mean = bias * rng.uniform(-1, 1, 3) + EARTH * direction / np.linalg.norm(direction)
         samples = triad(rng, noise, mean, spread=0.2)
@@ -98,7 +98,7 @@ def test_no_sensor_that_there_is_has_a_finding(kind, unit):
 @pytest.mark.parametrize("density", [1e-8, 1e-6, 50e-6, 400e-6, 3e-3])
 def test_accelerometers_from_seismic_to_cheap(density):
     rng = np.random.default_rng(seed_of(f"accel {density}"))
-    for _ in range(10):
+    for _ in range(5):
         direction = rng.standard_normal(3)
         samples = triad(rng, density, direction / np.linalg.norm(direction) + 0.02 * rng.standard_normal(3), spread=0.2)
         assert found(accel_record(samples, "g")) == []

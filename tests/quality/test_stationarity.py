@@ -213,13 +213,13 @@ def test_law_of_few_means(terms):
     """Of 61 means of any colour no more than 1e-3 of pairs pass the bound of 1e-3, which is made for the worst."""
     rng = np.random.default_rng(seed_of(f"few means {terms}"))
     changes = []
-    for _ in range(150):
+    for _ in range(90):
         y = simulated(61 * 8, 1.0, MIXTURES[terms], seed=int(rng.integers(1 << 62)))
         d = np.diff(y.reshape(61, 8).mean(axis=1))
         d -= d.mean()
         changes.append(d / np.linalg.norm(d))
-    both = np.abs(np.array(changes) @ np.array(changes).T)[np.triu_indices(150, 1)]
-    # 11175 pairs, nearly independent of each other: √(1e-3/11175) is the error.
+    both = np.abs(np.array(changes) @ np.array(changes).T)[np.triu_indices(90, 1)]
+    # 4005 pairs, nearly independent of each other: √(1e-3/4005) is the error.
     assert np.mean(both > _chance(60, 1e-3, INFLATION)) <= 1e-3 + 3 * np.sqrt(1e-3 / len(both))
 
 
@@ -240,10 +240,10 @@ def test_correlation_with_gaps_and_without_noise():
 
 @pytest.mark.parametrize("name", ["white", "angle", "filtered", "walk"])
 def test_law_of_the_correlation(name):
-    """Independent axes of any colour: at most one finding in 300 pairs, where 1e-4 of streams is asked for."""
+    """Independent axes of any colour: at most one finding in 180 pairs, where 1e-4 of streams is asked for."""
     rng = np.random.default_rng(seed_of(f"correlation {name}"))
     found = 0
-    for _ in range(100):
+    for _ in range(60):
         y = rng.standard_normal((3000, 3))
         if name == "angle":
             y = np.diff(y, axis=0)

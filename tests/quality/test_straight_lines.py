@@ -39,21 +39,22 @@ def lost_rows(name, share, n=N):
 @pytest.mark.parametrize("digits", [None, 9])
 def test_an_outage_is_one_finding_a_stream(digits):
     """Also as printed with nine digits."""
-    lost = np.zeros(N, dtype=bool)
-    lost[80_000:86_000] = True
-    data = {name: fill(x, lost) for name, x in six("outage").items()}
+    n = 60_000
+    lost = np.zeros(n, dtype=bool)
+    lost[30_000:36_000] = True
+    data = {name: fill(x, lost) for name, x in six("outage", n).items()}
     if digits:
         data = {name: np.vectorize(lambda v: float(f"{v:.{digits}g}"))(x) for name, x in data.items()}
     for stream in Record.from_arrays(rate=RATE, **data).streams:
         (finding,) = check(stream)
         assert (finding.code, finding.severity, finding.channels) == ("interpolated", "warning", stream.channels)
-        assert finding.spans == ((800.0, 860.0),)
+        assert finding.spans == ((300.0, 360.0),)
         assert finding.size == 60.0
         outages = finding.details.outages
-        assert (outages.count, outages.start, outages.longest) == (1, 800.0, 60.0)
+        assert (outages.count, outages.start, outages.longest) == (1, 300.0, 60.0)
 
 
-@pytest.mark.parametrize("share", [0.01, 0.02, 0.1, 0.3])
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.3])
 def test_single_lost_samples_and_what_filling_them_does(share):
     """σ at one sample is smaller and N at long τ larger than the sensor's own, by what is stated: over 12 channels."""
     lost = lost_rows(f"single {share}", share)
@@ -99,7 +100,7 @@ def test_lines_behind_a_filter_and_rounded():
         assert finding.details.outages is None
 
 
-@pytest.mark.parametrize("ratio", [2.05, 2.1, 2.3, 2.7, 3.5])
+@pytest.mark.parametrize("ratio", [2.05, 2.3, 3.5])
 def test_interpolation_from_another_rate_is_no_loss(ratio):
     rng = np.random.default_rng(seed_of(f"other rate {ratio}"))
     known = rng.normal(size=int(60_000 / ratio) + 3)
@@ -137,8 +138,8 @@ def test_what_is_not_filled():
 
 
 def test_no_false_alarm():
-    """Not one in 120 clean channels of any mixture; by the law of single lines 1e-4 a record."""
+    """Not one in 60 clean channels of any mixture; by the law of single lines 1e-4 a record."""
     rng = np.random.default_rng(seed_of("clean of lines"))
-    for _ in range(20):
+    for _ in range(10):
         for stream in record(rng, most=20_000).streams:
             assert interpolated(stream) == []

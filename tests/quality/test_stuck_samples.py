@@ -213,7 +213,7 @@ class TestStuck:
         assert finding.channels == GYRO
         assert finding.spans == ((200.0, 203.0),)
 
-    @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 3.0])
+    @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.2, 0.4, 0.7, 3.0])
     @pytest.mark.parametrize("phase", [0.0, 0.25, 0.5])
     def test_coarse_noise_does_not_stick(self, ratio, phase):
         """Not even at a tenth of a step in the middle of one, where it rests for ever; nor while it drifts through."""

@@ -1,12 +1,10 @@
 """Units by gravity, by noise and by the steps that sensors are known for."""
 
-import math
-
 import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, Record, allan, analyze, check, read, simulate
+from sigmatau import Record, allan, analyze, check, read
 from sigmatau.hints import Hint
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.samples.units import gravity, implausible_unit
@@ -75,14 +73,6 @@ def test_raw_counts_named_g_are_not_to_be_trusted():
     analysis = analyze(Record.from_arrays(rate=100, accel=counts, unit={"accel": "g"}))
     assert [one.code for one in analysis.findings] == ["gravity"]
     assert set(analysis.columns()["trust"]) == {"poor"}
-
-
-def test_gyros_of_all_grades_are_plausible():
-    """Navigation 1e-4 deg/√h to MEMS of 1 (deg/s)/√Hz."""
-    for k, n in enumerate((1e-4 / 60, 1e-2 / 60, 0.3 / 60, 0.01, 0.1, 1.0)):
-        model = NoiseModel(channels={"gyro_x": {"random_walk": math.radians(n)}})
-        record = simulate(model, duration=60.0, rate=100, rng=seed_of(f"grade {k}") % 2**60)
-        assert implausible_unit(record.streams[0]) == []
 
 
 @pytest.mark.parametrize("sensitivity", [131.0, 65.5, 16.4, 16.384, 1000 / 8.75])

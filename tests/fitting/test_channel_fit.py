@@ -33,18 +33,6 @@ def test_a_fit_is_pickled_by_its_values(found):
     assert repr(again) == repr(fit)
 
 
-def test_it_is_printed_by_its_values(found):
-    _, fit = found
-    assert repr(fit).startswith("ChannelFit(terms=[('quantization', TermEstimate(observed=")
-    assert repr(native.Estimate(1.0, 0.5, None)) == "Estimate(value=1.0, low=0.5, high=None)"
-
-
-def test_it_is_frozen(found):
-    _, fit = found
-    with pytest.raises(AttributeError):
-        fit.tau_min = 1.0
-
-
 def test_the_fit_of_a_channel_has_its_values(found):
     x, fit = found
     named = fit_channel(Record.from_arrays(rate=100, unit={"gyro": "rad/s"}, gyro_x=x), "gyro_x")

@@ -8,7 +8,7 @@ import known
 from sigmatau import Record
 from sigmatau.fitting.channel import fit_channel
 
-RATE, N, RECORDS = 100.0, 60_000, 24
+RATE, N, RECORDS = 100.0, 60_000, 16
 DECAY = np.exp(-2 * np.pi * 0.08)
 COSINE = (4 * DECAY - 1 - DECAY**2) / (2 * DECAY)  # of the angle at which smoothing has half the power
 FILTERS = {
@@ -19,7 +19,7 @@ FILTERS = {
 
 @pytest.mark.parametrize("name", FILTERS)
 def test_the_interval_of_a_corner(name):
-    """At least 92 %, less three standard errors of 40 records; it was 58 % for smoothing, whose series is long."""
+    """At least 92 %, less three standard errors; it was 58 % for smoothing, whose series is long."""
     b, a, corner = FILTERS[name]
     inside, halves = 0, []
     for k in range(RECORDS):

@@ -9,12 +9,12 @@ from known import seed_of
 
 ARCSEC = math.pi / 180 / 3600
 WALK, QUANTIZATION = 0.0015 * 60 * ARCSEC, 0.973 * ARCSEC  # rad/sqrt(s), rad
-RATE, DURATION, AXES = 200.0, 7200, 30
+RATE, DURATION, AXES = 200.0, 7200, 16
 
 
 def test_the_random_walk_is_not_low():
     """The ends of the record, where the periodogram is mirrored, add no more than the model expects: within 3 standard
-    errors of the mean over 30 axes."""
+    errors of the mean over the axes."""
     errors, inside = [], 0
     n = round(RATE * DURATION)
     for axis in range(AXES):

@@ -6,7 +6,7 @@ import pytest
 from known import seed_of
 from sigmatau import Record, analyze
 
-RATE, N, RUNS = 200.0, 30_000, 6
+RATE, N, RUNS = 200.0, 30_000, 4
 WALK = 1 / np.sqrt(RATE)  # of white noise of 1
 
 

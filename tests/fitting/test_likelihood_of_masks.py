@@ -11,7 +11,7 @@ from sigmatau._native.likelihood import summarize, summarize_masked
 from sigmatau.fitting.likelihood import fit_samples
 from sigmatau.fitting.pass_over import usable
 
-RECORDS = 3
+RECORDS = 2
 MIXTURES_HERE = ("N B K", "Q N", "N K strong", "K")
 KINDS = ("5 % at random", "50 % at random", "20 % in blocks", "50 % in blocks", "every second", "4 gaps of 5 %")
 

@@ -33,8 +33,8 @@ def limit(request):
 
 @pytest.fixture(scope="module")
 def walks(limit):
-    """The random walk of 36 axes."""
-    analyses = (analyze(white(f"no quantization {limit[0]} {k}", bias=limit[0])) for k in range(12))
+    """The random walk of 24 axes."""
+    analyses = (analyze(white(f"no quantization {limit[0]} {k}", bias=limit[0])) for k in range(8))
     return [analysis[axis]["random_walk"] for analysis in analyses for axis in AXES]
 
 

@@ -13,7 +13,7 @@ F = np.geomspace(1e-3, 50, 150)
 TRUTH = {"random_walk": 1e-4, "bias_instability": 2e-4, "rate_random_walk": 1e-5}
 DENSITY = sum(psd(name, value, F) for name, value in TRUTH.items())
 DOF = 20
-SETS = 40
+SETS = 24
 
 
 def measured(density, name):

@@ -5,7 +5,7 @@ import numpy as np
 import sigmatau as st
 from known import seed_of
 
-AXES, RATE, SAMPLES = 12, 50.0, 180_000
+AXES, RATE, SAMPLES = 8, 50.0, 180_000
 N = 1e-4
 
 

@@ -12,7 +12,7 @@ from sigmatau.model.numbers import adev_interval
 
 N = 1e-4
 RATE, DURATION = 10.0, 3600.0
-COUNT = 24
+COUNT = 16
 
 
 def process(time, ratio):

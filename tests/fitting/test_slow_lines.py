@@ -12,7 +12,7 @@ from sigmatau.noise.terms import avar
 
 N, B = 1e-4, 5e-5
 RATE, DURATION = 10.0, 3600.0
-COUNT = 24
+COUNT = 16
 
 
 def records(name, lines, **terms):

@@ -35,8 +35,8 @@ _SIZES = np.geomspace(0.03, 60.0, 80)
 _HALVINGS = 40  # halvings of the interval of a quantile
 
 
-# P-value of a level that is the same in all eighths, at least. [1] Study: docs/theory/likelihood.md measures the
-# false alarms, and the coverage below.
+# Smallest p-value of an equal level in all eighths for which the level counts as steady. [1] Study:
+# docs/theory/likelihood.md measures the false alarms, and the coverage below.
 UNSTEADY = 0.003
 
 

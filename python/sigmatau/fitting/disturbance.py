@@ -19,62 +19,61 @@ from sigmatau.model.parameters import Parameter
 from sigmatau.noise.terms import avar
 from sigmatau.record.streams import Stream
 
-# Share of lines and narrow resonances in the power of a quiet sensor, at most. [1] Study: docs/study/disturbed.md;
-# 0.83 is the largest of 270 fits of parts of real records at rest.
+# Largest share of lines and narrow resonances in the power of a quiet sensor. [1] Study: docs/study/disturbed.md; 0.83
+# is the largest of 270 fits of parts of real records at rest.
 MAX_SHARE = 0.85
 # Share of such power from which on the random walk must show in the curve. [1] Study: docs/study/disturbed.md.
 MAX_HIDING_SHARE = 0.3
-# Random walk over the limit that the curve sets, at least, with so large a share. [1] Study: docs/study/disturbed.md;
-# 0.72 is the least of quiet real records.
+# Smallest random walk of the fit over the limit from the curve, if the share is so large. [1] Study:
+# docs/study/disturbed.md; 0.72 is the smallest of quiet real records.
 HIDDEN = 0.6
-# Power of the loudest times over that of the median, relative to normal noise and to neighbouring samples, at most.
-# [1] Study: docs/study/disturbed.md; 1.45 is the largest of 198 parts of real records at rest.
+# Largest ratio of the power at the loudest times to that at the median, relative to normal noise and to neighbouring
+# samples. [1] Study: docs/study/disturbed.md; 1.45 is the largest of 198 parts of real records at rest.
 MAX_BURSTS = 3.0
-# Samples of a cluster whose power is compared, at least. [samples] Judgement: rounding leaves enough values of their
-# sum.
+# Smallest cluster whose power is compared. [samples] Judgement: rounding leaves enough distinct values of the sum.
 _LEAST_CLUSTER = 8
-# Pairs of clusters, at least. [1] Derived: the ratio then has a standard error of 20 %.
+# Smallest number of pairs of clusters. [1] Derived: the ratio then has a standard error of 20 %.
 _BURST_BLOCKS = 256
-# Pairs of clusters, at most. [1] Judgement: bounds the time.
+# Largest number of pairs of clusters. [1] Judgement: limits the time.
 _MOST_BURST_BLOCKS = 2048
-# Averaging time of a cluster, at most. [s] Judgement: people and vehicles move faster, and temperature changes
-# slower.
+# Longest averaging time of a cluster. [s] Judgement: people and vehicles move faster, and temperature changes more
+# slowly.
 _LONGEST_BURST = 1.0
-# Change of the sum of a cluster, at least. [steps] Judgement: rounding makes one or two.
+# Smallest change of the sum of a cluster. [steps] Judgement: rounding makes one or two.
 _COUNTS = 3.0
 # Share of the times that are not among the loudest. [1] Judgement: people move a sensor for a fortieth of the time.
 _LOUD_SHARE = 0.975
-# Half width of a resonance over its centre, at most, for it to be a vibration. [1] Judgement: a wider one is a shape
-# of the sensor's noise.
+# Largest half width of a resonance over its centre, if it is a vibration. [1] Judgement: a wider one is a property of
+# the sensor's noise.
 _NARROW = 0.25
-# Centre of a resonance that is a vibration, at least. [Hz] Judgement: a slower one is a drift.
+# Lowest centre of a resonance that is a vibration. [Hz] Judgement: a slower one is a drift.
 _SLOWEST = 0.5
-# Lines of a steady machine or of the mains beside which a steady white level is known, at most. [1] Study:
+# Largest number of lines of a steady machine or of the mains that leave a steady white level visible. [1] Study:
 # docs/study/disturbed.md.
 _STEADY_LINES = 3
-# Power of narrow resonances over theirs, at most. [1] Judgement: a resonance is seldom steady.
+# Largest power of narrow resonances over that of these lines. [1] Judgement: a resonance is seldom steady.
 _STEADY_RESONANCES = 0.1
-# P-value of a white level that is the same in all eighths of the record, at least. [1] Judgement: one false alarm in
-# 1000 axes with so much vibration.
+# Smallest p-value of an equal white level in all eighths of the record. [1] Judgement: one false alarm in 1000 axes
+# with this much vibration.
 _UNSTEADY = 1e-3
-# Samples of a cluster from which on a variance limits white noise. [samples] Derived: a filter with a corner above
-# 1/20 of the rate lowers σ² by less than 15 % there.
+# Smallest cluster whose variance limits white noise. [samples] Derived: a filter with a corner above 1/20 of the rate
+# lowers σ² by less than 15 % there.
 _LEAST_SIZE = 32
-# Normal quantile by which an Allan variance is taken higher. [1] Derived: probability 0.6 %, because the least of
-# many is used.
+# Normal quantile by which an Allan variance is raised. [1] Derived: probability 0.6 %, because the smallest of many
+# variances is used.
 _QUANTILE = 2.5
-# Pairs of clusters of a variance that is a limit, at least. [1] Derived: with fewer the limit is more than 5 times
-# the variance.
+# Smallest number of pairs of clusters of a variance that is a limit. [1] Derived: with fewer the limit is more than 5
+# times the variance.
 _MIN_PAIRS = 16
-# The same where the limit is compared. [1] Derived: of white noise alone it is then at most 1.36 times N.
+# The same for a limit that is compared. [1] Derived: for white noise alone it is then at most 1.36 times N.
 _MIN_PAIRS_HIDDEN = 64
-# Parts of which the quietest is named, at most. [1] Judgement: a pause of an eighth of the record is useful.
+# Number of parts of which the quietest is reported. [1] Judgement: a pause of an eighth of the record is useful.
 _STRETCHES = 8
-# Samples of a part, at least. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
+# Smallest number of samples in a part. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
 _LEAST_STRETCH = 1024
-# Samples that are used, at most. [samples] Judgement: bounds the memory.
+# Largest number of samples that are used. [samples] Judgement: limits the memory.
 _LONGEST = 1 << 24
-# Samples that are looked at in every record, at most. [samples] Judgement: bounds the time.
+# Largest number of samples that are examined in every record. [samples] Judgement: limits the time.
 _LONGEST_LOOK = 1 << 21
 
 

@@ -21,16 +21,17 @@ _JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
 _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
 
 
-# Factor over the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, are within it.
+# Smallest factor over the noisiest sensor that is reported. [1] Measured: fits of 240 axes at its limits, of 20 s to
+# 300 s, stay below it.
 _BEYOND = 1.25
-# Frequency at which densities are compared, at most. [Hz] Study: docs/study/rest.md; below vibration and the filters
-# of most sensors.
+# Highest frequency at which densities are compared. [Hz] Study: docs/study/rest.md; below vibration and the filters of
+# most sensors.
 _HIGHEST = 2.0
-# Cycles of the lowest frequency in the record. [1] Judgement: the density of a model is known there.
+# Cycles of the lowest compared frequency in the record. [1] Judgement: the density of a model is known there.
 _CYCLES = 4.0
-# Highest frequency over the sampling rate, at most. [1] Judgement: below the edge of the band.
+# Largest ratio of a compared frequency to the sampling rate. [1] Judgement: below the edge of the band.
 _SHARE_OF_RATE = 0.4
-# Frequencies that are compared. [1] Judgement: three a decade of a long record.
+# Number of frequencies that are compared. [1] Judgement: three per decade of a long record.
 _FREQUENCIES = 12
 
 

@@ -20,24 +20,24 @@ from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 
-# Lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records.
+# Number of lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records.
 _STRONGEST = 8
-# Logarithm of the factor of a clock that is looked for, at most. [1] Judgement: a larger one is a wrong rate, and
+# Largest logarithm of the factor of a clock that is searched for. [1] Judgement: a larger one is a wrong rate, and
 # marks would be mistaken for each other.
 _FARTHEST = math.log(1.25)
-# Marks that must show the factor. [1] Judgement: two may have the same ratio by chance.
+# Smallest number of marks that must show the factor. [1] Judgement: two may have the same ratio by chance.
 _MIN_MARKS = 3
-# Part of the marks that has the factor, or has it within its errors. [1] Judgement: a quarter of the lines comes from
-# elsewhere.
+# Smallest share of the marks that have the factor within their errors. [1] Judgement: a quarter of the lines has other
+# causes.
 _MOST_MARKS_OF_ALL = 0.75
 # Marks that are at the usual place over those that have the factor, at most. [1] Judgement: see `_MOST_MARKS_OF_ALL`.
 _CONTRARY = 0.25
-# Part of the marks at the same place from which on two records have the same clock. [1] Judgement: half of them.
+# Share of the marks at the same place from which on two records have the same clock. [1] Judgement: half of the marks.
 _AGREE = 0.5
-# Error of a line over the width of the band that is left out, which has its foot too. [1] Judgement: half of the band
-# is the line, and its centre is known to a quarter of it.
+# Error of a line over the width of its excluded band, which also contains the foot of the line. [1] Judgement: half of
+# the band is the line, and its centre is known to a quarter of that.
 _FOOT = 0.125
-# Multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance.
+# Largest multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance.
 _HIGHEST_MULTIPLE = 20
 
 

@@ -17,12 +17,12 @@ from sigmatau.findings.finding import Finding
 from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
-# Allan variance that can be analysed, at least. [rate_unit²] Derived: a fit squares it, within the range of double
+# Smallest Allan variance that can be analysed. [rate_unit²] Derived: a fit squares it, within the range of double
 # precision.
 _SMALLEST = 1e-120
-# Allan variance that can be analysed, at most. [rate_unit²] Derived: see `_SMALLEST`.
+# Largest Allan variance that can be analysed. [rate_unit²] Derived: see `_SMALLEST`.
 _LARGEST = 1e120
-# Deviation that rounding can make of a constant channel, in units of the rounding of its largest value. [1]
+# Largest deviation of a constant channel that rounding can cause, in units of the rounding of its largest value. [1]
 # Judgement: three differences and a unit conversion are rounded.
 _ROUNDING = 4
 

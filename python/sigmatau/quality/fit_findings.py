@@ -40,32 +40,31 @@ from sigmatau.model.parameters import Parameter
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
 
-# Degrees of freedom of the random walk from which on it is trusted. [1] Derived: its 95 % interval is then within 25
-# %.
+# Degrees of freedom from which on a random walk can be trusted. [1] Derived: its 95 % interval is then within 25 %.
 _LEAST_FREEDOM = 30.0
-# Coefficient of another model over that of the fit, from which on it is another size. [1] Judgement: more than the
-# usual interval of a slow term is of no use to tell them apart.
+# Ratio of the coefficients of two models from which on they differ in size. [1] Judgement: more than the usual interval
+# of a slow term.
 _MUCH_LARGER = 1.2
-# Share of missing samples from which on they are named as the cause of too few averaging times. [1] Judgement: fewer
-# do not shorten the record.
+# Share of missing samples from which on they explain why there are too few averaging times. [1] Judgement: fewer do not
+# shorten the record.
 _MANY_MISSING = 0.1
-# Shortest averaging time of a fit over the sample interval, from which on short times are left out. [1] Derived: the
-# next octave is 2.
+# Shortest averaging time of a fit, over the sample interval, from which on short times count as left out. [1] Derived:
+# the next octave is 2.
 _LONGER_START = 1.5
 # Frequencies of the mains. [Hz] Standard: IEC 60196.
 _MAINS = (50.0, 60.0)
-# Half width of a line that may be the mains, at most. [Hz] Judgement: the mains wander by no more.
+# Largest half width of a line that may be the mains. [Hz] Judgement: the mains frequency varies by no more.
 _MAINS_ERROR = 0.2
-# Frequency of a folded line of the mains, at least. [Hz] Judgement: slow noise has lines of its own below.
+# Lowest frequency of a folded line of the mains. [Hz] Judgement: slow noise has lines below.
 _MAINS_FROM = 0.5
-# Deviation of the mains and of each multiple, at most. [Hz] Judgement: usual deviations of large grids.
+# Largest deviation of the mains frequency and of each multiple. [Hz] Judgement: usual deviations of large grids.
 _MAINS_WANDER = 0.05
 # Relative error of the clock of a log. [1] Judgement: crystals have 10⁻⁵ to 10⁻⁴.
 _CLOCK_ERROR = 1e-4
-# Distance of a harmonic from a multiple of the lowest line, over that line, at most. [1] Judgement: two tenths of all
+# Largest distance of a harmonic from a multiple of the lowest line, over that line. [1] Judgement: two tenths of all
 # frequencies are then near a multiple.
 _PART_OF_BASE = 0.1
-# Multiple of a line, at most. [1] Judgement: higher ones match weak lines by chance.
+# Highest multiple that is recognised as a harmonic. [1] Judgement: higher ones match weak lines by chance.
 _HIGHEST_MULTIPLE = 16
 
 

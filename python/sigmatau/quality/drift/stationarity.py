@@ -33,27 +33,27 @@ from sigmatau.record.streams import Grid, Stream
 
 # Segments of the record. [1] Study: docs/study/stability.md.
 _SEGMENTS = 8
-# Segments without missing samples, at least. [1] Judgement: half of them.
+# Smallest number of segments without missing samples. [1] Judgement: half of the segments.
 _LEAST_SEGMENTS = 4
-# Samples in a segment, and blocks of the cusum, at least. [samples] Judgement: an Allan variance of neighbours has
-# then 40 degrees of freedom.
+# Samples in the shortest segment, and the smallest number of blocks of the cusum. [samples] Judgement: an Allan
+# variance of neighbours then has 40 degrees of freedom.
 _LEAST_SAMPLES = 64
-# Degrees of freedom of a variance in a segment, at least. [1] Derived: its cube root is then nearly normal (Wilson
-# and Hilferty).
+# Smallest number of degrees of freedom of a variance in a segment. [1] Derived: its cube root is then nearly normal
+# (Wilson and Hilferty).
 _LEAST_FREEDOM = 10.0
 # Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md measures
 # it.
 _FALSE_ALARM = 2e-4
-# Ratio of deviations that is reported, at least. [1] Judgement: a long record shows 0.3 %, which does not matter.
+# Smallest ratio of deviations that is reported. [1] Judgement: a long record can show 0.3 %, which does not matter.
 _MIN_RATIO = 1.05
-# Ratio of deviations that is a warning, at least. [1] Judgement: three times the usual interval.
+# Smallest ratio of deviations that is a warning. [1] Judgement: three times the usual interval.
 _WARNING_RATIO = 1.15
 # Relative misfit of the variance beyond which the law of the fitted model is not used. [1] Judgement: the covariance
 # of the test is then wrong by half.
 _MAX_MISFIT = 0.25
-# Blocks of the cusum, at most. [1] Judgement: the time of a change is known to a thousandth of the record.
+# Largest number of blocks of the cusum. [1] Judgement: the time of a change is known to a thousandth of the record.
 _CUSUM_BLOCKS = 1024
-# Samples of a block, at least. [samples] Judgement: neighbouring blocks are then nearly independent.
+# Smallest number of samples in a block. [samples] Judgement: neighbouring blocks are then nearly independent.
 _LEAST_IN_BLOCK = 8
 
 

@@ -18,20 +18,20 @@ from sigmatau.units import STANDARD_GRAVITY
 # Seconds of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5° of
 # gravity.
 _BLOCK = 5
-# Number of means in a short record, which are then shorter. [1] Judgement: a record of 4 s is judged.
+# Number of means in a short record, which are then shorter. [1] Judgement: so that a record of 4 s can be judged.
 _LEAST_BLOCKS = 4
 # Number of means, one minute, over which all directions are compared. [means] Judgement: a hand tilts a sensor within
 # a minute.
 _APART = 12
-# Change of direction that no bias makes, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see `sensor_class`;
+# Change of direction that no bias can cause, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see `sensor_class`;
 # consumer accelerometers change by 1.5 mg/K, and no sensor at rest warms by 50 K.
 _TILT = math.radians(5.0)
 # Length of a mean vector from which on it is gravity. [m/s^2] Judgement: no bias is half of gravity.
 _LEAST_GRAVITY = 0.5 * STANDARD_GRAVITY
 # Length of gravity in g that is read as m/s². [m/s^2] Standard: definition of the unit g.
 _IN_G = 1.0
-# Length of a mean vector over the noise of its axes from which on it has a direction. [1] Judgement: noise turns it
-# by 11° at most.
+# Smallest ratio of a mean vector to the noise of its axes, for it to have a direction. [1] Judgement: noise turns it by
+# 11° at most.
 _OVER_NOISE = 5.0
 
 

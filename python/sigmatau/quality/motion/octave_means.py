@@ -27,35 +27,34 @@ NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SEN
 
 # Number of averaging times, each twice the one before: 1/16 s to 4 s. [1] Derived: see `_SHORTEST`.
 OCTAVES = 7
-# Octave of the noise that motion is compared with, 1/4 s. [octaves] Judgement: behind most filters of sensors.
+# Octave whose noise motion is compared with, 1/4 s. [octaves] Judgement: slower than most filters of sensors.
 FLOOR = 2
 # Octave of 1 s. [octaves] Derived: 16 times the shortest.
 SECOND = 4
-# Number of averaging times of a stream that is too slow for means of a second, from its samples on. [1] Judgement:
-# the longest means last 16 samples.
+# Number of averaging times of a stream that is too slow for means of a second, beginning at its samples. [1] Judgement:
+# the longest means contain 16 samples.
 _SLOW_OCTAVES = 5
 # The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: a shorter mean has the noise
 # of single samples.
 _SLOW_SECOND = 2
-# Second difference, as the deviation of a mean, that rounding can make. [steps] Derived: 2/√6 = 0.8 if each mean is
-# moved by half a step; the rest is a margin for steps that are not sure.
+# Second difference that rounding can make, as the deviation of a mean. [steps] Derived: 2/√6 = 0.8 if each mean is
+# moved by half a step; the rest is a margin for uncertain steps.
 STEPS = 3.0
-# Second differences that a level is taken from, at least. [1] Judgement: their median tolerates two that are
-# disturbed.
+# Smallest number of second differences for a level. [1] Judgement: their median tolerates two disturbed ones.
 LEAST_DIFFERENCES = 5
 # Length of the blocks whose noise is compared. [s] Judgement: 40 means of 1/4 s, a standard error of 11 %.
 _FLOOR_LENGTH = 10.0
 # Share of the blocks that show a quiet sensor. [1] Judgement: a sensor at rest for a tenth of the record has its
 # noise there.
 _FLOOR_SHARE = 0.1
-# Blocks for that share, at least. [1] Derived: one block is a tenth of ten.
+# Smallest number of blocks for that share. [1] Derived: one block is a tenth of ten.
 _LEAST_FLOOR_BLOCKS = 10
-# Correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more.
+# Smallest correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more.
 _CORRELATED = 0.3
 # The same in standard errors, in a short record. [1] Derived: probability 1.3·10⁻³.
 _CORRELATED_ERRORS = 3.0
-# Means in the stretches that a correlation is taken within, 5 s. [means] Judgement: drifts over 5 s are small beside
-# the noise of means of 1/4 s.
+# Number of means in the stretches within which a correlation is taken, 5 s. [means] Judgement: drifts over 5 s are
+# small beside the noise of means of 1/4 s.
 _CORRELATED_MEANS = 20
 
 

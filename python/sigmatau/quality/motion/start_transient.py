@@ -18,13 +18,13 @@ _LONGEST = 10.0
 # the same all over the record. [1] Derived: the 7 of steps of the mean for a difference that is Gaussian for each of
 # the five terms; the rest is a margin.
 _SIGMAS = 9.0
-# First sample over the mean, at most. [1] Judgement: a filter that starts from zero has settled by less than half
-# after a sample.
+# Largest ratio of the first sample to the mean. [1] Judgement: a filter that starts from zero has settled by less than
+# half after one sample.
 _NEAR_ZERO = 0.5
-# Samples after the first that must be between zero and the mean. [samples] Judgement: a single zero is a lost row.
+# Number of further samples that must be between zero and the mean. [samples] Judgement: a single zero is a lost row.
 _RISING = 3
-# Standard deviations of the noise about the mean within which a sample has settled. [1] Derived: noise is beyond it
-# once in 16 000 samples.
+# Distance from the mean, in standard deviations of the noise, within which a sample has settled. [1] Derived: noise
+# exceeds it once in 16 000 samples.
 _SETTLED = 4.0
 
 

@@ -37,15 +37,15 @@ from sigmatau.record.streams import Stream
 
 # Shortest averaging time. [s] Derived: motion of people and vehicles has its power between 0.1 Hz and 10 Hz.
 _SHORTEST = 1 / 16
-# Length of the blocks that are judged as a whole, at least; a shorter record is judged by single seconds too. [s]
+# Smallest length of the blocks that are judged as a whole; a shorter record is judged by single seconds too. [s]
 # Judgement: ten means of 4 s.
 _BLOCK = 40.0
-# Number of blocks, at most. [1] Judgement: bounds the time of a long record.
+# Largest number of blocks. [1] Judgement: limits the time of a long record.
 _MOST_BLOCKS = 128
-# √τ times the deviation of means beyond which a sensor moves that rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz] Study:
-# docs/study/rest.md; gyros for sale have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz.
+# √τ times the deviation of means beyond which a sensor moves if the level also rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz]
+# Study: docs/study/rest.md; existing gyros have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz.
 _LEVEL = {"angular_rate": math.radians(0.05), "acceleration": 0.015}
-# The same of a sensor that rises by `_RISE_OF_HIGH`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz] Study:
+# The same if the level rises by `_RISE_OF_HIGH`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz] Study:
 # docs/study/rest.md.
 _HIGH_LEVEL = {"angular_rate": math.radians(0.175), "acceleration": 0.03}
 # Rise of that level over the noise at shorter times, beyond the noise of most sensors. [1] Study: docs/study/rest.md,
@@ -53,42 +53,41 @@ _HIGH_LEVEL = {"angular_rate": math.radians(0.175), "acceleration": 0.03}
 _RISE = 8.0
 # The same beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
 _RISE_OF_HIGH = 1.6
-# Change of the mean from one 4 s to the next over the steepest warm-up of a sensor. [1] Judgement: a sensor that
-# warms up has rate random walk too.
+# Change of the mean from one 4 s to the next, over the steepest warm-up of a sensor. [1] Judgement: a sensor that warms
+# up has rate random walk too.
 _DRIFT = 2.0
 # The same over the noise of the means. [1] Judgement: the median of five changes or more does not reach it by chance.
 _DRIFT_OVER_NOISE = 5.0
-# A level by the median of n differences is wrong by no more than so many times 1/√n. [1] Derived: the median of
-# absolute normal deviates has a relative error of 1.17/√n; 2.6 standard errors.
+# A level from the median of n differences is wrong by at most this many times 1/√n. [1] Derived: the median of absolute
+# normal deviates has a relative error of 1.17/√n; 2.6 standard errors.
 _ERRORS = 3.0
-# Mean rate of a gyro at rest, at most. [rad/s] Datasheets: twice the largest zero-rate offset of usual consumer
-# sensors, see `sigmatau.quality.samples.units`.
+# Largest mean rate of a gyro at rest. [rad/s] Datasheets: twice the largest zero-rate offset of usual consumer sensors,
+# see `sigmatau.quality.samples.units`.
 _LARGEST_BIAS = math.radians(20)
-# Change of the mean from second to second, as the deviation of a mean, of a sensor in someone's hands. [rad/s, m/s^2]
-# Judgement: steps and knocks of a table are less; docs/study/rest.md has the windows.
+# Change of the mean from second to second, as the deviation of a mean, of a hand-held sensor. [rad/s, m/s^2] Judgement:
+# steps and knocks of a table are smaller; docs/study/rest.md lists the windows.
 _HANDLED = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
-# The same over the noise of the sensor. [1] Judgement: no noise makes it by chance.
+# The same over the noise of the sensor. [1] Judgement: noise does not reach it by chance.
 _HANDLED_RISE = 10.0
-# Seconds of motion that are more than a knock; in a record shorter than a block, a knock is motion. [s] Judgement: a
+# Shortest motion that is not just a knock; in a record shorter than a block, a knock counts as motion. [s] Judgement: a
 # knock rings for less.
 _LEAST_HANDLED = 4
-# Departure of a mean of a short record from the median, over `_HANDLED`, also at its ends, where there are no second
-# differences. [1] Judgement: no drift makes twice the change of a sensor that is handled.
+# Departure of a mean of a short record from the median, over `_HANDLED`. It also applies at the ends of the record,
+# where there are no second differences. [1] Judgement: no drift makes twice the change of a hand-held sensor.
 _DEPARTURE = 2.0
 # Octave from which on means depart, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration.
 _DEPARTS_FROM = 1
-# Length of a stream that is judged; below 1 Hz a second is four samples. [s] Derived: two seconds and a second
-# difference of halves.
+# Shortest stream that is judged; below 1 Hz a second is four samples. [s] Derived: two seconds and a second difference
+# of halves.
 _LEAST_SECONDS = 2
-# Rest between two motions that are one. [s] Judgement: too short a stretch for an analysis.
+# Longest rest between two motions that count as one. [s] Judgement: too short a stretch for an analysis.
 _GAP = 4
-# Change of position after any motion that is more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
+# Smallest change of position that makes any motion more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
 _TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
-# Seconds before and after a motion that show the position. [s] Judgement: a median of five tolerates two that are
-# disturbed.
+# Seconds before and after a motion that show the position. [s] Judgement: a median of five tolerates two disturbed
+# ones.
 _POSITION_LENGTH = 5
-# Share of missing samples of a channel that is judged, at most. [1] Judgement: half of the record shows motion that
-# lasts.
+# Largest share of missing samples in a channel that is judged. [1] Judgement: half of the record shows lasting motion.
 _MOST_MISSING = 0.5
 
 

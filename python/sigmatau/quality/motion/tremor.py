@@ -28,10 +28,10 @@ class _LeastRatios:
     above: float
 
 
-# Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged out,
-# and a short record has enough of them.
+# Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged out, and
+# a short record still has enough means.
 _OCTAVES = (2, 3)
-# Noise of each axis over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
+# Smallest noise of each axis, over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
 # direction, but reaches all axes.
 _LEAST_SHARE = 0.5
 # Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see `_TREMOR`.
@@ -42,19 +42,19 @@ _TREMOR = (7.5, 12.5)
 # Band of the density above the tremor. [Hz] Derived: beyond the tremor, see `_TREMOR`, below the corner of most
 # filters.
 _ABOVE = (15.0, 40.0)
-# Band just below the tremor: a slower motion may hide all else. [Hz] Derived: the upper part of `_BELOW`.
+# Band just below the tremor, where a slower motion may hide everything else. [Hz] Derived: the upper part of `_BELOW`.
 _VALLEY = (5.0, 6.5)
 # Length of the periodograms. [s] Judgement: four of them are in the shortest record, with ten frequencies in the band
 # of tremor.
 _SEGMENT = 2.0
-# Number of periodograms, at least. [1] Judgement: their mean scatters by half at a single frequency, by less in a
+# Smallest number of periodograms. [1] Judgement: their mean scatters by half at a single frequency, and by less in a
 # band.
 _LEAST_SEGMENTS = 4
 # Band below the vibration of engines. [Hz] Study: docs/study/rest.md compares the noise below 2 Hz.
 _BELOW_VIBRATION = (0.75, 2.0)
 # Length of the periodograms of that band. [s] Derived: six frequencies in it.
 _LONG_SEGMENT = 4.0
-# Density there over that of the noisiest accelerometer from which on it is motion. [1] Judgement: the factor of
+# Smallest density in that band, over that of the noisiest accelerometer, that is motion. [1] Judgement: the factor of
 # `beyond_class`.
 _BEYOND = 1.25
 # Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see `_ABOVE`.
@@ -68,21 +68,21 @@ _LOBES_OVER_ABOVE = 40.0
 # Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
 # half of the steadiest of the simulated hands.
 _LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
-# Ratios of medians of the density, which lines do not raise, of all axes. [1] Measured: real and simulated records at
-# rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands have six and
-# more.
+# Smallest ratios of medians of the density, which lines do not raise, over all axes. [1] Measured: real and simulated
+# records at rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands
+# have six and more.
 _FAINT = _LeastRatios(2.5, 1.5, 3.0)
 # Ratios of means of the density, which scatter less, of gyros that are loud. [1] Derived: a low-pass filter makes the
 # ratio above, and not the one below; in a record of 10 s the mean of three axes scatters by 13 %.
 _LOUD = _LeastRatios(1.5, 0.9, 1.2)
-# Noise of the loudest axis over that of the noisiest sensor from which on it is not that of a sensor, where a tremor
-# cannot show. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
+# Smallest noise of the loudest axis, over that of the noisiest sensor, that is motion if the rate is too low for a
+# tremor. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
 _LOUD_WITHOUT_TREMOR = 1.5
 # Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz.
 _EXAMINED = 1 << 17
-# Parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter.
+# Number of parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter.
 _PARTS = 4
-# Means in a part, at least. [means] Derived: a level by the median of 35 differences scatters by 15 %.
+# Smallest number of means in a part. [means] Derived: a level from the median of 35 differences scatters by 15 %.
 _LEAST_IN_PART = 35
 # Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors of 15
 # %, see `_LEAST_IN_PART`.

@@ -16,10 +16,10 @@ from sigmatau.record.streams import CHUNK, Stream
 
 # Length of a window. [s] Judgement: people and vehicles move a sensor for longer.
 WINDOW_LENGTH = 1.0
-# Samples in a window, at least. [samples] Derived: its power has 10 degrees of freedom, see `_BURST_POWER`.
+# Smallest number of samples in a window. [samples] Derived: its power has 10 degrees of freedom, see `_BURST_POWER`.
 WINDOW = 16
-# Windows that a distribution can be taken from, at least. [1] Measured: false steps were counted from 24 windows on,
-# see `_STEP_SPREADS`.
+# Smallest number of windows for a distribution. [1] Measured: false steps were counted from 24 windows on, see
+# `_STEP_SPREADS`.
 LEAST_WINDOWS = 24
 # Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root is
 # Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in 10⁴
@@ -28,7 +28,8 @@ _BURST_SPREADS = 8.0
 # Power of a burst over the usual one. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean in 10⁴
 # windows, the spread of the MAD included.
 _BURST_POWER = 4.0
-# Largest changes of a window that are left out of its power. [samples] Derived: two spikes make four changes.
+# Number of the largest changes in a window that are left out of its power. [samples] Derived: two spikes make four
+# changes.
 _PEAKS = 4
 # Distance of a step from the usual difference of windows, in robust standard deviations; differences are Gaussian for
 # each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than 10⁻⁵ of the
@@ -42,29 +43,29 @@ _GAP_SPREADS = 5.0
 # Lengths of windows at which excursions are looked for, each twice the one before. [1] Judgement: longer ones show as
 # two steps.
 _EXCURSION_LENGTHS = 4
-# Part of the largest distance from which on a window is in an excursion. [1] Derived: beside an excursion half of it
-# shows with the opposite sign.
+# Smallest part of the largest distance for a window to be in an excursion. [1] Derived: beside an excursion, half of it
+# appears with the opposite sign.
 _PART_OF_FARTHEST = 0.6
-# Windows on either side of a step by which it is told from a line. [1] Judgement: two parameters are fitted to eight
-# windows.
+# Number of windows on either side of a step that distinguish it from a line. [1] Judgement: two parameters are fitted
+# to eight windows.
 _LEAST_ON_SIDE = 4
-# Ratio of the length of a gap to the longest lag with a distribution, up to which it is judged. [1] Judgement: the
-# spread is extrapolated by √6 at most.
+# Largest ratio of the length of a gap to the longest lag with a known distribution. [1] Judgement: the spread is
+# extrapolated by √6 at most.
 _LONGER = 6
-# Longest runs of missing windows whose two sides are compared. [1] Judgement: bounds the time of a record with many
-# gaps.
+# Largest number of runs of missing windows whose two sides are compared. [1] Judgement: limits the time of a record
+# with many gaps.
 _MOST_GAPS = 16
-# Candidates examined at each length of windows. [1] Judgement: bounds the time of a record with many steps.
+# Number of candidates examined at each length of windows. [1] Judgement: limits the time of a record with many steps.
 _MOST_STEPS = 256
-# Change of the difference of two means that rounding can make. [steps] Derived: each mean is moved by half a step at
+# Change of a difference of two means that rounding can make. [steps] Derived: each mean is moved by half a step at
 # most; the rest is a margin.
 _ROUNDING = 1.5
 # Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes.
 _BURST_GAP = 5.0
-# Part of a step that the medians before and after it must differ by. [1] Judgement: more than the half that shows
-# beside an excursion.
+# Smallest change between the medians before and after a step, over the step. [1] Judgement: more than the half that
+# appears beside an excursion.
 _LASTS = 0.6
-# Half windows of these medians. [1] Judgement: a median of six tolerates two that are disturbed.
+# Number of half windows in these medians. [1] Judgement: a median of six tolerates two disturbed ones.
 _HALF_WINDOWS = 6
 
 

@@ -16,56 +16,56 @@ from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
-# Evenly spread stretches that a sample of a channel is taken from. [1] Judgement: a record that changes is seen all
-# over, in few reads.
+# Number of evenly spaced stretches from which samples of a channel are taken. [1] Judgement: a changing record is seen
+# as a whole, with few reads.
 _STRETCHES = 32
-# Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: so few that a bad sample spoils few of the
-# blocks.
+# Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: short enough that a bad sample spoils few of
+# the blocks.
 _BLOCK = 32
-# How much further from zero an angle may have started than it went; an increment between two angles is wrong by one
-# unit in the last place of the angle. [1] Judgement: six bits of a double.
+# Largest starting angle, over the angle covered in the record; the increment of two angles is wrong by one unit in the
+# last place of the angle. [1] Judgement: six bits of a double.
 _STARTED = 64.0
-# Changes below this part of the usual one may be rounding errors. [1] Derived: noise makes dust·√(2/π) of its changes
-# so small.
+# Share of the usual change below which changes may be rounding errors. [1] Derived: noise makes a share dust·√(2/π) of
+# its changes so small.
 _DUST = 1e-4
-# Share of such changes from which on they are rounding errors. [1] Derived: a hundred times what noise makes, see
+# Share of such changes from which on they are rounding errors. [1] Derived: a hundred times the share of noise, see
 # `_DUST`.
 _DUSTY = 0.01
-# Samples by which rounding errors are recognised. [samples] Derived: 650 changes are `_DUSTY` of them.
+# Samples by which rounding errors are recognised. [samples] Derived: `_DUSTY` of them are 650 changes.
 _EXAMINED = 1 << 16
-# Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: 1/(2√π·30), 0.9 % of them.
+# Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: a share of 1/(2√π·30), 0.9 %.
 _FINE = 30.0
 # Parts of a record whose steps are compared. [1] Judgement: a step that doubles with the angle shows in eighths.
 _STEP_PARTS = 8
-# Shortest part whose step is looked for; it needs a tenth as many changes. [samples] Judgement: the smallest of 25
-# changes shows a coarse step.
+# Shortest part whose step is determined, and ten times the number of changes needed. [samples] Judgement: the smallest
+# of 25 changes shows a coarse step.
 _LEAST_IN_PART = 250
-# Ratio of the coarsest step to the finest from which on the step grows. [1] Derived: steps of floating-point numbers
+# Ratio of the coarsest to the finest step from which on the step grows. [1] Derived: steps of floating-point numbers
 # differ by factors of 2.
 _STEP_GROWTH = 1.5
-# Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: the
-# outermost value of noise in steps of 1 % of its deviation has far less.
+# Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: noise with
+# steps of 1 % of its deviation has far fewer at its outermost value.
 _FULL = 5e-3
 # Pairs of clusters below which an Allan variance is no bound on white noise. [1] Derived: its relative error is
 # √(3/200), 12 %.
 _LEAST_PAIRS = 200
-# Standard errors, √(3/pairs) of white noise, by which a variance is raised: the least of many is drawn to those of
-# few pairs. [1] Judgement: a 95 % interval.
+# Number of standard errors, √(3/pairs) for white noise, by which a variance is raised, because the smallest of many
+# variances is likely to have few pairs. [1] Judgement: a 95 % interval.
 _PAIR_ERRORS = 2.0
-# Runs from which on their tail is judged. [1] Judgement: half of them are its `_MIN_TAIL`.
+# Number of runs from which on their tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
 _MIN_RUNS = 40
-# One run of so many is in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth.
+# Number of runs for each run in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth.
 _TAIL_PART = 10
-# Runs in a tail, at least. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %.
+# Smallest number of runs in a tail. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %.
 _MIN_TAIL = 20
-# Standard errors that are added to a number by chance. [1] Judgement: no record reaches six standard errors by
+# Standard errors that are added to a number expected by chance. [1] Judgement: no record reaches six standard errors by
 # chance.
 SIGMAS = 6.0
-# Equal or zero rows over those by chance, from which on they are a fault. [1] Judgement: axes whose numbers are
-# coarse are equal or 0 together without one.
+# Ratio of equal or zero rows to the number expected by chance, from which on they are a fault. [1] Judgement: axes with
+# coarse numbers are equal or 0 together without a fault.
 TIMES_CHANCE = 10.0
-# Noise in steps up to which samples may rest on a value by themselves. [steps] Derived: pulses of up to 16 counts
-# each.
+# Largest noise in steps at which samples may stay at one value without a fault. [steps] Derived: pulses of up to 16
+# counts each.
 FEW_STEPS = 32.0
 
 

@@ -14,20 +14,20 @@ from sigmatau.arrays import Floats
 # Samples at the beginning of the record that are summed. [samples] Derived: with 10⁶ samples noise of three steps
 # shows a rounding of the sum by six standard errors.
 _EXAMINED = 1 << 20
-# Sums from which their variance is compared. [1] Derived: it is then known to √(3/256), 11 %.
+# Smallest number of sums whose variance is compared. [1] Derived: it is then known to √(3/256), 11 %.
 _LEAST_SUMS = 256
-# Variance of sums beyond which longer ones are not compared. [steps²] Derived: the rounding is an eighth of it; slow
-# noise shows in longer ones.
+# Variance of sums beyond which longer ones are not compared. [steps²] Derived: the rounding is an eighth of it, and
+# longer sums contain slow noise.
 _ENOUGH = 2.0
-# Sums that are compared in any case. [samples] Derived: the rounding is then an eighth of that of a sample.
+# Sums of this length are compared in any case. [samples] Derived: the rounding is then an eighth of that of a sample.
 _SHORTEST = 8
-# Standard errors from which on a difference is not chance. [1] Derived: ten sizes of sums, 3·10⁻⁶ each.
+# Difference in standard errors that is not chance. [1] Derived: ten sizes of sums, 3·10⁻⁶ each.
 _ERRORS = 4.5
-# Difference from the variance of a rounded sum, over that by its rounding, at most. [1] Judgement: slow noise and a
-# rate that drifts; vibration, or what a filter lifts, differs more.
+# Largest difference from the variance of a rounded sum, over that by its rounding. [1] Judgement: allows for slow noise
+# and a drifting rate; vibration or a peak of a filter differs more.
 _OFF = 0.12
-# Variance of samples below which it may differ from that of an angle that is anywhere in a step. [steps²] Judgement:
-# such an angle passes so few steps that most of the counts are those of a few passages.
+# Variance of samples below which an angle need not pass all positions within a step equally. [steps²] Judgement: such
+# an angle passes so few steps that most of the counts come from a few passages.
 _RARE = 0.1
 # Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
 # Measured: within 0.06 of white noise and noise that wanders.

@@ -40,8 +40,8 @@ _TO_ROUNDING = 1e-6  # rounding tolerance [samples]
 _EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
 
 
-# Share of a channel beyond which a cause is the record, and not a disturbance of it. [1] Judgement: the rest would be
-# less than the disturbance.
+# Largest share of a channel that a disturbance can have. [1] Judgement: otherwise less than the disturbance would
+# remain.
 _MOST_LEFT_OUT = 0.4
 
 

@@ -14,19 +14,19 @@ from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-# Distance of 0 from the level of a single channel beyond which noise does not reach it. [standard deviations]
-# Judgement: no tail of a sensor's noise goes so far.
+# Distance of 0 from the mean of a channel that noise does not reach. [standard deviations] Judgement: no tail of a
+# sensor's noise reaches so far.
 _BEYOND_NOISE = 12.0
-# Distance from which on zeros are lost samples if no tail leads to them: ten times as many as lie within one standard
-# deviation of 0. [standard deviations] Derived: the end of a range that noise touches there has 0.02 times as many.
+# Distance from which on zeros are lost samples if no tail reaches them: there are ten times as many zeros as samples
+# within one standard deviation of 0. [standard deviations] Derived: for noise at an end of its range the ratio is 0.02.
 _BEYOND_TAIL = 4.0
-# Rows in which all axes are 0, at least; fewer only where chance makes less than `_NO_CHANCE`. [samples] Judgement:
-# one or two may be true zeros.
+# Smallest number of rows in which all axes are 0; fewer are reported only if chance makes less than `_NO_CHANCE`.
+# [samples] Judgement: one or two may be true zeros.
 _MIN_ROWS = 3
-# Rows of a record by chance, with which one or two rows are reported. [1] Judgement: one false alarm in 1000 such
-# records.
+# Expected number of zero rows by chance up to which one or two are reported. [1] Judgement: one false alarm in 1000
+# such records.
 _NO_CHANCE = 1e-3
-# Samples by which the chance of a zero is computed. [samples] Judgement: bounds the time.
+# Samples from which the chance of a zero is computed. [samples] Judgement: limits the time.
 _EXAMINED = 1 << 17
 
 

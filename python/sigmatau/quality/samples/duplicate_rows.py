@@ -14,10 +14,10 @@ from sigmatau.quality.samples.masking import MaskedFinding
 from sigmatau.quality.samples.repeated_samples import repeats, runs_of_places
 from sigmatau.record.streams import Stream
 
-# Rows that are equal on all axes, at least. [samples] Judgement: one or two may be equal by chance.
+# Smallest number of rows that are equal on all axes. [samples] Judgement: one or two may be equal by chance.
 _MIN_ROWS = 3
-# Part of all rows in which neighbours on the finest axis are equal by chance, at most. [1] Judgement: coarser axes
-# rest on a value together.
+# Largest share of rows in which neighbours on the finest axis are equal by chance. [1] Judgement: coarser axes stay at
+# one value together.
 _MAX_CHANCE = 1e-3
 # Longest run of copies that is reported here. [samples] Judgement: longer ones are stuck samples.
 _MAX_RUN = 3

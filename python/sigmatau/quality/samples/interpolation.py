@@ -19,16 +19,16 @@ from sigmatau.record.streams import Stream
 # Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning. [1] Judgement: the
 # usual interval is 5 %.
 _WARN_FACTOR = 1.02
-# Part of second differences that are zero beyond three times chance, at least. [1] Judgement: a record that was
-# resampled has far more.
+# Smallest share of second differences that are zero, beyond three times chance. [1] Judgement: a resampled record has
+# far more.
 _MIN_SHARE = 0.05
-# Part from which on a channel is one line and not interpolated. [1] Judgement: a sensor at 1/200 of the rate of its
-# log is not read.
+# Share from which on a channel is a line, and not interpolated. [1] Judgement: no sensor has 1/200 of the rate of its
+# log.
 _MAX_SHARE = 0.995
-# Averaging time from which on σ is right. [samples of the sensor] Judgement: interpolation changes σ within a few
+# Averaging time from which on σ is correct. [samples of the sensor] Judgement: interpolation changes σ within a few
 # samples.
 _RIGHT_FROM = 8
-# Samples by which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %.
+# Samples from which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %.
 _EXAMINED = 1 << 15
 
 

@@ -15,11 +15,11 @@ MaskedFinding = tuple[Finding, Bools | None]
 """A finding and a mask of its samples, shape (n, n_channels); None if leaving them out would not help."""
 
 
-# Longest gap that is bridged. [samples] Judgement: spikes and lost rows; a longer gap would be a part of the
-# spectrum.
+# Longest gap that is bridged. [samples] Judgement: enough for spikes and lost rows; the filling of a longer gap would
+# show in the spectrum.
 _SHORT = 4
-# Distance of the good sample that takes the place of a missing one. [samples] Judgement: no neighbour, so that noise
-# stays as rough as it is.
+# Distance of the good sample that replaces a missing one. [samples] Judgement: not an adjacent sample, so that the
+# noise stays equally rough.
 _APART = 7
 
 

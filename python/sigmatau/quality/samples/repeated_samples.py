@@ -16,35 +16,35 @@ from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, full_e
 from sigmatau.quality.samples.resolution import equal_by_chance, find_step, resolution
 from sigmatau.record.streams import Stream
 
-# Part of the record that is repeated beyond chance, at least. [1] Derived: samples that count twice raise N² by twice
-# their share, N by 2 %.
+# Smallest share of repeated samples beyond chance. [1] Derived: samples that count twice raise N² by twice their share,
+# N by 2 %.
 _MIN_SHARE = 0.02
-# Equal neighbours, at least. [samples] Judgement: their number is known to a quarter.
+# Smallest number of equal neighbours. [samples] Judgement: their number is known to a quarter.
 _MIN_EQUAL = 20
-# Part of equal neighbours by the step of a channel from which on it is not judged. [1] Judgement: chance and
-# repetition cannot be told apart.
+# Largest share of equal neighbours by the step of a channel. [1] Judgement: beyond it chance and repetition cannot be
+# distinguished.
 _MAX_CHANCE = 0.5
-# Size of the changes below which a channel is not judged. [steps] Judgement: coarser numbers repeat by themselves.
+# Smallest size of the changes for a channel to be judged. [steps] Judgement: coarser numbers repeat without a fault.
 _MIN_STEPS = 3.0
-# Copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
+# Number of copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
 # quarter.
 _COPIES_IN_STRETCH = 20
-# Stretches with fewer of which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth.
+# Number of such stretches below which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth.
 _MIN_STRETCHES = 20
-# Spread of regular copies over that of chance, at most. [1] Judgement: half way between a clock and chance.
+# Largest spread of regular copies, over that of chance. [1] Judgement: half way between a clock and chance.
 _MAX_SPREAD = 0.5
-# Part of the share of copies that values other than the most frequent one have, at least. [1] Judgement: a sensor
-# that is slower than its log repeats all values alike.
+# Smallest share of copies among values other than the most frequent one, over that among all. [1] Judgement: a sensor
+# that is slower than its log repeats all values equally.
 _ALIKE = 0.9
-# Parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than its log
-# is slow all the time.
+# Number of parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than
+# its log is slow all the time.
 _PARTS = 8
-# Relative distance of the mean number of copies from a whole number, up to which it is whole. [1] Judgement: two
-# clocks differ by less than 1 %.
+# Largest relative distance of the mean number of copies from an integer. [1] Judgement: two clocks differ by less than
+# 1 %.
 _WHOLE = 0.01
 # Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %.
 _MIN_FACTOR = 1.01
-# Averaging time from which on σ is right, at least. [samples] Judgement: copies change σ within a few samples.
+# Shortest averaging time from which on σ is correct. [samples] Judgement: copies change σ within a few samples.
 _RIGHT_FROM = 8
 # The same, per repetition. [samples] Judgement: see `_RIGHT_FROM`.
 _RIGHT_FROM_TIMES = 4

@@ -15,8 +15,8 @@ from sigmatau.quality.samples.common import block_rms, present, rounding_dust, t
 from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
 from sigmatau.record.streams import Stream
 
-# Samples that the step is looked for in. [samples] Judgement: enough for each step of a channel with 10⁵ of them to
-# the standard deviation.
+# Samples in which the step is searched. [samples] Judgement: enough for each step of a channel with 10⁵ steps in a
+# standard deviation.
 _EXAMINED = 16384
 # Distance of a value from a multiple of the common step, at most. [steps] Derived: chance gives 0.3 of that range to
 # every value, so that 30 values all within it are worth 0.3³⁰.
@@ -34,39 +34,40 @@ _WARN_FACTOR = 1.05
 _MIN_NOISE_STEPS = 0.54
 # Noise above which nothing is reported. [steps] Derived: rounding makes 0.5 % of N at most.
 _MAX_NOISE_STEPS = 3.0
-# Factor of the random walk beyond which what rounding adds is not known. [1] Judgement: three quarters of the power
-# would be taken off.
+# Factor of the random walk beyond which the contribution of rounding is not known. [1] Judgement: three quarters of the
+# power would be subtracted.
 _MAX_FACTOR = 2.0
 # Variance of sums of increments from which on the rounding of the angle is white from sum to sum. [steps²] Derived:
 # the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its correlation;
 # docs/study/disturbed.md.
 _WHITE_FROM = 0.5
-# Sums from which their variance is known to a quarter. [1] Derived: √(2/32).
+# Number of sums from which on their variance is known to a quarter. [1] Derived: √(2/32).
 _MIN_SUMS = 32
-# Sums of coarse increments from which their likelihood is used. [1] Study: docs/study/disturbed.md; of 170 simulated
-# records the interval of the random walk held the truth in 167.
+# Smallest number of sums of coarse increments whose likelihood is used. [1] Study: docs/study/disturbed.md; in 167 of
+# 170 simulated records the interval of the random walk contained the truth.
 LEAST_SUMS = 256
-# Smallest step that is tried against the usual change. [1] Judgement: smaller ones are printed decimals.
+# Smallest step that is tested, over the usual change. [1] Judgement: smaller ones are printed decimals.
 _SMALLEST_STEP = 1 / 6
-# Largest step that is tried against the usual change. [1] Judgement: of a larger one most changes are zero.
+# Largest step that is tested, over the usual change. [1] Judgement: with a larger one most changes are zero.
 _LARGEST_STEP = 2.0
-# Number of steps that are tried. [1] Derived: neighbours differ by 0.6 %, a tenth of a step after sixteen of them.
+# Number of steps that are tested. [1] Derived: successive steps differ by 0.6 %, which is a tenth of a step after
+# sixteen steps.
 _STEPS_TRIED = 400
-# Changes that are tried against a step. [samples] Judgement: bounds the time.
+# Number of changes that are compared with a step. [samples] Judgement: limits the time.
 _CHANGES = 4096
 # Numbers of changes, and mean cosine from which on a step is tried with more of them. [1] Derived: of changes that
 # are whole steps but for a tenth the mean cosine is 0.8; most steps are refused by few changes, with 0.8 less four
 # standard errors.
 _STAGES = ((64, 0.4), (256, 0.6), (4096, 0.8))
-# Steps no smaller than this part of the largest are about the same step. [1] Judgement: the next one, half as large,
-# is not.
+# Steps of at least this share of the largest are about the same step. [1] Judgement: the next one, half as large, is
+# not.
 _SAME_STEP = 0.8
-# Samples between two that are compared, beyond any hold. [samples] Judgement: a prime, so that no period of a counter
-# divides it.
+# Distance of two samples that are compared, longer than any hold. [samples] Judgement: a prime, so that it is no
+# multiple of a counter's period.
 _LAG = 251
-# Blocks that the median is taken of. [1] Judgement: fewer than half of them are stuck or lost.
+# Number of blocks of which the median is taken. [1] Judgement: fewer than half of them are stuck or lost.
 _BLOCKS = 32
-# Samples that the white level is taken from. [samples] Judgement: it is known to 0.3 %, which decides
+# Samples from which the white level is estimated. [samples] Judgement: it is then known to 0.3 %, which decides
 # `_REPORT_FACTOR`.
 _LEVEL_FROM = 1 << 18
 

@@ -24,13 +24,13 @@ _NORMAL = NormalDist()
 # Outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an outer value
 # is rarer than the next one inwards, so that of T visits to them at most T/levels are to the outermost.
 _LEVELS = 4
-# Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(-T·KL(c/T, 1/4)), Chernoff; the level is
-# a judgement.
+# Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(−T·KL(c/T, 1/4)), Chernoff; the
+# probability is a judgement.
 _FALSE_ALARM = 1e-8
 # Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes.
 _MIN_NOISE_STEPS = 0.5
-# Distance of the ends from which on no pulse of a counter is spread over neighbours. [steps] Judgement: pulses of up
-# to 16 counts each way need 32.
+# Distance of the ends beyond which no pulse of a counter is divided between neighbours. [steps] Judgement: pulses of up
+# to 16 counts in each direction need 32.
 _PULSE_STEPS = 40.0
 # Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle is in
 # one of eight of them.
@@ -38,11 +38,10 @@ _SUMMED = 8
 # Power of such sums, over that of independent increments, below which the samples are the changes of a rounded angle.
 # [1] Derived: white noise has 1, rounding alone 1/8.
 _LEAST_OF_SUMS = 0.5
-# Number of clipped samples in each tenth of the record over the mean, at least, for them to be spread over it. [1]
-# Judgement: slow noise moves the level.
+# Smallest number of clipped samples in each tenth of the record, over the mean, for them to be spread over it. [1]
+# Judgement: slow noise moves the mean.
 _MIN_PART_OF_MEAN = 0.3
-# Share of clipped samples that are spread over the record, at most. [1] Judgement: beyond it there is no noise to
-# judge.
+# Largest share of clipped samples that are spread over the record. [1] Judgement: beyond it there is no noise to judge.
 _MAX_SHARE = 0.9
 
 

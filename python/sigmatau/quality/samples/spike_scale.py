@@ -11,27 +11,28 @@ from sigmatau.arrays import Floats, Ints
 NORMAL_QUARTILE = NormalDist().inv_cdf(0.75)  # median of absolute standard normal deviates
 
 
-# Spikes that noise alone makes in a record, on average. [samples] Judgement: one false alarm in 10⁴ channels. The
-# residual (a sample less a median of its neighbours) of Gaussian noise no smoother than a random walk is Gaussian in
-# its tail, and a spike must be one on both sides.
+# Expected number of spikes that noise alone makes in a record. [samples] Judgement: one false alarm in 10⁴ channels.
+# The residual (a sample less a median of its neighbours) of Gaussian noise that is no smoother than a random walk is
+# Gaussian in its tail, and a spike must exceed it on both sides.
 FALSE_SPIKES = 1e-4
 # Height of a spike, at least. [standard deviations] Judgement: a smaller one in a short record would be a guess at
 # its tail.
 LEAST_HEIGHT = 6.0
-# Beginning of the tail. [standard deviations] Derived: beyond it noise has 1.6 of the residuals that the scale is
-# taken from.
+# Beginning of the tail. [standard deviations] Derived: noise has 1.6 of the residuals that determine the scale beyond
+# it.
 TAIL_FROM = 4.0
-# Residuals there from which on the tail is examined. [samples] Derived: so many are not noise, see `TAIL_FROM`.
+# Number of residuals in the tail from which on it is examined. [samples] Derived: so many are not noise, see
+# `TAIL_FROM`.
 TAIL_COUNT = 12
-# Neighbours on either side. [samples] Derived: their median tolerates one other spike among them.
+# Number of neighbours on either side. [samples] Derived: their median tolerates one other spike among them.
 SIDE = 4
-# The same where two of four are often spikes. [samples] Judgement: 20 % of spikes are seldom half of 16.
+# The same if two of four are often spikes. [samples] Judgement: 20 % of spikes are seldom half of 16.
 WIDE = 16
-# Length of the stretches that the scale is taken from. [samples] Judgement: bounds the time of a long record.
+# Length of the stretches from which the scale is estimated. [samples] Judgement: limits the time of a long record.
 STRETCH = 1024
 # Their number. [1] Judgement: see `STRETCH`.
 STRETCHES = 24
-# Samples there over those of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one times.
+# Number of samples there over that of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one times.
 TIMES = 2.0
 
 

@@ -14,37 +14,35 @@ from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.resolution import find_step, resolution
 from sigmatau.record.streams import Stream
 
-# Probability that a record of noise alone has an outage that is reported. [1] Judgement: one false alarm in 10⁴
-# channels.
+# Probability of a reported outage in a record of noise alone. [1] Judgement: one false alarm in 10⁴ channels.
 _FALSE_ALARM = 1e-4
-# Part of the record from which on single samples are reported, beyond chance. [1] Judgement: fewer change no
-# coefficient.
+# Smallest share of single samples that is reported, beyond chance. [1] Judgement: fewer change no coefficient.
 _MIN_SHARE = 0.004
-# Part by chance that is added to it, in times. [1] Judgement: noise that comes and goes has more near zero than its
-# mean shows.
+# Multiple of the share by chance that is added. [1] Judgement: intermittent noise has more differences near zero than
+# its mean shows.
 _TIMES_CHANCE = 3.0
 # Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by chance
-# more often than an exponential tail has them.
+# more often than an exponential tail predicts.
 _IN_TAIL = 4
-# Part on lines beyond which too little noise is left to compare lines with. [1] Judgement: a tenth of the record is
-# noise.
+# Share of samples on lines beyond which too little noise is left for a comparison. [1] Judgement: a tenth of the record
+# is noise.
 _MAX_SHARE = 0.9
 # Length of a line from which on it is an outage, and not single samples that were filled in. [samples] Judgement: a
 # radio link loses a few samples at a time.
 _MIN_STRETCH = 16
-# Part of all second differences that are 0 by chance, beyond which chance and lines cannot be told apart. [1]
+# Share of second differences that are 0 by chance, beyond which chance and lines cannot be distinguished. [1]
 # Judgement: a line of 5 samples is then one in 10⁴.
 TOO_COARSE = 0.15
 # Rounding of a second difference, as a part of the samples. [1] Derived: four samples of half a unit in the last
 # place each, and their unit conversion.
 _ROUNDING = 16 * float(np.finfo(float).eps)
-# Part of the usual second difference that counts as 0: single precision and printed decimals leave as much. [1]
-# Derived: noise is below it in one of 1250 cases.
+# Share of the usual second difference that counts as 0, because of single precision and printed decimals. [1] Derived:
+# noise is below it in one of 1250 cases.
 _NOTHING = 1e-3
-# Differences that a share is taken from, at least. [1] Judgement: a share is then known to 0.06.
+# Smallest number of differences for a share. [1] Judgement: a share is then known to 0.06.
 _MIN_DIFFERENCES = 64
-# Samples by which it is decided which differences are 0. [samples] Derived: 52 are below `_NOTHING` by chance, a
-# share that is known to a seventh.
+# Samples that decide which differences are 0. [samples] Derived: 52 are below `_NOTHING` by chance, a share that is
+# known to a seventh.
 _EXAMINED = 1 << 16
 
 

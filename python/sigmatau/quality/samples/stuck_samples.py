@@ -25,7 +25,7 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-# Probability that a record of noise alone has a run that is reported. [1] Judgement: one false alarm in 10⁴ channels.
+# Probability of a reported run in a record of noise alone. [1] Judgement: one false alarm in 10⁴ channels.
 _FALSE_ALARM = 1e-4
 # Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault.
 _MIN_RUN = 5
@@ -35,15 +35,15 @@ _MIN_NOISE_STEPS = 0.6
 # Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk has
 # 2.
 _SMOOTH = 1.0
-# Change beside a run of smooth noise from which on the run is a fault. [steps] Judgement: noise that rests on a value
-# leaves it by a step or two.
+# Smallest change beside a run of smooth noise, for the run to be a fault. [steps] Judgement: noise that stays at a
+# value leaves it by a step or two.
 _JUMP = 2.5
 # The same over the white part of the noise. [1] Judgement: see `_JUMP`.
 _TIMES_NOISE = 1.0
-# Part of the visits to zero that are in runs, at least. [1] Judgement: single samples of a sensor whose range ends at
+# Smallest share of the visits to zero that are in runs. [1] Judgement: single samples of a sensor whose range ends at
 # zero, or whose numbers are coarse, are zero too.
 _MIN_SHARE_IN_RUNS = 0.95
-# Samples by which it is decided whether the noise is smooth. [samples] Judgement: a power is then known to 1 %.
+# Samples that decide whether the noise is smooth. [samples] Judgement: a power is then known to 1 %.
 _EXAMINED = 1 << 14
 
 

@@ -30,10 +30,10 @@ _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-
 
 # Length of the means that are compared. [s] Judgement: white noise has averaged out, drifts have not.
 _BLOCK = 60.0
-# Means in a window, at least; those of a short one are shorter. [1] Judgement: their standard deviation is known to a
-# quarter.
+# Smallest number of means in a window; the means in a short window are shorter. [1] Judgement: their standard deviation
+# is known to a quarter.
 _LEAST_BLOCKS = 10
-# Lengths of a mean in a stream that is a criterion, at least. [1] Derived: one mean has no scatter.
+# Smallest length of a mean, in samples of the stream that is the criterion. [1] Derived: one sample has no scatter.
 _LEAST_WINDOWS = 2
 # Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable.
 _MOST_EMPTY = 0.1

@@ -10,11 +10,11 @@ from sigmatau.findings.spectrum import Aliasing
 from sigmatau.noise.terms import aliasing_inflation
 from sigmatau.record.streams import Stream
 
-# Factor on the random walk above which aliasing is a warning. [1] Judgement: the usual interval is 5 %.
+# Factor of the random walk above which aliasing is a warning. [1] Judgement: the usual interval is 5 %.
 _INFLATION_WARNED = 1.05
-# Factor at the sampling rate that the action names. [1] Judgement: less than half of `_INFLATION_WARNED`.
+# Factor at the sampling rate that the action recommends. [1] Judgement: less than half of `_INFLATION_WARNED`.
 _INFLATION_ADVISED = 1.02
-# Bandwidth, at most. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is
+# Largest bandwidth. [Hz] Judgement: piezoelectric shock sensors resonate at some hundred kHz; no inertial sensor is
 # faster.
 _WIDEST = 1e6
 

@@ -83,3 +83,9 @@ def page(client, folder):
 def result(page):
     """The identifier of the result of the log, with no options."""
     return page.analysed()
+
+
+@pytest.fixture(scope="session")
+def address(client):
+    """The address of the page."""
+    return f"{str(client.base_url).rstrip('/')}/{TOKEN}/"

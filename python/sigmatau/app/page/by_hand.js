@@ -52,6 +52,7 @@ function drawAxis(state, place, table, readout) {
     },
   };
   state.plot = draw(place, described);
+  place.setAttribute("role", "group"); // it has handles
   described.onread(null);
   follow({ drawn: [state.plot] });
   state.laid = layLines(state.plot, curve.tau, curve.adev, terms, (term, k) => { chosen.lines.set(term.name, curve.tau[k]); ask(state, term, curve.tau[k]); });

@@ -3,6 +3,7 @@
 import { make } from "./page.js";
 import { bdi, button, field, parsed, announce } from "./dom.js";
 import { session, setOptions } from "./session.js";
+import { sensorOf } from "./channels.js";
 import { showPart } from "./overlays.js";
 
 const MOST_ROWS = 40; // stretches that are listed
@@ -67,7 +68,7 @@ export function leftOutList(result) {
   const place = make("div", { className: "left-out" });
   const window = session.options.window;
   if (window) place.append(make("p", {}, "Analysed: the window ", bdi(String(window)), " ", button("Analyse all", () => setOptions({ window: undefined }))));
-  for (const cause of listOf(session.options.keep)) place.append(make("p", {}, `Restored: ${cause} `, button("Leave out again", () => setOptions({ keep: listOf(session.options.keep).filter((one) => one !== cause).join(",") }))));
+  for (const kept of listOf(session.options.keep)) place.append(make("p", {}, `Restored: ${kept} `, button("Leave out again", () => setOptions({ keep: listOf(session.options.keep).filter((text) => text !== kept) }), { ariaLabel: `Leave out ${kept} again` })));
   const stretches = merged(result?.left_out ?? []).filter((one) => one.why !== "window");
   const own = listOf(session.options["leave-out"]);
   if (!result) for (const text of own) stretches.push({ ...endsOf(text), why: "left_out", text, channels: [] });
@@ -79,14 +80,14 @@ export function leftOutList(result) {
   for (const one of stretches) counts.set(one.why, (counts.get(one.why) ?? 0) + 1);
   place.append(make("p", {}, [...counts].map(([why, count]) => `${count} × ${wordOf(why)}`).join(", ")));
   for (const [why, count] of counts)
-    if (causeOf(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${wordOf(why)}`, () => restoreCause(causeOf(why)))));
+    if (causeOf(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${wordOf(why)}`, () => keep(causeOf(why)))));
   const rows = stretches.slice(0, MOST_ROWS).map((one) => make("tr", {},
     make("td", {}, spanText(one)),
     make("td", {}, wordOf(one.why)),
-    make("td", {}, bdi(one.channels.length ? one.channels.join(", ") : "all")),
+    make("td", {}, bdi(channelsText(one.channels, result))),
     make("td", {}, ...restoreButton(one, stretches, own))));
   place.append(make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Stretches that are not analysed" },
-    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why", "Channels", ""].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
+    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why", "Channels", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
   if (stretches.length > MOST_ROWS) place.append(make("p", { className: "none" }, `${stretches.length - MOST_ROWS} more are not listed.`));
   return place;
 }
@@ -94,7 +95,18 @@ export function leftOutList(result) {
 const number = (value) => (value >= 1000 ? String(Math.round(value * 10) / 10) : String(Number(value.toPrecision(4))));
 
 function spanText({ from_s: from, to_s: to }) {
-  return `${number(from)}–${number(to)} s`;
+  return to - from < 2e-3 * Math.max(to, 1) ? `${number(from)} s` : `${number(from)}–${number(to)} s`;
+}
+
+/** Channels by sensor: "gyro x, y"; "all" for all. */
+function channelsText(channels, result) {
+  if (!channels.length || channels.length === Object.keys(result?.charts.channels ?? {}).length) return "all";
+  const sensors = new Map();
+  for (const name of channels) {
+    const sensor = sensorOf(name), axis = name === sensor ? "" : name.slice(sensor.length + 1);
+    sensors.set(sensor, [...(sensors.get(sensor) ?? []), axis]);
+  }
+  return [...sensors].map(([sensor, axes]) => `${sensor} ${axes.join(", ")}`.trim()).join("; ");
 }
 
 /** The same stretch of several channels as one row. */
@@ -122,12 +134,10 @@ function restoreButton(stretch, stretches, own) {
     return text ? [button("Restore", () => setOptions({ "leave-out": own.filter((one) => one !== text) }), { ariaLabel: label })] : [];
   }
   if (!causeOf(stretch.why)) return [];
-  // The causes are kept as a whole: the other stretches of this one are then left out by their times, on all channels.
-  const others = stretches.filter((one) => one.why === stretch.why && one !== stretch);
-  const restore = () => restoreCause(causeOf(stretch.why), others.map((one) => `${seconds(one.from_s)}:${seconds(one.to_s)}`));
-  return [button("Restore", restore, { ariaLabel: label, title: others.length ? "The other stretches of this kind stay left out, by their times, on all channels." : "" })];
+  return [button("Restore", () => keep(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep" })];
 }
 
-function restoreCause(cause, stillOut = []) {
-  setOptions({ keep: [...new Set([...listOf(session.options.keep), cause])].join(","), "leave-out": [...listOf(session.options["leave-out"]), ...stillOut] });
+/** Keep a cause, or what lies in some times, in the analysis. */
+function keep(text) {
+  setOptions({ keep: [...new Set([...listOf(session.options.keep), text])] });
 }

@@ -66,6 +66,7 @@ export function layLines(plot, tau, adev, terms, moved) {
     if (k === null) return;
     const { min, max } = u.scales.x, value = (t) => adev[k] * (t / tau[k]) ** term.slope;
     const ends = [min, max].map((t) => [u.valToPos(t, "x"), u.valToPos(value(t), "y")]);
+    if (!ends.flat().every(Number.isFinite)) return; // the plot has no scales yet; it is drawn, and this is done, in a moment
     ["x1", "y1", "x2", "y2"].forEach((name, j) => line.setAttribute(name, ends[j >> 1][j % 2].toFixed(1)));
     const x = u.valToPos(tau[k], "x"), y = u.valToPos(adev[k], "y");
     handle.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
@@ -91,7 +92,7 @@ export function pointOfSlope(tau, adev, slope) {
   for (let k = 0; k < tau.length; k++) {
     const a = Math.max(k - 1, 0), b = Math.min(k + 1, tau.length - 1);
     if (b <= a || !(adev[a] > 0) || !(adev[b] > 0)) continue;
-    const off = Math.abs(Math.log(adev[b] / adev[a]) / Math.log(tau[b] / tau[a]) - slope) + (k > 0.75 * tau.length ? 0.15 : 0);
+    const off = Math.abs(Math.log(adev[b] / adev[a]) / Math.log(tau[b] / tau[a]) - slope) + (k < 2 || k > 0.75 * tau.length ? 0.15 : 0);
     if (off < least) { least = off; best = k; }
   }
   return best;

@@ -15,7 +15,7 @@ const WITHOUT = {
 };
 
 /** A text with its powers of ten: "m/s/h^{3/2}" and "m^2" raised. */
-function raised(text) {
+export function raised(text) {
   const parts = String(text).split(/\^(\{[^}]*\}|-?\d+)/);
   return parts.map((part, k) => (k % 2 ? make("sup", {}, part.replace(/[{}]/g, "")) : part)).filter((part) => part !== "");
 }

@@ -25,14 +25,15 @@ export const map = {
   describe(sensor, state) {
     const { times, tau, window: length, log10, least, most } = content.channels[state.shown].map;
     const unit = timeUnit(recordEnd()), step = times.length > 1 ? times[1] - times[0] : length;
-    const values = decoded(log10), rows = tau.length;
+    const values = decoded(log10), rows = tau.length, within = (ratio, j) => ratio > least[j] && ratio < most[j];
     const medians = tau.map((_, j) => median(times.map((_, i) => values[i * rows + j]).filter((value) => value !== null)));
     const x = [...times.map((t) => (t - step / 2) / unit.size), (times[times.length - 1] + step / 2) / unit.size];
     const between = tau.slice(1).map((t, k) => Math.sqrt(t * tau[k]));
     const y = rows > 1 ? [tau[0] ** 2 / between[0], ...between, tau[rows - 1] ** 2 / between[rows - 2]] : [tau[0] / 1.2, tau[0] * 1.2];
+    const differs = values.some((value, k) => value !== null && !within(10 ** (value - medians[k % rows]), k % rows));
     return [{
-      title: `Stability, ${state.shown}`, height: 280, lines: [],
-      cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: (ratio, j) => ratioColour(ratio > least[j] && ratio < most[j] ? 1 : ratio) },
+      title: `Stability, ${state.shown}`, height: 280, lines: [], note: differs ? "" : "No window differs by more than chance explains.",
+      cells: { x, y, values: values.map((value, k) => (value === null ? null : 10 ** (value - medians[k % rows]))), colour: (ratio, j) => ratioColour(within(ratio, j) ? 1 : ratio) },
       x: { label: `time, middle of a window of ${text(length / timeUnit(2 * length).size)} ${timeUnit(2 * length).text} [${unit.text}]`, unit, log: false, range: [x[0], x[x.length - 1]] },
       y: { label: "averaging time τ [s]", log: true, range: [y[0], y[rows]] },
     }];

@@ -8,6 +8,7 @@
 //   marks   [{x, colour, text}] triangles on the x axis
 //   guides  true: lines of the slopes -1, -1/2, 1/2, 1 through the point that is read
 //   cells   {x, y, values, colour, text} a map; x and y are edges, values by rows of x
+//   note    a text in the middle of the plot
 //   height  in pixels
 // An axis has {label, log, range}; also `name` for a label that is not drawn, and `least` characters of its ticks.
 
@@ -185,6 +186,12 @@ function over(u, described) {
     ctx.fillText(guide.text, u.valToPos(guide.x[1], "x", true) - 3, u.valToPos(guide.y[1], "y", true) - 4);
   }
   ctx.setLineDash([]);
+  if (described.note) {
+    ctx.font = `${13 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = "center";
+    ctx.fillStyle = "#3d4a5c"; // on the light middle of a map, also in the dark theme
+    ctx.fillText(described.note, bbox.left + bbox.width / 2, bbox.top + bbox.height / 2, bbox.width - 10);
+  }
   ctx.font = `600 ${11 * devicePixelRatio}px system-ui, sans-serif`;
   ctx.lineWidth = 3 * devicePixelRatio;
   ctx.lineJoin = "round";

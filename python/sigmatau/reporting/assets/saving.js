@@ -138,6 +138,7 @@ function plotSvg(u, described, top) {
   }
   for (const tag of tagsOf(u, described, X, Y, 13))
     drawn += `<text x="${digits(tag.x + (tag.isFirst ? 6 : -6))}" y="${digits(tag.y)}" font-size="11" font-weight="600" text-anchor="${tag.isFirst ? "start" : "end"}" fill="${tag.colour()}" stroke="${colour("ground")}" stroke-width="3" paint-order="stroke">${escaped(tag.text)}</text>`;
+  if (described.note) drawn += `<text x="${LEFT + width / 2}" y="${top + TOP + height / 2}" text-anchor="middle" fill="#3d4a5c">${escaped(described.note)}</text>`;
   for (const mark of described.marks ?? []) drawn += `<path d="M${digits(X(mark.x))} ${top + TOP + height - 10}l-5 10h10z" fill="${mark.colour()}"/>`;
   return `<clipPath id="${id}"><rect x="${LEFT}" y="${top + TOP}" width="${width}" height="${height}"/></clipPath>${axes}<g clip-path="url(#${id})">${drawn}</g><rect x="${LEFT}" y="${top + TOP}" width="${width}" height="${height}" stroke="${colour("line")}"/>`;
 }

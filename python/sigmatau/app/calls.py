@@ -72,6 +72,7 @@ CALLS = {
     "figure": "taking:figure",
     "files": "listing:listed",
     "is_result": "opening:is_stored_result",
+    "named": "listing:named",
     "open": "opening:open_log",
     "read_off": "analysing:read_off_at_tau",
     "read_result": "analysing:read_stored",

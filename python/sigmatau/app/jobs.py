@@ -41,6 +41,8 @@ class Result:
         Content of the report, once the charts were made.
     charts : str
         The charts as JSON; empty before.
+    lock : Lock
+        Of those who make the charts.
     """
 
     analysis: bytes
@@ -51,6 +53,7 @@ class Result:
     table: dict[str, Any] = field(default_factory=dict)
     content: bytes | None = None
     charts: str = ""
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
     @property
     def size(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,12 @@ def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
             entries.append(entry)
     content = {"path": folder, "parent": parent, "entries": entries, "more": max(len(names) - _MOST_ENTRIES, 0)}
     return json.dumps(content)
+
+
+def named(*, places: Sequence[str], progress: Progress) -> str:
+    """The folders and files of the command line, as entries of a folder without a path."""
+    entries = [entry for place in places if (entry := _entry(Path(place))) is not None]
+    return json.dumps({"path": None, "parent": None, "entries": entries, "more": 0})
 
 
 def _entry(path: Path) -> dict[str, Any] | None:

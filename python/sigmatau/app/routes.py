@@ -52,7 +52,6 @@ class Workbench:
         self.results: Results = Results()
         self.jobs: Jobs = Jobs(self.analyses, self.results)
         self._about: dict[str, Any] | None = None
-        self._charts = threading.Lock()
         self._files = dict(_static_files())
 
     def application(self) -> Starlette:
@@ -112,8 +111,7 @@ class Workbench:
         """The files of a folder; without a path the folders of the command line."""
         path = request.query_params.get("path")
         if not path:
-            entries = [self._root_entry(str(place)) for place in self.roots.places]
-            return json_answer({"path": None, "parent": None, "entries": entries, "more": 0})
+            return text_answer(await self._look(None, "named", places=list(map(str, self.roots.places))))
         place = self.roots.find(path)
         if not place.is_dir():
             raise missing(f"{path}: is not a folder")
@@ -121,13 +119,6 @@ class Workbench:
         return text_answer(
             await self._look(None, "files", folder=str(place), parent=None if parent is None else str(parent))
         )
-
-    def _root_entry(self, path: str) -> dict[str, Any]:
-        place = self.roots.find(path)
-        folder = place.is_dir()
-        size = None if folder else place.stat().st_size
-        kind = "folder" if folder else "log"
-        return {"name": place.name, "path": path, "kind": kind, "bytes": size, "modified": place.stat().st_mtime}
 
     async def upload(self, request: Request) -> Response:
         """Keep the body as a file until the end."""
@@ -214,7 +205,7 @@ class Workbench:
 
     def _made_charts(self, result: Result) -> str:
         """The charts of a result, made once."""
-        with self._charts:
+        with result.lock:
             if not result.charts:
                 values = {"analysis": result.analysis, "log": result.log, "table": result.table}
                 with self.analyses.take(result.log.path) as worker:

@@ -126,7 +126,7 @@ class TestFailure:
 
 
 def test_a_folder_with_results_has_one_log(folder, capsys):
-    code, out, err = run("analyze", folder, "--rate", "100", capsys=capsys)
+    code, out, err = run("analyze", folder, "--rate", "100", "--jobs", "1", capsys=capsys)
     assert code == 0
     assert "1 of 1 logs analysed" in out
     assert "skipped, written by sigmatau: 6 files" in err

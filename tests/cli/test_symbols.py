@@ -34,9 +34,7 @@ def columns(text):
     return {line.rindex("  ") for line in text.splitlines() if line.startswith(("gyro", "accel"))}
 
 
-@pytest.mark.parametrize(
-    "environment", [{"PYTHONIOENCODING": "ascii"}, {"LANG": "C"}, {"LC_ALL": "C"}, {"LC_ALL": "POSIX", "LANG": "de_DE"}]
-)
+@pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "POSIX", "LANG": "de_DE"}])
 def test_ascii(log, environment):
     for options in ((), ("-v",)) if "PYTHONIOENCODING" in environment else ((),):
         out, err = printed(log, *options, **environment)
@@ -47,11 +45,7 @@ def test_ascii(log, environment):
         assert "+-" in text
         assert "?" not in text
         assert "\\u" not in text
-
-
-def test_columns_stay_aligned(log):
-    out, _ = printed(log, PYTHONIOENCODING="ascii")
-    assert len(columns(out.decode("ascii"))) == 1
+        assert options or len(columns(text)) == 1
 
 
 def test_windows_has_some_symbols(log):
@@ -61,7 +55,7 @@ def test_windows_has_some_symbols(log):
     assert "µg" in text
 
 
-@pytest.mark.parametrize("environment", [{"LANG": "en_US.UTF-8"}, {}, {"LANG": "C", "PYTHONUTF8": "1"}])
+@pytest.mark.parametrize("environment", [{}, {"LANG": "C", "PYTHONUTF8": "1"}])
 def test_symbols_where_the_screen_has_them(log, environment):
     assert "deg/√h" in printed(log, **environment)[0].decode("utf-8")
 

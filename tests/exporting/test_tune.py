@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.signal import lfilter
 from studies.tune import SETTINGS, WRONG, cell, innovations
 from studies.tune_filters import AIDED, AIDINGS, Setting, aided_innovations, moving_innovations
 
 import sigmatau as st
 from known import seed_of
 from sigmatau.exporting.tuning.filters import SLOW, WHITE
-from sigmatau.exporting.tuning.motion import _integrate
 from sigmatau.exporting.tuning.run import MEASUREMENT, constant_run, varying_run
 from sigmatau.exporting.tuning.tune import _nis
 
@@ -257,11 +257,8 @@ def test_interval_of_the_nis_counts_the_correlation():
     rng = np.random.default_rng(seed_of("tune: correlated"))
     phi, held, widths = 0.8, 0, []
     for _ in range(200):
-        x = np.empty(1000)
-        x[0] = rng.standard_normal()
-        steps = math.sqrt(1 - phi**2) * rng.standard_normal(1000)
-        for k in range(1, 1000):
-            x[k] = phi * x[k - 1] + steps[k]
+        start, *steps = rng.standard_normal(1000)
+        x = lfilter([1.0], [1.0, -phi], np.r_[start, math.sqrt(1 - phi**2) * np.array(steps)])
         nis, low, high = _nis(x[:, None], np.ones((1000, 1), dtype=bool), 0.95)
         held += low < 1 < high
         widths.append((high - low) / nis)
@@ -399,21 +396,6 @@ def test_motion_is_not_claimed_where_it_cannot_be_seen():
         result = st.tune(changed, filters=filter_)["innovation"]
         assert (result.verdict, [effect.has_error for effect in result.motion]) == ("consistent", [False, False])
         assert words in " ".join(repr(result).split())
-
-
-def test_integral_of_the_rate():
-    """Its error is of the fourth order of the interval; two rows at one time have the same angle."""
-    errors = []
-    for dt in (0.2, 0.1):
-        time = dt * np.arange(round(60 / dt))
-        rate = np.sin(time)[:, None]
-        angle = _integrate(np.repeat(time, 2), np.repeat(rate, 2, axis=0))
-        assert np.array_equal(angle[::2], angle[1::2])
-        inside = slice(round(10 / dt), round(50 / dt))  # the slope at an end is of the first order
-        error = (angle[::2, 0] + np.cos(time))[inside]
-        errors.append(np.ptp(error))
-    assert errors[0] / errors[1] == pytest.approx(16, rel=0.05)
-    assert errors[0] < 2 * 11 / 720 * 0.2**4 * 1.1  # peak to peak, by the next term of the quadrature
 
 
 def aided(name, kind, true, runs=1):

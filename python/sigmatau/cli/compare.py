@@ -39,7 +39,6 @@ def compare_command(
     store: str | None = None,
     unit: Annotated[list[str] | None, Parameter(negative=())] = None,
     temperature: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    datasheet: Annotated[str | None, Parameter(show=False)] = None,
     show: Show = None,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative=())] = False,
 ) -> int:
@@ -77,10 +76,6 @@ def compare_command(
         Print only errors on standard error.
     """
     set_shown(show)
-    if datasheet is not None:
-        raise OptionError(
-            f"--datasheet is an option of sigmatau lot now: sigmatau lot RESULTS --spec {datasheet}", option="datasheet"
-        )
     if store is not None and results:
         raise OptionError("give results, or --store, not both", option="store")
     if unit and store is None:

@@ -176,6 +176,63 @@ class TestInMemory:
         np.testing.assert_allclose(holm(p, group), [0.03, 0.06, np.nan, 0.06, 0.5, 0.4], rtol=1e-12)
 
 
+def moving(one, _):
+    one["rest"]["verdict"] = "not_at_rest"
+    for channel in one["channels"].values():
+        del channel["fit"]
+
+
+def same_log(one, other):
+    one["source"]["sha256"] = other["source"]["sha256"] = "0" * 64
+
+
+def in_another_unit(one, _):
+    for term in one["channels"]["accel_x"]["fit"]["terms"].values():
+        if isinstance(term, dict):
+            term["unit"] = term["unit"].replace("m/s", "rad")
+
+
+def without_a_model(one, _):
+    for channel in one["channels"].values():
+        channel["fit"]["verdict"] = "descriptive"
+        for term in channel["fit"]["terms"].values():
+            if isinstance(term, dict):
+                term.pop("upper_limit", None)
+
+
+def with_value(value):
+    def change(one, _):
+        one["channels"]["gyro_x"]["fit"]["terms"]["random_walk"] |= {"high": value, "value": value}
+
+    return change
+
+
+def of_gyro(change):
+    return lambda one, _: change(one["channels"]["gyro_x"])
+
+
+FAILED = {"schema": 2, "error": {"message": "no channel is left", "exit_code": 1}, "channels": {}}
+CHANGES = {
+    "failed": (lambda one, _: FAILED, "the analysis failed: no channel is left"),
+    "not at rest": (moving, "not at rest"),
+    "a newer schema": (lambda one, _: one | {"schema": 99}, "schema 99"),
+    "a copy": (lambda _, other: copy.deepcopy(other), "of the same log as r0"),
+    "the same log analysed again": (same_log, "of the same log as r0"),
+    **{f"{value!r}": (with_value(value), "is not a number") for value in (float("nan"), "1", True, 1e999)},
+    "another unit": (in_another_unit, "accel_x: in another unit"),
+    "no model fits": (without_a_model, "no coefficient has an interval"),
+    **{
+        f"changed by hand {k}": (of_gyro(change), "or changed: channels.gyro_x")
+        for k, change in enumerate((
+            lambda gyro: gyro["fit"]["terms"].__setitem__("random_walk", "x"),
+            lambda gyro: gyro["fit"]["terms"]["random_walk"].__setitem__("level", 2),
+            lambda gyro: gyro.__setitem__("mean", [1]),
+            lambda gyro: gyro.pop("quantity") and None,
+        ))
+    },
+}  # fmt: skip
+
+
 class TestNotUsed:
     """Each is named with its reason, and the others are compared."""
 
@@ -184,61 +241,13 @@ class TestNotUsed:
         assert compared["gyro_x", "random_walk"].k == len(days) - len(compared.unused)
         return compared.unused
 
-    def test_failed(self, days):
-        days[1] = {"schema": 2, "error": {"message": "no channel is left", "exit_code": 1}, "channels": {}}
-        assert self.reasons(days) == {"r1": "the analysis failed: no channel is left"}
-
-    def test_not_at_rest(self, days):
-        days[1]["rest"]["verdict"] = "not_at_rest"
-        for channel in days[1]["channels"].values():
-            del channel["fit"]
-        assert "not at rest" in self.reasons(days)["r1"]
-
-    def test_a_newer_schema(self, days):
-        days[1]["schema"] = 99
-        assert "schema 99" in self.reasons(days)["r1"]
-
-    def test_copies(self, days):
-        days[1] = copy.deepcopy(days[0])
-        assert self.reasons(days) == {"r1": "of the same log as r0"}
-
-    def test_the_same_log_analysed_again(self, days):
-        days[0]["source"]["sha256"] = days[1]["source"]["sha256"] = "0" * 64
-        assert self.reasons(days) == {"r1": "of the same log as r0"}
-
-    @pytest.mark.parametrize("value", [float("nan"), "1", None, True, 1e999])
-    def test_no_number(self, days, value):
-        days[1]["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]["high"] = value
-        days[1]["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]["value"] = value
-        reason = self.reasons(days) if value is not None else None
-        assert reason is None or "is not a number" in reason["r1"]
-
-    def test_other_unit(self, days):
-        for one in days[1]["channels"]["accel_x"]["fit"]["terms"].values():
-            if isinstance(one, dict):
-                one["unit"] = one["unit"].replace("m/s", "rad")
-        assert "accel_x: in another unit" in self.reasons(days)["r1"]
-
-    def test_no_model_fits(self, days):
-        for channel in days[1]["channels"].values():
-            channel["fit"]["verdict"] = "descriptive"
-            for one in channel["fit"]["terms"].values():
-                if isinstance(one, dict):
-                    one.pop("upper_limit", None)
-        assert "no coefficient has an interval" in self.reasons(days)["r1"]
-
-    @pytest.mark.parametrize(
-        "damage",
-        [
-            lambda gyro: gyro["fit"]["terms"].__setitem__("random_walk", "x"),
-            lambda gyro: gyro["fit"]["terms"]["random_walk"].__setitem__("level", 2),
-            lambda gyro: gyro.__setitem__("mean", [1]),
-            lambda gyro: gyro.pop("quantity"),
-        ],
-    )
-    def test_changed_by_hand(self, days, damage):
-        damage(days[1]["channels"]["gyro_x"])
-        assert "or changed: channels.gyro_x" in self.reasons(days)["r1"]
+    @pytest.mark.parametrize("change", CHANGES)
+    def test_why(self, change, days):
+        do, words = CHANGES[change]
+        days[1] = do(days[1], days[0]) or days[1]
+        reasons = self.reasons(days)
+        assert [*reasons] == ["r1"]
+        assert words in reasons["r1"]
 
     def test_no_values(self, days, tmp_path):
         path = tmp_path / "none.csv"
@@ -371,7 +380,6 @@ class TestCommand:
         [
             ([], 2, "no results; give JSON files"),
             (["none.json"], 1, "none.json: No such file"),
-            (["day1.json", "--datasheet", "bmi088"], 2, "is an option of sigmatau lot now"),
             (["day1.json", "--level", "1.5"], 2, "--level must be between 0 and 1"),
             (["day1.json", "--jobs", "0"], 2, "--jobs 0: must be"),
             (["day1.json", "--plot", "f.txt"], 2, "the name must end in"),

@@ -44,6 +44,15 @@ def test_who_is_answered(client, path, headers, status):
         assert TOKEN not in answer.text
 
 
+@pytest.mark.parametrize("method", ["OPTIONS", "PUT", "TRACE"])
+def test_other_methods(client, method):
+    """A browser that asks whether another site may send something gets no leave."""
+    asked = {"Access-Control-Request-Method": "POST", "Origin": str(client.base_url).rstrip("/")}
+    answer = client.request(method, f"/{TOKEN}/api/open", headers=asked)
+    assert answer.status_code == 404
+    assert not any(name.lower().startswith("access-control") for name in answer.headers)
+
+
 def test_no_script_of_a_page_is_inline(page):
     policy = HEADERS["Content-Security-Policy"]
     assert "script-src 'self'" in policy

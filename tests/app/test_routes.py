@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from workbench_logs import write_log
 
+from known import seed_of
 from sigmatau import Analysis, analyze, read
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
@@ -320,3 +321,24 @@ def test_a_look_that_takes_too_long_is_ended(page, workbench, monkeypatch):
     assert (answer.status_code, answer.json()["error"]["code"]) == (500, "failed")
     monkeypatch.undo()
     assert page.post("api/open", path=str(page.log)).status_code == 200
+
+
+def test_two_topics(page, folder):
+    """The columns of both are shown, each with its channels; stamps have all digits."""
+    stamps = 1_700_000_000_000_000_000 + np.arange(1000) * 10_000_000
+    noise = np.random.default_rng(seed_of("two topics")).standard_normal((1000, 3)) * 1e-2
+    header = "time [ns],kind,x,y,z"
+    with (folder / "kinds.csv").open("w") as file:
+        print(header, file=file)
+        for stamp, (x, y, z) in zip(stamps, noise.tolist(), strict=True):
+            print(f"{stamp},gyro,{x},{y},{z}", f"{stamp},accel,{x},{y},{z + 9.81}", sep="\n", file=file)
+    opened = page.post("api/open", path=str(folder / "kinds.csv"), options={"unit": "gyro=rad/s,accel=m/s^2"}).json()
+    channels = {
+        column["channel"]: column["topic"] for column in opened["columns"] if column["channel"] not in (None, "time")
+    }
+    assert channels == {
+        **{f"gyro_{axis}": "gyro" for axis in "xyz"},
+        **{f"accel_{axis}": "accel" for axis in "xyz"},
+    }
+    assert opened["columns"][0]["values"][0] == int(float(stamps[0]))
+    assert [topic["chosen"] for topic in opened["topics"]] == [True, True]

@@ -31,6 +31,7 @@ from sigmatau.results import printable
 from sigmatau.typed.config import check_names, command_line, from_toml, to_toml
 
 _MOST_COLUMNS = 512  # of a table that are listed
+_LARGEST_WHOLE = 2.0**63
 _MOST_WIDTH = 4000  # stretches of an envelope
 
 
@@ -79,7 +80,8 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
     check_names(table)
     contents = inspected(log, table)
     info = _shown_table(contents)
-    question = contents.question or info.question
+    shown = [each for each in contents.tables if each.chosen] or [info]
+    question = contents.question or next((each.question for each in shown if each.question is not None), None)
     record = contents.record
     streams = () if record is None else record.streams
     duration = max((stream.grid.lead + stream.grid.duration for stream in streams), default=None)
@@ -91,7 +93,7 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
         "duration_s": number(duration),
         "rate_hz": number(info.rate, 9),
         "rate_how": "" if info.rate_source is None else str(info.rate_source),
-        "columns": _columns(info, record, reading_options(table)),
+        "columns": [row for each in shown for row in _columns(each, record, reading_options(table))],
         "topics": _topics(contents.tables),
         "channels": [
             {
@@ -150,9 +152,10 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
         unit, how = _unit(column.unit, channel, reading)
         rows.append(
             {
+                "topic": info.topic,
                 "number": k + 1,
                 "name": printable(column.name),
-                "values": [number(value) for value in samples.first]
+                "values": [_first_value(value) for value in samples.first]
                 if samples
                 else [column.first]
                 if column.first
@@ -171,6 +174,11 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
             }
         )
     return rows
+
+
+def _first_value(value: float) -> float | int | None:
+    """A value as it is shown: whole numbers, such as time stamps, with all digits."""
+    return int(value) if value.is_integer() and abs(value) < _LARGEST_WHOLE else number(value, 9)
 
 
 def _summary(summary: ChannelSummary | None) -> dict[str, Any]:

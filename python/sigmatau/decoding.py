@@ -1,7 +1,7 @@
 """Values of JSON as the types that annotations declare: dataclasses, tuples, mappings, arrays; errors name the place.
 
 Libraries that do this (msgspec, cattrs) either have no union of several dataclasses, or take ``"5"`` for a number; results
-have unions, told apart by the field ``kind``, and null where a number is not finite.
+have unions, distinguished by the field ``kind``, and null where a number is not finite.
 """
 
 from __future__ import annotations

@@ -236,7 +236,7 @@ _WORDS = (
     (r"\^\{3/2\}|\^1\.5|(?<=[sh])\^3/2$", "^(3/2)"),
     (r"(?<=[sh])\^\(?-(?:1\.5|\(?3/2\)?)\)?$", r"^-(3/2)"),
     (r"[·* ](s|h)\^-\(3/2\)$", r"/\1^(3/2)"),
-    (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # of the accelerometer's m/s/h^(3/2) the table has a row of its own
+    (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # of the accelerometer's m/s/h^(3/2) the table has a separate row
     (r"(?<=g)\s*[·* ]\s*s$", "*s"),
     (r"/s\^\(3/2\)$", "/s/sqrt(s)"),
     (r"/s\^\(5/2\)$|/s\^2\.5$", "/s^2/sqrt(s)"),

@@ -166,8 +166,8 @@ def test_there_is_nothing_below_absolute_zero(end):
         ({"duration": 1e300, "rate": 1e300}, r"`rate` must be from 1e-06 to 1e\+09 Hz, not 1e\+300"),
         ({"duration": 1e-290, "rate": 1e300}, r"`rate` must be from 1e-06 to 1e\+09 Hz"),
         ({"duration": 1e300}, r"are 1e.302 samples; at most"),
-        ({"imperfections": Imperfections(outages=(Outage(start=10.0, length=1.0),))}, "10 s is behind the end"),
-        ({"imperfections": Imperfections(outages=(Outage(start=0.0, length=99.0),))}, "99 s leaves nothing"),
+        ({"imperfections": Imperfections(outages=(Outage(start=10.0, length=1.0),))}, "10 s begins after the end"),
+        ({"imperfections": Imperfections(outages=(Outage(start=0.0, length=99.0),))}, "99 s covers the whole record"),
     ],
 )
 def test_simulation(changed, words):

@@ -3,7 +3,7 @@
 /// Neighbours on either side whose scatter is taken, but for the nearest one.
 const AROUND: usize = 32;
 
-/// Changes that a scatter is taken from, at least.
+/// Smallest number of changes whose scatter is computed.
 const LEAST_CHANGES: usize = 4;
 
 /// Thresholds of [`outliers`].

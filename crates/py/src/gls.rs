@@ -33,7 +33,7 @@ impl GlsComponents {
         found.map(Self).map_err(|error| value_error(&error))
     }
 
-    /// Expected Allan variances for θ = 1, a row a term.
+    /// Expected Allan variances for θ = 1, one row per term.
     fn design<'py>(&self, py: Python<'py>) -> Floats<'py> {
         self.of_terms(py, gls::Components::design)
     }
@@ -43,7 +43,7 @@ impl GlsComponents {
         self.of_terms(py, gls::Components::slopes)
     }
 
-    /// Power of the modes for θ = 1, over n; a row a term.
+    /// Power of the modes for θ = 1, over n; one row per term.
     fn spectra<'py>(&self, py: Python<'py>) -> Floats<'py> {
         self.of_terms(py, gls::Components::spectrum)
     }

@@ -238,7 +238,7 @@ class CoefficientForm:
     slope_error: float | None = key(
         "standard error of the slope by eq. (26); null for one point", default=None, null=True
     )
-    forced: bool = key("the line is drawn although the slope of the curve is not its own", default=False)
+    forced: bool = key("the line is drawn although the curve has another slope", default=False)
 
 
 @frozen

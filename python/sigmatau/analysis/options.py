@@ -99,7 +99,7 @@ class AnalysisOptions(CheckOptions):
             "Method",
             "Averaging times between which lines are read off, by term, or by channel or sensor and term.",
             "Default: where the term dominates in the fitted model, by rules if there is none. A line is refused where the"
-            " slope of the curve is not its own; the other lines stay as they are.",
+            " curve has another slope; the other lines do not change.",
             form="ranges",
             unit="s",
             kind="mapping of str to tuple of float, optional",

@@ -374,7 +374,7 @@ class Analysis(Tabular):
         )
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a channel and term, with how far to trust it; see `Tabular.columns`."""
+        """One row per channel and term, and how far to trust each value; see `Tabular.columns`."""
         if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()

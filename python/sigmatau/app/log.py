@@ -22,6 +22,6 @@ class LogFile:
     name: str
 
     def key(self) -> tuple[object, ...]:
-        """What tells whether the file is still the same."""
+        """Size and time of the file, which show whether it is still the same."""
         status = Path(self.path).stat()
         return self.path, self.name, status.st_mtime_ns, status.st_size, status.st_ino

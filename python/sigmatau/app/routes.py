@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Request"], Awaitable[Response]]
 
-_LOOKS, _ANALYSES = 2, 2  # processes for what the page looks at, and for analyses
+_LOOKS, _ANALYSES = 2, 2  # number of processes for requests of the page, and for analyses
 _PATIENCE = 300.0  # for a look [s]
 
 
@@ -82,7 +82,7 @@ class Workbench:
         )
 
     def close(self) -> None:
-        """End the workers and remove what was uploaded."""
+        """End the workers and remove the uploaded files."""
         self.looks.close()
         self.analyses.close()
         self.uploads.close()
@@ -145,7 +145,7 @@ class Workbench:
     async def open(self, request: Request) -> Response:
         """The columns of a log; a result is kept, and its identifier answered."""
         body = await _body(request)
-        threading.Thread(target=self.analyses.warm, daemon=True).start()  # what comes next
+        threading.Thread(target=self.analyses.warm, daemon=True).start()  # an analysis usually follows
         log = self._log(body)
         if await self._look(log.path, "is_result", log=log):
             parts = await self._look(log.path, "read_result", log=log)
@@ -181,7 +181,7 @@ class Workbench:
         return json_answer({"job": job.id}, 202)
 
     async def job(self, request: Request) -> Response:
-        """How far an analysis is."""
+        """State of a running analysis."""
         return json_answer(self.jobs.find(request.path_params["id"]).content())
 
     async def cancel(self, request: Request) -> Response:
@@ -213,7 +213,7 @@ class Workbench:
         return result.charts
 
     async def read_off(self, request: Request) -> Response:
-        """A line that is laid by hand."""
+        """Read off a term along a line that the user drew."""
         result = self.results.find(request.path_params["id"])
         body = await _body(request)
         values = {name: _number(body, name) for name in ("tau_s", "from_s", "to_s")}
@@ -300,7 +300,7 @@ def _key(result: Result) -> object:
 
 
 def _answering(handler: Handler) -> Handler:
-    """A handler whose errors are answers."""
+    """Wrap a handler, so that its errors become answers."""
 
     async def answer(request: Request) -> Response:
         try:
@@ -364,7 +364,7 @@ def _text(body: Mapping[str, Any], name: str) -> str | None:
 
 
 def _static_files() -> Iterator[tuple[str, Traversable]]:
-    """Files of the page by name; those of the report's charts are shared, and those of the page go before them."""
+    """Files of the page by name; with the shared files of the report's charts; a file of the page replaces a shared one."""
     for package, folder in (("sigmatau.reporting", "assets"), ("sigmatau.app", "page")):
         yield from _inside(resources.files(package).joinpath(folder), "")
 

@@ -81,7 +81,7 @@ def tune_command(
         Without innovations: model file or JSON of analyze of the sensor at rest. Prints the factor of each coefficient
         beside motors, its cause, and the command that writes the file with the factors.
     joint
-        Channels that are measurements of one filter: gnss,camera. Each gets a factor of its own, N and K a common one.
+        Channels that are measurements of one filter: gnss,camera. Each gets a separate factor, N and K a common one.
         Default: each channel is of a filter with one measurement.
     columns
         Columns of innovation, variance and rate of motion by channel, by name or number: gyro_x=nu:S or gyro_x=nu:S:rate.

@@ -214,7 +214,7 @@ class DeviationCurve(Tabular):
         return plain(self, fields, *optional, low=low, high=high, estimator=estimator)
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row an averaging time, see `Tabular.columns`."""
+        """One row per averaging time, see `Tabular.columns`."""
         low, high = (edge.tolist() for edge in self.interval())
         rows = {"tau_s": self.tau.tolist(), "adev": self.adev.tolist(), "low": low, "high": high}
         same = {"channel": [self.channel] * len(self.m), "unit": [self.unit] * len(self.m)}
@@ -452,7 +452,9 @@ def curves_of_stream(
     counting: Counting,
     threads: int | None,
 ) -> dict[str, DeviationCurve]:
-    """Allan variances of channels, by default of all; without those that miss so many samples that none has a pair."""
+    """Allan variances of channels, by default of all; without channels in which so many samples are missing that no pair is
+    left.
+    """
     channels = stream.channels if channels is None else channels
     # The paper's counting uses one term less, and none at m = n/2.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0

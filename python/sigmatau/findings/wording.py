@@ -26,11 +26,11 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
     ----------
     findings : iterable of Finding
     most : int
-        Kinds that are told, of which warnings name as many axes as they can; a last line counts and names the others.
+        Kinds of findings that are listed. Warnings name as many axes as fit; a last line counts and names the other kinds.
     rest : str
         Where the other findings are.
     room : int
-        Lines of a terminal: of the worst warning, and of the others as far as there is room, what to do is told too.
+        Lines of a terminal: the worst warning is listed with what to do, and so are the others as far as there is room.
 
     Returns
     -------

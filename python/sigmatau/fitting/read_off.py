@@ -59,7 +59,7 @@ class ReadOffCoefficient:
     slope_error : float or None
         Standard error of the slope by eq. (26). [1]
     forced : bool
-        Whether the line is drawn although the slope of the curve is not its own.
+        Whether the line is drawn although the curve has another slope.
     """
 
     term: str
@@ -179,7 +179,7 @@ class ReadOff(Mapping[str, ReadOffCoefficient], Tabular):
         ]
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a coefficient, see `Tabular.columns`. ``plus_minus`` is the error by eq. (26), not a standard error."""
+        """One row per coefficient, see `Tabular.columns`. ``plus_minus`` is the error by eq. (26), not a standard error."""
         lines = list(self.coefficients.values())
         rows: dict[str, list[Any]] = {name: [getattr(line, name) for line in lines] for name in ("term", "value")}
         rows |= {"plus_minus": [line.error for line in lines], "unit": [line.unit for line in lines]}
@@ -312,8 +312,8 @@ def read_off_with_fit(
 ) -> ReadOff:
     """Read off the terms of a fitted model where they are most of the variance, and other terms in given ranges.
 
-    A term of the model has its line also if a process explains the record as well: the paper has the five terms only. A fit
-    without intervals, or one that does not fit, says nothing of the ranges; they are then found by the rules.
+    A term of the model has a line also if a process explains the record as well, because the paper has only the five terms.
+    A fit without intervals, or one that does not fit, gives no ranges; the rules then find them.
     """
     spans: Any = stated
     if not fitted.quantified or fitted.is_misfit:
@@ -329,7 +329,7 @@ def read_off_with_fit(
     return _laid(curve, lines, "fit", _points_by_hand(curve, **spans), refused, force=force)
 
 
-_HIDDEN = "other noise hides it at all averaging times"  # a fitted term that is nowhere most of the variance
+_HIDDEN = "other noise hides it at all averaging times"  # reason for a fitted term that is nowhere most of the variance
 
 
 def _whole(curve: DeviationCurve, name: str, why: str) -> Refusal:

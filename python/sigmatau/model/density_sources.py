@@ -14,7 +14,7 @@ from sigmatau.errors import DataError
 from sigmatau.model.density_pieces import Between, Pieces
 from sigmatau.model.transform import Density, integrate_density
 
-_HERMITIAN = 1e-9  # relative difference of two elements that is rounding
+_HERMITIAN = 1e-9  # largest relative difference of two elements that counts as rounding
 
 
 class SampledDensity:
@@ -107,12 +107,12 @@ class FunctionDensity:
 
 
 def broadcast_channels(values: NDArray[Any]) -> NDArray[Any]:
-    """The diagonal of matrices; values of one channel as they are."""
+    """The diagonal of matrices; the values of a single channel are returned unchanged."""
     return np.asarray(values if values.ndim == 1 else np.einsum("kii->ki", values))
 
 
 def rising_frequencies(frequency: ArrayLike) -> Floats:
-    """Frequencies as an array; raises `DataError` for others than rising ones above 0."""
+    """Frequencies as an array; raises `DataError` unless they are positive and rise."""
     f = np.asarray(frequency)
     if f.ndim != 1 or f.dtype.kind not in "fiu" or len(f) < 2:
         raise DataError(f"`frequency` must be two or more numbers of Hz in a row, not {f.dtype} of shape {f.shape}")

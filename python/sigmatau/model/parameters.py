@@ -47,12 +47,12 @@ class Parameter:
 
     @classmethod
     def of(cls, name: str) -> Parameter:
-        """The parameter of a name.
+        """The parameter with a name.
 
         Parameters
         ----------
         name : str
-            As in JSON; of any other text, a part of that name.
+            The name in JSON. Any other text becomes a parameter whose part is that text.
 
         Returns
         -------
@@ -149,7 +149,7 @@ class Covariance:
         Parameters
         ----------
         renamed : callable
-            What each parameter is in the new covariance; None for those to leave out.
+            Returns the parameter that each one becomes in the new covariance, or None to leave it out.
 
         Returns
         -------

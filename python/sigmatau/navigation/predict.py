@@ -400,7 +400,7 @@ def _error(
     has_variance = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
         covariance = _known_covariance(model, channel)
-        # A number of a process is a part of its own in `moved`.
+        # Each number of a process is a separate part in `moved`.
         parts = [
             (k, each)
             for k, each in enumerate(covariance.parameters)

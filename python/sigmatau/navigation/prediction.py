@@ -73,7 +73,7 @@ class PredictedError(Printed):
     shares : mapping of (str, str) to ndarray, shape (n_times,)
         Parts of rms², by channel and term; they add up to 1. [1] One of correlated noise may be negative.
     at_most : ndarray or None, shape (n_times,)
-        With the terms that were not seen, and those that the record cannot tell from each other, at their limits, the
+        With the terms that were not seen, and those that the record cannot distinguish, at their limits, the
         others at the upper end of the interval; None if the model has no limits. [unit]
     tilt_without : str
         The gyro whose tilt is left out because the model has it not; empty otherwise.

@@ -230,7 +230,7 @@ def refuse_without_system(terms: Iterable[str]) -> None:
 def coefficient_unit(term: str, quantity: str, unit: str) -> str:
     """SI unit of a coefficient: ``"rad/sqrt(s)"`` for the random walk of a gyro.
 
-    For a signal in a unit U of its own: U*s, U*sqrt(s), U, U/sqrt(s), U/s.
+    For a signal in any other unit U: U*s, U*sqrt(s), U, U/sqrt(s), U/s.
     """
     if quantity in _OWN_UNITS:
         return TERMS[term].si_units[quantity]

@@ -1,4 +1,4 @@
-"""Allan deviations of several records in one figure: a panel a channel, a line a record."""
+"""Allan deviations of several records in one figure: one panel per channel, one line per record."""
 
 from __future__ import annotations
 

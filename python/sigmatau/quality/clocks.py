@@ -30,7 +30,7 @@ _MIN_MARKS = 3
 # Smallest share of the marks that have the factor within their errors. [1] Judgement: a quarter of the lines has other
 # causes.
 _MOST_MARKS_OF_ALL = 0.75
-# Marks that are at the usual place over those that have the factor, at most. [1] Judgement: see `_MOST_MARKS_OF_ALL`.
+# Largest ratio of the marks at the usual place to those with the factor. [1] Judgement: see `_MOST_MARKS_OF_ALL`.
 _CONTRARY = 0.25
 # Share of the marks at the same place from which on two records have the same clock. [1] Judgement: half of the marks.
 _AGREE = 0.5
@@ -99,7 +99,7 @@ def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
     Parameters
     ----------
     records : mapping of str to sequence of Mark
-        Marks of each record. With fewer than three records nothing tells which clock is off.
+        Marks of each record. Fewer than three records do not show which clock is wrong.
     """
     shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
     off: dict[str, Finding] = {}

@@ -81,8 +81,9 @@ def fit_findings(
     missing : float
         Share of missing samples.
     sample_findings : sequence of Finding
-        Of the samples: held or interpolated samples have the spectrum of a filter, which is then not named. Where a
-        disturbance is a warning, filters, processes and resonances are not named, and a poor fit is not another warning.
+        Findings about the samples. Held or interpolated samples have the spectrum of a filter, so no filter is reported
+        then. If a disturbance is a warning, no filters, processes and resonances are reported, and a poor fit is not another
+        warning.
     """
     disturbed = any(
         finding.code in DISTURBANCES and not finding.left_out

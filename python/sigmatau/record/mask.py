@@ -44,7 +44,7 @@ class ExcludedSpan:
 
 @frozen(eq=False)
 class ChannelMask(Tabular):
-    """Samples of a channel that an analysis did not use, and why; as a table, a row a stretch.
+    """Samples of a channel that an analysis did not use, and why; as a table, one row per stretch.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class ChannelMask(Tabular):
         return used
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a stretch, see `Tabular.columns`."""
+        """One row per stretch, see `Tabular.columns`."""
         return {
             "start": [span.start for span in self.spans],
             "stop": [span.stop for span in self.spans],

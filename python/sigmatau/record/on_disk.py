@@ -22,10 +22,10 @@ from sigmatau.record.streams import Stream
 
 _PIECE = 1 << 16  # rows read at a time if rows are short; columns that are read one by one share them
 _PIECE_BYTES = 1 << 19  # bytes read at a time if they are more than a row: a part of a processor's cache
-_KEPT_BYTES = 1 << 23  # most bytes of rows that are kept for the next column
+_KEPT_BYTES = 1 << 23  # largest size of the rows that are kept for the next column
 _SPARSE = 1 << 14  # distance of rows from which on each is read separately [bytes]
 _PART = 1 << 20  # rows that a thread reads
-_READERS = 4  # most threads
+_READERS = 4  # largest number of threads
 # share of the free memory that columns may use, because an analysis needs three times as much as its samples
 _LOADED = 0.2
 
@@ -94,7 +94,7 @@ class StoredRows:
     Parameters
     ----------
     dtype : dtype
-        Of a row.
+        Type of a row.
     count : int
         Number of rows.
     """
@@ -229,7 +229,7 @@ class FileColumn(np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def extent(self) -> tuple[int, int, int]:
-        """The rows that it is a column of."""
+        """Identifies the rows that contain the column."""
         return id(self._rows), self._start, self._stop
 
     def rows_between(self, start: int, stop: int) -> Iterator[tuple[int, NDArray[Any]]]:

@@ -269,7 +269,7 @@ _METHODS = {
 
 
 def _analysed(analysis: Analysis) -> list[tuple[str, str]]:
-    """The part of the record that was analysed, and how much of it is missing or left out; a row a sensor."""
+    """The part of the record that was analysed, and how much of it is missing or left out; one row per sensor."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for channel, spans in analysis.used.items():
         first, last = float(spans[0, 0]), float(spans[-1, 1])

@@ -72,7 +72,7 @@ class Temperature:
     Attributes
     ----------
     start, end : float
-        At turning on, and long after. [°C]
+        Temperatures when the sensor is turned on, and long after. [°C]
     time : float
         Time constant of the change. [s]
     swing : float
@@ -129,7 +129,7 @@ class Temperature:
         return np.asarray(settled + self.swing * np.sin(2 * math.pi * t / _DAY))
 
     def shown(self, t: Floats) -> Floats:
-        """What the thermometer shows at some times.
+        """Reading of the thermometer at some times.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class Outage:
     Attributes
     ----------
     start : float
-        Beginning, since that of the log. [s]
+        Beginning, from the start of the log. [s]
     length : float
         [s]
 
@@ -304,9 +304,9 @@ class Imperfections(Printed):
             raise OptionError("the model has a channel `temperature`, so that there can be no thermometer of that name")
         for outage in self.outages:
             if outage.start >= duration:
-                raise OptionError(f"an outage at {outage.start:g} s is behind the end of the record, {duration:g} s")
+                raise OptionError(f"an outage at {outage.start:g} s begins after the end of the record, {duration:g} s")
             if outage.start <= tau0 and outage.start + outage.length >= duration - tau0:
-                raise OptionError(f"an outage of {outage.length:g} s leaves nothing of a record of {duration:g} s")
+                raise OptionError(f"an outage of {outage.length:g} s covers the whole record of {duration:g} s")
         if self.jitter > _MOST_JITTER * tau0:
             raise OptionError(
                 f"a jitter of {self.jitter:g} s is more than a tenth of the sample interval, {tau0:g} s; stamps would come"

@@ -17,12 +17,12 @@ from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
 
-# Of longer records Welch's segments are taken evenly spread: their number sets the error, 0.1 % here, not the model's
+# Welch's method takes evenly spaced segments of a record with more samples: the error of an average then depends on
+# their number, and is 0.1 % at this one.
 MOST_SAMPLES = 1 << 22
 SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
-_LONGEST_SEGMENT = (
-    1 << 12
-)  # default number of segments: 480 for 1e6 samples, so that each of the 2048 bins has an error of 4.6 %
+# Longest default segment. [samples] A record of 1e6 samples has 480 of them: each of the 2048 bins has an error of 4.6 %.
+_LONGEST_SEGMENT = 1 << 12
 _LEAST_SEGMENTS = 15
 _BATCH_SAMPLES = 1 << 16  # number of samples that are transformed together, so that they stay in a core's cache
 # Sum of the squared correlations of Hann-tapered segments that overlap by half, (1/6)², twice: Welch 1967.
@@ -143,13 +143,15 @@ def welch_grid(starts: NDArray[np.int64], length: int, tau0: float) -> tuple[Flo
 
 
 def default_size(n: int) -> int:
-    """Samples in a segment for a record of `n`: a power of two, so that 15 that overlap by half fit in."""
+    """Samples in a segment for a record of `n`: a power of two that lets 15 segments fit, overlapping by half."""
     fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
     return min(1 << (fits.bit_length() - 1), _LONGEST_SEGMENT)
 
 
 def segment_size(segment: float | None, stream: Stream) -> int | None:
-    """Samples in a segment of so many seconds; None for the default. Raises OptionError for none that fits."""
+    """Samples in a segment of a length in seconds; None for the default. Raises OptionError if no segment of this length
+    fits.
+    """
     if segment is None:
         return None
     is_number = isinstance(segment, Real) and not isinstance(segment, bool) and math.isfinite(segment)

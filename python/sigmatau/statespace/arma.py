@@ -24,7 +24,7 @@ from sigmatau.statespace.state_space import check_channel_model, find_flicker_po
 
 Complexes = NDArray[np.complex128]
 
-# Largest relative change of the gain at zero frequency by rounded coefficients, roots at 1 excluded
+# Largest relative change of the gain at zero frequency that rounded coefficients may cause, without the roots at 1
 _MOST_GAIN_CHANGE = 1e-6
 
 # Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]
@@ -32,8 +32,9 @@ _LONGEST_PERIOD = 1e12
 _PER_DECADE = 8  # number of frequencies per decade at which the spectrum is compared
 
 _MOST_SPECTRUM_ERROR = 1e-4
-"""Relative error of a spectrum above which the process is refused. A root rounded to double precision moves 1 − φ by 1e-16,
-which is 1e-4 of it at a correlation time of 10¹² samples; other errors are below 1e-12."""
+"""Largest relative error of a spectrum; with a larger one the process is refused. A root rounded to double precision changes
+1 − φ by 1e-16, which is 1e-4 of it at a correlation time of 10¹² samples; other errors are below 1e-12.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -52,7 +53,7 @@ class Arma(Printed):
     drift : float
         Mean of the differenced process before `ar`: a ramp. [unit of the rate]
     ar_roots : ndarray of complex, shape (p,)
-        Factors φ of ar = Π(1 − φL), the differences taken out; inside the unit circle. [1]
+        Factors φ of ar = Π(1 − φL), without the differences; inside the unit circle. [1]
     ma_roots : ndarray of complex, shape (q,)
         Factors ϑ of ma = Π(1 − ϑL); invertible. [1]
     dt : float
@@ -64,9 +65,8 @@ class Arma(Printed):
     tau_max : float or None
         Longest averaging time for which the flicker noise is accurate. [s]
     error : float
-        Largest relative error of the spectrum, of a process with these roots against the model, up to half the rate and
-        down to a period of 10¹² samples: the rounding of the roots. Flicker noise is that of its poles, see
-        `flicker_error`.
+        Largest relative error of the spectrum with these rounded roots against the model, up to half the rate and down to a
+        period of 10¹² samples. The flicker noise of the model is that of its poles here, see `flicker_error`.
 
     See Also
     --------
@@ -126,14 +126,14 @@ class Arma(Printed):
         Returns
         -------
         ndarray, shape (n_sections, 6)
-            b₀, b₁, b₂, 1, a₁, a₂ of each: what `scipy.signal.sosfilt` takes. Real roots stand alone, so that each is as
-            it is in `ar_roots`. [1]
+            b₀, b₁, b₂, 1, a₁, a₂ of each section, as `scipy.signal.sosfilt` needs them. Each real root has a separate
+            section, so that it is exactly as in `ar_roots`. [1]
 
         Raises
         ------
         DataError
-            For complex roots so close to 1 that the coefficients of a pair lose them: a filter whose corner is below 5e-6 of
-            the rate.
+            For complex roots so close to 1 that the rounded coefficients of a pair no longer determine them: a filter whose
+            corner is below 5e-6 of the rate.
         """
         if not self._has_sections():
             raise DataError(
@@ -148,7 +148,9 @@ class Arma(Printed):
         return float(np.abs(1 - roots[roots.imag != 0]).min(initial=2.0))
 
     def _has_sections(self) -> bool:
-        """1 + c₁ + c₂ = |1 − φ|² of a pair is what is left of numbers up to 2, which are rounded."""
+        """Whether each pair of roots survives rounding. 1 + c₁ + c₂ = |1 − φ|² is a small difference of rounded numbers up
+        to 2.
+        """
         return 4 * float(np.finfo(float).eps) <= _MOST_GAIN_CHANGE * self._closest() ** 2
 
     def psd(self, f: ArrayLike) -> Floats:

@@ -1,11 +1,11 @@
 //! Expected variances and exact equivalent degrees of freedom of the Allan, modified Allan and Hadamard variances.
 //!
 //! Their terms are a stationary Gaussian sequence with autocovariance C, so that the mean of M squares has the variance
-//! (2 / M²) Σ (M − |u|) C(u)², over the lags −M < u < M, and edf = 2 E² / Var (C. A. Greenhall and W. J. Riley,
-//! "Uncertainty of stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003). C is a sixth
-//! difference δₘ⁶ of the generalised autocovariance of the phase (Hadamard) or of its running sum (modified Allan), and
-//! a fourth difference of the former for the Allan variance. Here the sums run over all lags of the sampled processes of
-//! [`crate::terms`], where the paper interpolates between asymptotes.
+//! (2 / M²) Σ (M − |u|) C(u)², over the lags −M < u < M, and edf = 2 E² / Var (C. A. Greenhall and W. J. Riley, "Uncertainty
+//! of stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003). C is a sixth difference δₘ⁶ of the
+//! generalised autocovariance of the phase for the Hadamard variance, the same of the running sum of the phase for the
+//! modified Allan variance, and a fourth difference of that of the phase for the Allan variance. Here the sums run over all
+//! lags of the sampled processes of [`crate::terms`], where the paper interpolates between asymptotes.
 
 use super::Kind;
 use crate::allan::Overlap;
@@ -115,7 +115,7 @@ fn of_size(
     Moments { variance: expected / divisor, edf: 2.0 * (expected * count) * (expected * count) / sum }
 }
 
-/// Expected Theo1 variance at the even size m, for the ratio to the Allan variance at 0.75 m, its bias.
+/// Expected Theo1 variance at the even size m. Its ratio to the Allan variance at 0.75 m is the bias of Theo1.
 ///
 /// A term x(i) − x(i + a) − x(i + m − a) + x(i + m) is a difference over a of a difference over m − a.
 #[must_use]
@@ -133,11 +133,11 @@ pub fn theo1_expectation(m: usize, coefficients: &Coefficients) -> f64 {
 
 /// C(u) of the terms of an estimator, for a unit coefficient and τ₀ = 1.
 ///
-/// Accurate to about 1e-13 of C(0), and the tail of flicker noise to all digits but a few.
+/// Accurate to about 1e-13 of C(0); the tail of flicker noise to all digits except the last few.
 fn autocovariance(kind: Stationary, term: Term, m: f64, u: f64) -> f64 {
     match kind {
         Stationary::Allan(_) => term.covariance(m, m, u),
-        // −δₘ² of that of second differences.
+        // −δₘ² of the autocovariance of second differences.
         Stationary::Hadamard(_) => {
             let second = |u: f64| term.covariance(m, m, u.abs());
             2.0 * second(u) - second(u + m) - second(u - m)
@@ -169,15 +169,15 @@ const SIXTH: [f64; 7] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
 /// From here on, in units of m, the sixth difference of x⁴ ln x is taken from its series.
 const FAR: f64 = 6.0;
 
-/// δₘ⁶ of (4x² − 1)(4x² − 9) ψ(|x| + ½) / (384π), which is −S(x) of the running sum of the phase of discrete flicker
-/// noise but for a polynomial: S(l) = −(4l² − 1)(4l² − 9) hₗ / (192π), with the hₗ of [`odd_harmonic`], has
-/// −δ₁² S(l) = (4l² − 1) hₗ / (4π) but for a parabola.
+/// δₘ⁶ of (4x² − 1)(4x² − 9) ψ(|x| + ½) / (384π), which is −S(x) of the running sum of the phase of discrete flicker noise
+/// except for a polynomial: S(l) = −(4l² − 1)(4l² − 9) hₗ / (192π), with the hₗ of [`odd_harmonic`], has
+/// −δ₁² S(l) = (4l² − 1) hₗ / (4π) except for a parabola.
 fn averaged_flicker(m: f64, u: f64) -> f64 {
     let sixth = |f: &dyn Fn(f64) -> f64| -> f64 {
         SIXTH.iter().enumerate().map(|(k, c)| c * f((u + (k as f64 - 3.0) * m).abs())).sum()
     };
     let v = u / m;
-    // The remainder is a series as well.
+    // The remainder is also a series.
     let near = v < FAR || u < 3.0 * m + ONE_BY_ONE as f64;
     let difference = if near {
         sixth(&|x| (4.0 * x * x - 1.0) * (4.0 * x * x - 9.0) * (log_digamma(x) - m.ln()))
@@ -190,7 +190,7 @@ fn averaged_flicker(m: f64, u: f64) -> f64 {
     difference / (384.0 * PI)
 }
 
-/// ψ(x + ½); x is an integer if it is small.
+/// ψ(x + ½); a small x must be an integer.
 fn log_digamma(x: f64) -> f64 {
     if x < ONE_BY_ONE as f64 {
         return 2.0 * odd_harmonic(x as usize) - EULER_GAMMA - 2.0 * LN_2;
@@ -271,7 +271,7 @@ mod tests {
     fn averaged_flicker_at_every_lag() {
         for (m, u, expected) in FLICKER {
             let got = averaged_flicker(m, u);
-            // Of C(0) nearby, where large numbers are differenced; of itself in the tail.
+            // Relative to C(0) nearby, where large numbers are subtracted, and to the value itself in the tail.
             let scale = if u < FAR * m.max(4.0) { averaged_flicker(m, 0.0) } else { expected.abs() };
             assert!((got - expected).abs() <= 1e-11 * scale, "m {m}, u {u}: {got} instead of {expected}");
         }

@@ -15,10 +15,10 @@ pub const STARTS: usize = 1024;
 /// Largest number of sizes handled in one pass.
 const CHAIN: usize = 4;
 
-/// Partial sums that run side by side; a start always falls into the same one, on every path.
+/// Number of partial sums that are computed side by side; a start always belongs to the same one, on every processor.
 const LANES: usize = 4;
 
-/// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
+/// Number of blocks of starts in one task. It depends on the record and not on the machine.
 const BLOCKS_PER_TASK: usize = 64;
 
 type Window = [f64; STARTS];
@@ -246,7 +246,8 @@ impl<C: Correction, const T: usize> WithSimd for Chain<'_, C, T> {
     }
 }
 
-/// The third difference of four numbers of twice the usual precision, rounded only once but for their last digits.
+/// The third difference of four numbers of twice the usual precision. The result is rounded only once, except for the last
+/// digits of the numbers.
 pub fn third_of_sums([x, y, z, w]: [Sum; 4]) -> f64 {
     let (outer, outer_error) = two_sum(w.hi, -x.hi);
     let (inner, inner_error) = two_sum(y.hi, -z.hi);

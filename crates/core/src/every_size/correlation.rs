@@ -16,7 +16,7 @@ impl Correlator {
 
     /// `sums[l] = Σ_k block[k] window[k + l]`; beyond its end the window is 0.
     ///
-    /// The error of each sum is some rounding errors of ‖block‖ ‖window‖, however small the sum.
+    /// The error of each sum is some rounding errors of ‖block‖ ‖window‖, even if the sum is small.
     pub fn cross(&self, block: &[f64], window: &[f64], sums: &mut [f64]) {
         let seen = block.len() + sums.len() - 1;
         let transform = self.transform(seen);

@@ -13,13 +13,14 @@ pub(crate) const LEAST_P: f64 = 0.002;
 /// The same once shorter averaging times are left out, because it is then known that they deviate.
 const LEAST_P_LATER: f64 = 0.01;
 
-/// Largest p-value of the terms alone for a process to be tested. This misses 1 of 256 processes worth their price.
+/// Largest p-value of the terms alone for which a process is tested. This misses 1 of 256 processes that are worth their
+/// price.
 const PROCESS_P: f64 = 0.3;
 
 /// Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. \[samples\]
 const LARGEST_START: usize = 128;
 
-/// The adequate attempt if there is one, otherwise the attempt with the largest p-value; and which of the two it is.
+/// The adequate attempt if there is one, otherwise the attempt with the largest p-value; and whether it is adequate.
 pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<Attempt>, bool) {
     let sizes = data.sizes();
     let count = sizes.len();

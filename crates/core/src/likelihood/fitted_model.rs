@@ -5,10 +5,10 @@ use crate::resonance::Resonance;
 use crate::terms::Term;
 use crate::{psd, terms};
 
-/// Share of the Allan variance that a filter leaves, at least.
+/// Smallest share of the Allan variance that a filter leaves.
 const LEAST_LEFT: f64 = 1e-6;
 
-/// Pairs of clusters over the time constant of a warm-up, at least.
+/// Smallest number of pairs of clusters over the time constant of a warm-up.
 const FEWEST_PAIRS: f64 = 1e-9;
 
 /// A model of a record. Coefficients of 0 are absent.

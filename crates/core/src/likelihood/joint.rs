@@ -27,7 +27,7 @@ const LEAST_SPREAD: f64 = 1e-4;
 /// like a rate random walk.
 const RAMPS: f64 = 0.01;
 
-/// Share of the variance of a level that the errors of other parameters leave, at least.
+/// Smallest share of the variance of a level that the errors of other parameters leave.
 const LEAST_OWN: f64 = 0.1;
 
 /// Standard error of the logarithm of a squared coefficient in a run from which the run does not show it.

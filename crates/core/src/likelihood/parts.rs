@@ -12,7 +12,7 @@ pub const MOST_LINES: usize = 100;
 /// Largest number of lines whose errors are in the covariance, the strongest ones: a machine makes hundreds.
 const LINES_WITH_ERRORS: usize = 8;
 
-/// Half the interval of an amplitude over it, at most.
+/// Largest ratio of half the interval of an amplitude to the amplitude.
 const WIDEST: f64 = 0.999;
 
 /// Relative rounding of a width at its lower limit.

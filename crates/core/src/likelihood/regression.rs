@@ -8,17 +8,17 @@ use crate::terms::Term;
 pub(crate) struct Regressed {
     pub beta: Vec<f64>,
     pub covariance: Symmetric,
-    /// ln det ZᵀS⁻¹Z, of the end values ln det(1 + Q²ZᵀS⁻¹Z).
+    /// ln det ZᵀS⁻¹Z; for the end values, ln det(1 + Q²ZᵀS⁻¹Z).
     pub restricted: f64,
-    /// Squares of the end values over their variance.
+    /// Sum of the squared end values, each over its variance.
     pub squares_of_ends: f64,
     pub leverage: Vec<f64>,
-    /// Of each run.
+    /// Slope of the likelihood of the end values by `quantization`, for each run.
     pub slope_of_ends: Vec<f64>,
 }
 
-/// Weighted least squares for the regressors, given the density; the end values of the angle are random with the variance
-/// `quantization`. The density is that of the bin, constant in it.
+/// Weighted least squares for the regressors, given the density, which is constant in each bin. The end values of the angle
+/// are random with the variance `quantization`.
 pub(crate) fn regress(products: &Products, spectrum: &[f64], quantization: f64) -> Regressed {
     let n = products.count;
     let mut squares = Symmetric::zero(n);
@@ -81,7 +81,7 @@ pub(crate) fn regressed(
         powers.extend(own.powers(&own.residual_power(products, &found.beta)));
         let mut leverage = found.leverage.clone();
         leverage.resize(own.len(), 0.0);
-        // Where a discrepancy limits the lowest bins, regressors take from what is left of them.
+        // Where a discrepancy limits the lowest bins, regressors only reduce what is left of them.
         let share = if products.ends.contains(&false) { bins.left_of(at, own.low) } else { 1.0 };
         for taken in &mut leverage {
             *taken *= share;

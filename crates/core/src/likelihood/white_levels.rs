@@ -1,4 +1,5 @@
-//! The white level along the record: its mean in each eighth, over bins weighted by their information about it.
+//! The white level along the record: its mean in each eighth, over bins that are weighted by their information about the
+//! level.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;

@@ -20,7 +20,7 @@ export function raised(text) {
   return parts.map((part, k) => (k % 2 ? make("sup", {}, part.replace(/[{}]/g, "")) : part)).filter((part) => part !== "");
 }
 
-/** The main coefficients, a row an axis. */
+/** The main coefficients, one row per axis. */
 export function overviewTable({ overview, level, verdict, coefficients }) {
   if (!overview?.length) return make("p", { className: "box partial" }, coefficients?.some((table) => table.rows.length) ? "The coefficients were not fitted but read off the curves: see Coefficients." : WITHOUT[verdict] ?? "No coefficients: nothing was fitted.");
   const [head, ...rows] = overview;

@@ -13,7 +13,7 @@ from sigmatau.exporting.text import remark, single
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
-# Samples are summed until 12 ms less half a loop are full (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
+# Samples are summed until the sum covers 12 ms less half a loop (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
 _STEP = 0.0125  # s
 _PARAMETERS = (
     AutopilotParameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
@@ -24,7 +24,7 @@ _PARAMETERS = (
 
 
 def write(numbers: Numbers) -> str:
-    """NAME,VALUE; comments on lines of their own, which every loader skips."""
+    """Lines NAME,VALUE. Comments have separate lines, which every loader skips."""
     step = choose_step(numbers, _STEP)
     lines = [
         f"# EK3 noise for a filter step of {seconds(1000 * step)} ms. Steps by SCHED_LOOP_RATE: 12.5 ms at 400 Hz, 13.33"

@@ -14,8 +14,8 @@ TARGET = template(
     text="""\
 # Replace these lines of your FAST-LIO configuration.
 # Variances, discrete, for {rate} Hz: the filter adds (dt*F_w) Q (dt*F_w)^T at each step and does not know the rate.
-# At the end of a scan it makes a step of its own, which splits a sample in two: of n samples a scan (n - 1/3)/n of the
-# variance is added on average, 1.7 % less for n = 20.
+# The filter makes an extra step at the end of each scan, which splits a sample in two. With n samples per scan, it adds
+# (n - 1/3)/n of the variance on average: 1.7 % less for n = 20.
 # The sample files of FAST-LIO have 0.1 and 0.0001, far above sensor noise: see """
     f"{Hint('noise_factor')}, {Hint('walk_factor')}.\n"
     """\

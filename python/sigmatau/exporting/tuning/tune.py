@@ -258,7 +258,7 @@ def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, fl
 
 
 def _whiteness(series: Floats, data: Innovations, level: float) -> Whiteness:
-    """Mean over the measurements of the Allan variances, each of the series of its own innovations."""
+    """Mean over the measurements of the Allan variances, each of its own series of innovations."""
     each = [values[present] for values, present in zip(series.T, data.is_present.T, strict=True)]
     shortest = min(map(len, each))
     interval = data.interval * len(series) / (sum(map(len, each)) / len(each))

@@ -1,11 +1,12 @@
 """Check whether a sensor meets its datasheet, term by term, with the error of the measurement.
 
-A value is *above* a limit if a sensor exactly at the limit gives a value so large in at most 1 − level of records, *below*
-likewise, and else *undecided*: the record is too short to decide. This is the decision rule of ISO 14253-1.
+A value is *above* a limit if a sensor exactly at the limit would give such a large value in at most 1 − level of its
+records; *below* is the same for small values. Any other value is *undecided*: the record is too short to decide. This is the
+decision rule of ISO 14253-1.
 
-Standard errors are those of the intervals. They allow for terms that were not observed, and are wider than the errors of the
-chosen model. With the latter, a K beside an unobserved B, exactly at its limit, is out in 24 % of 183 simulated records
-instead of 5 %.
+Standard errors are those of the intervals. They allow for terms that were not observed, and are larger than the errors for
+the chosen model alone. With the latter, a K exactly at its limit beside an unobserved B would be outside in 24 % of 183
+simulated records instead of 5 %.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class LotCurves:
 
 
 def draw_lot(panels: Sequence[LotCurves], marked: Collection[str], *, ax: Any = None) -> Figure:  # noqa: ANN401
-    """Draw a panel a channel by matplotlib; curves of the `marked` units have a colour."""
+    """Draw one panel per channel with matplotlib; curves of the `marked` units have a colour."""
     from sigmatau.plot.style import label_axes, legend, make_panels, parent_figure
 
     places = make_panels(ax, len(panels), columns=3, width=4, height=3.2)

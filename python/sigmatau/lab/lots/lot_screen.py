@@ -31,7 +31,7 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
     ----------
     lot : Lot
     most : int
-        Units that are told; the others are counted.
+        Units that are listed; the others are only counted.
     width : int
         Of the terminal.
     """

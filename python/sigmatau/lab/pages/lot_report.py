@@ -34,8 +34,8 @@ def lot_report(
         Result of `sigmatau.judge_lot`.
     path : str or Path
         ``.html``: a page that opens offline, with charts. ``.pdf``: to print; needs ``pip install 'sigmatau[pdf]'``.
-        ``.csv``: a row a unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, a test case a
-        unit: a unit that failed is a failure, and one that is not judged, not read or missing is an error.
+        ``.csv``: one row per unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, one test
+        case per unit: a unit that failed is a failure, and one that is not judged, not read or missing is an error.
     title : str
         Of the page.
     command : str, optional

@@ -78,7 +78,7 @@ class Rows:
     run: Mapping[str, Any]
     channels: tuple[tuple[Any, ...], ...]
     labels: tuple[Label, ...]
-    terms: tuple[Term, ...]  # one a label
+    terms: tuple[Term, ...]  # one per label
     numbers: bytes  # the same as `NUMBERS`, with positions in `labels`
     findings: tuple[tuple[str, str, str, str], ...]
     packed: Packed
@@ -154,10 +154,10 @@ def _rows(entry: Entry) -> Rows:
 
 
 def identity(unit: str, run: Mapping[str, Any]) -> str:
-    """Checksum of what tells a run from others: its unit, its log, and the options, by the columns of its row.
+    """Checksum that identifies a run: of its unit, its log, and the options, by the columns of its row.
 
-    What is converted follows from the log and the options. Of a record without a file, each result that differs is a run of
-    its own.
+    The log and the options determine which files are converted. If a record has no file, every different result is a
+    separate run.
     """
     log = run["sha256"] or (
         f"{unit}/{run['path']}" if run["path"] else f"{unit}/{run['name']}/{run['recorded']}/{run['digest']}"
@@ -221,7 +221,7 @@ def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:
 
 
 def in_utc(time: datetime) -> datetime:
-    """A time as a store keeps it: UTC, without a time zone. One without a zone is UTC.
+    """The time in the form of the store: UTC, without a time zone. One without a zone is UTC.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def _word(value: object, longest: int) -> str:
     return _text(value)
 
 
-_common = lru_cache(1000)(_word)  # few words, each in thousands of rows
+_common = lru_cache(1000)(_word)  # there are few words, each in thousands of rows
 
 
 def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
@@ -263,7 +263,7 @@ def _state(analysis: Analysis) -> State:
 
 
 def _name(text: str, kind: str, *, needed: bool = True) -> str:
-    """A name as the database takes it; raises `DataError` if it is empty or too long."""
+    """Check a name and strip its spaces; raises `DataError` if it is empty or too long."""
     name = _text(text).strip()
     if needed and not name:
         raise DataError(f"the name of the {kind} is empty")

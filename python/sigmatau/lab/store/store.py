@@ -198,7 +198,7 @@ class Store:
         return StoreTable(dict(zip(names, columns, strict=True)))
 
     def units(self, chosen: Chosen | None = None) -> StoreTable:
-        """A row a unit: name, sensor model, runs by state, first and last time.
+        """One row per unit: name, sensor model, runs by state, first and last time.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Store:
         return self._table(queries.units(chosen))
 
     def runs(self, chosen: Chosen | None = None) -> StoreTable:
-        """A row a run: unit, name, time, state, and why it failed.
+        """One row per run: unit, name, time, state, and why it failed.
 
         Parameters
         ----------
@@ -232,7 +232,7 @@ class Store:
     def coefficients(
         self, chosen: Chosen | None = None, *, term: str | None = None, channels: Sequence[str] = ()
     ) -> StoreTable:
-        """A row a run, channel and term: value with interval, or limit, in SI.
+        """One row per run, channel and term: value with interval, or limit, in SI.
 
         Parameters
         ----------

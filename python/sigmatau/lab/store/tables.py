@@ -80,9 +80,7 @@ run: Table = Table(
     Column("version", String(40), nullable=False),  # of sigmatau
     Column("added", DateTime, nullable=False),  # UTC
     Column("digest", String(64), nullable=False),  # of the result's content without the program's version
-    Column(
-        "file_version", String(200), nullable=False
-    ),  # of the log as the file system or object store tells it; or empty
+    Column("file_version", String(200), nullable=False),  # time of the log in the file system or object store, or empty
     Column(
         "options_key", String(64), nullable=False
     ),  # checksum of the options, see `sigmatau.lab.store.rows.options_key`

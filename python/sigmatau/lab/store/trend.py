@@ -152,7 +152,7 @@ class Trend(Tabular):
         return self.channels[channel]
 
     def columns(self) -> dict[str, list[Any]]:
-        """A row a channel and period, in SI; see `Tabular.columns`."""
+        """One row per channel and period, in SI; see `Tabular.columns`."""
         rows = [
             {"channel": channel.channel, **period.to_dict(), "unit": channel.unit}
             for channel in self.channels.values()

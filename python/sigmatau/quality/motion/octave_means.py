@@ -51,7 +51,7 @@ _FLOOR_SHARE = 0.1
 _LEAST_FLOOR_BLOCKS = 10
 # Smallest correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more.
 _CORRELATED = 0.3
-# The same in standard errors, in a short record. [1] Derived: probability 1.3·10⁻³.
+# The same limit in standard errors, for a short record. [1] Derived: probability 1.3·10⁻³.
 _CORRELATED_ERRORS = 3.0
 # Number of means in the stretches within which a correlation is taken, 5 s. [means] Judgement: drifts over 5 s are
 # small beside the noise of means of 1/4 s.

@@ -45,18 +45,19 @@ _MOST_BLOCKS = 128
 # √τ times the deviation of means beyond which a sensor moves if the level also rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz]
 # Study: docs/study/rest.md; existing gyros have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz.
 _LEVEL = {"angular_rate": math.radians(0.05), "acceleration": 0.015}
-# The same if the level rises by `_RISE_OF_HIGH`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz] Study:
-# docs/study/rest.md.
+# The same limit if the level rises by `_RISE_OF_HIGH`: it is beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz]
+# Study: docs/study/rest.md.
 _HIGH_LEVEL = {"angular_rate": math.radians(0.175), "acceleration": 0.03}
 # Rise of that level over the noise at shorter times, beyond the noise of most sensors. [1] Study: docs/study/rest.md,
 # clean records with Gauss-Markov processes up to 8 times the white noise.
 _RISE = 8.0
-# The same beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
+# The same rise, for a level beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
 _RISE_OF_HIGH = 1.6
 # Change of the mean from one 4 s to the next, over the steepest warm-up of a sensor. [1] Judgement: a sensor that warms
 # up has rate random walk too.
 _DRIFT = 2.0
-# The same over the noise of the means. [1] Judgement: the median of five changes or more does not reach it by chance.
+# Ratio of that change to the noise of the means. [1] Judgement: the median of five changes or more does not reach it by
+# chance.
 _DRIFT_OVER_NOISE = 5.0
 # A level from the median of n differences is wrong by at most this many times 1/√n. [1] Derived: the median of absolute
 # normal deviates has a relative error of 1.17/√n; 2.6 standard errors.
@@ -67,7 +68,7 @@ _LARGEST_BIAS = math.radians(20)
 # Change of the mean from second to second, as the deviation of a mean, of a hand-held sensor. [rad/s, m/s^2] Judgement:
 # steps and knocks of a table are smaller; docs/study/rest.md lists the windows.
 _HANDLED = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
-# The same over the noise of the sensor. [1] Judgement: noise does not reach it by chance.
+# Ratio of that change to the noise of the sensor. [1] Judgement: noise does not reach it by chance.
 _HANDLED_RISE = 10.0
 # Shortest motion that is not just a knock; in a record shorter than a block, a knock counts as motion. [s] Judgement: a
 # knock rings for less.

@@ -57,13 +57,13 @@ _LONG_SEGMENT = 4.0
 # Smallest density in that band, over that of the noisiest accelerometer, that is motion. [1] Judgement: the factor of
 # `beyond_class`.
 _BEYOND = 1.25
-# Half the sampling rate from which on a tremor shows. [Hz] Derived: there are frequencies above 15 Hz, see `_ABOVE`.
+# Half the sampling rate from which on a tremor is visible. [Hz] Derived: there are frequencies above 15 Hz, see
+# `_ABOVE`.
 _LEAST_NYQUIST = 18.0
-# Density in the band of tremor over that below, up to which the peaks may be lobes of a moving average. [1] Study:
-# docs/study/rest.md, of 400 sensors behind moving averages none is called moving.
+# Largest ratio of the density in the band of tremor to that below for which the peaks may be lobes of a moving average.
+# [1] Study: docs/study/rest.md; none of 400 sensors with a moving average is reported as moving.
 _LOBES_BELOW = 0.8
-# Density in the band of tremor over that above, up to which the same holds. [1] Derived: lobes exceed those above by
-# 20 at most; twice that.
+# The same for the ratio to the density above. [1] Derived: a lobe exceeds the density above by 20 at most; twice that.
 _LOBES_OVER_ABOVE = 40.0
 # Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
 # half of the steadiest of the simulated hands.
@@ -72,20 +72,21 @@ _LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
 # records at rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands
 # have six and more.
 _FAINT = _LeastRatios(2.5, 1.5, 3.0)
-# Ratios of means of the density, which scatter less, of gyros that are loud. [1] Derived: a low-pass filter makes the
-# ratio above, and not the one below; in a record of 10 s the mean of three axes scatters by 13 %.
+# Smallest ratios of the means of the density, which scatter less, for loud gyros. [1] Derived: a low-pass filter raises
+# the ratio to the density above, and not the one to the density below; in a record of 10 s the mean of three axes
+# scatters by 13 %.
 _LOUD = _LeastRatios(1.5, 0.9, 1.2)
 # Smallest noise of the loudest axis, over that of the noisiest sensor, that is motion if the rate is too low for a
 # tremor. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
 _LOUD_WITHOUT_TREMOR = 1.5
-# Samples whose density is computed. [samples] Judgement: bounds the time; 65 periodograms at 1 kHz.
+# Number of samples whose density is computed. [samples] Judgement: limits the time; 65 periodograms at 1 kHz.
 _EXAMINED = 1 << 17
 # Number of parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter.
 _PARTS = 4
 # Smallest number of means in a part. [means] Derived: a level from the median of 35 differences scatters by 15 %.
 _LEAST_IN_PART = 35
-# Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors of 15
-# %, see `_LEAST_IN_PART`.
+# Ratio of the levels of the parts that white noise does not reach. [1] Derived: more than four standard errors of 15 %,
+# see `_LEAST_IN_PART`.
 _UNSTEADY = 2.0
 
 

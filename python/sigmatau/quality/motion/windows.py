@@ -25,8 +25,8 @@ LEAST_WINDOWS = 24
 # Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in 10⁴
 # windows.
 _BURST_SPREADS = 8.0
-# Power of a burst over the usual one. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean in 10⁴
-# windows, the spread of the MAD included.
+# Smallest power of a burst, over the usual power. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean
+# in 10⁴ windows, the spread of the MAD included.
 _BURST_POWER = 4.0
 # Number of the largest changes in a window that are left out of its power. [samples] Derived: two spikes make four
 # changes.
@@ -37,11 +37,11 @@ _PEAKS = 4
 _STEP_SPREADS = 7.0
 # Windows in the factor 1 + few_windows/n on the distance. [1] Measured: see `_STEP_SPREADS`.
 FEW_WINDOWS = 12.0
-# The same distance across a gap, which is one difference and not the largest of n. [1] Measured: 4500 records of
-# white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
+# The same distance across a gap, where there is one difference instead of the largest of n. [1] Measured: 4500 records
+# of white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
 _GAP_SPREADS = 5.0
-# Lengths of windows at which excursions are looked for, each twice the one before. [1] Judgement: longer ones show as
-# two steps.
+# Number of lengths of windows that are searched for excursions, each twice the one before. [1] Judgement: longer
+# excursions appear as two steps.
 _EXCURSION_LENGTHS = 4
 # Smallest part of the largest distance for a window to be in an excursion. [1] Derived: beside an excursion, half of it
 # appears with the opposite sign.

@@ -19,7 +19,8 @@ _MIX = 0x9E3779B97F4A7C15  # odd, from the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # shift of the second sample of a pair, and shift to the well-mixed high bits [bits]
 
 
-# Rows of the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held samples.
+# Number of rows in the shortest copy that is reported. [samples] Judgement: shorter ones are copied rows or held
+# samples.
 _LEAST_ROWS = 64
 # Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
 # records.
@@ -27,9 +28,9 @@ _FALSE_ALARM = 1e-6
 # Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more
 # precise than that.
 _LEAST_CHANCE = 1e-3
-# Samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance.
+# Number of samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance.
 _KEY = 8
-# One key in so many is examined. The value of the key decides, so the same places are examined in a stretch and in
+# One of this many keys is examined. The value of the key decides, so the same places are examined in a stretch and in
 # its copy. [1] Derived: `_LEAST_ROWS` contains seven of them on average.
 _PART_OF_KEYS = 8
 # Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time.

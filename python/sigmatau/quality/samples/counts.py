@@ -29,8 +29,8 @@ _OFF = 0.12
 # Variance of samples below which an angle need not pass all positions within a step equally. [steps²] Judgement: such
 # an angle passes so few steps that most of the counts come from a few passages.
 _RARE = 0.1
-# Variance that samples which were rounded by themselves may miss in sums, over that by the rounding, at most. [1]
-# Measured: within 0.06 of white noise and noise that wanders.
+# Largest part of their own variance that separately rounded samples may lack in sums, over the variance of the
+# rounding. [1] Measured: within 0.06 for white noise and for wandering noise.
 _UNEXPLAINED = 0.3
 
 

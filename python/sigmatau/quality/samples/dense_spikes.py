@@ -28,52 +28,53 @@ from sigmatau.record.streams import CHUNK
 
 # Beginning of the hump. [standard deviations] Derived: of 24 000 samples of Gaussian noise 0.01 are beyond it.
 _HUMP_FROM = 5.0
-# Samples beyond 5 over those from 4 to 5, at least. [1] Derived: Laplace's law has 0.4, Student's of 4 degrees 0.8,
-# of 3 degrees 1.2; spikes of 6 standard deviations have 5.
+# Smallest ratio of the number of samples beyond 5 to the number from 4 to 5. [1] Derived: Laplace's law has 0.4,
+# Student's of 4 degrees 0.8, of 3 degrees 1.2; spikes of 6 standard deviations have 5.
 _HUMP_RATIO = 2.0
 # Share of noise among the spikes found. [1] Judgement: it is 1e-4 where the scale of the noise is known to 7 % only.
 _FALSE_SHARE = 1e-5
-# The same where more than `_NEAR_SHARE` of the spikes is above that threshold by less than `_NEAR_WIDTH`. [1]
-# Judgement: spikes below the threshold would be missed, which costs more.
+# The same share if more than `_NEAR_SHARE` of the spikes exceed that threshold by less than `_NEAR_WIDTH`. [1]
+# Judgement: otherwise spikes below the threshold would be missed, which costs more.
 _NEAR_FALSE_SHARE = 1e-2
 # Distance above the threshold within which spikes are near it. [standard deviations] Judgement: see
 # `_NEAR_FALSE_SHARE`.
 _NEAR_WIDTH = 1.0
-# Part of the spikes that is near it. [1] Judgement: see `_NEAR_FALSE_SHARE`.
+# Smallest share of the spikes near the threshold. [1] Judgement: see `_NEAR_FALSE_SHARE`.
 _NEAR_SHARE = 0.05
-# Spikes remain if more samples are beyond it than noise makes. [standard deviations] Derived: of 24 000 samples of
-# Gaussian noise 11 are beyond it.
+# Spikes remain if there are more samples beyond this distance than noise has. [standard deviations] Derived: of 24 000
+# samples of Gaussian noise 11 are beyond it.
 _REMAINING = 3.5
 # Share of spikes beyond which half of the neighbours are often spikes. [1] Derived: of four neighbours two are in 1.4
 # % of the cases.
 _MANY_SPIKES = 0.05
-# Share of spikes beyond which the noise has no scale. [1] Judgement: the median of the residuals of such a record is
-# not that of its noise.
+# Share of spikes beyond which the scale of the noise is unknown. [1] Judgement: the median of the residuals of such a
+# record is not that of its noise.
 _MAX_SHARE = 0.25
-# Spikes are independent: those from here to `_REACH` from another are counted. [samples] Judgement: a spike behind a
-# filter has two samples or three.
+# Shortest distance to another spike at which spikes are counted, to test whether they are independent. [samples]
+# Judgement: a filtered spike has two samples or three.
 _APART = 3
-# The end of that range. [samples] Judgement: noise that swells does so for longer.
+# Longest such distance. [samples] Judgement: a swell of the noise lasts longer.
 _REACH = 16
-# Their number over that by chance beyond which the noise swells. [1] Judgement: independent spikes have one times.
+# Number of these spikes, over that by chance, beyond which the noise swells. [1] Judgement: independent spikes have a
+# ratio of one.
 _CLUSTERED = 2.0
-# Factor over the scatter of its neighbours that a spike must exceed. [1] Judgement: noise that swells for a moment
-# does not.
+# Factor over the scatter of its neighbours that a spike must exceed. [1] Judgement: a short swell of the noise does
+# not.
 _SCATTER_FACTOR = 3.0
-# The same where half of the neighbours may be spikes. [1] Judgement: their scatter is then larger.
+# The same factor if half of the neighbours may be spikes. [1] Judgement: their scatter is then larger.
 _SCATTER_FACTOR_MANY = 2.0
-# Part of the residual that a spike must have against either side. [1] Derived: at a step of the mean a sample is far
+# Share of the residual that a spike must have against either side. [1] Derived: at a step of the mean a sample is far
 # from one side only.
 _ONE_SIDE = 0.5
-# Samples below the threshold by less than this are examined again without the spikes beside them. [standard
-# deviations] Judgement: a spike beside another moves the median by so much.
+# Samples below the threshold by less than this are examined again without the spikes beside them. [standard deviations]
+# Judgement: a spike beside another moves the median by up to this much.
 _ALMOST = 1.5
-# How often they are. [1] Judgement: of spikes beside each other each round finds one on either side.
+# Number of these further rounds. [1] Judgement: each round finds one more spike on either side of a group.
 _ALMOST_ROUNDS = 4
-# Residuals that the tail is taken from, at least. [samples] Judgement: their scale is known to 4 %.
+# Smallest number of residuals in the tail. [samples] Judgement: their scale is known to 4 %.
 _LEAST_RESIDUALS = 512
-# Samples of the blocks whose scale a spike is compared with, the noisiest of three. [samples] Judgement: a median of
-# them is known to 7 %.
+# Length of the blocks. A spike is compared with the scale of the noisiest of three. [samples] Judgement: a median of
+# this many is known to 7 %.
 _SCALE_BLOCK = 128
 
 

@@ -46,7 +46,7 @@ _WHOLE = 0.01
 _MIN_FACTOR = 1.01
 # Shortest averaging time from which on σ is correct. [samples] Judgement: copies change σ within a few samples.
 _RIGHT_FROM = 8
-# The same, per repetition. [samples] Judgement: see `_RIGHT_FROM`.
+# The same averaging time, per repetition. [samples] Judgement: see `_RIGHT_FROM`.
 _RIGHT_FROM_TIMES = 4
 
 

@@ -18,21 +18,21 @@ from sigmatau.record.streams import Stream
 # Samples in which the step is searched. [samples] Judgement: enough for each step of a channel with 10⁵ steps in a
 # standard deviation.
 _EXAMINED = 16384
-# Distance of a value from a multiple of the common step, at most. [steps] Derived: chance gives 0.3 of that range to
-# every value, so that 30 values all within it are worth 0.3³⁰.
+# Largest distance of a value from a multiple of the common step. [steps] Derived: by chance a value is within it with
+# probability 0.3, and 30 values with 0.3³⁰.
 _MAX_OFF = 0.15
-# Values that a common step needs. [1] Derived: see `_MAX_OFF`.
+# Smallest number of values with a common step. [1] Derived: see `_MAX_OFF`.
 _MIN_VALUES = 30
 # Factor of the random walk from which on rounding is reported. [1] Judgement: a tenth of the usual interval.
 _REPORT_FACTOR = 1.005
-# Factor of the random walk from which on it is a warning. [1] Judgement: the usual interval is 5 %.
+# Factor of the random walk from which on the finding is a warning. [1] Judgement: the usual interval is 5 %.
 _WARN_FACTOR = 1.05
-# Noise seen below which rounding errors are no longer white nor independent of the signal. [steps] Study:
-# docs/study/coarse.md; how much they add depends on where between two steps the mean lies: at 0.3 the standard
-# deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 whatever the mean; 0.2 steps
-# show anything up to 0.5.
+# Observed noise below which rounding errors are no longer white or independent of the signal. [steps] Study:
+# docs/study/coarse.md; the noise that they add depends on the position of the mean between two steps: at 0.3 the
+# standard deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 at any mean; 0.2
+# steps show anything up to 0.5.
 _MIN_NOISE_STEPS = 0.54
-# Noise above which nothing is reported. [steps] Derived: rounding makes 0.5 % of N at most.
+# Largest noise for which rounding is reported. [steps] Derived: rounding then adds 0.5 % to N at most.
 _MAX_NOISE_STEPS = 3.0
 # Factor of the random walk beyond which the contribution of rounding is not known. [1] Judgement: three quarters of the
 # power would be subtracted.
@@ -138,7 +138,7 @@ def white_sum(increments: Floats) -> int | None:
 
 @channel_fact
 def resolution(stream: Stream, channel: str) -> Resolution | None:
-    """Step and noise of a channel; None if its values have no common step that can be told from none."""
+    """Step and noise of a channel; None if its values have no detectable common step."""
     x = take_samples(stream, channel, count=_EXAMINED)
     # Rates may have been made outside of differences of angles: no step is so small beside the noise.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))

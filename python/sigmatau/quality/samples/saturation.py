@@ -21,11 +21,11 @@ from sigmatau.record.streams import Stream
 _NORMAL = NormalDist()
 
 
-# Outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an outer value
-# is rarer than the next one inwards, so that of T visits to them at most T/levels are to the outermost.
+# Number of outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an
+# outer value is rarer than the next one inwards. Of T visits to all of them, at most T/levels are to the outermost one.
 _LEVELS = 4
-# Probability that noise visits an end so often. [1] Derived: P(c of T) ≤ exp(−T·KL(c/T, 1/4)), Chernoff; the
-# probability is a judgement.
+# Probability that noise visits an end as often as in a reported record. [1] Derived: P(c of T) ≤ exp(−T·KL(c/T, 1/4)),
+# Chernoff; the probability is a judgement.
 _FALSE_ALARM = 1e-8
 # Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes.
 _MIN_NOISE_STEPS = 0.5

@@ -15,13 +15,13 @@ NORMAL_QUARTILE = NormalDist().inv_cdf(0.75)  # median of absolute standard norm
 # The residual (a sample less a median of its neighbours) of Gaussian noise that is no smoother than a random walk is
 # Gaussian in its tail, and a spike must exceed it on both sides.
 FALSE_SPIKES = 1e-4
-# Height of a spike, at least. [standard deviations] Judgement: a smaller one in a short record would be a guess at
-# its tail.
+# Smallest height of a spike. [standard deviations] Judgement: a smaller one in a short record would depend on a guess
+# at the tail.
 LEAST_HEIGHT = 6.0
 # Beginning of the tail. [standard deviations] Derived: noise has 1.6 of the residuals that determine the scale beyond
 # it.
 TAIL_FROM = 4.0
-# Number of residuals in the tail from which on it is examined. [samples] Derived: so many are not noise, see
+# Number of residuals in the tail from which on it is examined. [samples] Derived: noise does not have this many, see
 # `TAIL_FROM`.
 TAIL_COUNT = 12
 # Number of neighbours on either side. [samples] Derived: their median tolerates one other spike among them.
@@ -30,9 +30,10 @@ SIDE = 4
 WIDE = 16
 # Length of the stretches from which the scale is estimated. [samples] Judgement: limits the time of a long record.
 STRETCH = 1024
-# Their number. [1] Judgement: see `STRETCH`.
+# Number of the stretches. [1] Judgement: see `STRETCH`.
 STRETCHES = 24
-# Number of samples there over that of noise, from which on spikes remain. [1] Judgement: Gaussian noise has one times.
+# Number of samples in the tail over that of noise, from which on spikes remain. [1] Judgement: Gaussian noise has a
+# ratio of one.
 TIMES = 2.0
 
 

@@ -27,14 +27,14 @@ _IN_TAIL = 4
 # Share of samples on lines beyond which too little noise is left for a comparison. [1] Judgement: a tenth of the record
 # is noise.
 _MAX_SHARE = 0.9
-# Length of a line from which on it is an outage, and not single samples that were filled in. [samples] Judgement: a
-# radio link loses a few samples at a time.
+# Length from which on a line is an outage instead of interpolated single samples. [samples] Judgement: a radio link
+# loses a few samples at a time.
 _MIN_STRETCH = 16
 # Share of second differences that are 0 by chance, beyond which chance and lines cannot be distinguished. [1]
 # Judgement: a line of 5 samples is then one in 10⁴.
 TOO_COARSE = 0.15
-# Rounding of a second difference, as a part of the samples. [1] Derived: four samples of half a unit in the last
-# place each, and their unit conversion.
+# Rounding of a second difference, as a share of the samples. [1] Derived: four samples of half a unit in the last place
+# each, and their unit conversion.
 _ROUNDING = 16 * float(np.finfo(float).eps)
 # Share of the usual second difference that counts as 0, because of single precision and printed decimals. [1] Derived:
 # noise is below it in one of 1250 cases.
@@ -113,7 +113,7 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
         on = size[small] <= zero.largest
         beyond += len(small) - int(np.count_nonzero(on))
         places.append(small[on] + start + 1)
-    # Noise has nearly the same density a little beyond; noise that comes and goes has more near zero than its mean tells.
+    # Noise has nearly the same density a little beyond; intermittent noise has more near zero than its mean predicts.
     chance = max(zero.chance, beyond / (2 * max(stream.grid.n, 1)))
     # Counts to which a slow bias was added have no common step, but changes of nearly zero as often as lines; of white noise
     # changes are √3 times as often near zero as second differences, which are so much larger.

@@ -29,16 +29,16 @@ from sigmatau.record.streams import Stream
 _FALSE_ALARM = 1e-4
 # Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault.
 _MIN_RUN = 5
-# Noise seen from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may rest on one value,
-# shows 0 to 0.5 steps, depending on where its mean lies between two steps.
+# Observed noise from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may stay at one
+# value, shows 0 to 0.5 steps, depending on the position of its mean between two steps.
 _MIN_NOISE_STEPS = 0.6
-# Power of the second differences over that of the first below which noise is smooth. [1] Derived: a random walk has
-# 2.
+# Power of the second differences, over that of the first differences, below which noise is smooth. [1] Derived: a
+# random walk has 2.
 _SMOOTH = 1.0
 # Smallest change beside a run of smooth noise, for the run to be a fault. [steps] Judgement: noise that stays at a
 # value leaves it by a step or two.
 _JUMP = 2.5
-# The same over the white part of the noise. [1] Judgement: see `_JUMP`.
+# The same change, over the white part of the noise. [1] Judgement: see `_JUMP`.
 _TIMES_NOISE = 1.0
 # Smallest share of the visits to zero that are in runs. [1] Judgement: single samples of a sensor whose range ends at
 # zero, or whose numbers are coarse, are zero too.

@@ -18,12 +18,12 @@ _TAIL_EXPONENT = 3.0
 # Height of small spikes, which stand alone. [standard deviations] Derived: noise is beyond it once in 150 000
 # samples.
 _SMALL = 4.5
-# Variance of the other samples of the block and of its neighbours over the usual one, at most. [1] Derived: χ² with
-# 31 degrees of freedom reaches 2 times its mean once in 1000 blocks.
+# Largest ratio of the variance of the other samples of the block and of its neighbours to the usual variance. [1]
+# Derived: χ² with 31 degrees of freedom reaches 2 times its mean once in 1000 blocks.
 _QUIET = 2.0
-# Samples whose mean is taken off. [samples] Judgement: slower noise is not part of the white level.
+# Length of the stretches whose mean is subtracted. [samples] Judgement: slower noise is not part of the white level.
 _MEAN_BLOCK = 32
-# Samples of a block that have a scatter. [samples] Derived: the variance of one is not defined.
+# Smallest number of samples in a block. [samples] Derived: the variance of one is not defined.
 _MIN_PRESENT = 2
 
 
@@ -114,7 +114,7 @@ def read_small_spikes(clean: Floats) -> float:
 
 
 def _squares(x: Floats) -> Floats:
-    """Squares of the samples less the mean of their block, with the variance of the samples, a row a block."""
+    """Squares of the samples less the mean of their block, with the variance of the samples; one row per block."""
     blocks = x[: len(x) // _MEAN_BLOCK * _MEAN_BLOCK].reshape(-1, _MEAN_BLOCK)
     finite = np.isfinite(blocks)
     count = finite.sum(axis=1)

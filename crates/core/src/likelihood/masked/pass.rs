@@ -1,8 +1,8 @@
 //! One pass over the samples of a record with missing ones.
 //!
-//! At low frequencies, sums of the samples weighted by hat functions on a grid of nodes, which the modes of a loaded string
-//! combine. At high frequencies, the periodogram of segments with zeros for missing samples. The mask is known before the
-//! pass; only the samples of one segment are kept.
+//! At low frequencies, the samples are summed with the weights of hat functions on a grid of nodes; the modes of a loaded
+//! string combine these sums. At high frequencies, the periodogram is that of segments with zeros for missing samples. The
+//! mask is known before the pass; only the samples of one segment are kept.
 
 use crate::error::Error;
 use crate::likelihood::masked::differences::Differences;
@@ -16,28 +16,28 @@ use crate::likelihood::taper::{hann, smooth};
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::sync::Arc;
 
-/// Fewest stretches between two nodes that hold a sample.
+/// Smallest number of stretches between two nodes that contain a sample.
 const LEAST_NODES: usize = 64;
 
-/// Nodes of a record, at least, and samples between two of them, at least.
+/// Smallest number of nodes of a record, and of samples between two of them.
 const NODES: usize = 2048;
 const LEAST_SPACING: usize = 8;
 
-/// Samples of a segment over those between two nodes.
+/// Length of a segment over the distance of two nodes.
 const SEGMENT: usize = 128;
 
 /// Segments overlap by three quarters.
 const STEPS: usize = 4;
 
-/// Largest taper at the ends of runs, over the spacing of the nodes.
+/// Largest taper at the ends of runs, over the distance of two nodes.
 const MOST_TAPER: f64 = 2.0;
 
-/// The same in segments: samples, and share of the mean length of a run. Weights that lose more would spill quantization
-/// noise over its own minimum.
+/// The same in segments: in samples, and as a share of the mean length of a run. Weights that reduced more would spread
+/// quantization noise over its own minimum.
 const MOST_TAPER_HIGH: f64 = 32.0;
 const TAPERED_SHARE: f64 = 0.125;
 
-/// A segment with less than so many samples is left out.
+/// Smallest number of samples in a segment; with fewer it is left out.
 const LEAST_IN_SEGMENT: f64 = 8.0;
 
 /// Results of a first pass that determine the weights of a second one.
@@ -45,7 +45,7 @@ const LEAST_IN_SEGMENT: f64 = 8.0;
 pub struct Weighting {
     /// Samples over which the weights of a run fall to 0 at its ends.
     pub taper: f64,
-    /// The same of runs of differences, if these take the place of the samples in the segments.
+    /// The same number for runs of differences, if the segments contain differences instead of samples.
     pub differences: Option<f64>,
 }
 

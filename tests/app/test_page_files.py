@@ -125,6 +125,26 @@ def test_a_stored_result_and_a_comparison(opened, stored):
     assert tab.locator("#view figure").count() == 2
 
 
+def test_a_session_is_opened(opened, stored, tmp_path):
+    """The configuration that the page saves opens the log with its options."""
+    log, _ = stored
+    session = tmp_path / "session.toml"
+    session.write_text(f'log = "{log}"\nwindow = "5s:50s"\nunit = {{ gyro = "deg/s" }}\n', encoding="utf-8")
+    tab = opened()
+    tab.locator("#chooser").set_input_files(session)
+    assert command(tab, "--window").endswith(f"{log} --window 5s:50s --unit gyro=deg/s")
+    tab.locator("#analyse:enabled").wait_for()
+
+
+def test_a_file_is_uploaded(opened, stored):
+    log, _ = stored
+    tab = opened()
+    tab.locator("#chooser").set_input_files(log)
+    tab.locator("#analyse:enabled").wait_for()
+    assert log.name in tab.inner_text("h1")
+    assert "file=" in tab.evaluate("location.hash")
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_phone(opened, stored, scheme):
     log, _ = stored

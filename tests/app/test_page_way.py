@@ -49,6 +49,7 @@ def test_by_mouse(opened, log):
     tab.get_by_role("button", name="Time series").click()
     dragged(tab, tab.locator("#part-series .u-over").first, 0.5, 0.75)
     assert float(tab.get_by_label("From, in seconds").input_value()) == pytest.approx(100, abs=3)
+    tab.get_by_role("button", name="Zoom to it").click()
     tab.get_by_role("button", name="Leave this part out").click()
     assert "--leave-out" in command(tab, "--leave-out")
     tab.locator("#part-left-out", has_text="left out by you").wait_for()

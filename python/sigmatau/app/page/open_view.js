@@ -1,7 +1,7 @@
 // The first step: drop a file, choose one of this computer, or one of the folders of the server.
 
 import { make } from "./page.js";
-import { files, upload } from "./api.js";
+import { config, files, upload } from "./api.js";
 import { announce, bdi, button, errorBox, size } from "./dom.js";
 
 const KINDS = { folder: "Folder", log: "Log", result: "Result", model: "Model" };
@@ -40,6 +40,7 @@ function acceptDrops(zone, take) {
 }
 
 async function send(file, place, opened) {
+  if (file.name.toLowerCase().endsWith(".toml")) return openSession(file, place, opened);
   const bar = make("progress", { max: 1, value: 0, ariaLabel: `Copying ${file.name}` });
   place.replaceChildren(make("p", {}, "Copying ", bdi(file.name), ` (${size(file.size)})`), bar);
   announce(`Copying ${file.name}`);
@@ -50,6 +51,19 @@ async function send(file, place, opened) {
   } catch (error) {
     place.replaceChildren(errorBox(error));
   }
+  return undefined;
+}
+
+/** Open the log that a saved session names, with its options. */
+async function openSession(file, place, opened) {
+  try {
+    const { options, log } = await config({ toml: await file.text() });
+    if (log) return opened({ source: { path: log }, name: log.split(/[\\/]/).pop(), options });
+    place.replaceChildren(make("div", { className: "box poor", role: "alert" }, "The session names no log: it needs a line log = \"…\"."));
+  } catch (error) {
+    place.replaceChildren(errorBox(error));
+  }
+  return undefined;
 }
 
 /** List a folder; without a path the folders of the server, or the only one of them. */

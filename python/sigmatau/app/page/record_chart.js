@@ -7,6 +7,7 @@ import { partControls } from "./parts.js";
 import { seriesKind } from "./kinds.js";
 import { errorBox } from "./dom.js";
 import { sensorOf } from "./channels.js";
+import { session } from "./session.js";
 
 const WIDTH = 1200; // stretches of a picture
 
@@ -42,16 +43,40 @@ export async function showRecord(place, source, options, signal) {
 export function seriesSection() {
   const charts = make("div", { className: "charts" });
   const controls = partControls((from, to) => zoomSeries(charts, from, to));
-  fill(charts, seriesKind((from, to) => controls.choose(from, to)));
+  const kind = seriesKind((from, to) => controls.choose(from, to));
+  fill(charts, { ...kind, drawn: (made) => { kind.drawn(made); for (const plot of made.drawn) plot.reset = () => showWhole(charts); } });
   return [controls.element, charts];
 }
 
-/** Zoom all time series to a part. */
-function zoomSeries(charts, from, to) {
-  for (const one of figures) {
-    if (!charts.contains(one.element)) continue;
-    for (const { u, described } of one.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size });
+const seriesFigures = (charts) => [...figures].filter((one) => charts.contains(one.element));
+const PARTS = ["from", "duration", "bins", "low", "high"]; // of a series, what another envelope changes
+
+/** Zoom all time series to a part: at once with the stretches of the whole record, then with finer ones. */
+async function zoomSeries(charts, from, to) {
+  const seen = () => { for (const one of seriesFigures(charts)) for (const { u, described } of one.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size }); };
+  seen();
+  const data = content, { source, options } = session;
+  if (!source) return;
+  let found;
+  try {
+    found = await envelope(source, options, { from_s: from, to_s: to, width: WIDTH });
+  } catch { /* the stretches of the whole record stay */ return; }
+  if (content !== data || !charts.isConnected) return;
+  const finer = chartsOf(found).channels;
+  for (const [name, { series: part }] of Object.entries(finer)) {
+    const series = content.channels[name]?.series;
+    if (!series || !part.bins) continue;
+    series.whole ??= { ...Object.fromEntries(PARTS.map((key) => [key, series[key]])), end: series.end ?? series.from + series.duration };
+    Object.assign(series, { ...Object.fromEntries(PARTS.map((key) => [key, part[key]])), end: series.whole.end });
   }
+  for (const one of seriesFigures(charts)) one.draw();
+  seen();
+}
+
+/** Show the whole record again. */
+function showWhole(charts) {
+  for (const { series } of Object.values(content.channels)) if (series?.whole) { Object.assign(series, series.whole); delete series.whole; }
+  for (const one of seriesFigures(charts)) { one.clear(); one.draw(); }
 }
 
 export const hasSeries = () => Object.values(content?.channels ?? {}).some((channel) => channel.series);

@@ -190,6 +190,10 @@ function over(u, described) {
     ctx.font = `${13 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.textAlign = "center";
     ctx.fillStyle = "#3d4a5c"; // on the light middle of a map, also in the dark theme
+    ctx.strokeStyle = "#f4f3f0";
+    ctx.lineWidth = 5 * devicePixelRatio;
+    ctx.lineJoin = "round";
+    ctx.strokeText(described.note, bbox.left + bbox.width / 2, bbox.top + bbox.height / 2, bbox.width - 10);
     ctx.fillText(described.note, bbox.left + bbox.width / 2, bbox.top + bbox.height / 2, bbox.width - 10);
   }
   ctx.font = `600 ${11 * devicePixelRatio}px system-ui, sans-serif`;

@@ -7,7 +7,7 @@ import { colourOf, readValues, shortName } from "./frame.js";
 
 /** End of the last series: all have one axis of time, from the beginning of the record. [s] */
 export function recordEnd() {
-  return Math.max(0, ...Object.values(content.channels).map((channel) => (channel.series ? channel.series.from + channel.series.duration : 0)));
+  return Math.max(0, ...Object.values(content.channels).map((channel) => (channel.series ? channel.series.end ?? channel.series.from + channel.series.duration : 0)));
 }
 
 export const series = {

@@ -3,9 +3,11 @@
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from importlib import resources
 from pathlib import Path
@@ -17,10 +19,12 @@ import pytest
 from conftest import ROOT
 from known import interruptible, seed_of
 from sigmatau import NoiseModel, analyze, read, simulate
+from sigmatau.analysis.live import LiveAnalysis
 from sigmatau.cli import main
-from sigmatau.cli.watch import _Watched
+from sigmatau.cli.watch_screen import screen_lines
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.live import Live, follow
+from sigmatau.io.follow import follow
+from sigmatau.io.live import Live
 from sigmatau.io.read.options import TableOptions
 from sigmatau.io.write import write
 from sigmatau.plot.terminal import text_plot
@@ -303,28 +307,111 @@ class TestCommand:
             (["watch", "LOG", "--idle", "0.2", "--every", "0.1", "--unit", "gyro=parsec"], 2, "parsec"),
             (["watch", "LOG", "--plot", "figure.doc"], 2, ".png"),
             (["watch", "LOG", "--interleaved", "2"], 2, "--interleaved 2 is for a saved log"),
+            (["watch", "LOG", "--serial", "/dev/none"], 2, "--serial is read in place of a file"),
+            (["watch", "LOG", "--save", "new.csv"], 2, "LOG is a log already"),
+            (["watch", "--baud", "9600"], 2, "give --serial PORT too"),
+            (["watch", "--serial", "/dev/none", "--baud", "0"], 2, "--baud 0: must be a positive number"),
+            (
+                ["watch", "--serial", "/dev/none"],
+                1,
+                "/dev/none: the serial port cannot be opened: No such file",
+            ),
         ],
     )
     def test_refusals(self, log, argv, code, words, capsys):
         assert main([str(log) if word == "LOG" else word for word in argv]) == code
-        assert words in capsys.readouterr().err
+        assert words.replace("LOG", str(log)) in capsys.readouterr().err
 
-    def test_the_screen(self, log, monkeypatch):
-        """What a terminal shows: heading, a curve for each sensor, the coefficients."""
-        from rich.console import Console
+    def test_the_screen(self, log):
+        """Heading, the coefficients of all axes, what more samples would show, curves if there is room."""
+        watched = LiveAnalysis("log", Live(options()))
+        assert screen_lines(watched, width=80, height=24) == ["log: waiting for the first lines", ""]
+        text = log.read_bytes()
+        watched.take(text[: len(text) // 50])
+        assert screen_lines(watched, width=80, height=24)[1].startswith("too short to tell: coefficients in 29")
+        watched.take(text[len(text) // 50 :])
+        small, large = (screen_lines(watched, width=100, height=height) for height in (24, 60))
+        assert "150000 samples at 100 Hz" in small[0]
+        assert [line.split()[0] for line in small if re.match("(gyro|accel)_", line)] == list(watched.live.channels)
+        assert re.search(r"^gyro: angle random walk ± 0\.\d+ %, enough", "\n".join(small), re.MULTILINE)
+        assert len(small) <= 22
+        for words in ("σ(τ) [deg/h]", "σ(τ) [µg]", "└─"):
+            assert words in "\n".join(large)
 
-        watched = _Watched("log", Live(options()))
-        shown = io.StringIO()
-        console = Console(file=shown, width=200)
-        console.print(watched.draw())
-        watched.take(log.read_bytes())
-        monkeypatch.setenv("COLUMNS", "100")
-        monkeypatch.setenv("LINES", "60")
-        console.print(watched.draw())
-        text = shown.getvalue()
-        assert "waiting for the first lines" in text
-        for words in ("150000 samples at 100 Hz", "σ(τ) [deg/h]", "σ(τ) [µg]", "angle random walk", "└─"):
-            assert words in text
+    def test_a_line_into_a_pipe(self, log, capsys):
+        argv = ["watch", str(log), "--idle", "0.5", "--every", "0.1"]
+        assert main(argv) == 0
+        said = capsys.readouterr().err
+        assert re.search(
+            r"^.*150000 samples at 100 Hz.*; gyro: angle random walk ± .* %, enough; .*accel:", said, re.MULTILINE
+        )
+        assert main([*argv, "-q"]) == 0
+        assert "enough" not in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudoterminals")
+class TestSerialPort:
+    COLUMNS = ("--rate", "100", "--channels", "gyro=1:3", "--unit", "gyro=rad/s")
+
+    @staticmethod
+    def port():
+        import pty
+        import tty
+
+        near, far = pty.openpty()
+        tty.setraw(far)
+        return near, os.ttyname(far)
+
+    def watched(self, saved, lines):
+        """Exit code of a process that watches a port into which lines go, and its outputs."""
+        pytest.importorskip("serial", reason="pyserial reads the port")
+        near, name = self.port()
+        argv = [sys.executable, "-m", "sigmatau", "watch", "--serial", name, *self.COLUMNS]
+        argv += ["--idle", "1", "--save", str(saved)]
+        with subprocess.Popen(argv, stdout=-1, stderr=-1, env=ENVIRONMENT, text=True) as process:
+            os.write(near, b"1,0.0")
+            while not saved.exists():  # it is made when the port is open
+                time.sleep(0.05)
+            for start in range(0, len(lines), 100):
+                os.write(near, b"".join(lines[start : start + 100]))
+                time.sleep(0.005)
+            out, said = process.communicate(timeout=60)
+        return process.returncode, out, said
+
+    def test_a_log_is_saved_and_analysed(self, tmp_path):
+        """An Arduino without a header: the part of a line at the beginning is left out."""
+        rng = np.random.default_rng(seed_of("serial port"))
+        y = rng.standard_normal((7000, 3)) * 1e-3
+        lines = [f"{a:.6f},{b:.6f},{c:.6f}\r\n".encode() for a, b, c in y]
+        saved = tmp_path / "saved.csv"
+        code, out, said = self.watched(saved, [b"3,0.1\r\n", *lines])
+        assert code == 0, said
+        assert "7000 samples at 100 Hz (given), 70 s" in out
+        assert f"quick look: sigmatau analyze {saved}" in said
+        assert saved.read_bytes() == b"".join(lines)
+        result = analyze(read(saved, rate=100, channels={"gyro": "1:3"}, unit={"gyro": "rad/s"}))
+        walk = result["gyro_x"]["random_walk"]
+        assert walk.low <= 1e-4 <= walk.high
+
+    def test_a_saved_log_is_not_overwritten(self, tmp_path, capsys):
+        near, name = self.port()
+        (tmp_path / "old.csv").write_text("old")
+        assert main(["watch", "--serial", name, *self.COLUMNS, "--save", str(tmp_path / "old.csv")]) == 1
+        assert "old.csv: exists, and a record is never overwritten" in capsys.readouterr().err
+        os.close(near)
+        assert (tmp_path / "old.csv").read_text() == "old"
+
+    def test_a_port_that_is_unplugged(self, tmp_path, capsys):
+        near, name = self.port()
+        closing = threading.Timer(1.0, os.close, (near,))
+        closing.start()
+        assert main(["watch", "--serial", name, *self.COLUMNS]) == 1
+        assert f"{name}: the serial port cannot be read any more" in capsys.readouterr().err
+
+    def test_without_pyserial(self, monkeypatch, capsys):
+        monkeypatch.setitem(sys.modules, "serial", None)
+        assert main(["watch", "--serial", "/dev/none"]) == 1
+        assert "pip install 'sigmatau[serial]'" in capsys.readouterr().err
 
 
 class TestTextPlot:
@@ -432,15 +519,14 @@ class TestMotion:
         assert walk["low"] <= np.deg2rad(0.05) / 10 <= walk["high"]
 
     def test_the_screen_says_so(self):
-        watched = _Watched("log", Live(options(rate=100.0, unit={"gyro": "deg/s"}, channels={"gyro": "1:3"})))
+        watched = LiveAnalysis("log", Live(options(rate=100.0, unit={"gyro": "deg/s"}, channels={"gyro": "1:3"})))
         text = io.StringIO()
         np.savetxt(text, self.rows(lambda t: t > 60), delimiter=",", fmt="%.6f")
         lines = text.getvalue().encode().splitlines(keepends=True)
         watched.take(b"".join(lines[:7000]))
-        assert "random walk" in str(watched.draw())
+        assert "random walk" in "\n".join(screen_lines(watched, width=80, height=24))
         watched.take(b"".join(lines[7000:]))
-        shown = str(watched.draw())
-        assert "moving now" in shown
+        assert "moving now" in screen_lines(watched, width=80, height=24)[0]
 
     def test_pieces_make_no_difference(self):
         x = self.rows(lambda t: (t > 70) & (t < 75))

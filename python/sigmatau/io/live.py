@@ -1,4 +1,4 @@
-"""Samples of a live log: lines of text on standard input, or at the end of a growing file.
+"""Samples of a live log: lines of text as they come in, see `sigmatau.io.follow`.
 
 The layout is detected from the first lines, as in a whole file. A line that cannot be read is skipped and counted, because
 one bad byte on a serial line should not end a night's record. Nothing is put in its place.
@@ -7,14 +7,7 @@ one bad byte on a serial line should not end a night's record. Nothing is put in
 from __future__ import annotations
 
 import contextlib
-import os
-import queue
-import sys
-import threading
-import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,9 +43,6 @@ from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 
-_PIECE = 1 << 18  # size of a read [bytes]
-_PAUSE = 0.05  # pause before a file is read again after its end [s]
-_WAITING = 64  # number of pieces that may be read ahead
 _FIRST_ROWS = 4096  # rows that show whether several sensors take turns: 16 parts of 256
 _FIRST_LINES = 50  # number of lines needed to detect the layout and the rate
 _LONGEST_LINE = 1 << 20  # longest line [bytes]
@@ -61,65 +51,6 @@ _PRINTABLE = bytes([*b"\t\n\r\f", *range(32, 256)])
 _MANY_BAD = 16  # a piece with more bad lines is read line by line
 _MOST_BLOCKS = 4096  # largest number of mean intervals in memory
 _GAP = 20  # interval between stamps that is a gap, as in `sigmatau.io.read.time.stamps` [sample intervals]
-
-
-def follow(source: str, *, every: float, idle: float | None = None) -> Iterator[bytes]:
-    """Yield the bytes of standard input (``-``) or of a growing file as they arrive.
-
-    `every`: an empty piece is yielded after this time without data [s]; `idle`: time without data after which the input ends
-    [s]. Without `idle`, a file is followed for ever and standard input to its end.
-    """
-    pieces: queue.Queue[bytes | DataError | None] = queue.Queue(_WAITING)
-    stop = threading.Event()
-    threading.Thread(target=_read, args=(source, pieces, stop), daemon=True).start()
-    last = time.monotonic()
-    try:
-        while True:
-            try:
-                piece = pieces.get(timeout=every)
-            except queue.Empty:
-                if idle is not None and time.monotonic() - last > idle:
-                    return
-                yield b""
-                continue
-            if piece is None:
-                return
-            if isinstance(piece, DataError):
-                raise piece
-            last = time.monotonic()
-            yield piece
-    finally:
-        stop.set()
-
-
-def _read(source: str, pieces: queue.Queue[bytes | DataError | None], stop: threading.Event) -> None:
-    """Put the data that arrive into the queue; None at the end, a DataError if reading fails."""
-    try:
-        if source == "-":
-            while piece := os.read(sys.stdin.fileno(), _PIECE):
-                _put(pieces, piece, stop)
-            _put(pieces, None, stop)
-            return
-        with Path(source).open("rb") as file:
-            while not stop.is_set():
-                if piece := file.read(_PIECE):
-                    _put(pieces, piece, stop)
-                    continue
-                if os.fstat(file.fileno()).st_size < file.tell():
-                    _put(pieces, DataError(f"{source}: has become shorter while it was read"), stop)
-                    return
-                time.sleep(_PAUSE)
-    except OSError as error:
-        _put(pieces, DataError(f"{source}: cannot be read: {error.strerror or error}"), stop)
-
-
-def _put(pieces: queue.Queue[bytes | DataError | None], piece: bytes | DataError | None, stop: threading.Event) -> None:
-    while not stop.is_set():
-        try:
-            pieces.put(piece, timeout=0.2)
-        except queue.Full:
-            continue
-        return
 
 
 @dataclass(slots=True)

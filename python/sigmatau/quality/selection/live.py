@@ -97,6 +97,11 @@ class LiveStretches:
             self._waiting, self._number = [], 0
 
     @property
+    def first_block(self) -> float:
+        """Length of the record from which on there are sums. [s]"""
+        return 2 * self._block / self.rate if self.judged else 0.0
+
+    @property
     def moving(self) -> bool:
         """Whether the sensor moves now."""
         return self._moving

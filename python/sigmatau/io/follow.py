@@ -1,0 +1,199 @@
+"""The bytes of a live log as they arrive: on standard input, at the end of a growing file, or on a serial port."""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import IO, Any
+
+from sigmatau.errors import DataError
+
+BAUD = 115200
+"""Usual speed of a serial port. [bit/s]"""
+
+_PIECE = 1 << 18  # size of a read [bytes]
+_PAUSE = 0.05  # pause before a source without new data is read again [s]
+_WAITING = 64  # number of pieces that may be read ahead
+
+Pieces = queue.Queue["bytes | Exception | None"]
+
+
+def follow(
+    source: str, *, every: float, idle: float | None = None, baud: int | None = None, save: Path | None = None
+) -> Iterator[bytes]:
+    """Yield the bytes of standard input, of a growing file or of a serial port as they arrive.
+
+    Parameters
+    ----------
+    source : str
+        ``-`` for standard input, the name of a file, or of a serial port if `baud` is given.
+    every : float
+        An empty piece is yielded after this time without data. [s]
+    idle : float, optional
+        Time without data after which the input ends. Default: the end of standard input; files and ports have none. [s]
+    baud : int, optional
+        Speed of the serial port. What arrives before the first end of a line is left out: it is a part of a line. [bit/s]
+    save : Path, optional
+        A new file to which every piece is written before it is yielded.
+
+    Raises
+    ------
+    DataError
+        If the source cannot be read, a file becomes shorter, or `save` exists or cannot be written.
+    ImportError
+        If a port is to be read and pyserial is not installed.
+    """
+    pieces: Pieces = queue.Queue(_WAITING)
+    stop = threading.Event()
+    # Opened here, so that an error is raised before anything is read.
+    opened = _opened(source, baud)
+    last = time.monotonic()
+    try:
+        opened_copy = nullcontext() if save is None else closing(_new(save))
+    except DataError:
+        opened.close()
+        raise
+    with opened_copy as copy:
+        reader = threading.Thread(target=_read_all, args=(source, opened, pieces, stop), daemon=True)
+        reader.start()
+        try:
+            while True:
+                try:
+                    piece = pieces.get(timeout=every if idle is None else min(every, idle))
+                except queue.Empty:
+                    if idle is not None and time.monotonic() - last > idle:
+                        return
+                    yield b""
+                    continue
+                if piece is None:
+                    return
+                if isinstance(piece, Exception):
+                    raise piece
+                last = time.monotonic()
+                if copy is not None:
+                    _write(copy, piece)
+                yield piece
+        finally:
+            stop.set()
+            if source != "-":  # a read of standard input may wait for ever
+                reader.join()
+
+
+class _StandardInput:
+    def read(self) -> bytes | None:
+        return os.read(sys.stdin.fileno(), _PIECE) or None
+
+    def close(self) -> None:
+        """Nothing: it is not ours."""
+
+
+class _File:
+    """What has been added to a file."""
+
+    def __init__(self, source: str) -> None:
+        self.name = source
+        self.file = Path(source).open("rb")  # noqa: SIM115  closed by `close`
+
+    def read(self) -> bytes | None:
+        piece = self.file.read(_PIECE)
+        if not piece and os.fstat(self.file.fileno()).st_size < self.file.tell():
+            raise DataError(f"{self.name}: has become shorter while it was read")
+        return piece
+
+    def close(self) -> None:
+        self.file.close()
+
+
+class _Port:
+    """A serial port from its first end of a line."""
+
+    def __init__(self, source: str, baud: int) -> None:
+        try:
+            import serial  # type: ignore[import-untyped, unused-ignore]
+        except ImportError:
+            raise ImportError("a serial port needs pyserial: pip install 'sigmatau[serial]'") from None
+        self.name = source
+        self.began = False
+        try:
+            self.port: Any = serial.Serial(source, baud, timeout=_PAUSE, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise DataError(f"{source}: the serial port cannot be opened: {_reason(error)}") from None
+
+    def read(self) -> bytes | None:
+        try:
+            piece: bytes = self.port.read(max(1, min(self.port.in_waiting, _PIECE)))
+        except OSError as error:
+            raise DataError(f"{self.name}: the serial port cannot be read any more: {_reason(error)}") from None
+        if not self.began:
+            _, end, piece = piece.partition(b"\n")
+            self.began = bool(end)
+        return piece
+
+    def close(self) -> None:
+        self.port.close()
+
+
+def _reason(error: Exception) -> str:
+    return os.strerror(number) if (number := getattr(error, "errno", None)) else str(error)
+
+
+def _opened(source: str, baud: int | None) -> _StandardInput | _File | _Port:
+    if source == "-":
+        return _StandardInput()
+    if baud is not None:
+        return _Port(source, baud)
+    try:
+        return _File(source)
+    except OSError as error:
+        raise DataError(f"{source}: cannot be read: {error.strerror or error}") from None
+
+
+def _read_all(source: str, opened: _StandardInput | _File | _Port, pieces: Pieces, stop: threading.Event) -> None:
+    """Put the data that arrive into the queue; None at the end, an error if reading fails."""
+    try:
+        while not stop.is_set():
+            piece = opened.read()
+            if piece is None:
+                _put(pieces, None, stop)
+                return
+            if piece:
+                _put(pieces, piece, stop)
+            else:
+                time.sleep(_PAUSE)
+    except DataError as error:
+        _put(pieces, error, stop)
+    except OSError as error:
+        _put(pieces, DataError(f"{source}: cannot be read: {error.strerror or error}"), stop)
+    finally:
+        opened.close()
+
+
+def _put(pieces: Pieces, piece: bytes | Exception | None, stop: threading.Event) -> None:
+    while not stop.is_set():
+        try:
+            pieces.put(piece, timeout=0.2)
+        except queue.Full:
+            continue
+        return
+
+
+def _new(path: Path) -> IO[bytes]:
+    try:
+        return path.open("xb", buffering=0)
+    except FileExistsError:
+        raise DataError(f"{path}: exists, and a record is never overwritten; give the name of a new file") from None
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _write(file: IO[bytes], piece: bytes) -> None:
+    try:
+        file.write(piece)
+    except OSError as error:
+        raise DataError(f"{file.name}: cannot be written any more: {error.strerror or error}") from None

@@ -112,8 +112,8 @@ class LiveAnalysis:
         if self.stretches.moving:
             return "the sensor moves: no coefficients"
         first = max(self.stretches.first_block, self.stretches.rest().shortest)
-        left = first - self.stretches.n / self.live.rate
-        return f"too short to tell: coefficients in {duration_text(left)}" if left > 0 else ""
+        remaining = first - self.stretches.n / self.live.rate
+        return f"too short to tell: coefficients in {duration_text(remaining)}" if remaining > 0 else ""
 
     def heading(self) -> str:
         """The source, its channels and its rate."""

@@ -34,7 +34,7 @@ class Progress:
         if self._quiet or time.monotonic() - self._last < self.every:
             return
         if self._screen is None:
-            sys.stderr.write(f"{line_of(self.live)}\n")
+            sys.stderr.write(f"{progress_line(self.live)}\n")
             sys.stderr.flush()
         else:
             from rich.text import Text
@@ -60,7 +60,7 @@ def progress(live: LiveAnalysis, *, every: float | None, quiet: bool) -> Iterato
         yield Progress(live, screen, every=every, quiet=False)
 
 
-def line_of(live: LiveAnalysis) -> str:
+def progress_line(live: LiveAnalysis) -> str:
     """The samples so far in one line."""
     try:
         analysis = live.analysis()

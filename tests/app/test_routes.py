@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from workbench_logs import write_log
+from workbench_logs import write_log, write_long
 
 from known import seed_of
 from sigmatau import Analysis, analyze, read
@@ -268,7 +268,7 @@ def test_an_upload_is_analysed(page, client):
 
 def test_cancel(page, folder):
     """The process ends, and the next analysis has another one."""
-    log = write_log(folder / "long.csv", rows=400_000)
+    log = write_long(folder / "long.npy")
     job = page.post("api/analyze", path=str(log)).json()["job"]
     while page.get(f"api/jobs/{job}").json()["state"] == "waiting":
         time.sleep(0.01)
@@ -281,7 +281,7 @@ def test_cancel(page, folder):
 
 def test_two_pages_at_once(page, folder):
     """The analysis of one does not keep the other from looking, nor from its own analysis."""
-    log = write_log(folder / "long.csv", rows=400_000)
+    log = write_long(folder / "long.npy")
     slow = page.post("api/analyze", path=str(log)).json()["job"]
     assert page.post("api/envelope", path=str(page.log)).status_code == 200
     quick = page.ended(page.post("api/analyze", path=str(page.log)).json()["job"])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from known import seed_of
+from sigmatau import Record, write
 
 AXES = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
 
@@ -15,4 +16,11 @@ def write_log(path, *, rows=6000, rate=100.0, units=("rad/s", "m/s^2"), header=T
     text = ",".join(["time [s]", *names]) if header else ""
     table = np.column_stack([np.arange(rows) / rate, noise])
     np.savetxt(path, table, delimiter=",", header=text, comments="", fmt="%.9g")
+    return path
+
+
+def write_long(path):
+    """A log that takes a second to analyse, and no time to read."""
+    white = np.random.default_rng(seed_of(path.name)).standard_normal((400_000, 3)) * 1e-3
+    write(Record.from_arrays(rate=100, unit={"gyro": "rad/s"}, gyro=white), path)
     return path

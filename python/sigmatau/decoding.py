@@ -38,7 +38,7 @@ class WrongValueError(ValueError):
 
 
 class Key(NamedTuple):
-    """What the JSON Schema says of a key beside its type: its meaning, when it is there, and bounds of its numbers."""
+    """Description of a key in the JSON Schema beside its type: meaning, when it is present, and bounds of its numbers."""
 
     about: str
     always: bool

@@ -185,7 +185,7 @@ _UNITS = _table()
 # The integral of a rate, kind by kind: what an increment or an accumulated output is measured in.
 _INTEGRAL = {"rad/s": "rad", "m/s^2": "m/s"}
 
-# What the field most often writes, kind by kind: in examples, which are copied.
+# The most usual spelling of each kind of unit, for examples, because users copy these.
 _USUAL = {
     "rad/s": "deg/h",
     "m/s^2": "ug",

@@ -241,7 +241,7 @@ pub fn variances<T: PhaseCovariance>(
     Ok(sizes.par_iter().map(variance).collect())
 }
 
-/// Matrix number `index` of those laid one after the other.
+/// Matrix number `index` of those stored one after the other.
 fn matrix(all: &[f64], index: usize, order: usize) -> &[f64] {
     &all[index * order * order..][..order * order]
 }

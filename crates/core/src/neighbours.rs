@@ -146,7 +146,7 @@ pub fn medians(x: &[f64], side: usize, least: usize) -> Vec<f64> {
         .collect()
 }
 
-/// How many of a few numbers are smaller; without the branches of a binary search, which cannot be predicted.
+/// Counts how many of a few numbers are smaller, without the unpredictable branches of a binary search.
 fn rank(few: &[f64], y: f64) -> usize {
     few.iter().map(|&other| u32::from(other < y)).sum::<u32>() as usize
 }

@@ -1,18 +1,18 @@
-//! How many threads work.
+//! Number of threads.
 
 use crate::error::Error;
 
-/// More threads than a machine has.
+/// Larger than the number of threads of any machine.
 const MOST: usize = 1024;
 
 /// Memory of a thread. \[bytes\]
 const STACK: usize = 1 << 21;
 
-/// Runs on a pool of so many threads; without a number, on the current one.
+/// Runs on a pool with a number of threads; without a number, on the current pool.
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] for a number that no machine has, [`Error::Memory`] if they cannot be had.
+/// [`Error::Parameter`] for an impossible number, [`Error::Memory`] if the threads cannot be created.
 pub(crate) fn on_threads<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,

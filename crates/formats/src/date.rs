@@ -172,7 +172,7 @@ fn month_name(rest: &mut &[u8]) -> Option<i64> {
     Some(month as i64 + 1)
 }
 
-/// Digits, at least one and at most so many, and how many there are.
+/// Reads from one up to a largest number of digits; returns their value and their number.
 fn whole_number(rest: &mut &[u8], most: usize) -> Option<(i64, usize)> {
     let count = rest.iter().take_while(|b| b.is_ascii_digit()).count();
     (1..=most).contains(&count).then(|| Some((number(rest, count)?, count)))?
@@ -201,7 +201,7 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
     year * 365 + year / 4 - year / 100 + year / 400 + day_of_year - 719_468
 }
 
-/// Exactly so many digits.
+/// Reads an exact number of digits.
 fn number(rest: &mut &[u8], digits: usize) -> Option<i64> {
     let (own, after) = rest.split_at_checked(digits)?;
     *rest = after;

@@ -1,4 +1,4 @@
-//! How far the readers of this process have come, for whoever shows it to somebody who waits.
+//! Progress of the readers of this process, for a display.
 
 use std::io::{self, Read};
 use std::sync::atomic::{AtomicU64, Ordering};

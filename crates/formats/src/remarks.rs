@@ -30,7 +30,7 @@ impl Remarks {
         }
     }
 
-    /// Adds those of the lines that follow after so many.
+    /// Adds the remarks of the following lines; their numbers are shifted.
     pub(crate) fn append(&mut self, next: &Self, lines: usize) {
         if self.rows == 0 && next.rows > 0 {
             self.first_row = lines + next.first_row;

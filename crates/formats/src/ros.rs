@@ -33,7 +33,7 @@ pub enum LogKind {
     Bag,
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contents {
     /// By number.

@@ -12,7 +12,7 @@ use crate::table::TextError;
 /// First bytes of a compressed file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// A file for reading, decompressed on the way if its first two bytes say gzip; to at most so many bytes, after which it
+/// A file for reading, decompressed if its first two bytes are those of gzip; to at most so many bytes, after which it
 /// fails as [`ErrorKind::FileTooLarge`].
 ///
 /// # Errors
@@ -34,7 +34,7 @@ pub fn open(path: &Path, most: u64) -> Result<Box<dyn Read + Send>, TextError> {
     }
 }
 
-/// A reader that fails after so many bytes.
+/// A reader that fails after a number of bytes.
 struct Limited<R> {
     reader: R,
     left: u64,

@@ -1,4 +1,4 @@
-//! A table of numbers: how it is laid out, what is read of it, and why one is refused.
+//! A table of numbers: its layout, the result of reading it, and reasons to refuse it.
 
 use crate::date::Order;
 use crate::remarks::Remarks;
@@ -12,7 +12,7 @@ pub enum Delimiter {
     Whitespace,
 }
 
-/// How a table is laid out.
+/// Layout of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dialect {
     /// What stands between two fields.
@@ -126,7 +126,7 @@ pub enum TextError {
 }
 
 impl TextError {
-    /// The same so many lines and rows further down.
+    /// The same problem, moved down by a number of lines and rows.
     pub(crate) fn moved(mut self, lines: usize, rows: usize) -> Self {
         match &mut self {
             Self::Ragged { line, row, .. } | Self::NotANumber { line, row, .. } => {

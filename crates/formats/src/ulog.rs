@@ -13,7 +13,7 @@ const SYNC: &[u8] = &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 const HEADER: usize = 16;
 const APPENDED: u8 = 1;
 
-/// What a log holds.
+/// Content of a log.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct UlogScan {
     /// Definitions of formats, `name:type field;…`, in the order of the file.
@@ -149,7 +149,7 @@ impl<R: Read + Seek> Walk<R> {
         self.window.skip(3 + size);
     }
 
-    /// Whether after a message of so many bytes there is another of a known kind, or the end.
+    /// Whether a message of this size would be followed by another of a known kind, or by the end.
     fn goes_on(&mut self, size: usize) -> io::Result<bool> {
         let ahead = self.window.ahead(3 + size + 3)?;
         Ok(ahead.len() == 3 + size || ahead.get(3 + size + 2).is_some_and(|&kind| least(kind).is_some()))

@@ -67,7 +67,7 @@ fn finished() -> PyErr {
     PyValueError::new_err("the pass is finished")
 }
 
-/// What one pass keeps of a channel.
+/// Summary of a channel from one pass.
 #[pyclass(module = "sigmatau._core", frozen)]
 pub struct LikelihoodSummary(likelihood::Summary);
 

@@ -153,7 +153,7 @@ class Stamp:
     form : {"date", "day", "clock", "minutes"}
         What the text states: a day and a time, a day, a time, or minutes and seconds.
     nanoseconds : int
-        Since 1970; a time without a day is on the first of 1970.
+        Time since 1970; a time without a date counts as on 1 January 1970.
     ordered : bool
         Whether the order of day and month matters.
     """

@@ -19,7 +19,7 @@ class Components:
     Parameters
     ----------
     correlation_time : float, optional
-        Of a Gauss-Markov process; its θ is the variance. [samples]
+        Correlation time of a Gauss-Markov process, whose θ is the variance. [samples]
     frequency : float, optional
         Of a sinusoid of random phase, in place of a process; its θ is the squared amplitude. [cycles per sample]
     """

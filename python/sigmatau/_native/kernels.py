@@ -34,7 +34,7 @@ class RunningSums:
     start : int
         Index in the record of the first sample.
     name : str
-        Of the channel, for errors.
+        Name of the channel, for errors.
     """
 
     __slots__ = ("_made", "_sums", "name")

@@ -157,7 +157,7 @@ def dataflash_columns(
     ----------
     path : str
     end, kind, rows, size : int
-        From `scan_dataflash`.
+        Numbers from `scan_dataflash`.
     instance : (int, int) or None
         Its offset in a message, and which.
     fields : sequence of (int, int)
@@ -200,7 +200,7 @@ def ulog_columns(
     ----------
     path : str
     end, number, rows, size : int
-        From `scan_ulog`.
+        Numbers from `scan_ulog`.
     fields : sequence of (int, int)
         Offset in a message and length. [bytes]
 

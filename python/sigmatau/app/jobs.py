@@ -42,7 +42,7 @@ class Result:
     charts : str
         The charts as JSON; empty before.
     lock : Lock
-        Of those who make the charts.
+        Lock for the threads that make the charts.
     """
 
     analysis: bytes
@@ -141,7 +141,7 @@ class Job:
                 self._worker.end()
 
     def content(self) -> dict[str, Any]:
-        """What the page shows of it."""
+        """Content of the job for the page."""
         now = self._ended if self.over else time.monotonic()
         ends = [*(began for _, began in self._stages[1:]), now][: len(self._stages)]
         stages = [

@@ -46,7 +46,7 @@ def _entry(path: Path) -> dict[str, Any] | None:
 
 
 def _kind(path: Path) -> str | None:
-    """What a file is, by its name and its first bytes; None for what the page has no use for."""
+    """Kind of a file, by its name and its first bytes; None if the page cannot use it."""
     if path.is_dir():
         return "log" if bag_files(path) else "folder"
     ending = path.suffix.lower()

@@ -41,7 +41,7 @@ _OTHER_NAMES = {
     ("analyze", "--freq"): "the sampling rate is --rate",
     ("analyze", "--fs"): "the sampling rate is --rate",
 }
-"""What to give in place of an option that belongs to another command or program."""
+"""Hints for options that belong to another command or program."""
 
 
 @speaking(as_options)
@@ -161,7 +161,7 @@ def _in_words(error: CycloptsError) -> str:
 
 
 def _explain_kind(kind: str) -> str:
-    """What to answer to a word that is not a kind of deviation."""
+    """Answer to a word that is not a kind of deviation."""
     from sigmatau.errors import OptionError
     from sigmatau.estimators.deviation_kinds import estimator
 

@@ -43,7 +43,7 @@ class Deviation(Printed):
     kind : str
         See `sigmatau.deviation`.
     quantity : str
-        Of the channel.
+        Quantity of the channel.
     unit : str
         Unit of the deviation; SI. The unit of the rate; for time, MTIE and TIE rms the unit of its integral: rad, m/s.
     m : ndarray of int, shape (n_tau,)

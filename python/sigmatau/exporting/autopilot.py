@@ -1,4 +1,4 @@
-"""What the parameter files of autopilots share: numbers for one step of a filter, in documented ranges."""
+"""Common part of the parameter files of autopilots: numbers for one step of a filter, in documented ranges."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class ChannelCause:
     factor : Factor
         Factor of the coefficient that is larger.
     frequency : float or None
-        Of the largest line that only the second record has. [Hz]
+        Frequency of the largest line that only the second record has. [Hz]
     """
 
     channel: str

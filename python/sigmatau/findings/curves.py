@@ -148,7 +148,7 @@ class CheckedWithoutFit(Details, code="checked_without_fit"):
     Attributes
     ----------
     samples : int
-        Of all channels together.
+        Number of samples of all channels together.
     """
 
     samples: int

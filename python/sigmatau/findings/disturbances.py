@@ -25,7 +25,7 @@ class MotionBurst:
     Attributes
     ----------
     start, stop : float
-        From the beginning of the record. [s]
+        Start and end, from the beginning of the record. [s]
     channels : tuple of str
         Axes that move.
     ratio : float
@@ -53,7 +53,7 @@ class LevelStep:
     Attributes
     ----------
     time : float
-        From the beginning of the record. [s]
+        Time from the beginning of the record. [s]
     uncertainty : float
         Half width of the interval that contains the step. [s]
     size : float
@@ -81,11 +81,11 @@ class NotStatic(Details, code="not_static"):
     Attributes
     ----------
     quantity, unit : str
-        Of the stream.
+        Quantity and unit of the stream.
     bursts : tuple of MotionBurst
-        In order of time.
+        Bursts in order of time.
     steps : tuple of LevelStep
-        In order of time.
+        Steps in order of time.
     beside_drift : bool
         Whether the steps were found beside a drift that would hide them.
     added_walk : float
@@ -123,7 +123,7 @@ class Spikes(Details, code="spikes"):
     Attributes
     ----------
     unit : str
-        Of the stream.
+        Unit of the stream.
     count, samples : int
         Number of spikes, and number of samples in the record.
     share : float
@@ -195,7 +195,7 @@ class StartTransient(Details, code="start_transient"):
     Attributes
     ----------
     settled : float
-        From the first sample on. [s]
+        Time from the first sample until the signal has settled. [s]
     """
 
     settled: float
@@ -260,7 +260,7 @@ class ChosenWindow:
     stream : str
         Name of the stream.
     start : float
-        From the beginning of the record. [s]
+        Start, from the beginning of the record. [s]
     criterion : {"temperature", "other", "own"}
         Criterion: smallest range of a temperature, smallest scatter of the other kind of sensor, or of the stream itself.
     by : str

@@ -103,7 +103,7 @@ class NoiseChange:
     Attributes
     ----------
     time : float
-        From the beginning of the record. [s]
+        Time from the beginning of the record. [s]
     ratio : float
         Root mean square of the first differences after the change over that before. [1]
     """

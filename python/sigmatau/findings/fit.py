@@ -123,7 +123,7 @@ class ChangingLevel(Details, code="changing_level"):
     Attributes
     ----------
     quantity, rate_unit : str
-        Of the channel.
+        Quantity and unit of the channel.
     lowest, highest : float
         Random walk in the eighths. [SI]
     next_lowest, next_highest : float
@@ -164,7 +164,7 @@ class Disturbed(Details, code="disturbed"):
     Attributes
     ----------
     quantity, rate_unit : str
-        Of the channel.
+        Quantity and unit of the channel.
     lines, resonances : int
         Number of each in the model.
     share : float
@@ -228,7 +228,7 @@ class BeyondClass(Details, code="beyond_class"):
     Attributes
     ----------
     quantity : str
-        Of the channel.
+        Quantity of the channel.
     times : float
         Size over that of the noisiest sensor. [1]
     frequency : float or None
@@ -262,7 +262,7 @@ class FewDegreesOfFreedom(Details, code="few_degrees_of_freedom"):
     freedom : float
         Degrees of freedom of its square, from its standard error. [1]
     duration : float
-        Of the record. [s]
+        Duration of the record. [s]
     """
 
     freedom: float
@@ -282,7 +282,7 @@ class SecondExplanation(Details, code="second_explanation"):
     Attributes
     ----------
     quantity, rate_unit : str
-        Of the channel.
+        Quantity and unit of the channel.
     terms, other_terms : tuple of (str, float)
         Names and coefficients that only the fit has, and those that only the other model has or that differ much in it. [SI]
     processes, other_processes : tuple of (float, float)
@@ -339,7 +339,7 @@ class CountedAngle(Details, code="counted_angle"):
     Attributes
     ----------
     quantity, rate_unit : str
-        Of the channel.
+        Quantity and unit of the channel.
     step : float
         Step of the angle. [rate unit·s]
     by_step : float

@@ -21,7 +21,7 @@ class RunDiffers(Details, code="run_differs"):
     run : str
         Its name.
     runs : int
-        Of the joint fit.
+        Number of runs in the joint fit.
     term : str or None
         That differs; None for the shape of the spectrum, with its filter.
     factor : float or None
@@ -58,7 +58,7 @@ class RunsDiffer(Details, code="runs_differ"):
     Attributes
     ----------
     runs : int
-        Of the joint fit.
+        Number of runs in the joint fit.
     term : str
         Key of `sigmatau.noise.terms.TERMS`.
     p_value : float

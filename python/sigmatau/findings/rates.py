@@ -150,7 +150,7 @@ class ClockOff(Details, code="clock_off"):
     Attributes
     ----------
     factor, low, high : float
-        Of the frequencies, with its interval. [1]
+        Factor of the frequencies, with its interval. [1]
     marks : int
         Number of lines, resonances and corners with this factor instead of 1.
     others : int

@@ -25,7 +25,7 @@ class Motion:
     channel : str
         The sensor that shows it.
     quantity : str
-        Of the channel.
+        Quantity of the channel.
     kind : {"varies", "turns", "tilts", "shakes", "loud"}
         The mean varies; the mean rate exceeds any bias; the direction of gravity changes; tremor of a hand; noise above that
         of any sensor, which may be aliased motion.
@@ -55,7 +55,7 @@ class NotAtRest(Details, code="not_at_rest", alters_all=True):
     motion : Motion
         The strongest motion.
     duration : float
-        Of the record. [s]
+        Duration of the record. [s]
     still : tuple of (float, float)
         Longest stretches at rest, the longest first, from the beginning of the log. [s]
     """
@@ -84,7 +84,7 @@ class TooShortToTell(Details, code="too_short_to_tell"):
     Attributes
     ----------
     duration : float
-        Of the samples that are present. [s]
+        Total duration of the samples that are present. [s]
     shortest : float
         Shortest record that the test of rest can judge. [s]
     """
@@ -136,7 +136,7 @@ class PartlyAtRest(Details, code="partly_at_rest"):
     motion : Motion
         The strongest motion.
     moved : tuple of (float, float)
-        In order of time, from the beginning of the log. [s]
+        Start and end of each motion in order of time, from the beginning of the log. [s]
     kept : tuple of KeptOfStream
         By stream.
     """

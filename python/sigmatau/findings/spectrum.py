@@ -23,7 +23,7 @@ class Mains:
     Attributes
     ----------
     frequency : float
-        Of the mains: 50 or 60. [Hz]
+        Frequency of the mains: 50 or 60. [Hz]
     multiple : int
         Number of the multiple.
     folded : bool
@@ -102,7 +102,7 @@ class LowPassFilter(Details, code="low_pass_filter"):
         "butterworth", "smoothing", "running_mean", "two_poles", "running_means", "low_pass", or "uneven" if it has no
         corner.
     order : int or None
-        Of a Butterworth filter; samples of a running mean; number of running means.
+        Order of a Butterworth filter, samples in a running mean, or number of running means.
     corner, low, high : float or None
         Frequency of half the power, with its interval. [Hz]
     """
@@ -205,9 +205,9 @@ class Aliasing(Details, code="aliasing"):
     rate : float
         Sampling rate. [Hz]
     bandwidth : float
-        Of the sensor. [Hz]
+        Bandwidth of the sensor. [Hz]
     order : int or None
-        Of its filter; None if it was not stated: then the size is that of the first order.
+        Order of the sensor's filter. None if it was not stated; the size is then that for the first order.
     second_order : float or None
         Factor after a second-order filter, if the order was not stated.
     rate_needed : float

@@ -35,7 +35,7 @@ class Gap:
     samples : int
         Number of missing samples.
     start, length : float
-        From the beginning of the record. [s]
+        Start, from the beginning of the record, and length. [s]
     place : str
         The row after the gap, as numbered in the file: ``"line 501"``.
     """

@@ -68,7 +68,7 @@ class Saturation(Details, code="saturation"):
     low, high : float or None
         The ends that are reached. [unit]
     unit : str
-        Of the stream; SI.
+        Unit of the stream; SI.
     start : float
         Time of the first of these samples, from the beginning of the record. [s]
     longest : float
@@ -321,7 +321,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
     step, noise : float
         Step of the numbers and standard deviation of the white part of a sample. [unit]
     unit : str
-        Of the stream; SI.
+        Unit of the stream; SI.
     rounding : {"quantization", "white", "unknown"}
         Kind of noise that rounding adds: quantization noise if an angle (or velocity) was rounded, in a log of increments or
         of rates; white noise if the rates were rounded; unknown below half a step of noise.

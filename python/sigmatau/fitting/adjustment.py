@@ -127,7 +127,7 @@ class Change(Plain):
 
 @frozen
 class Adjustment:
-    """What one check of the record changes in a fit.
+    """Change of a fit by one check of the record.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ _INSIDE_TWO_PARAMETERS = (0.4, 0.75)
 _INSIDE = (0.2, 0.4, 0.6, 0.8)  # the same for filters with one number
 _BISECTIONS = 6  # halvings of the distance to the edge: it is then known to 2 %
 _GROWTH = 2.0  # factor by which a distance grows that does not reach the edge
-_MAX_GROWTHS = 14  # at most so many growths
+_MAX_GROWTHS = 14  # largest number of growths
 _NOTHING = 1e-12  # ratio of N² that stands for a log without white noise
 _KNOWN_BANDWIDTH = 0.1  # relative standard error of a bandwidth, at most, for the bandwidths of two logs to be compared
 

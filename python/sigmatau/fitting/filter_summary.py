@@ -94,7 +94,7 @@ def summary(
     Parameters
     ----------
     sources : sequence of FilterSource
-        In the order of the logs.
+        Sources in the order of the logs.
     logs : Logs
     best : FilterFit
     region : sequence of Explanation

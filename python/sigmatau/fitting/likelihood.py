@@ -61,7 +61,7 @@ def fit_samples(
     regressors : mapping of str to array_like, shape (n,), optional
         Curves at the samples that the mean may follow, by name.
     level : float
-        Of intervals and limits.
+        Level of intervals and limits.
     step : float, optional
         Step of the samples, 0 for none: angles in steps are rates in steps, so that it bounds the quantization noise.
         Default: not known. [unit of the stream]

@@ -56,11 +56,11 @@ class LogSpectrum:
     Attributes
     ----------
     name : str
-        Of the log.
+        Name of the log.
     rate : float
         [Hz]
     duration : float
-        Of the samples that are used. [s]
+        Duration of the samples that are used. [s]
     nodes : ndarray, shape (n_bins, NODES)
         Frequencies in each bin. [Hz]
     density : ndarray, shape (n_bins,)

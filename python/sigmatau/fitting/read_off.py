@@ -49,7 +49,7 @@ class ReadOffCoefficient:
     unit : str
         SI.
     tau_min, tau_max : float
-        Averaging times through which the line is laid. [s]
+        Averaging times whose points determine the line. [s]
     slope : float or None
         Slope of the curve there in log σ over log τ; None if a given range has one point. [1]
     percentage : float
@@ -76,7 +76,7 @@ class ReadOffCoefficient:
 
     @property
     def region(self) -> str:
-        """Where the line was laid, in words: ``"τ 1 … 10 s, given"``."""
+        """Origin and range of the line, in words: ``"τ 1 … 10 s, given"``."""
         suffix = ", given" if self.range_from == "given" else ""
         forced = ", forced: not the slope of the curve" if self.forced else ""
         return f"τ {seconds(self.tau_min)} … {seconds(self.tau_max)} s{suffix}{forced}"

@@ -80,7 +80,7 @@ def lay_by_hand(
     """Fit lines in given ranges beside fixed lines; return the lines, and the refused lines with reasons.
 
     A line is refused if the slope of what the other lines leave differs from its own by more than the tolerance of its
-    rule and twice its error, or if they leave less than the error of the curve. With `force` it is laid all the same:
+    rule and twice its error, or if they leave less than the error of the curve. With `force` it is drawn nevertheless:
     through the curve itself if the others leave nothing.
     """
     remaining, refused = dict(ranges), dict[str, str]()

@@ -99,7 +99,7 @@ def lay(
     ranges : mapping of str to ndarray
         By term, the indices of the points through which its line goes.
     held : mapping of str to float
-        Coefficients of lines that are laid already, by term: they stay as they are. [SI]
+        Coefficients of the lines that exist already, by term; they do not change. [SI]
 
     Returns
     -------

@@ -38,7 +38,7 @@ class LoggedRate(Printed):
     rate : float
         Sampling rate. [Hz]
     duration : float
-        Of the samples that are used. [s]
+        Duration of the samples that are used. [s]
     aliasing : Interval
         Factor by which sampling at this rate increases N. [1]
     random_walk : Interval
@@ -99,7 +99,7 @@ class AliasingCurve(Printed):
     rate : ndarray, shape (n_rates,)
         [Hz]
     factor, low, high : ndarray, shape (n_rates,)
-        Of the best filter, and the range of those that explain the logs as well. [1]
+        Factor with the best filter, and its range over the filters that explain the logs as well. [1]
     """
 
     rate: Floats
@@ -144,7 +144,7 @@ class SensorBandwidth(Printed):
         By rate.
     response : FilterResponse
     aliasing : AliasingCurve
-        At other sampling rates.
+        Aliasing at other sampling rates.
     level : float
         Confidence level of the intervals.
     p_value : float

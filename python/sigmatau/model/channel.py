@@ -327,7 +327,7 @@ class ChannelModel(Mapping[str, float], Printed):
         Parameters
         ----------
         lags : array_like of int, any shape
-            In samples; of either sign.
+            Lags in samples; of either sign.
         tau0 : float
             Sample interval. [s]
 

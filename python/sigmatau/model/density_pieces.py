@@ -24,7 +24,8 @@ from sigmatau.arrays import Floats
 Between = Literal["power law", "linear"]
 
 _POINTS = 20
-"""Of the rule in a piece: its Legendre coefficients fall as 5.8^−k where the frequency doubles, to 10⁻¹⁵ at the last."""
+"""Number of points of the rule in a piece. The Legendre coefficients fall as 5.8^−k where the frequency doubles, to 10⁻¹⁵ at
+the last."""
 
 _LARGEST_STEP = 4.0  # largest step of ln S in a piece
 _LITTLE = 6.0  # range of 4x about the middle of a piece that the rule integrates [rad]

@@ -38,7 +38,7 @@ def adev_interval(
     Parameters
     ----------
     model : ChannelModel
-        From a fit; without a covariance the interval is the value.
+        Model from a fit; without a covariance the interval is the value.
     m : array_like of int, shape (n_tau,)
     tau0 : float
         [s]

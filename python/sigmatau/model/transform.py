@@ -153,7 +153,7 @@ class _Kernel:
                     " is finite only where it rises less than f^-3 (a ramp has no density: its Allan variance is that of"
                     " eq. 23)"
                 )
-            # What is left of the lowest frequency: sin⁴x = x⁴.
+            # The rest below the lowest frequency: sin⁴x = x⁴.
             low = np.array([_LOWEST])
             start, below = _LOWEST, float((self.envelope(low) * low**5)[0]) / (3 + slope)
         split = min(max(_DIRECT, start), end)

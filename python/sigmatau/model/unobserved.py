@@ -47,13 +47,13 @@ def find_unobserved(model: ChannelModel) -> tuple[str, ...]:
 
 
 def unobserved_text(terms: Sequence[str], policy: Unobserved) -> str:
-    """What was assumed of terms that were not observed, for a result or a file."""
+    """Assumptions about terms that were not observed, for a result or a file."""
     labels = ", ".join(TERMS[term].label("signal") for term in terms)
     return f"not observed: {labels}; {_TEXTS[policy]}"
 
 
 def unobserved_texts(model: NoiseModel, policy: Unobserved) -> tuple[str, ...]:
-    """What was assumed of terms that were not observed, a line for each channel that has any."""
+    """Assumptions about terms that were not observed: a line for each channel with such terms."""
     lacking = {name: find_unobserved(channel) for name, channel in model.channels.items()}
     return tuple(f"{name}: {unobserved_text(terms, policy)}" for name, terms in lacking.items() if terms)
 

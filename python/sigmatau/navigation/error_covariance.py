@@ -84,7 +84,7 @@ class NoiseSource:
     R : float
         Variance of v. [SI units, squared]
     mean : ndarray, shape (n_states,)
-        Of the state at the start.
+        Mean of the state at the start.
     flicker_error : float
     """
 
@@ -118,7 +118,7 @@ class NoiseSource:
         calibration : int
             Steps before the start whose mean rate is subtracted from then on; 0 for none.
         steps : ndarray of int, shape (n_times,)
-            From the start, increasing.
+            Steps from the start, increasing.
 
         Returns
         -------

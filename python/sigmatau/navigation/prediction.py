@@ -203,7 +203,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
         Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
         first sample of it is 0, over what it makes here, where all that it is made of is known at the start. [1]
     as_known : tuple of (str, str)
-        Channels and parts whose errors are not known, or not in the model, and are taken for none in the intervals.
+        Channels and parts whose errors are unknown or not in the model. The intervals contain no error for them.
     not_seen : tuple of (str, str)
         Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
     undecided : tuple of (str, str)

@@ -88,7 +88,7 @@ class TrueNoise:
 
 @frozen
 class FilterModel:
-    """What a filter assumes of the noise of a sensor.
+    """Noise of a sensor that a filter assumes.
 
     Attributes
     ----------

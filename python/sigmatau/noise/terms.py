@@ -286,7 +286,7 @@ def asked_density(quantity: str, unit: str, values: Iterable[float | None] = ())
 
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
-    """What `asked_unit` needs of a coefficient: its SI unit, the unit of the channel, and what follows that of a signal."""
+    """Arguments of `asked_unit` for a coefficient: its SI unit, the channel's unit, and the part behind the unit of a signal."""
     return coefficient_unit(term, quantity, unit), unit, None if quantity in _OWN_UNITS else TERMS[term].times
 
 
@@ -330,7 +330,7 @@ def avar(
     term : str
         A key of `TERMS`.
     coefficient : float
-        In SI; see `coefficient_unit`.
+        Coefficient in SI; see `coefficient_unit`.
     m : array_like of int, shape (n_tau,)
         Cluster sizes in samples.
     tau0 : float
@@ -390,7 +390,7 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     term : str
         A key of `TERMS`.
     coefficient : float
-        In SI; see `coefficient_unit`.
+        Coefficient in SI; see `coefficient_unit`.
     f : array_like, shape (n_f,)
         Frequencies, positive. [Hz]
     tau0 : float, optional

@@ -206,7 +206,7 @@ def _coloured(ax: Axes, across: Floats, up: Floats, channel: Map, limit: float) 
 
 
 def strips_height(count: int) -> float:
-    """Height of a figure with so many channels below each other."""
+    """Height of a figure with a number of channels below each other."""
     return count * PITCH + _BOTTOM
 
 
@@ -226,7 +226,7 @@ def _inside(tau: Floats, span: Span) -> NDArray[np.bool_]:
 
 
 def _log_limits(ax: Axes, x: Sequence[Floats], y: Sequence[Floats], *, decades: float) -> None:
-    """Limits around positive numbers, at least so many decades high."""
+    """Limits around positive numbers, with a smallest height in decades."""
     ends = []
     for parts in (x, y):
         values = np.log10(np.concatenate(list(parts)))

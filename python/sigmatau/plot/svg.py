@@ -68,19 +68,19 @@ class Axes:
         )
 
     def log_x(self, low: float, high: float, *, count: int = 7) -> None:
-        """Limits, and at most so many ticks."""
+        """Limits, and ticks up to a largest number."""
         self.x, self._ticks["x"] = (low, high), log_ticks(low, high, count)
 
     def log_y(self, low: float, high: float, *, count: int = 7) -> None:
-        """Limits, and at most so many ticks."""
+        """Limits, and ticks up to a largest number."""
         self.y, self._ticks["y"] = (low, high), log_ticks(low, high, count)
 
     def linear_x(self, low: float, high: float, *, count: int = 7) -> None:
-        """Limits, and at most so many ticks."""
+        """Limits, and ticks up to a largest number."""
         self.x, self._ticks["x"] = (low, high), (_named(even_ticks(low, high, count)), [])
 
     def linear_y(self, low: float, high: float, *, count: int = 3) -> None:
-        """Limits, and at most so many ticks."""
+        """Limits, and ticks up to a largest number."""
         self.y, self._ticks["y"] = (low, high), (_named(even_ticks(low, high, count, _CLOSE)), [])
 
     def line(self, x: Floats, y: Floats, colour: str, width: float, dash: tuple[float, ...] = ()) -> None:
@@ -128,7 +128,7 @@ class Axes:
     def rectangle(
         self, start: float, stop: float, low: float, high: float, colour: str, *, smallest: float = 0.0
     ) -> None:
-        """A filled rectangle, at least so many points wide."""
+        """A filled rectangle with a smallest width in points."""
         (a, b), (c, d) = self._across(np.array([start, stop])).tolist(), self._up(np.array([high, low])).tolist()
         wide = max(b - a, smallest)
         # Drawn a little larger, so that adjacent rectangles leave no gap.
@@ -206,7 +206,7 @@ def log_ticks(low: float, high: float, count: int) -> tuple[list[tuple[float, st
 
 
 def even_ticks(low: float, high: float, count: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
-    """At most so many round numbers at equal distances between two numbers."""
+    """Round numbers at equal distances between two numbers, up to a largest count."""
     span = high - low
     if not span > 0:
         return []

@@ -40,9 +40,9 @@ def text_plot(curves: Mapping[str, CurveLike], *, width: int, height: int) -> li
     Parameters
     ----------
     curves : mapping of str to DeviationCurve
-        Of one quantity and unit.
+        Curves with the same quantity and unit.
     width, height : int
-        Of the whole, with the axes.
+        Size of the whole picture, with the axes.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What is wrong with a record, and what is left out of it."""
+"""Checks of a record for faults, and exclusion of disturbed samples."""
 
 import lazy_loader
 

@@ -151,7 +151,7 @@ class FileRows(StoredRows):
     ----------
     path : Path
     dtype : dtype
-        Of a row.
+        Type of a row.
     count : int
         Number of rows.
     offset : int

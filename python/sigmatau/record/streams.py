@@ -125,7 +125,7 @@ class Grid:
         Parameters
         ----------
         time : float
-            From the beginning of the whole record. [s]
+            Time from the beginning of the whole record. [s]
 
         Returns
         -------
@@ -143,7 +143,7 @@ class Transform:
     Attributes
     ----------
     scale, offset : float
-        From counts or volts to the stated unit. [stated unit per count; counts]
+        Conversion of counts or volts to the stated unit. [stated unit per count; counts]
     factor : float
         Factor from the stated unit to SI.
     kind : {"rate", "increments", "accumulated"}

@@ -20,7 +20,7 @@ def envelope(stream: Stream, channel: str, bins: int) -> tuple[Floats, Floats, I
     stream : Stream
     channel : str
     bins : int
-        At most; a bin has one sample or more.
+        Largest number of bins; a bin has one sample or more.
 
     Returns
     -------

@@ -311,5 +311,5 @@ def _files(content: Content) -> Markup:
 
 
 def done(rows: Iterable[tuple[str, str]]) -> Markup:
-    """What was done: names and texts."""
+    """Names and texts that describe the analysis."""
     return element("dl", (element("div", element("dt", key), element("dd", name(text))) for key, text in rows))

@@ -56,7 +56,7 @@ def document(content: Content) -> bytes:
 
 
 def typeset(template: bytes, values: Mapping[str, Any], **options: Any) -> Any:  # noqa: ANN401  bytes, or those of each page
-    """What a template makes of values; the same values and time stamp give the same bytes."""
+    """Fill a template with values; the same values and time stamp give the same bytes."""
     need_typst()
     import typst
 
@@ -76,7 +76,7 @@ def _moment(date: str) -> datetime:
 
 
 def _values(content: Content) -> dict[str, Any]:
-    """What the template shows: plain values."""
+    """Plain values for the template."""
     return {
         "title": _cut(content.title, _MOST_TITLE),
         "foot": _cut(content.title, _MOST_NAME),
@@ -102,7 +102,7 @@ def _values(content: Content) -> dict[str, Any]:
 
 
 def _cut(text: str, length: int) -> str:
-    """A text of at most so many characters, with … in place of its middle."""
+    """Shorten a text to a number of characters, with … in place of its middle."""
     if len(text) <= length:
         return text
     return f"{text[: length - length // 3 - 1]}…{text[-(length // 3) :]}"
@@ -320,7 +320,7 @@ def _series(panel: _Panel, channels: Mapping[str, Mapping[str, Any]], width: flo
 
 
 def _fewer(low: Floats, high: Floats, bins: int) -> tuple[Floats, Floats]:
-    """Reduce an envelope to at most so many bins, each of the same number of old bins except the last."""
+    """Reduce an envelope to a largest number of bins. Each, except the last, joins the same number of old bins."""
     size = -(-len(low) // bins)
     starts = np.arange(0, len(low), size)
     return np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)

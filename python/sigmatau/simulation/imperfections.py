@@ -29,7 +29,7 @@ class WarmUp:
     Attributes
     ----------
     amplitude : float
-        At the start, of either sign. [unit of the rate]
+        Amplitude at the start, of either sign. [unit of the rate]
     time : float
         Time constant. [s]
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Method = Literal["welch", "multitaper"]
 
-_LINE_SHARE = 1e-3  # Of the model's density: above, a line's frequencies are left out of a comparison
+_LINE_SHARE = 1e-3  # share of the model's density; if a line has more at some frequencies, a comparison leaves them out
 
 
 class HasDensity(Protocol):

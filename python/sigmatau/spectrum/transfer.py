@@ -48,7 +48,7 @@ class MinimumPhase(Printed):
     ----------
     channel : str
     frequency : ndarray, shape (n_f,)
-        From 0 to half the sampling rate. [Hz]
+        Frequencies from 0 to half the sampling rate. [Hz]
     magnitude : ndarray, shape (n_f,)
         |H|. [1, or unit of the output over that of the input]
     low, high : ndarray, shape (n_f,)

@@ -35,8 +35,8 @@ from sigmatau.noise.terms import NOISE
 # Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros
 _SMALLEST_SINE = 1e-9
 _MOST_PHASE_SHARE = 0.1
-"""Of a standard error of a variance, what may be wrong with it because the share x that a sinusoid's phase moves it by is
-not small: the law of the variances is followed to x, and the next order is x²/2."""
+"""Largest error of a variance over its standard error. The change x of the variance by the phase of a sinusoid is treated as
+small, so that the next order, x²/2, is missing."""
 
 
 def covariance_of_model(

@@ -43,7 +43,7 @@ class RationalSpectrum:
     constant, slope : float
         White noise, and quantization noise over w. [unit²]
     poles, weights : ndarray of complex, shape (n_poles,)
-        In w; a random walk has the pole 0.
+        Poles and weights of partial fractions in w; a random walk has the pole 0.
     roots : ndarray of complex, shape (n_roots,)
         φ of the autocovariances ρ·φˡ, without the walk: real ones first in descending order, pairs conjugate to the bit.
     """

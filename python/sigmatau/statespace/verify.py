@@ -352,7 +352,7 @@ def _verify_channel(
     u = _deviates(chosen.avar[used] / expected[used], edf[used])
     correlation = covariance[np.ix_(used, used)]
     sd = np.sqrt(np.diag(correlation))
-    # What the linear model's few states leave of flicker noise is no misfit of the model.
+    # The difference between flicker noise and its few linear states is no misfit of the model.
     flicker = terms.avar("bias_instability", model.terms.get("bias_instability", 0.0), m=sizes[used], tau0=curve.tau0)
     approximated = (2 * system.flicker_error * flicker / expected[used]) ** 2 * edf[used] / 2
     misfit = float(u @ np.linalg.solve(correlation / np.outer(sd, sd) + np.diag(approximated), u))

@@ -68,7 +68,7 @@ def check_names(table: Table, *, exports: bool = False) -> None:
 
 
 def notes(table: Table) -> dict[str, str]:
-    """What the option ``note`` says: a table, or texts ``"serial number=A123"``; raises `OptionError` for another form."""
+    """Value of the option ``note``: a table, or texts ``"serial number=A123"``; raises `OptionError` for another form."""
     stated = table.get("note")
     if isinstance(stated, Mapping):
         return {str(key): _text(text) for key, text in stated.items()}

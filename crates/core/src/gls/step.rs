@@ -213,7 +213,7 @@ impl Gls {
     ) -> Result<usize, Failed> {
         let count = terms.iter().count();
         let width = count + more.len();
-        assert!(width <= WIDTH, "so many columns");
+        assert!(width <= WIDTH, "at most WIDTH columns");
         self.whiten(theta, work, width, |i, row| {
             row.iter_mut().zip(terms.iter()).for_each(|(cell, term)| *cell = self.column(term)[i]);
             row[count..].iter_mut().zip(more).for_each(|(cell, column)| *cell = column[i]);

@@ -48,7 +48,7 @@ pub(crate) enum Shape {
     RunningMean { length: u32 },
     /// Two poles by the bilinear transform, with the corner of no damping.
     TwoPoles { corner: f64, damping: f64 },
-    /// Means of so many samples one after the other; the length need not be a whole number.
+    /// Running means of this length, applied one after the other; the length need not be a whole number.
     Means { length: f64, stages: u32 },
 }
 

@@ -111,7 +111,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass over a record of so many samples.
+    /// A pass over a record with a number of samples.
     ///
     /// # Errors
     ///

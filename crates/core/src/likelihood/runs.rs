@@ -121,7 +121,7 @@ mod tests {
     use crate::likelihood::summary::Summary;
     use std::sync::Arc;
 
-    /// Changes a parameter by so much of its size, and returns by how much.
+    /// Changes a parameter by a share of its size, and returns the change.
     type Move = fn(&mut Model, f64) -> f64;
 
     const TERMS: [Part; 2] = [Part::Term(Term::RandomWalk), Part::Term(Term::RateRandomWalk)];

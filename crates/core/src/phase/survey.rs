@@ -7,13 +7,13 @@ pub const SHORTEST_BLOCK: usize = 2048;
 
 /// What has to be known of a record before it is summed.
 pub(super) struct Survey {
-    /// Mean rate, roughly: a constant rate is not seen by any difference, so that its rounding is of no account.
+    /// Approximate mean rate. A constant rate has no effect on any difference, so that its rounding does not matter.
     pub(super) slope: f64,
     /// Points per anchor.
     pub(super) block: usize,
 }
 
-/// Every one of so many samples is looked at for a survey, together with the next one.
+/// Distance of the samples that a survey examines, each together with the next one.
 const SURVEYED: usize = 64;
 
 impl Survey {

@@ -43,7 +43,7 @@ impl Layout<'_> {
 }
 
 impl Rows {
-    /// Room for so many more rows.
+    /// Reserve room for a number of further rows.
     pub(super) fn room(&mut self, more: usize) -> Result<(), TextError> {
         let refused = |_| TextError::Memory { rows: self.done + more };
         self.columns.iter_mut().try_for_each(|column| column.try_reserve(more)).map_err(refused)?;

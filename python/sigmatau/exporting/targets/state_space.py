@@ -111,7 +111,7 @@ def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
     alike = {name: numbers.model.channels[name].alike_from for name in channels}
     notes += [f"{name}: {alike_text(process.time)}" for name, process in alike.items() if process is not None]
     for name in channels:
-        # Those that were chosen are in the system by the choice.
+        # Chosen processes are in the system because they were chosen.
         terms = set(_chosen_terms(numbers, name))
         lacking = [term for term in find_unobserved(numbers.model.channels[name]) if term not in terms]
         notes += [f"{name}: {unobserved_text(lacking, _policy(numbers))}"] if lacking else []

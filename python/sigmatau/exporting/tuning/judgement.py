@@ -1,4 +1,4 @@
-"""Which noise of a filter is wrong, from the spectrum of its innovations, and how much of them the motion explains."""
+"""Find the wrong noise of a filter from the spectrum of its innovations, and the share of them that motion explains."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class MotionEffect(Printed):
 
     @property
     def needed(self) -> float:
-        """How many times as strong a motion of the same kind must be to show 0.1 %, or 1 ms. [1]"""
+        """Factor by which a motion of the same kind must be stronger to determine 0.1 %, or 1 ms. [1]"""
         return self.resolution / _GOALS[self.effect]
 
     @property
@@ -191,7 +191,7 @@ def fit_motion(
     periodogram : Periodogram
         Whose bins the densities have.
     density : ndarray, shape (n_bins, n_measurements, n_measurements)
-        Of the whitened innovations without the motion.
+        Density of the whitened innovations without the motion.
     process : ndarray, of the same shape
         The part in it that is noise of the sensor, which may be in the rate too.
     level : float

@@ -342,7 +342,7 @@ class Tunings(ByChannel[Tuning]):
         widest = max((tuning.whiteness for tuning in tunings.values()), key=lambda curve: float(curve.m[-1]))
         level = next(iter(tunings.values())).level
         white = 1 / np.sqrt(widest.m)
-        # Of white noise the deviation lies between these multiples of its expectation.
+        # For white noise the deviation lies between these multiples of its expectation.
         band = (white * widest.ratio / widest.high, white * widest.ratio / widest.low)
         label = f"consistent filter, {100 * level:g} %"
         panel.fill_between(widest.tau, *band, color="0.5", alpha=0.2, linewidth=0, label=label)

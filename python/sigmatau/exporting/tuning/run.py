@@ -89,7 +89,7 @@ class FilterRun:
         Parameters
         ----------
         errors : ndarray, shape (n, n_measurements, k)
-            In the unit of the measurement.
+            Errors in the unit of the measurement.
         start : ndarray, shape (n_states, k), optional
             In the units of the states. Default: 0.
 
@@ -188,7 +188,7 @@ def constant_run(matrices: Steps, covariance: Floats, measured: Floats) -> Filte
     matrices : Steps
         One for all measurements.
     covariance : ndarray, shape (n_states, n_states)
-        Of the state before a measurement.
+        Covariance of the state before a measurement.
     measured : ndarray, shape (n_measurements,)
         R.
 

@@ -1,4 +1,4 @@
-"""What the columns of a table contain, for those who choose among them: first values, and a picture of each."""
+"""First values and a picture of each column of a table, for a user who must choose among them."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ class Inspection(Printed):
     format : str
         Name of the format.
     tables : tuple of TableInfo
-        In the order of the file.
+        Tables in the order of the file.
     question : OptionError or None
         Options that must be given before the file can be analysed, such as the topic; `wanting` describes them in words.
     checks : tuple of Finding

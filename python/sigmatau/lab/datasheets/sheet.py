@@ -283,7 +283,7 @@ def _conventions(claim: Claim) -> tuple[str, ...]:
 
 
 def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
-    """Which number of a claim is used. If only one is stated, it is used."""
+    """Choice between the numbers of a claim. If only one is stated, it is used."""
     wanted = claim.typical if use == "typical" else claim.maximum
     return "typical" if (use == "typical") == (wanted is not None) else "maximum"
 

@@ -28,7 +28,7 @@ class LimitComparison:
     Attributes
     ----------
     limit : float
-        In the convention of the comparison. [SI]
+        Limit in the convention of the comparison. [SI]
     side : {"below", "undecided", "above"}
         Position of the measured value relative to the limit.
     sigmas : float or None

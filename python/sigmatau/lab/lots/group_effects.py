@@ -50,7 +50,7 @@ class GroupEffects:
     mean_error: Floats  # Half of the interval of the mean
     std: Floats  # Standard deviation of the values, ddof = 1
     q: Floats  # Cochran's Q; NaN without errors
-    p_value: Floats  # Of Q or more if all runs are alike
+    p_value: Floats  # probability of Q or more if all runs are alike
     p_low: Floats  # Probability of a smaller Q
     tau: Floats  # Standard deviation between runs
     tau_low: Floats

@@ -145,7 +145,7 @@ class OtherScale(OfLot, code="other_scale"):
     Attributes
     ----------
     ratio : float
-        Of the curves to the median of the lot. [1]
+        Ratio of the curve to the median of the lot. [1]
     likely : (str, str) or None
         Unit of the sensor and the unit that it was probably read as; None if no mistake explains the ratio.
     """

@@ -30,7 +30,7 @@ class LotCurves:
     title : str
         Title of the panel.
     unit : str
-        In which the deviations are drawn.
+        Unit in which the deviations are drawn.
     tau : ndarray, shape (n_tau,)
         Averaging times. [s]
     median, low, high : ndarray, shape (n_tau,)

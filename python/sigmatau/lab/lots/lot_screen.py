@@ -33,7 +33,7 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
     most : int
         Units that are listed; the others are only counted.
     width : int
-        Of the terminal.
+        Width of the terminal.
     """
     head = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
     lines = wrapped([head], width=width)

@@ -51,7 +51,7 @@ class Label:
     term : str
         A key of `sigmatau.noise.terms.TERMS`, or ``"mean"``.
     unit : str
-        Of the values; SI.
+        Unit of the values; SI.
     rate_unit : str
         SI unit of the channel.
     """

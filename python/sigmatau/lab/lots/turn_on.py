@@ -17,7 +17,7 @@ def measure_turn_on(comparison: RunComparison, *, unit: str | None = None) -> di
     Parameters
     ----------
     comparison : RunComparison
-        Of the runs of a unit, ``by="unit"``.
+        Comparison of the runs of each unit, ``by="unit"``.
     unit : str, optional
         Serial number of the unit. Default: the only one.
 

@@ -37,7 +37,7 @@ def lot_report(
         ``.csv``: one row per unit, channel and coefficient, in SI. ``.json``: all numbers, in SI. ``.xml``: JUnit, one test
         case per unit: a unit that failed is a failure, and one that is not judged, not read or missing is an error.
     title : str
-        Of the page.
+        Title of the page.
     command : str, optional
         Command that made the report, to be printed in it.
     date : datetime, optional

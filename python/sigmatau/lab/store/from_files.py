@@ -52,7 +52,7 @@ class Problem:
 
 @frozen
 class FilesAdded:
-    """What `add_files` did.
+    """Outcome of `add_files`.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ metadata: MetaData = MetaData(
 
 
 VERSION = "0003"
-"""Of the tables below."""
+"""Version of the tables below."""
 
 version: Table = Table("alembic_version", metadata, Column("version_num", String(32), primary_key=True))
 
@@ -126,7 +126,7 @@ label: Table = Table(
     Column("rate_unit", String(60), nullable=False),  # SI, of the channel
     UniqueConstraint("channel", "quantity", "term", "unit", "rate_unit"),
 )
-"""What a coefficient is of: the same few for all runs."""
+"""Label of a coefficient: the same few for all runs."""
 
 coefficient: Table = Table(
     "coefficient",

@@ -103,11 +103,11 @@ class ChannelTrend:
     quantity : str
         ``"angular_rate"``, ``"acceleration"`` or ``"signal"``.
     unit : str
-        Of the coefficient; SI.
+        Unit of the coefficient; SI.
     rate_unit : str
-        Of the channel; SI.
+        Unit of the channel; SI.
     periods : tuple of InPeriod
-        In order of time.
+        Periods in order of time.
     drifts : tuple of Drift
         Over production and within units, where they can be estimated.
     """

@@ -51,7 +51,7 @@ def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Fi
     Parameters
     ----------
     stream : Stream
-        From `without_drifts`, without disturbances: a spike at either end looks like a drift.
+        Stream from `without_drifts`, without disturbances: a spike at either end looks like a drift.
     fits : mapping of str to NoiseFit
     """
     if stream.quantity not in ("angular_rate", "acceleration"):

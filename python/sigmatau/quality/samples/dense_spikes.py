@@ -190,7 +190,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
 
 
 def _is_in_company(places: Ints) -> Bools:
-    """Which of some indices have another one near, but not next to them."""
+    """Indices that have another one near, but not next to them."""
     first, last = _APART, _REACH
 
     def count_to(index: Ints, side: Literal["left", "right"]) -> Ints:

@@ -42,7 +42,7 @@ _UNSEEN = 0.3
 # Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike. [1] Derived: from
 # some 2 % of spikes on.
 _SPOILED = 2.0
-# How often the rest is searched again. [1] Judgement: spikes beside each other hide each other.
+# Number of further searches of the rest. [1] Judgement: spikes beside each other hide each other.
 _ROUNDS = 8
 # Samples that have all four neighbours before them, below which samples with two of these count too. [samples]
 # Judgement: their scale is known to 2 %.

@@ -210,7 +210,7 @@ def rest_findings(
     assumed : bool
         Whether the record is analysed as it is, whatever the verdict.
     duration : float
-        Of the record. [s]
+        Duration of the record. [s]
     parts : tuple of KeptOfStream
         What is analysed of each stream of a record partly at rest.
     moved : tuple of (float, float)

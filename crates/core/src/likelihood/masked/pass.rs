@@ -72,13 +72,13 @@ pub struct MaskedPass {
 }
 
 impl MaskedPass {
-    /// A pass over a record of so many samples as the mask has. `weighting`: see [`Summary::weighting`]; the default for a
+    /// A pass over a record with as many samples as the mask. `weighting`: see [`Summary::weighting`]; the default for a
     /// first pass.
     ///
     /// # Errors
     ///
-    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are in so few places that nothing
-    /// is known of low frequencies; [`Error::Parameter`] for an interval that is not positive.
+    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are in too few places to
+    /// determine low frequencies; [`Error::Parameter`] for an interval that is not positive.
     pub fn new(present: Vec<bool>, tau0: f64, weighting: Weighting) -> Result<Self, Error> {
         let samples = present.len();
         let count = present.iter().filter(|&&there| there).count();

@@ -27,7 +27,7 @@ _DELIMITERS = (",", ";", "\t")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decoration:
-    """What the cells or rows of a text contain besides numbers."""
+    """Content of the cells or rows of a text besides numbers."""
 
     row_end: str = ""
     units: tuple[str | None, ...] = ()  # of the columns

@@ -1,4 +1,4 @@
-"""What the writer of a text table states above it or implies by its columns: rates, scales, units, names."""
+"""Rates, scales, units and names that the writer of a text table states above it or implies by its columns."""
 
 from __future__ import annotations
 

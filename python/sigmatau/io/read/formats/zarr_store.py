@@ -194,7 +194,7 @@ class ChunkedRows(StoredRows):
     Parameters
     ----------
     array : zarr.Array
-        Of shape (n,) or (n, k), of numbers.
+        Array of numbers with the shape (n,) or (n, k).
     name : str
         For errors.
     scale : tuple of float

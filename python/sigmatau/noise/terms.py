@@ -286,7 +286,7 @@ def asked_density(quantity: str, unit: str, values: Iterable[float | None] = ())
 
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
-    """Arguments of `asked_unit` for a coefficient: its SI unit, the channel's unit, and the part behind the unit of a signal."""
+    """Arguments of `asked_unit` for a coefficient: its SI unit, the channel's, and the part after the unit of a signal."""
     return coefficient_unit(term, quantity, unit), unit, None if quantity in _OWN_UNITS else TERMS[term].times
 
 

@@ -1,9 +1,11 @@
 """JSON: rows line by line or in an array, and objects of arrays."""
 
+import itertools
 import json
 
 import numpy as np
 import pytest
+from readings import axes
 
 import known
 from container_damage import cut, survives
@@ -28,13 +30,9 @@ def named(values):
 ROWS = {
     "arrays": lambda t, g, a: {"t": t, "gyro": g, "accel": a},
     "nested": lambda t, g, a: {"imu": {"gyro": named(g), "accel": named(a)}, "timestamp": t, "id": "imu 7", "ok": True},
-    "flat": lambda t, g, a: {
-        "time": t,
-        **{f"g{k}": v for k, v in named(g).items()},
-        "ax": a[0],
-        "ay": a[1],
-        "az": a[2],
-    },
+    "flat": lambda t, g, a: (
+        {"time": t} | {f"g{k}": v for k, v in named(g).items()} | {"ax": a[0], "ay": a[1], "az": a[2]}
+    ),
     "ros": lambda t, g, a: {
         "header": {"stamp": t, "frame_id": "x"},
         "angular_velocity": named(g),
@@ -57,22 +55,20 @@ def rows_of(kind, n=N):
 
 def exact(record, n=N):
     for name, values, factor in (("gyro", GYRO, np.pi / 180), ("accel", ACCEL, 1.0)):
-        columns = [record.stream_of(f"{name}_{a}").column(f"{name}_{a}") for a in XYZ]
-        np.testing.assert_array_equal(np.stack(columns, axis=1), values[:n] * factor)
+        np.testing.assert_array_equal(axes(record, name), values[:n] * factor)
     grid = record.streams[0].grid
     assert (grid.n, grid.rate) == (n, pytest.approx(100, rel=1e-9))
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("kind", ROWS)
+@pytest.mark.parametrize(
+    ("kind", "form"), [*zip(itertools.cycle(ROWS), FORMS, strict=False), ("ros", "lines"), ("flat", "array")]
+)
 def test_rows(tmp_path, kind, form):
     (tmp_path / "log").write_text(FORMS[form](rows_of(kind)))
     record = read(tmp_path / "log", unit=UNIT)
     exact(record)
-    assert {f.code for f in record.findings} <= {
-        "unit_overruled",
-        "unused_columns",
-    }  # of the names of ROS, which state rad/s
+    # The names of ROS state rad/s.
+    assert {f.code for f in record.findings} <= {"unit_overruled", "unused_columns"}
 
 
 def test_units_are_asked_for(tmp_path):
@@ -134,8 +130,7 @@ def test_nothing_to_read(tmp_path, content):
         read(tmp_path / "log", rate=100)
 
 
-@pytest.mark.parametrize("form", ["lines", "array", "indented"])
-@pytest.mark.parametrize("share", [0.2, 0.7, 0.999])
+@pytest.mark.parametrize(("form", "share"), [("lines", 0.999), ("array", 0.2), ("array", 0.999), ("indented", 0.7)])
 def test_cut(tmp_path, form, share):
     path = tmp_path / "log"
     path.write_bytes(cut(FORMS[form](rows_of("nested")).encode(), share))
@@ -162,8 +157,10 @@ TAGGED = {
 }
 
 
-@pytest.mark.parametrize(("order", "tags"), [("in turn", "word"), ("in blocks", "name"), ("in turn", "short")])
-@pytest.mark.parametrize("kind", TAGGED)
+@pytest.mark.parametrize(
+    ("kind", "tags", "order"),
+    list(zip(TAGGED, itertools.cycle(TAGS), itertools.cycle(["in turn", "in blocks"]), strict=False)),
+)
 def test_rows_with_the_sensor_in_a_field(saved, kind, tags, order):
     gyro, accel = ([TAGGED[kind](tag, STAMPS[k], x[k].tolist()) for k in range(N)]
                    for tag, x in zip(TAGS[tags], (GYRO, ACCEL), strict=True))  # fmt: skip
@@ -182,10 +179,8 @@ def test_rows_of_two_sensors_in_a_field_are_asked_for(saved, ids):
     with pytest.raises(OptionError, match=f"has {ids[0]} and {ids[1]}, so the rows are of several sensors"):
         read(path, unit={"gyro": "deg/s", "time": "ns"})
     record = read(path, unit={"gyro": "deg/s", "time": "ns"}, topic=topics[1])
-    expected = (GYRO[:, 0] + 1) * np.pi / 180
-    np.testing.assert_allclose(
-        record.stream_of("gyro_x").column("gyro_x"), expected, rtol=1e-15
-    )  # rounding of a product
+    column = record.stream_of("gyro_x").column("gyro_x")
+    np.testing.assert_allclose(column, (GYRO[:, 0] + 1) * np.pi / 180, rtol=1e-15)  # rounding of a product
 
 
 def test_rows_of_one_sensor_in_a_field(saved):

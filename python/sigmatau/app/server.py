@@ -1,4 +1,4 @@
-"""The server: on the loopback only, with an address that cannot be guessed."""
+"""The server. It is reachable from this computer only, at an address that cannot be guessed."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def serve(
     Raises
     ------
     DataError
-        If the port cannot be had.
+        If the port is not available.
     ImportError
         Without starlette or uvicorn.
     """

@@ -21,11 +21,12 @@ from sigmatau.results import Printed, plain
 Sided = Literal["one", "two"]
 
 _PEAK = 1.1655611852072113 / math.pi
-"""f·T at which sin⁴(πfT)/(πfT)² is largest: tan x = 2x."""
+"""Product f·T at which sin⁴(πfT)/(πfT)² is largest: tan x = 2x."""
 
-_PER_OCTAVE = 2  # averaging times by default
-_DOUBLINGS = 50  # of the frequency, beyond which a law above the band has no more than 3/8 of its mean
-_SMALL = 1e-6  # of x = πfT, below which sin⁴x = x⁴ to 10⁻¹²
+_PER_OCTAVE = 2  # default number of averaging times per octave
+# number of doublings of the frequency, beyond which a law above the band has no more than 3/8 of its mean
+_DOUBLINGS = 50
+_SMALL = 1e-6  # x = πfT below which sin⁴x = x⁴ to 10⁻¹²
 
 
 @frozen(eq=False)
@@ -83,7 +84,7 @@ class AvarFromPsd(Printed):
 
     @property
     def adev_at_most(self) -> Floats:
-        """Allan deviations with the most that the rest of the density adds; shape of `adev`. [unit]"""
+        """Allan deviations with the largest possible contribution of the rest of the density; shape of `adev`. [unit]"""
         return np.asarray(np.sqrt(broadcast_channels(self.avar + self.below + self.above)))
 
     @property

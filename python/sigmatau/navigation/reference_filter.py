@@ -41,8 +41,10 @@ _WIDEST = 1e20  # largest K, in the same unit
 _FIRST_TIME = 10.0  # time from which on a filter with a third state is fitted [s]
 _TOLERANCE = 1e-4  # relative error of K
 RUN = 60.0
-"""Horizons that a filter with a Gauss-Markov bias runs before its error is judged, and the correlation time of its process:
-an hour for 60 s. With a rate random walk alone the error after 60 s is then 7 % larger than stated after 8 h."""
+"""Number of horizons for which a filter with a Gauss-Markov bias runs before its error is judged, and the correlation time
+of its process: an hour for 60 s. With a rate random walk alone the error after 60 s is then 7 % larger than the one stated
+after 8 h.
+"""
 _WIDEST_RATIO = 1e5  # ratio of the error of a step to that of a measurement; for sensors it is 1e-4 to 10
 
 
@@ -123,7 +125,7 @@ class Coasting:
 
     @property
     def ratio(self) -> float:
-        """Actual over stated error."""
+        """Ratio of the actual to the stated error."""
         return self.real / self.stated
 
 
@@ -152,7 +154,7 @@ class ConsistentWalk:
     walk : float
         [rad/s²/√Hz or m/s³/√Hz]
     is_floor : bool
-        Whether it is the smallest K that is used, with which the filter already states more than its error.
+        Whether this is the smallest K that is used. With it, the filter already states more than its error.
     """
 
     walk: float
@@ -167,7 +169,7 @@ class ConsistentProcess:
     ----------
     process : GaussMarkov
     is_floor : bool
-        Whether it is the smallest process that is used, with which the filter already states more than its error.
+        Whether this is the smallest process that is used. With it, the filter already states more than its error.
     """
 
     process: GaussMarkov
@@ -357,7 +359,9 @@ class _Units:
 
     @classmethod
     def build(cls, aiding: Aiding, noise: float) -> _Units:
-        """Units for a filter with N = `noise`. The deviation follows N where its ratio to that of a step is absurd."""
+        """Units for a filter with N = `noise`. If the ratio of the deviation to that of a step is not realistic, the
+        deviation is set from N.
+        """
         step = noise * math.sqrt(aiding.interval)
         return cls(aiding.interval, min(max(aiding.deviation, step / _WIDEST_RATIO), step * _WIDEST_RATIO))
 
@@ -418,7 +422,7 @@ class _Truth:
 
     step: RepeatedStep
     before: Floats
-    measured: Floats  # Which states are part of the rate; shape (n_states,)
+    measured: Floats  # which states are part of the rate; shape (n_states,)
 
     @classmethod
     def build(cls, model: TrueNoise, units: _Units) -> _Truth:
@@ -463,8 +467,8 @@ class _Filter:
 
     step: RepeatedStep
     gain: Floats  # shape (n_states,)
-    updated: Floats  # Stated covariance after a measurement
-    settling: float  # Time in which it becomes stationary, in steps
+    updated: Floats  # stated covariance after a measurement
+    settling: float  # time until the filter is stationary, in steps
 
     @classmethod
     def build(cls, assumed: FilterModel, units: _Units) -> _Filter:
@@ -494,9 +498,9 @@ class _Filter:
 class _Joint:
     """Truth and filter together: the error of the integral, the parts of the truth, the biases that the filter estimates."""
 
-    step: RepeatedStep  # Between two measurements
-    covariance: Floats  # After a measurement, in the stationary state
-    error: Floats  # Which states make the error of the bias; shape (n_states,)
+    step: RepeatedStep  # step between two measurements
+    covariance: Floats  # covariance after a measurement, in the stationary state
+    error: Floats  # which states add up to the error of the bias; shape (n_states,)
 
     @classmethod
     def build(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:
@@ -504,7 +508,8 @@ class _Joint:
         free, noise, before = (np.zeros((n + k, n + k)) for _ in range(3))
         free[:n, :n], noise[:n, :n], before[:n, :n] = truth.step.transition, truth.step.noise, truth.before
         free[0, n:], free[n:, n:] = -filter_.step.transition[0, 1:], filter_.step.transition[1:, 1:]
-        entry = np.concatenate(([-filter_.gain[0]], np.zeros(n - 1), filter_.gain[1:]))  # of a measurement
+        # effect of the noise of a measurement
+        entry = np.concatenate(([-filter_.gain[0]], np.zeros(n - 1), filter_.gain[1:]))
         update = np.eye(n + k)
         update[:, 0] += entry
         measured = RepeatedStep(update @ free, update @ noise @ update.T + np.outer(entry, entry))

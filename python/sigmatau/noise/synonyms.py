@@ -1,4 +1,4 @@
-"""Other names of the noise terms, for the errors about names that are no terms: those of docs/glossary.md."""
+"""Other names of the noise terms, from docs/glossary.md, for errors about unknown names."""
 
 from __future__ import annotations
 

@@ -12,12 +12,13 @@ use crate::gls::non_negative::relative_fit;
 use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, TERMS, Theta, finite};
 
-/// Added to correlations.
+/// Small number that is added to the diagonal of correlations.
 const RIDGE: f64 = 1e-9;
 
 const MOST_FREEDOM: f64 = 1e9;
 
-/// If the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of records.
+/// Degrees of freedom if the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of
+/// records.
 const LEAST_FREEDOM: f64 = 1.5;
 
 /// Two-sided p-value of a ramp that would be significant if the noise were known exactly.
@@ -45,19 +46,20 @@ impl Ramp {
         self.value.abs() > -normal_quantile(0.5 * SUSPICIOUS) * self.error
     }
 
-    /// Half of its interval.
+    /// Half of the interval of the ramp.
     pub(crate) fn half_width(&self, level: f64) -> f64 {
         student_quantile(self.freedom, 0.5 + 0.5 * level) * self.error
     }
 }
 
 impl Gls {
-    /// The problem after the removal of the ramp Σ weights·ramps: means of the squares of z − ramp·m² in place of z. Its
-    /// variance v and its covariance c with every ramp are known, and hence the expected variances after its removal.
+    /// The problem after the removal of the ramp Σ weights·ramps. z is replaced by the means of the squares of z − ramp·m².
+    /// The variance v of the ramp and its covariance c with every ramp are known, and hence the expected variances after its
+    /// removal.
     ///
     /// # Panics
     ///
-    /// If there is not one weight and one ramp for each size.
+    /// If the numbers of weights, ramps and sizes differ.
     #[must_use]
     pub fn without_ramp(&self, weights: &[f64], ramps: &[f64]) -> Self {
         assert!(weights.len() == self.order() && ramps.len() == self.order(), "one for each size");
@@ -79,8 +81,8 @@ impl Gls {
         still
     }
 
-    /// The ramp, the problem after its removal, and the θ of that problem. `theta`: the fit of this one: the weights
-    /// start from it if no better start is found; `ramps`: mean second differences over m².
+    /// The ramp, the problem after its removal, and the θ of that problem. `theta`: the fit of this problem, from which the
+    /// weights start if no better start is found; `ramps`: mean second differences over m².
     pub(crate) fn ramp(
         &self,
         theta: &Theta,
@@ -187,7 +189,7 @@ impl Gls {
     }
 }
 
-/// The ramp per sample that the test finds with probability `power` in a record with noise θ.
+/// The ramp per sample that the test detects with probability `power` in a record with noise θ.
 ///
 /// # Errors
 ///

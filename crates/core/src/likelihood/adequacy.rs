@@ -30,7 +30,7 @@ pub struct Adequacy {
 
 /// Tests a fit.
 pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
-    // Regressors take degrees of freedom from bins, and their share of the power.
+    // Regressors take degrees of freedom, and the same share of the power, from bins.
     let taken = |i: usize| fit.leverage.get(i).copied().unwrap_or(0.0); // none without regressors
     let left: Vec<f64> =
         (0..bins.len()).map(|i| (1.0 - taken(i) / bins.freedom[i]).max(LEAST_LEFT)).collect();
@@ -38,7 +38,7 @@ pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
         fit.powers.iter().zip(&fit.spectrum).zip(&left).map(|((i, s), left)| i / (s * left)).collect();
     let parameters = fit.model.parameters_beside_curves() as f64;
     let deviances = gamma_deviances(&ratio, bins, &left, parameters);
-    // Levels of single runs do not follow bands of all runs.
+    // The bands of all runs together do not follow the levels of single runs.
     let (of_bands, bands) = bands(&ratio, bins, &left, fit.model.numbers() as f64);
     let lowest = lowest_modes(&ratio, bins, &left);
     Adequacy { p_value: (3.0 * deviances.min(of_bands).min(lowest)).min(1.0), bands }
@@ -62,7 +62,7 @@ pub(crate) fn log_bias(x: f64) -> f64 {
     if x > 1e4 { 0.5 / x + 1.0 / (12.0 * x * x) } else { x.ln() - digamma(x) }
 }
 
-/// Tests bands of a quarter decade, which show a misfit of many adjacent bins that none shows alone.
+/// Tests bands of a quarter decade. A band shows a misfit that is too small to detect in any one of its bins.
 fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (_, inside) in bins.bands(BANDS) {

@@ -1,4 +1,4 @@
-//! What the likelihood keeps of a record.
+//! Summary of a record for the likelihood.
 
 use crate::likelihood::masked::Masked;
 use std::sync::Arc;
@@ -6,33 +6,33 @@ use std::sync::Arc;
 /// Modes are used up to this share of the number of coarse blocks.
 pub(crate) const MODES: usize = 8;
 
-/// Fewest samples of a record that can be summarised.
+/// Smallest number of samples in a record that can be summarised.
 pub const LEAST_SAMPLES: usize = 256;
 
-/// What the likelihood keeps of a record. Densities are two-sided, in the unit of the rate squared per hertz.
+/// Summary of a record for the likelihood. Densities are two-sided, in the unit of the rate squared per hertz.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
-    /// Samples of the record.
+    /// Number of samples in the record.
     pub samples: usize,
     /// Sample interval. \[s\]
     pub tau0: f64,
-    /// Samples of a block.
+    /// Number of samples in a block.
     pub block: usize,
-    /// Blocks.
+    /// Number of blocks.
     pub blocks: usize,
-    /// Samples of a segment.
+    /// Number of samples in a segment.
     pub segment: usize,
     /// Mean of the blocks.
     pub mean: f64,
-    /// Excess kurtosis of the samples, from their differences, of which it is twice.
+    /// Excess kurtosis of the samples: twice that of their differences.
     pub kurtosis: f64,
     /// Cosine modes 1, 2 … of the block means, times the root of the block's length: their squares are densities.
     pub modes: Vec<f64>,
     /// Mean density of all segments at k / (segment · tau0).
     pub density: Vec<f64>,
-    /// The same of each eighth of the segments, one after the other.
+    /// The same for each eighth of the segments, one after the other.
     pub parts: Vec<Vec<f64>>,
-    /// Of a record with missing samples; its modes are not cosines.
+    /// Sums for a record with missing samples, whose modes are not cosines.
     pub(crate) masked: Option<Arc<Masked>>,
 }
 
@@ -58,13 +58,13 @@ impl Summary {
         }
     }
 
-    /// Samples that are there.
+    /// Number of samples that are present.
     #[must_use]
     pub fn present(&self) -> usize {
         self.masked.as_ref().map_or(self.samples, |masked| masked.present())
     }
 
-    /// Times of the centres of the blocks, from the first sample, where curves are given. \[s\]
+    /// Times of the centres of the blocks, from the first sample, at which curves are given. \[s\]
     #[must_use]
     pub fn centres(&self) -> Vec<f64> {
         let length = self.block_length();
@@ -77,7 +77,8 @@ impl Summary {
         k as f64 / (self.segment as f64 * self.tau0)
     }
 
-    /// Modes below the band of the periodogram. There are more in a short record, which needs no periodogram but for lines.
+    /// Number of modes below the band of the periodogram. A short record has more, because it needs a periodogram only for
+    /// lines.
     #[must_use]
     pub(crate) fn low_modes(&self) -> usize {
         self.modes.len().min(self.blocks / MODES)

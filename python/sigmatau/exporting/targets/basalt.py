@@ -23,8 +23,8 @@ _ROWS = (
     ("accel_bias_std", "accel", "K", "m/s^3/sqrt(Hz)"),
     ("gyro_bias_std", "gyro", "K", "rad/s^2/sqrt(Hz)"),
 )
-# Weights of the priors of the first biases. The code takes that of the accelerometer for the gyro and vice versa:
-# sqrt_keypoint_vio.cpp puts vio_init_ba_weight on states 9 to 11, which are the bias of the gyros.
+# Weights of the priors of the first biases. Basalt exchanges them: sqrt_keypoint_vio.cpp puts vio_init_ba_weight on
+# states 9 to 11, which are the bias of the gyros.
 _PRIORS = (("gyro", "config.vio_init_ba_weight"), ("accel", "config.vio_init_bg_weight"))
 
 

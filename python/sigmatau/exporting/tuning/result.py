@@ -218,7 +218,7 @@ class Tuning(Printed):
 
     @property
     def mean(self) -> float:
-        """Mean of the normalised innovations; of several measurements the one farthest from 0. [1]"""
+        """Mean of the normalised innovations; with several measurements, the mean that is farthest from 0. [1]"""
         return max(self.means, key=abs)
 
     @property

@@ -189,7 +189,7 @@ def _one_temperature(streams: list[Stream]) -> list[Stream]:
 def options_for_table(table: Table, tables: Sequence[Table], options: Options) -> Options:
     """Remove the units, scales, offsets and rates of sensors that only other tables have.
 
-    Of two topics of one device, each is read for the sensor in its name.
+    If a device has two topics, each is read for the sensor in its name.
     """
     if len(tables) == 1:
         return options
@@ -218,7 +218,7 @@ def options_for_table(table: Table, tables: Sequence[Table], options: Options) -
 
 
 def _named_sensors(table: Table) -> set[str]:
-    """The sensor that is named by the word that all rows of a table have."""
+    """Find the sensor whose name is the same word in all rows of a table."""
     sensor = None if table.kind is None else find_sensor(table.kind.label)
     return set() if sensor is None else {sensor}
 

@@ -43,7 +43,7 @@ COMPARED = {"unit": "run", "run": "unit", "axis": "result"}
 
 
 def overview(comparison: RunComparison) -> str:
-    """What varies, and by how much, on one screen. Unused results are not included."""
+    """A summary of the variation between runs, for one screen. Unused results are not included."""
     lines = _single_group(comparison) if len(comparison.groups) == 1 else _many_groups(comparison)
     return lines_text(line for line in lines)
 
@@ -191,7 +191,9 @@ def _mean_text(effects: RandomEffects, size: float) -> str:
 
 
 def _spread(label: Label, effects: RandomEffects) -> tuple[str, str, str]:
-    """STD, spread between runs, and half of the prediction interval, in per cent; of a signed term of its mean."""
+    """STD, spread between runs, and half of the prediction interval, in per cent; for a signed term, relative to its
+    mean.
+    """
     if effects.std is None or effects.tau is None:
         return "", "", ""
     scale = 1.0 if label.term not in SIGNED else abs(effects.mean)

@@ -35,7 +35,7 @@ _PEAKS = 4
 # each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than 10⁻⁵ of the
 # records.
 _STEP_SPREADS = 7.0
-# Windows in the factor 1 + few_windows/n on the distance. [1] Measured: see `_STEP_SPREADS`.
+# Number of windows in the factor 1 + 12/n of the distance. [1] Measured: see `_STEP_SPREADS`.
 FEW_WINDOWS = 12.0
 # The same distance across a gap, where there is one difference instead of the largest of n. [1] Measured: 4500 records
 # of white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
@@ -217,7 +217,9 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
 
 
 def _change(half: Floats, a: int, b: int) -> float:
-    """Change of the median of six half windows from those before `a` to those from `b` on; NaN if one side has one only."""
+    """Change of the median, from the six half windows before `a` to those from `b` on; NaN if one side has only one half
+    window.
+    """
     before = present(half[max(a - _HALF_WINDOWS, 0) : a])
     after = present(half[b : b + _HALF_WINDOWS])
     return median(after) - median(before) if min(len(before), len(after)) > 1 else math.nan
@@ -237,7 +239,7 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
             continue
         judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (LEAST_WINDOWS + 2))
         if judged_lag < 2 or lag > _LONGER * judged_lag:
-            continue  # too long for a distribution of others
+            continue  # too long for a distribution from other differences
         usual = window[judged_lag:] - window[:-judged_lag]
         judged = _departures(stream, channel, usual, _GAP_SPREADS, apart=judged_lag)
         if judged is None:
@@ -303,7 +305,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
         if judged is None:
             break
         distances, spread, limit = judged
-        # Beside what goes away half of it shows with the opposite sign.
+        # Half of an excursion also appears beside it, with the opposite sign.
         places = np.flatnonzero(distances > max(limit, _PART_OF_FARTHEST * float(np.nanmax(distances))))
         for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
             k = int(group[np.argmax(distances[group])])

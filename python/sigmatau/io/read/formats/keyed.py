@@ -97,7 +97,8 @@ def find_records(head: bytes) -> Records | None:
             alike += 1
         if alike >= LEAST_RECORDS and any(PAIR.search(lines[k]) for _, k in tail[-count:]):
             texts = [skeleton for skeleton, _ in tail]
-            # Matching lines above these are records too, and lines between records are damage, not a text above them.
+            # Matching lines above these are records too. Lines between records are damage, and not a text above the
+            # records.
             start = next(k for k in range(len(tail)) if texts[k : k + count] == cycle)
             if count > 1:
                 start = find_start(lines, tail, start, count)

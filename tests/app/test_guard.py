@@ -2,6 +2,7 @@
 
 import pytest
 
+from sigmatau.app.answers import CallError
 from sigmatau.app.guard import HEADERS, MAX_BODY
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
@@ -122,6 +123,19 @@ def test_large_uploads_leave_nothing(client, workbench):
         assert answer.status_code == 413
         assert answer.json()["error"]["code"] == "size"
     assert not any(path.stat().st_size > 100_000 for path in workbench.uploads._folder.iterdir())
+
+
+def test_uploads_share_their_room(workbench):
+    """Those that are coming too: many at once do not have more than one after the other."""
+    uploads = workbench.uploads
+    first, second = (uploads.begin("a.csv")[0] for _ in range(2))
+    room = uploads.room()
+    uploads.receive(first, room // 2 + 1)
+    with pytest.raises(CallError, match="too large"):
+        uploads.receive(second, room // 2 + 1)
+    for id_ in (first, second):
+        uploads.end(id_, None)
+    assert uploads.room() == room
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import secrets
 import shutil
@@ -82,6 +81,7 @@ class Uploads:
         self.limit = limit
         self._folder: Path | None = None
         self._files: dict[str, Upload] = {}
+        self._coming: dict[str, int] = {}  # bytes so far of files that are being sent
 
     def begin(self, name: str) -> tuple[str, str, Path]:
         """Identifier, shown name, and place of a file that is about to be sent."""
@@ -93,13 +93,23 @@ class Uploads:
         return id_, shown, self._folder / f"{secrets.token_hex(8)}{ending[0] if ending else ''}"
 
     def room(self) -> int:
-        """Bytes that another file may have."""
+        """Bytes that may still be sent."""
         free = shutil.disk_usage(self._folder or tempfile.gettempdir()).free
-        return min(self.limit - sum(file.size for file in self._files.values()), free // 2)
+        sizes = (*(file.size for file in self._files.values()), *self._coming.values())
+        return min(self.limit - sum(sizes), free // 2)
 
-    def add(self, id_: str, upload: Upload) -> None:
-        """Keep a file that was sent."""
-        self._files[id_] = upload
+    def receive(self, id_: str, size: int) -> None:
+        """Count a part of a file that is being sent; raises `CallError` if there is no room for it."""
+        room = self.room()
+        if size > room:
+            raise too_large(self._coming.get(id_, 0) + room)
+        self._coming[id_] = self._coming.get(id_, 0) + size
+
+    def end(self, id_: str, upload: Upload | None) -> None:
+        """Keep a file that was sent, or forget one that was not."""
+        self._coming.pop(id_, None)
+        if upload is not None:
+            self._files[id_] = upload
 
     def find(self, id_: object) -> Upload:
         """The file of an identifier; raises `CallError`."""
@@ -123,8 +133,3 @@ def too_large(limit: int) -> CallError:
     size = f"{limit / 1e6:.0f} MB" if limit > 0 else "nothing"
     message = f"the file is too large to upload ({size} left); start sigmatau app with its folder, and choose it there"
     return CallError({"message": message, "hint": None, "code": "size"})
-
-
-def same_name(path: Path) -> str:
-    """A path as it is shown: bytes that are not UTF-8 as escapes."""
-    return os.fsencode(path).decode(errors="backslashreplace")

@@ -19,7 +19,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from sigmatau.app.answers import CallError, error_answer, failed_answer, file_answer, json_answer, missing, text_answer
-from sigmatau.app.files import Roots, Upload, Uploads, too_large
+from sigmatau.app.files import Roots, Upload, Uploads
 from sigmatau.app.guard import TooLargeError
 from sigmatau.app.jobs import Jobs, Result, Results
 from sigmatau.app.workers import Workers
@@ -123,18 +123,18 @@ class Workbench:
     async def upload(self, request: Request) -> Response:
         """Keep the body as a file until the end."""
         id_, name, path = self.uploads.begin(request.query_params.get("name", ""))
-        room, size = self.uploads.room(), 0
+        size, upload = 0, None
         try:
             with path.open("xb") as file:
                 async for part in request.stream():
+                    self.uploads.receive(id_, len(part))
                     size += len(part)
-                    if size > room:
-                        raise too_large(room)
                     await run_in_threadpool(file.write, part)
-        except BaseException:
-            path.unlink(missing_ok=True)
-            raise
-        self.uploads.add(id_, Upload(name=name, path=path, size=size))
+            upload = Upload(name=name, path=path, size=size)
+        finally:
+            self.uploads.end(id_, upload)
+            if upload is None:
+                path.unlink(missing_ok=True)
         return json_answer({"file": id_, "name": name, "bytes": size})
 
     async def remove_upload(self, request: Request) -> Response:

@@ -51,10 +51,13 @@ def with_config(words: Sequence[str]) -> list[str]:
     if words[:1] != ["analyze"] or (file := _config_file(words)) is None:
         return list(words)
     from sigmatau.typed.config import LOG, option_words
+    from sigmatau.typed.forms import spelled
 
     typed = {word.partition("=")[0] for word in words if word.startswith("--")}
     table, _ = _read_config(file)
-    options = {key: value for key, value in table.items() if key != LOG and f"--{key.replace('_', '-')}" not in typed}
+    options = {
+        key: value for key, value in table.items() if key != LOG and f"--{spelled(key.replace('-', '_'))}" not in typed
+    }
     end = words.index("--") if "--" in words else len(words)
     return [*words[:end], *option_words(options), *words[end:]]
 

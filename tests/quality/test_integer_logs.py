@@ -10,8 +10,8 @@ from sigmatau.quality.check import examine
 from sigmatau.quality.samples.common import longest_of_tail
 from sigmatau.quality.selection.exclusion import from_the_start
 
-LOGS = 25  # a kind: 200 in all
-FALSE = ("saturation", "interpolated", "stuck_samples")
+LOGS = 12  # a kind: 96 in all
+FALSE = ("saturation", "interpolated", "stuck_samples", "copied_stretch")
 PSINS = {
     "rate": 100,
     "channels": {"gyro": "1:3", "accel": "4:6"},

@@ -6,7 +6,7 @@ import pytest
 from known import seed_of
 from sigmatau import NoiseModel, Record, analyze, simulate
 
-RECORDS = 50
+RECORDS = 30
 
 
 def test_of_what_was_analysed():

@@ -12,7 +12,7 @@ import sigmatau as st
 from known import seed_of
 from sigmatau.findings.fit import BeyondClass
 
-RECORDS = 6
+RECORDS = 4
 
 
 def verdicts(kind, sensors):

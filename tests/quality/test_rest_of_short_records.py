@@ -32,26 +32,26 @@ def still(seconds, *, rate=100.0, name="still", **parts):
 @pytest.mark.parametrize("kind", MOTIONS)
 def test_windows_of_moving_records(kind):
     """Windows of 3 to 20 s in which a gyro swings by 6 deg/s: none is at rest."""
-    counts = sum((Counter(one) for one in of_windows(seed_of(f"windows {kind}"), kind, 3).values()), Counter())
+    counts = sum((Counter(one) for one in of_windows(seed_of(f"windows {kind}"), kind, 2).values()), Counter())
     assert not [one for one in AT_REST if counts[one]]
     if kind != "ship":  # which seldom swings as fast
-        assert counts["not_at_rest"] > 10
+        assert counts["not_at_rest"] > 6
 
 
 def test_windows_of_real_records(field_data):
-    """Each third window of the study."""
-    counts = {name: sum(by_length.values(), Counter()) for name, by_length in of_real(field_data, stride=3).items()}
+    """Each sixth window of the study."""
+    counts = {name: sum(by_length.values(), Counter()) for name, by_length in of_real(field_data, stride=6).items()}
     if not counts:
         pytest.skip("no moving records")
     assert {name: count for name, count in counts.items() if count["at_rest"] or count["partly_at_rest"]} == {}
-    assert sum(count["not_at_rest"] for count in counts.values()) > 70
+    assert sum(count["not_at_rest"] for count in counts.values()) > 35
 
 
 @pytest.mark.parametrize("grade", CLASSES)
 def test_clean_records(grade):
-    """At most 0.5 % of 2016 are refused in the study; none of six here."""
+    """At most 0.5 % of 2016 are refused in the study; none of three here."""
     rng = np.random.default_rng(seed_of(f"clean {grade}"))
-    assert {verdict(clean(int(rng.integers(1 << 62)), grade)).verdict for _ in range(6)} == {"at_rest"}
+    assert {verdict(clean(int(rng.integers(1 << 62)), grade)).verdict for _ in range(3)} == {"at_rest"}
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ class TestTooShort:
 @pytest.mark.parametrize("sensors", ["both", "gyro"])
 def test_a_phone_held_still(sensors):
     """Its tremor has the random walk of a bad gyro, 7 to 16 deg/√h, and is white beside its peak."""
-    for k in range(5):
+    for k in range(3):
         found = verdict(held(seed_of(f"held {sensors} {k}"), seconds=30, sensors=sensors))
         assert found.verdict == "not_at_rest"
 

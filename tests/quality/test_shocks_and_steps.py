@@ -73,12 +73,12 @@ def test_tilt_is_found_where_it_is(at, size):
 
 
 def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
-    """K² + Δ²/T: as the Allan variance says, on average over 40 records."""
+    """K² + Δ²/T: as the Allan variance says, on average over 20 records."""
     walk, white_noise, step, duration, rate = 2e-4, 1e-3, 0.03, 4000.0, 10.0
     model = NoiseModel(channels={"accel_x": {"random_walk": white_noise, "rate_random_walk": walk}})
     m = 2000  # 200 s
     measured = []
-    for k in range(40):
+    for k in range(20):
         record = simulate(model, duration=duration, rate=rate, rng=seed_of(f"tilted {k}") % 2**60)
         x = np.array(record.streams[0].column("accel_x"))
         y = x.copy()
@@ -88,7 +88,7 @@ def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
         curves = allan(Record.from_arrays(rate=rate, a=x, b=y), taus=[m / rate])
         measured.append(3 * float(curves["b"].avar[0] - curves["a"].avar[0]) * rate / m)
         assert finding.details.added_walk == pytest.approx(finding.size / math.sqrt(duration))
-    error = np.std(measured, ddof=1) / math.sqrt(40)
+    error = np.std(measured, ddof=1) / math.sqrt(20)
     # Of T - 2τ starts of pairs: a little more than Δ²/T.
     assert abs(np.mean(measured) - step**2 / (duration - 2 * m / rate)) < 3 * error
 
@@ -97,7 +97,7 @@ def test_a_tilt_adds_its_square_over_the_length_to_the_rate_random_walk():
 def test_each_term_alone_is_static(term):
     """A pure rate random walk and pure flicker noise above all, which wander."""
     model = NoiseModel(channels={f"accel_{axis}": {term: 1e-3} for axis in "xyz"})
-    for k in range(8):
+    for k in range(4):
         record = simulate(model, duration=2000.0, rate=20, rng=seed_of(f"{term} {k}") % 2**60)
         assert at_rest(record.streams[0])
 

@@ -58,10 +58,10 @@ def test_planted_spikes_are_found_where_they_are(width, height):
     assert not np.any(inner & ~found)
 
 
-def test_no_spike_in_white_noise_of_ten_million_samples():
+def test_no_spike_in_white_noise_of_four_million_samples():
     """Less than 0.001 false spikes a record, whatever its length."""
-    rng = np.random.default_rng(seed_of("ten million"))
-    assert sum(int(find_spikes(rng.normal(size=1_000_000)).sum()) for _ in range(10)) == 0
+    rng = np.random.default_rng(seed_of("four million"))
+    assert sum(int(find_spikes(rng.normal(size=1_000_000)).sum()) for _ in range(4)) == 0
 
 
 @pytest.mark.parametrize("n", [1_000, 1_000_000, 100_000_000, 10_000_000_000])
@@ -87,7 +87,7 @@ def test_coarse_steps_are_no_spikes(step, phase):
     assert not find_spikes(x).any()
 
 
-@pytest.mark.parametrize("k", range(12))
+@pytest.mark.parametrize("k", range(6))
 def test_mixtures_of_all_terms_have_none(k):
     rng = np.random.default_rng(seed_of(f"mixture {k}"))
     model = NoiseModel(channels={"gyro_x": mixture(rng, tau0=0.01, duration=2000.0)})
@@ -99,9 +99,9 @@ def test_mixtures_of_all_terms_have_none(k):
 
 
 FILTERS = {
-    **{f"order {k}, {f} Hz": butter(k, f / 50, output="sos") for k in (1, 2, 3, 4) for f in (0.3, 1, 3, 10, 20)},
-    **{f"mean of {k}": (np.ones(k) / k, [1.0]) for k in (2, 5, 20, 60, 200)},
-    **{f"exponential, {t} s": ([1.0], [1, -np.exp(-1 / RATE / t)]) for t in (0.02, 0.1, 0.5, 2)},
+    **{f"order {k}, {f} Hz": butter(k, f / 50, output="sos") for k in (1, 2, 4) for f in (0.3, 1, 3, 20)},
+    **{f"mean of {k}": (np.ones(k) / k, [1.0]) for k in (2, 20, 200)},
+    **{f"exponential, {t} s": ([1.0], [1, -np.exp(-1 / RATE / t)]) for t in (0.02, 0.5)},
 }
 
 

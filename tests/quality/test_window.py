@@ -173,7 +173,7 @@ class TestSelectionBias:
         """The whole way with samples and `most_stable` itself, against the simulation of block means alone."""
         rng = np.random.default_rng(seed_of("against samples"))
         model = NoiseModel(channels={"gyro_x": MODELS["N, B, K"]})
-        sizes, records, rows = np.array([120, 600, 1200]), 300, []
+        sizes, records, rows = np.array([120, 600, 1200]), 150, []
         for _ in range(records):
             chosen, _ = most_stable(simulate(model, duration=9600, rate=0.5, rng=rng), 4800.0)
             rows.append(allan(chosen, taus=sizes, threads=1)["gyro_x"].avar)

@@ -30,6 +30,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import NOISE, SLOW
 from sigmatau.record.streams import Stream
+from sigmatau.results import plain
 
 AVERAGES = (10.0, 100.0)
 """Averaging times that are computed. [s]"""
@@ -84,15 +85,8 @@ class MeanStability:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values; an interval only if there is one."""
-        interval = {"low": self.low, "high": self.high, "edf": self.edf}
-        return {
-            "average_s": self.average,
-            "means": self.means,
-            "value": self.value,
-            **{key: value for key, value in interval.items() if value is not None},
-            "level": self.level,
-            "unit": self.unit,
-        }
+        values = plain(self, "average_s=average means value low high edf level unit")
+        return {key: value for key, value in values.items() if value is not None}
 
 
 def mean_stability(

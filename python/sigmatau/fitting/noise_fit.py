@@ -327,18 +327,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
             terms["resonance"] = self.resonance
             fields += " filter=response warm_up regressors highest_hz=highest"
             fields += " alike_from_s=alike_from alike_sigma second discrepancy"
-        extra: dict[str, Any] = {"runs_s": self.runs} if self.runs else {}
-        if self.adjustments:
-            extra["adjustments"] = self.adjustments
-        if self.reasons:
-            extra["reasons"] = self.reasons
-        return plain(
-            self,
-            fields,
-            terms=terms,
-            covariance=self.covariance,
-            **extra,
-        )
+        seldom: dict[str, Any] = {"runs_s": self.runs, "adjustments": self.adjustments, "reasons": self.reasons}
+        seldom = {key: value for key, value in seldom.items() if value}
+        return plain(self, fields, terms=terms, covariance=self.covariance, **seldom)
 
     def _term_to_dict(self, name: str, ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, Any]:
         term = self.terms[name]

@@ -97,14 +97,5 @@ class FittedFilter:
         """Plain values in SI."""
         like = None if self.low_pass is None else plain(self.low_pass, "order corner_hz=corner")
         fields = plain(self, "shape order corner_hz=corner low_hz=low high_hz=high coefficients interval_s=interval")
-        extra = {
-            key: value
-            for key, value in (
-                ("known_to_hz", self.known_to),
-                ("damping", self.damping),
-                ("analog", self.analog or None),
-                ("of_white", self.of_white or None),
-            )
-            if value is not None
-        }
-        return {**fields, "low_pass": like, **extra}
+        extra = plain(self, "known_to_hz=known_to damping analog of_white")
+        return {**fields, "low_pass": like, **{k: v for k, v in extra.items() if v is not None and v is not False}}

@@ -3,7 +3,7 @@
 import "./paper.js";
 import { drop, forget } from "./frame.js";
 import { make } from "./page.js";
-import { about, config, result as fetchResult } from "./api.js";
+import { about, config, files, result as fetchResult } from "./api.js";
 import { announce, button, byId, copy, errorBox } from "./dom.js";
 import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
 import { showOpen } from "./open_view.js";
@@ -170,7 +170,9 @@ addEventListener("hashchange", restore);
 try {
   session.about = await about();
   showState();
-  await (session.about.open && !location.hash ? opened({ source: { path: session.about.open.path ?? session.about.open }, name: String(session.about.open.path ?? session.about.open).split(/[\\/]/).pop() }) : restore());
+  const named = location.hash ? [] : (await files()).entries;
+  if (named.length === 1 && named[0].kind !== "folder") await opened({ source: { path: named[0].path }, name: named[0].name }); // sigmatau app LOG
+  else await restore();
 } catch (error) {
   view.replaceChildren(errorBox(error));
 }

@@ -16,15 +16,14 @@ export function pairsOf(value) {
 }
 
 /** Use a column as a channel, or not at all; the other columns stay what they are. */
-export function assign(columns, number, channel) {
+export function assign(columns, changed, channel) {
   const channels = {};
   for (const column of columns) {
-    const name = column.number === number ? channel : column.channel;
-    if (name && (column.number === number || name !== channel)) channels[name] = column.number;
+    const name = column === changed ? channel : column.channel;
+    if (name && (column === changed || name !== channel)) channels[name] ??= column.number;
   }
   const units = pairsOf(session.options.unit);
-  for (const column of columns) // units that the file states go with the column, those that were given go with the channel
-    if (column.number === number && column.channel && column.channel !== channel) delete units[column.channel];
+  if (changed.channel && changed.channel !== channel) delete units[changed.channel]; // it was of the other use
   setOptions({ channels, unit: units });
 }
 

@@ -129,7 +129,7 @@ function columnRow(column, columns, rate) {
   const cell = (label, ...children) => { const made = make("td", {}, ...children); made.dataset.label = label; return made; };
   return make("tr", { className: column.channel ? "" : "unused" },
     cell("#", String(column.number)),
-    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`)),
+    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`), ...(column.topic && columns.some((one) => one.topic !== column.topic) ? [make("small", { className: "topic" }, bdi(column.topic))] : [])),
     cell("First values", bdi((column.values ?? []).slice(0, 2).map(shown).join(", "))),
     cell("Values", sparkline(column.spark ?? [], `Values of ${column.name}`)),
     cell("Use as", roleChoice(column, columns)),
@@ -141,8 +141,8 @@ function roleChoice(column, columns) {
   const entries = [["", "not used"], ...COMMON.map((name) => [name, name.replace("_", " ")])];
   if (column.channel && !COMMON.includes(column.channel)) entries.push([column.channel, column.channel.replace(/^(gyro|accel)_/, "$1 ")]);
   entries.push([SIGNAL, "another signal"]);
-  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column.number, value === SIGNAL ? signalName(column) : value));
-  select.dataset.focus = `role-${column.number}`;
+  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column, value === SIGNAL ? signalName(column) : value));
+  select.dataset.focus = `role-${columns.indexOf(column)}`;
   return select;
 }
 
@@ -151,7 +151,7 @@ function unitField(column, columns) {
   const input = make("input", { type: "text", size: 8, value: column.unit ?? "", ariaLabel: `Unit of ${column.channel}`, placeholder: "missing", className: column.unit ? "" : "wanted" });
   if (UNITS[sensor]) input.setAttribute("list", `units-${sensor}`);
   input.onchange = debounce(() => setUnit(columns, column, input.value), 0);
-  input.dataset.focus = `unit-${column.number}`;
+  input.dataset.focus = `unit-${columns.indexOf(column)}`;
   const how = { stated: "stated", given: "given by you", guessed: "guessed", missing: "missing" }[column.unit_how];
   return make("span", { className: "unit" }, input, ...(how ? [make("small", {}, how)] : []));
 }

@@ -342,3 +342,15 @@ def test_two_topics(page, folder):
     }
     assert opened["columns"][0]["values"][0] == int(float(stamps[0]))
     assert [topic["chosen"] for topic in opened["topics"]] == [True, True]
+
+
+def test_gaps_of_one_column_are_remarked(page, folder):
+    lines = write_log(folder / "gaps.csv").read_text().splitlines()
+    for row in (100, 101, 500):
+        cells = lines[row].split(",")
+        lines[row] = ",".join([*cells[:2], "", *cells[3:]])
+    (folder / "gaps.csv").write_text("\n".join(lines))
+    columns = page.post("api/open", path=str(folder / "gaps.csv")).json()["columns"]
+    assert (columns[2]["missing"], columns[2]["gaps"]) == (3, 2)
+    assert "missing" in columns[2]["remark"]
+    assert columns[3]["remark"] is None

@@ -140,6 +140,7 @@ def _shown_table(contents: Inspection) -> TableInfo:
 def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any]) -> list[dict[str, Any]]:
     channels = {place: channel for channel, place in info.places.items()}
     channels = channels or {k: column.channel for k, column in enumerate(info.columns) if column.channel}
+    remarks = {each.channels[0]: _finding(each)["text"] for each in info.findings if len(each.channels) == 1}
     rows = []
     for k, column in enumerate(info.columns[:_MOST_COLUMNS]):
         channel = channels.get(k)
@@ -170,7 +171,7 @@ def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any])
                 "unit_si": None if stream is None else stream.unit,
                 "rate_hz": None if stream is None else number(stream.grid.rate, 9),
                 **_summary(summary),
-                "remark": None,
+                "remark": remarks.get(channel or ""),
             }
         )
     return rows

@@ -1,5 +1,6 @@
 """Records in pieces against records as a whole; what a stream refuses; records that do not fit."""
 
+import copy
 import itertools
 
 import numpy as np
@@ -73,10 +74,11 @@ class TestAgainstTheWholeRecord:
             assert curve.n_pairs.tolist() == whole[channel].n_pairs.tolist()
         assert parts[0].n == 300_000
 
-    def test_a_copy_goes_its_own_way(self):
+    @pytest.mark.parametrize("make", [Accumulator.copy, copy.copy, copy.deepcopy])
+    def test_a_copy_goes_its_own_way(self, make):
         y = rates(2000)
         stream = pushed([y[:1000]])
-        twin = stream.copy()
+        twin = make(stream)
         stream.push(y[1000:])
         assert (twin.n, stream.n) == (1000, 2000)
         twin.push(y[1000:])
@@ -223,17 +225,6 @@ def test_strides_lose_less_than_a_thousandth(m):
         assert -1e-3 < loss(term, m, 64, 1_000_000) < 1e-3, term
     # Of quantization noise all but every 64th term is lost.
     assert loss("quantization", m, 64, 1_000_000) == pytest.approx(63, rel=0.01)
-
-
-def test_copies_are_their_own():
-    import copy
-
-    one = Accumulator("a", rate=1)
-    one.push(np.arange(100.0))
-    for make in (copy.copy, copy.deepcopy, Accumulator.copy):
-        other = make(one)
-        other.push(np.arange(100.0))
-        assert (one.n, other.n) == (100, 200)
 
 
 def test_what_is_no_sample():

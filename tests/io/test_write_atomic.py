@@ -36,6 +36,17 @@ def test_a_symbolic_link_is_followed(tmp_path):
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["kept", "real.json", "result.json"]
 
 
+def test_nothing_is_left_of_a_failed_write(tmp_path):
+    def fail():
+        with atomic(tmp_path / "a.txt") as path:
+            path.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
 @needs_locks
 @pytest.mark.parametrize("name", ["log.csv", "log.npz", "log[1].npy"])
 def test_the_next_run_removes_what_a_killed_one_left(tmp_path, name):

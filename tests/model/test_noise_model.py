@@ -62,9 +62,7 @@ def test_correlations_that_contradict():
 
 WRONG = {
     "nan": ('[channels.gyro_x]\nrandom_walk = "nan deg/√h"', ["gyro_x", "random_walk"]),
-    "infinite": ('[channels.gyro_x]\nrandom_walk = "1e999 deg/√h"', ["gyro_x", "random_walk"]),
     "bool": ("[channels.gyro_x]\nrandom_walk = true", ["gyro_x", "random_walk"]),
-    "bare number": ("[channels.gyro_x]\nrandom_walk = 1.0", ["gyro_x", "random_walk", "unit"]),
     "list": ("[channels.gyro_x]\nbias_instability = [[1]]", ["gyro_x", "bias_instability"]),
     "table": ("[channels.gyro_x.gauss_markov.a.b]\nc = 1", ["gyro_x", "gauss_markov"]),
     "bool order": (
@@ -72,7 +70,6 @@ WRONG = {
         ["gyro_x", "order"],
     ),
     "no side": ('[channels.gyro_x]\nnoise_density = "1 mdps/√Hz"', ["gyro_x", "noise_density", "sided"]),
-    "empty": ("", ["no channel"]),
     "deep": ("a = " + "[" * 100_000, []),
     "channels is a number": ("channels = 3", ["channels"]),
     "correlation is text": (

@@ -5,7 +5,14 @@ import pytest
 
 import known
 from sigmatau import NoiseModel, allan, simulate
+from sigmatau.noise.terms import avar
 from sigmatau.noise.uncertainty import avar_covariance, chi2_factors, degrees_of_freedom, percentage_error
+
+
+def curves_of(terms, count, *, taus="octave", **run):
+    """Of many records, which are the channels of one: it is made at once."""
+    model = NoiseModel(channels={f"gyro_{k}": terms for k in range(count)})
+    return list(allan(simulate(model, **run), taus=taus).values())
 
 
 @pytest.mark.parametrize(
@@ -66,12 +73,9 @@ def test_scatter_of_simulated_records():
         "rate_random_walk": 4e-3,
         "rate_ramp": 1e-3,
     }
-    model, records = NoiseModel(channels={"gyro_x": coefficients}), 600
-    rng = np.random.default_rng(known.seed_of("scatter of simulated records"))
-    curves = [
-        allan(simulate(model, duration=40.96, rate=25, rng=rng), taus="octave", threads=1)["gyro_x"]
-        for _ in range(records)
-    ]
+    records = 600
+    seed = known.seed_of("scatter of simulated records")
+    curves = curves_of(coefficients, records, duration=40.96, rate=25, rng=seed)
     m = curves[0].m[:8]
     expected = avar_covariance(coefficients, n=1024, m=m, tau0=0.04)
     got = np.cov(np.array([c.avar[:8] for c in curves]).T)
@@ -119,11 +123,10 @@ class TestChi2:
         """95 % by the exact degrees of freedom, at a tenth and a quarter of the record; eq. (26) at a quarter does not."""
         n, m, count = 1024, np.array([102, 256]), 400
         low, high = chi2_factors(degrees_of_freedom({term: 1.0}, n=n, m=m, tau0=1.0))
-        model = NoiseModel(channels={"gyro_x": {term: 1.0}})
-        truth = np.sqrt(model.avar("gyro_x", m=m, tau0=1.0))
-        rng = np.random.default_rng(known.seed_of(f"chi2 coverage {term}"))
-        records = (simulate(model, duration=n, rate=1, rng=rng) for _ in range(count))
-        ratio = np.array([allan(record, taus=m, threads=1)["gyro_x"].adev / truth for record in records])
+        truth = np.sqrt(avar(term, 1.0, m=m, tau0=1.0))
+        seed = known.seed_of(f"chi2 coverage {term}")
+        curves = curves_of({term: 1.0}, count, taus=m, duration=n, rate=1, rng=seed)
+        ratio = np.array([curve.adev / truth for curve in curves])
         covered = np.mean((ratio * low <= 1) & (ratio * high >= 1), axis=0)
         # Limits of docs/study/intervals.md, to 3 standard errors.
         error = 3 * np.sqrt(0.05 * 0.95 / count)

@@ -87,7 +87,9 @@ class TestLaws:
     def spectra(self, method, per_octave, k):
         for row in related(method):
             shown = row[k] if per_octave is None else row[k].binned(per_octave=per_octave)
-            yield shown, (shown.frequency > 2 * row[k].resolution) & (shown.frequency < 45)
+            there = (shown.frequency > 2 * row[k].resolution) & (shown.frequency < 45)
+            # Neighbours of many tapers are alike: every fourth says as much, in a quarter of the time.
+            yield shown, np.flatnonzero(there)[:: 4 if (method, per_octave) == ("multitaper", None) else 1]
 
     def test_intervals(self, method, per_octave):
         # In bands the turning phase lessens the coherence, and every interval is wider than need be.

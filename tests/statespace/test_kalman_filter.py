@@ -13,7 +13,7 @@ from sigmatau.statespace.state_space import state_space
 DT = 0.1
 STEPS, RECORDS = 600, 300
 SETTLED = 100
-"""RepeatedStep after which the level at the start, which records begin with at 0 and the model as stationary, is known."""
+"""Steps after which the level at the start, which records begin with at 0 and the model as stationary, is known."""
 
 FIVE = {"quantization": 3e-4, "random_walk": 2e-4, "bias_instability": 2e-3, "rate_random_walk": 5e-4}
 
@@ -42,16 +42,15 @@ def mean_nis(system, y):
 
 
 def records(terms, name):
-    rng = np.random.default_rng(seed_of(name))
-    model = NoiseModel(channels={"gyro_x": terms})
-    return np.array(
-        [simulate(model, duration=STEPS * DT, rate=1 / DT, rng=rng).streams[0].column("gyro_x") for _ in range(RECORDS)]
-    )
+    """As channels of one record, which is made at once."""
+    model = NoiseModel(channels={f"gyro_{k}": terms for k in range(RECORDS)})
+    (stream,) = simulate(model, duration=STEPS * DT, rate=1 / DT, rng=seed_of(name)).streams
+    return np.array([stream.column(channel) for channel in stream.channels])
 
 
 def interval(count):
     """99 % of the mean of so many squares of standard normal numbers."""
-    return stats.chi2.interval(0.99, count)[0] / count, stats.chi2.interval(0.99, count)[1] / count
+    return np.array(stats.chi2.interval(0.99, count)) / count
 
 
 def as_measured(y, output):

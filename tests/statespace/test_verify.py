@@ -25,13 +25,9 @@ def curve_of(y):
 
 
 def simulated(terms, name, *, n=4096, records=RECORDS):
-    """Curves of records with the given terms."""
-    rng = np.random.default_rng(seed_of(name))
-    model = NoiseModel(channels={"gyro_x": terms})
-    return [
-        allan(simulate(model, duration=n / RATE, rate=RATE, rng=rng), taus="octave", threads=1)["gyro_x"]
-        for _ in range(records)
-    ]
+    """Curves of records with the given terms; the records are channels of one, which is made at once."""
+    model = NoiseModel(channels={f"gyro_{k}": terms for k in range(records)})
+    return list(allan(simulate(model, duration=n / RATE, rate=RATE, rng=seed_of(name)), taus="octave").values())
 
 
 def assert_uniform(p):
@@ -117,6 +113,20 @@ def test_covariance_behind_a_first_order_filter():
     np.testing.assert_allclose(found / np.outer(sd, sd), expected / np.outer(sd, sd), atol=1e-3)  # the kernels' 1e-3
 
 
+def over_all_lags(product, n, sizes, tau0):
+    """Covariances of variances, summed over all lags: `product` of the covariances of second differences, and of a mean."""
+    expected = np.zeros((len(sizes), len(sizes)))
+    for i, a in enumerate(sizes):
+        for j, b in enumerate(sizes):
+            first, second = n - 2 * a + 1, n - 2 * b + 1
+            lag = np.arange(1 - first, second)
+            pairs = np.minimum(first, second - lag) - np.maximum(0, -lag)
+            ends = [(x * y, lag + q * b - p * a) for p, x in enumerate((1, -2, 1)) for q, y in enumerate((1, -2, 1))]
+            squares, mean = product(lambda phase, ends=ends: sum(w * phase(np.abs(at)) for w, at in ends))
+            expected[i, j] = (pairs * (squares / (a * b * tau0**2) ** 2 + mean)).sum() / (first * second)
+    return expected
+
+
 @pytest.mark.parametrize(("order", "corner"), [(2, 0.5), (9, 0.1), (5, 30.0)])
 def test_covariance_behind_a_filter(order, corner):
     """Against the sum over all lags, beside flicker noise and a ramp."""
@@ -124,10 +134,10 @@ def test_covariance_behind_a_filter(order, corner):
     part = covariances.band_limited(1.0, LowPass(order=order, corner=corner), tau0)
 
     def filtered(lags):
-        return part.phase(lags, tau0)
+        return part.phase(lags.astype(float), tau0)
 
     def beside(lags):
-        return covariances.phase_of_term("bias_instability", 0.3, lags, tau0)
+        return covariances.phase_of_term("bias_instability", 0.3, lags.astype(float), tau0)
 
     found = covariance_with(
         part,
@@ -138,22 +148,12 @@ def test_covariance_behind_a_filter(order, corner):
         ramp=ramp,
         together=np.array([True, True, False, True]),
     )
-    expected = np.zeros_like(found)
-    for i, a in enumerate(sizes):
-        for j, b in enumerate(sizes):
-            first, second = n - 2 * a + 1, n - 2 * b + 1
-            lag = np.arange(1 - first, second)
-            pairs = np.minimum(first, second - lag) - np.maximum(0, -lag)
-            own, other = (
-                sum(
-                    x * y * phase(np.abs(lag + q * b - p * a).astype(float))
-                    for p, x in enumerate((1, -2, 1))
-                    for q, y in enumerate((1, -2, 1))
-                )
-                for phase in (filtered, beside)
-            )
-            whole = (own**2 + 2 * own * other) / (2 * (a * b * tau0**2) ** 2) + ramp**2 * own
-            expected[i, j] = (pairs * whole).sum() / (first * second)
+
+    def product(difference):
+        own, other = difference(filtered), difference(beside)
+        return (own**2 + 2 * own * other) / 2, ramp**2 * own
+
+    expected = over_all_lags(product, n, sizes, tau0)
     sd = np.sqrt(np.diag(expected))
     np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-4)
     assert found[2, 0] == found[2, 3] == 0
@@ -177,15 +177,7 @@ def test_covariance_with_resonances(resonances, off):
         terms={"random_walk": 1e-3, "bias_instability": 1e-4}, resonance=own, bandwidth=LowPass(order=2, corner=8.0)
     )
     phase = model.phase_autocovariance(np.arange(4 * n), tau0=tau0)
-    expected = np.zeros((len(sizes), len(sizes)))
-    for i, a in enumerate(sizes):
-        for j, b in enumerate(sizes):
-            first, second = n - 2 * a + 1, n - 2 * b + 1
-            lag = np.arange(1 - first, second)
-            pairs = np.minimum(first, second - lag) - np.maximum(0, -lag)
-            ends = [(x * y, q * b - p * a) for p, x in enumerate((1, -2, 1)) for q, y in enumerate((1, -2, 1))]
-            c = sum(weight * phase[np.abs(lag + shift)] for weight, shift in ends)
-            expected[i, j] = (pairs * c**2).sum() / (2 * (a * b * tau0**2) ** 2 * first * second)
+    expected = over_all_lags(lambda difference: (difference(lambda lags: phase[lags]) ** 2 / 2, 0.0), n, sizes, tau0)
     sd = np.sqrt(np.diag(expected))
     found = covariance_of_model(model, n=n, m=sizes, tau0=tau0)
     np.testing.assert_allclose(found / np.outer(sd, sd), expected / np.outer(sd, sd), atol=off)

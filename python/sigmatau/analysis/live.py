@@ -30,7 +30,7 @@ class LiveAnalysis:
     """The analysis of the samples of a live log so far."""
 
     def __init__(self, source: str, live: Live, *, at_rest: bool = False) -> None:
-        self.name = "standard input" if source == "-" else source
+        self.name: str = "standard input" if source == "-" else source
         self.live = live
         self.at_rest = at_rest
         self.stretches: LiveStretches | None = None

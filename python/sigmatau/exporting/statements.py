@@ -44,8 +44,8 @@ def omitted_noise(numbers: Numbers, sensor: str, *, written: Collection[str], ha
     `has_turn_on`: whether it has a field for the turn-on bias.
     """
     models = numbers.sensors.get(sensor, {}).values()
-    lacking = (name for name in TERMS if name not in written and any(name in model.terms for model in models))
-    omitted = [TERMS[name].label(next(iter(models)).quantity) for name in lacking]
+    stated = {name for model in models for name in model.terms}.difference(written)
+    omitted = [TERMS[name].label(next(iter(models)).quantity) for name in TERMS if name in stated]
     omitted += ["bandwidth"] if any(model.bandwidth is not None for model in models) else []
     omitted += ["sinusoids"] if any(model.sinusoid for model in models) else []
     omitted += ["turn-on bias"] if not has_turn_on and any(model.turn_on for model in models) else []

@@ -165,7 +165,8 @@ byId("undo").addEventListener("click", undo);
 byId("redo").addEventListener("click", redo);
 byId("copy-command").addEventListener("click", (event) => copy(byId("command").textContent, event.currentTarget));
 addEventListener("keydown", keys);
-addEventListener("hashchange", restore);
+addEventListener("hashchange", () => { if (readFragment()) restore(); });
+document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); view.focus(); }); // a link would replace the state in the address
 
 try {
   session.about = await about();

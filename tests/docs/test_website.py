@@ -100,7 +100,9 @@ def test_the_details_of_every_finding_are_on_the_page():
     )
     assert sorted(re.findall(r"^\.\. describe:: (.*)$", page, flags=re.MULTILINE)) == sorted(explained)
     assert re.search(
-        r"   - ``samples``: int; samples concerned.*\n   - ``share``: float; part of all samples", page, re.IGNORECASE
+        r"   - ``samples``: int; number of samples in these runs.*\n   - ``share``: float; part of all samples",
+        page,
+        re.IGNORECASE,
     )
 
 

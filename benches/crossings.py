@@ -25,8 +25,8 @@ ANALYZE_LIMIT = 1736
 """Crossings of `analyze`, at most: half of what a result that crossed the package as JSON needed, 3472."""
 
 KALIBR_LIMIT = 400
-"""Largest number of crossings of an export of four numbers. There were 697 when a result crossed the package as JSON, and 327
-before the reference filter and the state space shared the steps of linear systems.
+"""Largest number of crossings of an export of four numbers. There were 697 when a result crossed the package as JSON, and
+327 before the reference filter and the state space shared the steps of linear systems.
 """
 
 

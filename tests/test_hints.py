@@ -12,7 +12,9 @@ from sigmatau.hints import Hint, as_arguments, as_options, command, hints_in, sp
 
 PACKAGE = ROOT / "python" / "sigmatau"
 MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
-BELOW_CLI = [name for name in MODULES if not name.startswith("cli/")]
+BELOW_CLI = [name for name in MODULES if not name.startswith(("app/", "cli/", "typed/"))]
+"""Below the faces and the texts that are typed into them."""
+
 OPTION = re.compile(r"(?<![\w-])--[a-z]|(?<=[\s(])--$")
 FOREIGN = {"io/read/formats/text_programs.py": "ros2 topic echo --csv"}
 """Commands of other programs."""

@@ -41,7 +41,7 @@ def test_the_fit_of_a_channel_has_its_values(found):
         assert (named[name].observed, named[name].low, named[name].high) == (term.observed, term.low, term.high)
     assert (named.verdict, named.tau_min, named.tau_max) == (fit.verdict, fit.tau_min, fit.tau_max)
     assert [each.part for each in named.covariance.parameters] == [each.part for each in fit.parameters]
-    assert named.covariance.matrix.tolist() == fit.covariance
+    assert named.covariance.matrix.ravel().tolist() == fit.covariance
 
 
 def test_an_averaging_time_below_one_sample_is_refused():

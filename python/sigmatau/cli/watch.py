@@ -53,13 +53,13 @@ def watch_command(
     serial
         Read a serial port in place of a file: /dev/ttyUSB0, COM3. Needs pyserial.
     baud
-        Speed of the serial port. Default: 115200.
+        Speed of the serial port, number of bits per second. Default: 115200.
     every
         Time between updates, in seconds or with its unit. Default: 2s for the screen, 1min for lines into a pipe or a file.
     idle
         End after this time without input, in seconds or with its unit, 10min. Default: at the end of the input or at Ctrl-C.
     save
-        Also write what arrives to this new file, a log for sigmatau analyze.
+        Write what arrives to this new file, a log for sigmatau analyze.
     plot
         Draw the final curves: .png, .svg or .pdf.
     json

@@ -37,7 +37,7 @@ def outlook(fits: Mapping[str, NoiseFit]) -> str:
     >>> import sigmatau as st
     >>> record = st.simulate(st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}}), duration=600, rate=100, rng=1)
     >>> outlook(st.analyze(record).fits).split(";")[0]
-    'angle random walk ± 1.5 %, enough'
+    'angle random walk ± 0.57 %, enough'
     """
     widths = {channel: width for channel, fitted in fits.items() if (width := _half_width(fitted)) is not None}
     if not widths:

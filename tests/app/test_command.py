@@ -33,8 +33,17 @@ def test_a_page_until_it_is_ended(tmp_path, end, code):
     ("words", "code", "message"),
     [
         (["nothing"], 1, "there is no such file or folder"),
+        (["--nonsense"], 2, "unknown option --nonsense"),
         (["--port", "70000"], 2, "must be a number from 0 to 65535"),
         (["--max-upload", "0"], 2, "must be a positive number of GB"),
+        (["--baud", "9600"], 2, "--baud is for live samples: give --serial PORT too, or -"),
+        (["--save", "new.csv"], 2, "--save is for live samples"),
+        (["--rate", "100"], 2, "--rate is for live samples"),
+        (["--at-rest"], 2, "--at-rest is for live samples"),
+        (["-", "--serial", "/dev/none"], 2, "leave out -"),
+        (["--serial", "/dev/none", "--baud", "0"], 2, "must be a positive number of bits per second"),
+        (["--serial", "/dev/none", "--input", "accumulated"], 2, "accumulated values are for a saved log"),
+        (["--serial", "/dev/none", "--rate", "100"], 1, "the serial port cannot be opened"),
     ],
 )
 def test_wrong_words(words, code, message, capsys):

@@ -1,49 +1,15 @@
 """A workbench that is asked as its page asks: its guard, its routes and its workers."""
 
-import socket
-import threading
-import time
-
 import pytest
 from workbench_logs import write_log
 
 pytest.importorskip("starlette")
-import httpx
-import uvicorn
+from workbench_served import TOKEN, Page, serving
 
 from sigmatau.app.files import Roots
 from sigmatau.app.routes import Workbench
-from sigmatau.app.server import guarded
 
-TOKEN = "a-token-of-the-tests"
 MAX_UPLOAD = 3_000_000
-
-
-class Page:
-    """What a page does: asks below the address, and waits for an analysis."""
-
-    def __init__(self, client, log):
-        self.client, self.log = client, log
-
-    def get(self, path, /, **more):
-        return self.client.get(f"/{TOKEN}/{path}", **more)
-
-    def post(self, path, /, **body):
-        return self.client.post(f"/{TOKEN}/{path}", json=body)
-
-    def delete(self, path):
-        return self.client.delete(f"/{TOKEN}/{path}")
-
-    def ended(self, job):
-        while (state := self.get(f"api/jobs/{job}").json())["state"] in ("waiting", "running"):
-            time.sleep(0.02)
-        return state
-
-    def analysed(self, **body):
-        """The identifier of the result of an analysis."""
-        state = self.ended(self.post("api/analyze", **{"path": str(self.log)} | body).json()["job"])
-        assert state["state"] == "done", state
-        return state["result"]
 
 
 @pytest.fixture(scope="session")
@@ -62,16 +28,8 @@ def workbench(folder):
 
 @pytest.fixture(scope="session")
 def client(workbench):
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-        application = guarded(workbench, token=TOKEN, port=port)
-        server = uvicorn.Server(uvicorn.Config(application, log_level="critical", lifespan="off", ws="none"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=120, trust_env=False) as asking:
-            yield asking
-        server.should_exit = True
-        thread.join()
+    with serving(workbench) as asking:
+        yield asking
 
 
 @pytest.fixture(scope="session")

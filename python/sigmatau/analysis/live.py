@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from sigmatau.analysis.entry import of_curves
+from sigmatau.analysis.recent import RecentChannel, RecentSamples
 from sigmatau.analysis.result import Analysis
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.estimators.accumulator import Accumulator
@@ -34,6 +35,7 @@ class LiveAnalysis:
         self.live = live
         self.at_rest = at_rest
         self.stretches: LiveStretches | None = None
+        self._recent: RecentSamples | None = None
 
     def take(self, piece: bytes, *, last: bool = False) -> None:
         """Take the next bytes; `last`: no more follow.
@@ -54,8 +56,10 @@ class LiveAnalysis:
             self.stretches = LiveStretches(
                 self.live.channels, rate=self.live.rate, unit=stated, input=kind, assumed=self.at_rest
             )
-        if self.stretches is not None and len(samples):
+            self._recent = RecentSamples(len(self.live.channels), self.live.rate)
+        if self.stretches is not None and self._recent is not None and len(samples):
             self.stretches.push(samples)
+            self._recent.push(samples)
 
     def _with_rate(self, sums: Accumulator) -> Accumulator:
         """Replace the rate of the first stamps by that of all stamps so far. Increments have already been divided by the
@@ -97,6 +101,25 @@ class LiveAnalysis:
             method="read-off" if moving else "gls",
         )
         return replace(analysed, read_off={} if moving else analysed.read_off, rest=resting)
+
+    def recent(self) -> dict[str, RecentChannel]:
+        """The last minutes of each channel, as rates in SI; empty before the first samples."""
+        recent, kind = self._recent, self.live.options.input
+        if recent is None:
+            return {}
+        pictures = {}
+        for k, channel in enumerate(self.live.channels):
+            quantity, unit, factor = conversion(channel, self.live.unit, kind)
+            factor *= recent.rate if kind == "increments" else 1.0
+            pictures[channel] = RecentChannel(
+                quantity=quantity,
+                unit=unit,
+                low=recent.low[:, k] * factor,
+                high=recent.high[:, k] * factor,
+                start=recent.first / recent.rate,
+                duration=len(recent.low) * recent.width / recent.rate,
+            )
+        return pictures
 
     def outlooks(self, analysis: Analysis) -> list[tuple[str, str]]:
         """Sensors, and what more samples of each would show; see `sigmatau.fitting.outlook.outlook`."""

@@ -1,9 +1,11 @@
-"""A log that the page names."""
+"""A log that the page names, and the source of live samples."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,3 +27,31 @@ class LogFile:
         """Size and time of the file, which show whether it is still the same."""
         status = Path(self.path).stat()
         return self.path, self.name, status.st_mtime_ns, status.st_size, status.st_ino
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiveSource:
+    """What is recorded while the page is open.
+
+    Attributes
+    ----------
+    source : str
+        The name of a serial port, or ``-`` for standard input.
+    baud : int or None
+        Speed of the port. [bit/s]
+    save : str or None
+        The new file that keeps what arrives.
+    table : dict
+        Options of reading as they were typed.
+    at_rest : bool
+        Whether all samples count as at rest.
+    command : str
+        The command of the terminal that does the same.
+    """
+
+    source: str
+    baud: int | None
+    save: str | None
+    table: Mapping[str, Any]
+    at_rest: bool
+    command: str

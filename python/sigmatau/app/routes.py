@@ -27,6 +27,8 @@ from sigmatau.app.workers import Workers
 if TYPE_CHECKING:
     from starlette.requests import Request
 
+    from sigmatau.app.recording import Recording
+
 Handler = Callable[["Request"], Awaitable[Response]]
 
 _LOOKS, _ANALYSES = 2, 2  # number of processes for requests of the page, and for analyses
@@ -42,10 +44,13 @@ class Workbench:
         Files that may be named by path.
     max_upload : int
         Bytes of the files that may be uploaded.
+    recording : Recording, optional
+        The live record of the command line.
     """
 
-    def __init__(self, roots: Roots, *, max_upload: int) -> None:
+    def __init__(self, roots: Roots, *, max_upload: int, recording: Recording | None = None) -> None:
         self.roots = roots
+        self.recording = recording
         self.uploads: Uploads = Uploads(max_upload)
         self.looks: Workers = Workers(_LOOKS, ("about", "open"))
         self.analyses: Workers = Workers(_ANALYSES, ("analyze",))
@@ -75,6 +80,8 @@ class Workbench:
             ("/api/results/{id}/{name}", "GET", self.download),
             ("/api/export", "POST", self.export),
             ("/api/compare", "POST", self.compare),
+            ("/api/live", "GET", self.live),
+            ("/api/live/stop", "POST", self.stop_live),
         ]
         return Starlette(
             routes=[Route(path, _answering(handler), methods=[method]) for path, method, handler in routes],
@@ -82,7 +89,9 @@ class Workbench:
         )
 
     def close(self) -> None:
-        """End the workers and remove the uploaded files."""
+        """End the live record and the workers, and remove the uploaded files."""
+        if self.recording is not None:
+            self.recording.close()
         self.looks.close()
         self.analyses.close()
         self.uploads.close()
@@ -103,9 +112,12 @@ class Workbench:
         """Version, folders, targets, terms and units."""
         if self._about is None:
             self._about = json.loads(await self._look(None, "about"))
-        return json_answer(
-            self._about | {"roots": list(map(str, self.roots.places)), "max_upload": self.uploads.room()}
-        )
+        facts = {
+            "roots": list(map(str, self.roots.places)),
+            "max_upload": self.uploads.room(),
+            "live": self.recording is not None,
+        }
+        return json_answer(self._about | facts)
 
     async def files(self, request: Request) -> Response:
         """The files of a folder; without a path the folders of the command line."""
@@ -267,6 +279,21 @@ class Workbench:
         results = [await self._result(id_) for id_ in ids]
         analyses, names = [each.analysis for each in results], [each.name for each in results]
         return text_answer(await self._look(None, "compare", analyses=analyses, names=names))
+
+    async def live(self, request: Request) -> Response:
+        """The live record so far."""
+        return text_answer(self._recording().content())
+
+    async def stop_live(self, request: Request) -> Response:
+        """End the live record."""
+        recording = self._recording()
+        return json_answer({"path": await run_in_threadpool(recording.stop)})
+
+    def _recording(self) -> Recording:
+        """The live record; raises `CallError` if there is none."""
+        if self.recording is None:
+            raise missing("nothing is recorded: start sigmatau app with --serial PORT, or with - for standard input")
+        return self.recording
 
     async def _result(self, named: object) -> Result:
         """A result by its identifier, or by the path of its file."""

@@ -14,6 +14,7 @@ from sigmatau.errors import DataError
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
+    from sigmatau.app.recording import Recording
     from sigmatau.app.routes import Workbench
 
 MAX_UPLOAD = 4_000_000_000
@@ -46,6 +47,7 @@ def serve(
     *,
     port: int = 0,
     max_upload: int = MAX_UPLOAD,
+    recording: Recording | None = None,
     ready: Callable[[str], None],
 ) -> None:
     """Serve the workbench until Ctrl-C.
@@ -58,6 +60,8 @@ def serve(
         Port; 0 for any that is free.
     max_upload : int
         Bytes of all files that the page may send.
+    recording : Recording, optional
+        A live record that the page shows.
     ready : callable
         Takes the address of the page when it is served.
 
@@ -76,7 +80,7 @@ def serve(
 
     with _listening(port) as listener:
         token, port = secrets.token_urlsafe(24), listener.getsockname()[1]
-        workbench = Workbench(Roots(places), max_upload=max_upload)
+        workbench = Workbench(Roots(places), max_upload=max_upload, recording=recording)
         threading.Thread(target=workbench.looks.warm, daemon=True).start()
         config = uvicorn.Config(
             guarded(workbench, token=token, port=port), log_level="critical", access_log=False, lifespan="off", ws="none",

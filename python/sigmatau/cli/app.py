@@ -137,7 +137,8 @@ sigmatau fleet analyze 'night/*.csv' --store lab.db --unit-from '(unit[0-9]+)' -
         "Open the workbench in the browser: choose columns and units, analyse, read off by eye, export.",
         """\
 sigmatau app static.csv
-sigmatau app logs --port 8765 --no-browser""",
+sigmatau app logs --port 8765 --no-browser
+sigmatau app --serial /dev/ttyUSB0 --rate 100 --channels gyro=1:3 --unit gyro=rad/s --save static.csv""",
     ),
     "demo": (
         "Simulate two hours of a unit of the paper, analyse the log, and compare the result with the truth.",

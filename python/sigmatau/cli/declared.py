@@ -47,6 +47,15 @@ T = TypeVar("T", bound="DeclaredOptions")
 class DeclaredOptions:
     """Base of declared options in typed form. Options that were not typed are None."""
 
+    def table(self) -> dict[str, Any]:
+        """The options that were typed, by name, as they were typed."""
+        typed = {each.name: getattr(self, each.name) for each in fields(cast("Any", self))}
+        defaults = {each.name: each.default for each in fields(cast("Any", self))}
+        stated = {name: value for name, value in typed.items() if value is not None and value != defaults[name]}
+        return {
+            name: value[0] if isinstance(value, list) and len(value) == 1 else value for name, value in stated.items()
+        }
+
     def arguments(self) -> dict[str, Any]:
         """The options by name, as Python arguments; those that were not typed have their default."""
         values = {}

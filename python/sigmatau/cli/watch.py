@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis.live import LiveAnalysis
 from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet, Show
+from sigmatau.cli.live_source import check_live_options, check_standard_input, live_source
 from sigmatau.cli.options import check_outputs, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.cli.watch_screen import progress
@@ -71,23 +72,14 @@ def watch_command(
     between = None if every is None else _positive(every, "every")
     longest = None if idle is None else _positive(idle, "idle")
     check_outputs([], plot=plot, json=json)
-    source = _source(source, serial, baud, save)
+    source = live_source(source, serial=serial, baud=baud, save=save)
     if serial is None and source != "-" and not Path(source).is_file():
         what = "is not a regular file" if Path(source).exists() else "there is no such file"
         raise DataError(f"{source}: {what}; - is standard input")
-    if source == "-" and (sys.stdin is None or sys.stdin.closed):
-        raise DataError("standard input is closed")
-    if source == "-" and sys.stdin.isatty():
-        raise OptionError("no input is piped in: name a file, or run logger | sigmatau watch", option="source")
+    if source == "-":
+        check_standard_input("name a file, or run logger | sigmatau watch")
     options = ReadOptions(**(reading or WatchReading()).arguments())
-    checked = options.checked()
-    if options.input == "accumulated":
-        raise OptionError("watch reads rates or increments; accumulated values are for a saved log", option="input")
-    if options.interleaved not in (None, 1):
-        raise OptionError(
-            f"watch follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
-            option="interleaved",
-        )
+    checked = check_live_options(options, command="watch")
     watched = LiveAnalysis(source, Live(checked, skip=options.skip), **(settings or WatchSettings()).arguments())
     broken: DataError | None = None
     try:
@@ -121,21 +113,6 @@ def watch_command(
     if broken is not None:
         raise broken
     return exit_code(analysis.findings)
-
-
-def _source(source: str, serial: str | None, baud: int | None, save: Path | None) -> str:
-    """What is read: standard input, a file or a serial port."""
-    if serial is None:
-        if baud is not None:
-            raise OptionError("{option} is the speed of a port: give --serial PORT too", option="baud")
-        if save is not None and source != "-":
-            raise OptionError(f"{{option}} is for a port or standard input; {source} is a log already", option="save")
-        return source
-    if source != "-":
-        raise OptionError(f"{{option}} is read in place of a file; leave out {source}", option="serial")
-    if baud is not None and baud < 1:
-        raise OptionError(f"{{option}} {baud}: must be a positive number of bits per second", option="baud")
-    return serial
 
 
 def _positive(text: str, option: str) -> float:

@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from sigmatau.app.log import LiveSource
 from sigmatau.app.server import MAX_UPLOAD, need_libraries, serve
-from sigmatau.cli.declared import Flag, Quiet
+from sigmatau.cli.declared import Flag, InMain, Quiet
+from sigmatau.cli.live_source import check_live_options, check_standard_input, live_source
 from sigmatau.cli.options import say
+from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.errors import DataError, OptionError
+from sigmatau.io.follow import BAUD
+from sigmatau.io.read.options import ReadOptions
+from sigmatau.typed.config import live_command
+
+if TYPE_CHECKING:
+    from sigmatau.app.recording import Recording
+
+_STANDARD_INPUT = Path("-")
 
 
 def app_command(
-    *paths: Path,
+    *paths: Annotated[Path, Parameter(allow_leading_hyphen=True)],
+    serial: Annotated[str | None, InMain] = None,
+    baud: Annotated[int | None, InMain] = None,
+    save: Annotated[Path | None, InMain] = None,
+    reading: WatchReading | None = None,
+    settings: WatchSettings | None = None,
     port: int = 0,
     no_browser: Annotated[bool, Flag, Parameter(name="--no-browser")] = False,
     max_upload: float = MAX_UPLOAD / 1e9,
@@ -24,12 +42,19 @@ def app_command(
     """Open the workbench in the browser: choose columns, analyse, read off by eye, export.
 
     It is served on this computer only, to those who have its address, and reads no file but those that are named here, those
-    in folders that are named here, and those that are dropped on the page. It ends with Ctrl-C.
+    in folders that are named here, and those that are dropped on the page. It ends with Ctrl-C. With --serial, or - for
+    standard input, the page shows a sensor while it records.
 
     Parameters
     ----------
     paths
-        Logs, results, and folders of them. Default: the current folder.
+        Logs, results, and folders of them; - for live samples on standard input. Default: the current folder.
+    serial
+        Show the samples of a serial port while they arrive: /dev/ttyUSB0, COM3. Needs pyserial.
+    baud
+        Speed of the serial port, number of bits per second. Default: 115200.
+    save
+        Write the live samples to this new file, a log for the analysis.
     port
         Number of the port. Default: any that is free.
     no_browser
@@ -44,9 +69,21 @@ def app_command(
     if not 0 < max_upload < 1e6:
         raise OptionError(f"--max-upload {max_upload}: must be a positive number of GB", option="max_upload")
     need_libraries()
-    for path in paths:
+    places = [path for path in paths if path != _STANDARD_INPUT]
+    for path in places:
+        if str(path).startswith("-") and not path.exists():
+            raise OptionError(f"unknown option {path}; see sigmatau app --help", option="paths")
         if not path.exists():
             raise DataError(f"{path}: there is no such file or folder")
+    live = _live(
+        "-" if _STANDARD_INPUT in paths else None,
+        serial,
+        baud,
+        save,
+        reading or WatchReading(),
+        settings or WatchSettings(),
+    )
+    recording = None if live is None else _begun(live)
 
     def ready(address: str) -> None:
         sys.stdout.write(f"{address}\n")
@@ -57,5 +94,51 @@ def app_command(
 
             webbrowser.open(address)
 
-    serve(paths or [Path()], port=port, max_upload=int(max_upload * 1e9), ready=ready)
+    with nullcontext() if recording is None else closing(recording):
+        places = [*(places or [Path()]), *([] if live is None or live.save is None else [Path(live.save)])]
+        serve(places, port=port, max_upload=int(max_upload * 1e9), recording=recording, ready=ready)
     return 0
+
+
+def _live(
+    piped: str | None,
+    serial: str | None,
+    baud: int | None,
+    save: Path | None,
+    reading: WatchReading,
+    settings: WatchSettings,
+) -> LiveSource | None:
+    """The live source; None without one."""
+    table, at_rest = reading.table(), bool(settings.arguments().get("at_rest"))
+    if piped is None and serial is None:
+        stated = {"baud": baud, "save": save, **table, "at_rest": at_rest or None}
+        for name, value in stated.items():
+            if value is not None:
+                raise OptionError(
+                    "{option} is for live samples: give --serial PORT too, or - for standard input", option=name
+                )
+        return None
+    if piped is not None and serial is not None:
+        raise OptionError("{option} is read in place of standard input; leave out -", option="serial")
+    source = live_source("-", serial=serial, baud=baud, save=save)
+    if source == "-":
+        if os.name == "nt":
+            raise OptionError("- is not read by the workbench on Windows: sigmatau watch reads it", option="paths")
+        check_standard_input("give --serial PORT, or run logger | sigmatau app -")
+    check_live_options(ReadOptions(**reading.arguments()), command="the live view")
+    speed = None if serial is None else BAUD if baud is None else baud
+    saved = None if save is None else str(save.resolve())
+    command = live_command(source, table, baud=speed, save=None if save is None else str(save))
+    return LiveSource(source=source, baud=speed, save=saved, table=table, at_rest=at_rest, command=command)
+
+
+def _begun(live: LiveSource) -> Recording:
+    """The record, which has begun; its process alone has the standard input."""
+    from sigmatau.app.recording import Recording
+
+    recording = Recording(live)
+    if live.source == "-":
+        null = os.open(os.devnull, os.O_RDONLY)
+        os.dup2(null, 0)  # the program that writes ends when the record is stopped
+        os.close(null)
+    return recording

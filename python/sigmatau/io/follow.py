@@ -20,6 +20,8 @@ BAUD = 115200
 _PIECE = 1 << 18  # size of a read [bytes]
 _PAUSE = 0.05  # pause before a source without new data is read again [s]
 _WAITING = 64  # number of pieces that may be read ahead
+# The same of a serial port, whose pieces are short: the system keeps 4 kB of a port that nobody reads, and then loses data.
+_WAITING_OF_PORT = 1 << 14
 
 Pieces = queue.Queue["bytes | Exception | None"]
 
@@ -49,7 +51,7 @@ def follow(
     ImportError
         If a port is to be read and pyserial is not installed.
     """
-    pieces: Pieces = queue.Queue(_WAITING)
+    pieces: Pieces = queue.Queue(_WAITING if baud is None else _WAITING_OF_PORT)
     stop = threading.Event()
     # Opened here, so that an error is raised before anything is read.
     opened = _opened(source, baud)

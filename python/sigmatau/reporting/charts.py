@@ -63,7 +63,21 @@ def collect_charts(analysis: Analysis, record: Record | None, used: Record | Non
     used : Record or None
         The part of it that was analysed, for densities and maps.
     """
-    kinds: Mapping[str, _Kind] = analysis.curves if record is None else _kinds(analysis, record)
+    kinds: Mapping[str, Kind] = analysis.curves if record is None else _kinds(analysis, record)
+    names = tuple(kinds)
+    bins = max(_LEAST_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
+    channels: dict[str, dict[str, Any]] = {name: {} for name in names}
+    for name, curve in analysis.curves.items():
+        channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
+    if record is not None and used is not None:
+        samples = in_threads(lambda name: _sample_charts(analysis, record, used, name, bins), names)
+        for name in names:
+            channels[name] |= samples[name]
+    return {"sensors": collect_sensors(kinds), "channels": channels}
+
+
+def collect_sensors(kinds: Mapping[str, Kind]) -> list[dict[str, Any]]:
+    """The sensors of some channels, with the units that their charts offer."""
     sensors: dict[str, dict[str, Any]] = {}
     for channel, kind in kinds.items():
         name = stream_name(channel)
@@ -78,19 +92,10 @@ def collect_charts(analysis: Analysis, record: Record | None, used: Record | Non
                 "channels": [],
             }
         sensors[name]["channels"].append(channel)
-    names = tuple(kinds)
-    bins = max(_LEAST_BINS, min(_BINS, _BINS * _FULL_CHANNELS // len(names)))
-    channels: dict[str, dict[str, Any]] = {name: {} for name in names}
-    for name, curve in analysis.curves.items():
-        channels[name]["deviation"] = _deviation(curve, analysis.fits.get(name))
-    if record is not None and used is not None:
-        samples = in_threads(lambda name: _sample_charts(analysis, record, used, name, bins), names)
-        for name in names:
-            channels[name] |= samples[name]
-    return {"sensors": list(sensors.values()), "channels": channels}
+    return list(sensors.values())
 
 
-class _Kind(Protocol):
+class Kind(Protocol):
     """Quantity and unit of a channel."""
 
     @property
@@ -99,9 +104,9 @@ class _Kind(Protocol):
     def unit(self) -> str: ...
 
 
-def _kinds(analysis: Analysis, record: Record) -> dict[str, _Kind]:
+def _kinds(analysis: Analysis, record: Record) -> dict[str, Kind]:
     """Channels of a record, including those that were not analysed: a reader may look for a dead axis or a thermometer."""
-    streams: dict[str, _Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
+    streams: dict[str, Kind] = {channel: stream for stream in record.streams for channel in stream.channels}
     return {channel: analysis.curves.get(channel, stream) for channel, stream in streams.items()}
 
 

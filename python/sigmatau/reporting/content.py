@@ -124,11 +124,11 @@ def collect_content(
         date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
         made_by=f"sigmatau {__version__}",
         notes=tuple((printable(str(key)), printable(str(text))) for key, text in (notes or {}).items()),
-        overview=tuple(_overview(analysis)),
-        findings=tuple(_finding_text(finding) for finding in analysis.findings),
+        overview=tuple(main_coefficients(analysis)),
+        findings=tuple(finding_text(finding) for finding in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
         legend=analysis.legend(),
-        level=_level(analysis),
+        level=level_text(analysis),
         done=tuple((name, printable(text)) for name, text in _done(analysis, command) if text),
         files=files,
         no_files=no_files,
@@ -171,7 +171,8 @@ def _file_name(analysis: Analysis) -> str:
     return "Record in memory" if path is None else path.replace("\\", "/").rstrip("/").rpartition("/")[2] or path
 
 
-def _overview(analysis: Analysis) -> list[tuple[str, ...]]:
+def main_coefficients(analysis: Analysis) -> list[tuple[str, ...]]:
+    """Head and rows of the table of the dominant coefficients; empty without a fit."""
     fits = analysis.fits
     return overview_rows(fits, analysis.findings, columns=dominant_columns(fits)) if fits else []
 
@@ -183,7 +184,8 @@ def _verdict(analysis: Analysis) -> str:
     return "assumed" if not analysis.rest.is_usable and analysis.fits else analysis.rest.verdict
 
 
-def _finding_text(finding: Finding) -> FindingText:
+def finding_text(finding: Finding) -> FindingText:
+    """The words of a finding."""
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
     hidden = len(finding.spans) + finding.more_spans - _MOST_SPANS
     message, action = finding.words_of_files()
@@ -251,13 +253,14 @@ def _done(analysis: Analysis, command: str | None) -> list[tuple[str, str]]:
         ("Curves", _curves_text(analysis)),
         ("Densities, stability", _cut_text(analysis)),
         ("Coefficients", ", ".join(_METHODS.get(fitted, fitted) for fitted in methods)),
-        ("Confidence level", _level(analysis)),
+        ("Confidence level", level_text(analysis)),
         ("Command", command or ""),
         ("Versions", f"sigmatau {__version__}, Python {platform.python_version()}, NumPy {np.__version__}"),
     ]
 
 
-def _level(analysis: Analysis) -> str:
+def level_text(analysis: Analysis) -> str:
+    """The confidence level of the coefficients; empty without a fit."""
     return next((f"{100 * fitted.level:g} %" for fitted in analysis.fits.values()), "")
 
 

@@ -107,6 +107,13 @@ def command_line(log: str, table: Table) -> str:
     return shlex.join(["sigmatau", "analyze", place, *option_words(table)])
 
 
+def live_command(source: str, table: Table, *, baud: int | None, save: str | None) -> str:
+    """The command that watches a live source, standard input or a serial port, with these options."""
+    words = [] if baud is None else ["--serial", source, "--baud", str(baud)]
+    saved = [] if save is None else ["--save", save]
+    return shlex.join(["sigmatau", "watch", *words, *option_words(table), *saved])
+
+
 def to_toml(table: Table, *, log: str | None = None) -> str:
     """The text of a configuration file for ``sigmatau analyze --config``."""
     lines = ["# Options of an analysis: sigmatau analyze --config FILE"]

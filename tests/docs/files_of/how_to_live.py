@@ -7,7 +7,10 @@ from logs_of_pages import noise, table
 from sigmatau import NoiseModel, simulate
 from sigmatau.io.write import write
 
-SUBSTITUTED = {"--serial /dev/ttyUSB0 --baud 115200": "- < port.txt"}  # a file in place of the port
+SUBSTITUTED = {
+    "--serial /dev/ttyUSB0 --baud 115200": "- < port.txt",  # a file in place of the port
+    "sigmatau app": "sigmatau app --help",  # it would wait for a page
+}
 
 
 def make(folder: Path) -> None:

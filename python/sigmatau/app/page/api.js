@@ -45,6 +45,8 @@ export const readOff = (id, body, signal) => call("POST", `results/${encodeURICo
 export const exported = (id, target, choices) => call("POST", "export", { result: id, target, choices });
 export const compare = (results) => call("POST", "compare", { results });
 export const config = (body) => call("POST", "config", body);
+export const live = () => call("GET", "live");
+export const stopLive = () => call("POST", "live/stop", {});
 export const addressOf = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
 
 /** Start an analysis and follow it; `progress` gets the job at every look. Returns the id of the result. */

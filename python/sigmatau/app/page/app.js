@@ -6,6 +6,7 @@ import { make } from "./page.js";
 import { about, config, files, result as fetchResult } from "./api.js";
 import { announce, button, byId, copy, errorBox } from "./dom.js";
 import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
+import { showLive } from "./live_view.js";
 import { showOpen } from "./open_view.js";
 import { showColumns } from "./columns_view.js";
 import { questionBox } from "./question.js";
@@ -15,14 +16,15 @@ import { showFiles } from "./files_view.js";
 import { showCompare, rememberResult, comparable } from "./compare_view.js";
 
 const view = byId("view");
-const STEPS = ["open", "columns", "result", "files", "compare"];
-const TITLES = { open: "Open", columns: "Columns", result: "Result", files: "Take away", compare: "Compare" };
+const STEPS = ["live", "open", "columns", "result", "files", "compare"];
+const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Take away", compare: "Compare" };
 
 /** Show the step of the session. */
 async function show() {
   if (session.step !== "result") { drop(view); delete view.dataset.result; }
   try {
-    if (session.step === "open") showOpen(view, session.about, opened);
+    if (session.step === "live") showLive(view, opened, (text) => { if (session.step === "live") byId("command").textContent = text; });
+    else if (session.step === "open") showOpen(view, session.about, opened);
     else if (session.step === "columns") await showColumns(view, startAnalysis);
     else if (session.step === "result") await showResult(view, () => goTo("files"));
     else if (session.step === "files") await showFiles(view);
@@ -43,6 +45,7 @@ function showError(error) {
 
 function goTo(step) {
   setStep(step);
+  if (step !== "live") showCommand();
   scrollTo(0, 0);
   view.focus({ preventScroll: true });
   announce(TITLES[step]);
@@ -96,7 +99,7 @@ async function showCommand() {
 
 function showState() {
   const { source, id, step } = session;
-  const can = { open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: comparable() > 1 };
+  const can = { live: Boolean(session.about?.live), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: comparable() > 1 };
   for (const name of STEPS) {
     const one = byId(`step-${name}`);
     one.disabled = !can[name];
@@ -142,7 +145,7 @@ function keys(event) {
 
 async function restore() {
   const stated = readFragment();
-  if (!stated) return goTo("open");
+  if (!stated) return goTo(session.about.live ? "live" : "open");
   if (!stated.source) return openResult(stated.result);
   forget();
   begin(stated.source, stated.name, stated.options);
@@ -170,8 +173,9 @@ document.querySelector(".skip").addEventListener("click", (event) => { event.pre
 
 try {
   session.about = await about();
+  byId("step-live").parentElement.hidden = !session.about.live;
   showState();
-  const named = location.hash ? [] : (await files()).entries;
+  const named = location.hash || session.about.live ? [] : (await files()).entries;
   if (named.length === 1 && named[0].kind !== "folder") await opened({ source: { path: named[0].path }, name: named[0].name }); // sigmatau app LOG
   else await restore();
 } catch (error) {

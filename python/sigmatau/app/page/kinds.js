@@ -32,6 +32,9 @@ export const linkedKinds = {
   map: linked(map, "t"),
 };
 
+/** Time series of the last minutes of a live record. */
+export const liveSeries = { ...series, options: [], hint: "Point to read, drag to zoom, double-click for all." };
+
 /** Time series on which a drag chooses a part: `choose(from, to)` in seconds. */
 export function seriesKind(choose) {
   return linked(series, "t", {

@@ -10,6 +10,11 @@ export function recordEnd() {
   return Math.max(0, ...Object.values(content.channels).map((channel) => (channel.series ? channel.series.end ?? channel.series.from + channel.series.duration : 0)));
 }
 
+/** Where the axis of time begins: of a live record, of which the last minutes are shown, at the first of them. [s] */
+export function recordStart() {
+  return Math.min(...Object.values(content.channels).map((channel) => channel.series?.start ?? 0));
+}
+
 export const series = {
   id: "series",
   title: "Time series",
@@ -17,7 +22,7 @@ export const series = {
   height: (sensor, state) => 128 * Math.min(state.seen.size, 12) + 22,
   options: [{ name: "outside", text: "Not analysed", on: () => true }],
   describe(sensor, state) {
-    const end = recordEnd();
+    const start = recordStart(), end = recordEnd();
     const found = sensor.channels.filter((name) => content.channels[name].series && state.seen.has(name)).map((name, k, all) => {
       const { from: begin, duration, bins, low, high, outside } = content.channels[name].series;
       const unit = timeUnit(end), x = Array.from({ length: bins }, (_, k) => (begin + ((k + 0.5) * duration) / bins) / unit.size);
@@ -26,7 +31,7 @@ export const series = {
         title: `Time series, ${name}`, height: k + 1 < all.length ? 128 : 150,
         lines: [{ name: shortName(sensor, name), x, low: inUnit(decoded(low)), high: inUnit(decoded(high)), colour: colourOf(sensor, name), gaps: true, read: true }],
         spans: state.outside ? outside.map(([from, to]) => [from / unit.size, to / unit.size]) : [],
-        x: { name: `time [${unit.text}]`, label: k + 1 < all.length ? "" : `time [${unit.text}]`, unit, log: false, range: [0, end / unit.size] },
+        x: { name: `time [${unit.text}]`, label: k + 1 < all.length ? "" : `time [${unit.text}]`, unit, log: false, range: [start / unit.size, end / unit.size] },
         y: { label: `${shortName(sensor, name).slice(0, 12)} [${state.unit.text}]`, log: false },
       };
     });

@@ -1,0 +1,110 @@
+"""The live record of a workbench: its process, and the last state that it sent."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+from typing import TYPE_CHECKING, Any
+
+from sigmatau.errors import DataError
+from sigmatau.process import uninterrupted
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+    from sigmatau.app.log import LiveSource
+
+_START = 60.0  # longest time in which the process opens the source [s]
+_END = 5.0  # longest time between a stop and the end of the process [s]
+_ENDED: dict[str, Any] = {
+    "message": "the process that records has ended before it was stopped; what had arrived is in the saved log",
+    "hint": None,
+    "code": "failed",
+}
+
+
+class Recording:
+    """A live record, from the first data until it is stopped.
+
+    Parameters
+    ----------
+    live_source : LiveSource
+
+    Raises
+    ------
+    DataError
+        If the source cannot be read, or the log cannot be saved.
+    """
+
+    def __init__(self, live_source: LiveSource) -> None:
+        import multiprocessing
+
+        self.source = live_source
+        self._stopping = False
+        context = multiprocessing.get_context("spawn")
+        self._states, theirs = context.Pipe()
+        self._process = context.Process(target=_record, args=(theirs, live_source), daemon=True)
+        with uninterrupted():
+            self._process.start()
+        theirs.close()
+        self._state: tuple[str, dict[str, Any] | None, str] = ("waiting", None, "{}")
+        first = self._first_state()
+        if first[0] == "failed":
+            self.close()
+            raise DataError(str((first[1] or _ENDED)["message"]))
+        self._state = first
+        self._receiver = threading.Thread(target=self._receive, daemon=True)
+        self._receiver.start()
+
+    def _first_state(self) -> tuple[str, dict[str, Any] | None, str]:
+        try:
+            if self._states.poll(_START):
+                return self._states.recv()  # type: ignore[no-any-return]
+        except (EOFError, OSError):
+            pass
+        return "failed", _ENDED, "{}"
+
+    def _receive(self) -> None:
+        while True:
+            try:
+                self._state = self._states.recv()
+            except (EOFError, OSError):
+                break
+        state, _, content = self._state
+        if state == "recording":
+            self._state = ("stopped", None, content) if self._stopping else ("failed", _ENDED, content)
+
+    def content(self) -> str:
+        """The state as JSON."""
+        state, error, content = self._state
+        shown = {
+            "state": state,
+            "error": error,
+            "path": self.source.save,
+            "options": dict(self.source.table),
+            "command": self.source.command,
+        }
+        separator = "" if content == "{}" else ", "
+        return f"{json.dumps(shown, allow_nan=False, default=str)[:-1]}{separator}{content[1:]}"
+
+    def stop(self) -> str | None:
+        """End the record and return the path of the saved log; None if it was not saved."""
+        self.close()
+        self._receiver.join(_END)
+        return self.source.save
+
+    def close(self) -> None:
+        """End the process: it is asked to, and killed if it does not."""
+        self._stopping = True
+        with contextlib.suppress(OSError):
+            self._states.send("stop")
+        self._process.join(_END)
+        self._process.kill()
+
+
+def _record(states: Connection, live_source: LiveSource) -> None:
+    """Record in this process; the server does not import what reads and analyses."""
+    from sigmatau.app.watching import record
+
+    record(states, live_source)

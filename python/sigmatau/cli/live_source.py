@@ -1,0 +1,47 @@
+"""The source of live samples of ``watch`` and ``app``: standard input, a growing file or a serial port."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from sigmatau.errors import DataError, OptionError
+from sigmatau.io.read.options import Options, ReadOptions
+
+
+def live_source(source: str, *, serial: str | None, baud: int | None, save: Path | None) -> str:
+    """What is read: standard input, a file or a serial port; raises `OptionError` for options that contradict."""
+    if serial is None:
+        if baud is not None:
+            raise OptionError("{option} is the speed of a port: give --serial PORT too", option="baud")
+        if save is not None and source != "-":
+            raise OptionError(f"{{option}} is for a port or standard input; {source} is a log already", option="save")
+        return source
+    if source != "-":
+        raise OptionError(f"{{option}} is read in place of a file; leave out {source}", option="serial")
+    if baud is not None and baud < 1:
+        raise OptionError(f"{{option}} {baud}: must be a positive number of bits per second", option="baud")
+    return serial
+
+
+def check_standard_input(remedy: str) -> None:
+    """Raise an error if nothing is piped in."""
+    if sys.stdin is None or sys.stdin.closed:
+        raise DataError("standard input is closed")
+    if sys.stdin.isatty():
+        raise OptionError(f"no input is piped in: {remedy}", option="source")
+
+
+def check_live_options(options: ReadOptions, *, command: str) -> Options:
+    """The options of reading live lines; raises `OptionError` for those that are for a saved log."""
+    checked = options.checked()
+    if options.input == "accumulated":
+        raise OptionError(
+            f"{command} reads rates or increments; accumulated values are for a saved log", option="input"
+        )
+    if options.interleaved not in (None, 1):
+        raise OptionError(
+            f"{command} follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
+            option="interleaved",
+        )
+    return checked

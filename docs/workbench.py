@@ -1,0 +1,72 @@
+"""Take the pictures of docs/how-to/workbench.md: ``PYTHONPATH=python .venv/bin/python docs/workbench.py``.
+
+It starts the workbench, and gives the log of the demo to its page in chromium.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Locator, Page, sync_playwright
+
+from sigmatau.cli import main
+
+HERE = Path(__file__).resolve().parent
+WIDTH, HEIGHT = 1280, 1000
+
+
+def take(tab: Page, name: str) -> None:
+    """One picture of what is on screen."""
+    tab.evaluate("scrollTo(0, 0)")
+    tab.wait_for_timeout(500)
+    tab.screenshot(path=HERE / "figures" / f"workbench-{name}.jpg", type="jpeg", quality=62)
+
+
+def wait(place: Locator) -> None:
+    """Wait until a place has a chart."""
+    place.locator("figure canvas").first.wait_for()
+
+
+def walk(tab: Page) -> None:
+    """Go from the columns to what is taken away."""
+    tab.locator("#chooser").set_input_files("static.csv")
+    tab.locator("#analyse:enabled").wait_for()
+    wait(tab.locator("#view"))
+    take(tab, "columns")
+    tab.locator("#analyse").click()
+    wait(tab.locator("#part-deviation"))
+    tab.locator("#part-series figure").first.wait_for(state="attached")
+    take(tab, "result")
+    tab.locator(".head").get_by_role("button", name="Take away").click()
+    tab.locator("input[value=kalibr]").check()
+    tab.get_by_role("region", name="kalibr.yaml").wait_for()
+    take(tab, "take-away")
+
+
+def run() -> None:
+    """Take all pictures."""
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        os.chdir(folder)
+        main(["demo", "--output", ".", "--quiet"])
+        Path("opened").mkdir()
+        command = [sys.executable, "-m", "sigmatau", "app", "opened", "--no-browser"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+            try:
+                address = next(word for line in server.stdout or () for word in line.split() if word.startswith("http"))
+                browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+                tab = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+                tab.set_default_timeout(120_000)
+                tab.goto(address)
+                walk(tab)
+                browser.close()
+            finally:
+                server.terminate()
+
+
+if __name__ == "__main__":
+    run()

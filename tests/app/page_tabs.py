@@ -12,7 +12,7 @@ AXES = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
 LIMIT = 60_000  # of an analysis in a tab [ms]
 
 
-def write_table(path, columns, *, rows=6000, rate=100.0, spikes=()):
+def write_table(path, columns, *, rows=6000, rate=100.0, spikes=(), time=True):
     """A table of time and white noise: size and mean of each column by its name; a column with a number has no header."""
     noise = np.random.default_rng(seed_of(path.name)).standard_normal((rows, len(columns)))
     sizes, means = np.array(list(columns.values())).T
@@ -22,7 +22,12 @@ def write_table(path, columns, *, rows=6000, rate=100.0, spikes=()):
     names = [name for name in columns if isinstance(name, str)]
     header = ",".join(["time [s]", *(f'"{name}"' for name in names)]) if names else ""
     np.savetxt(
-        path, np.column_stack([np.arange(rows) / rate, noise]), delimiter=",", header=header, comments="", fmt="%.7g"
+        path,
+        np.column_stack([np.arange(rows) / rate, noise]) if time else noise,
+        delimiter=",",
+        header=header,
+        comments="",
+        fmt="%.7g",
     )
     return path
 

@@ -35,11 +35,32 @@ def test_a_question_is_answered_by_its_buttons(opened, folder):
     box = tab.get_by_role("group", name="A choice is needed")
     box.wait_for()
     assert tab.locator("#analyse").is_disabled()
-    box.get_by_role("button", name="gyro=rad/s, accel=m/s^2").click()
+    assert "--" not in box.inner_text()  # the words of a page, not those of a command
+    box.get_by_role("button", name="gyro in rad/s, accel in m/s^2").click()
     box.get_by_role("button", name="Unit of time: s", exact=True).click()
     tab.locator("#analyse:enabled").wait_for()
     assert box.count() == 0
     assert "gyro=rad/s,accel=m/s^2,time=s" in command(tab, "time=s")
+
+
+def test_an_arduino_text_is_asked_for_columns_unit_and_rate(opened, folder):
+    """Each question has one control; a unit of the gyroscope that is too large is seen before the analysis."""
+    sizes = {k: (0.002, float(k == 2)) if k < 3 else (0.05, (0.4, -0.2, 0.1)[k - 3]) for k in range(6)}
+    log = write_table(folder / "arduino.csv", sizes, time=False)
+    tab = opened(fragment=fragment(log))
+    box = tab.get_by_role("group", name="A choice is needed")
+    box.get_by_role("button", name="accel in columns 1 to 3, gyro in columns 4 to 6").click()
+    rate = box.get_by_label("Sampling rate [Hz]")
+    rate.wait_for()
+    assert rate.count() == 1
+    rate.fill("100")
+    rate.press("Enter")
+    box.get_by_role("button", name="gyro in rad/s, accel in g").click()
+    tab.locator("#analyse:enabled").wait_for()
+    assert "too fast for rest" in tab.locator(".rotation").inner_text()
+    tab.get_by_label("Unit of gyro_x").fill("deg/s")
+    tab.get_by_label("Unit of gyro_x").press("Enter")
+    tab.locator(".rotation", has_text="is 0.4").wait_for()
 
 
 def test_columns_are_changed_in_place(opened, stored):

@@ -53,6 +53,8 @@ def test_by_mouse(opened, log):
     tab.get_by_role("button", name="Leave this part out").click()
     assert "--leave-out" in command(tab, "--leave-out")
     tab.locator("#part-left-out", has_text="left out by you").wait_for()
+    listed = tab.locator("#part-left-out .scrolled")
+    assert listed.evaluate("one => one.scrollWidth <= one.clientWidth")  # its buttons are seen without scrolling
     # It is restored; then a spike.
     tab.get_by_role("row", name="left out by you").get_by_role("button").click()
     tab.locator("#part-left-out", has_text="2 × spike").wait_for()

@@ -10,7 +10,7 @@ from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysis import STAGE_NAMES
-from sigmatau.app.calls import Progress, cached, error_content, number, reading_options
+from sigmatau.app.calls import Progress, as_choices, cached, error_content, number, reading_options
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.exporting.targets import NAMES, target
@@ -106,7 +106,7 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
         "notes": list(map(printable, info.notes)),
         "findings": [_finding(finding) for finding in contents.findings],
         "command": command_line(log.name, table),
-        "question": None if question is None else error_content(question, log),
+        "question": None if question is None else error_content(question, log, face=as_choices),
     }  # fmt: skip
     return json.dumps(content, allow_nan=False)
 

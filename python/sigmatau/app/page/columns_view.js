@@ -81,6 +81,7 @@ function showBody(body, opened) {
     readingControls(opened),
     columnTable(opened),
     gravityLine(opened.columns),
+    rotationLine(opened.columns),
     ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((one) => ({ ...one, message: one.text, axes: (one.channels ?? [one.channel]).filter(Boolean).join(", ") })))]));
 }
 
@@ -152,7 +153,7 @@ function unitField(column, columns) {
   if (UNITS[sensor]) input.setAttribute("list", `units-${sensor}`);
   input.onchange = debounce(() => setUnit(columns, column, input.value), 0);
   input.dataset.focus = `unit-${columns.indexOf(column)}`;
-  const how = { stated: "stated", given: "given by you", guessed: "guessed", missing: "missing" }[column.unit_how];
+  const how = { stated: "stated", given: "given by you", guessed: "guessed" }[column.unit_how];
   return make("span", { className: "unit" }, input, ...(how ? [make("small", {}, how)] : []));
 }
 
@@ -169,12 +170,28 @@ function valuesText(column, rate) {
 }
 
 const GRAVITY = 9.80665; // standard gravity [m/s²]
+const LARGEST_OFFSET = 20; // of a gyroscope at rest [deg/s]: zero-rate output in the datasheet of the MPU-6050, the largest of common sensors
+
+/** The length of the mean vector of three axes in SI; null without all of them. */
+function meanLength(columns, sensor) {
+  const means = ["x", "y", "z"].map((axis) => columns.find((column) => column.channel === `${sensor}_${axis}`)?.mean_si ?? null);
+  return means.includes(null) ? null : Math.hypot(...means);
+}
+
+/** The mean of three gyroscopes is their offset, if the unit is right and the sensor at rest. */
+function rotationLine(columns) {
+  const length = meanLength(columns, "gyro");
+  if (length === null) return make("p", { hidden: true });
+  const rate = (length * 180) / Math.PI, is = rate <= LARGEST_OFFSET;
+  return make("p", { className: "rotation" }, chip(is ? "offset" : "too fast for rest", is ? "good" : "partial"), ` The mean of the gyroscope is ${text(rate, 3)} deg/s; at rest it is the offset of the sensor, at most ${LARGEST_OFFSET} deg/s.`,
+    ...(is ? [] : [" Check unit, scale and columns."]));
+}
 
 /** The mean of three accelerometers is gravity, if columns and units are right. */
 function gravityLine(columns) {
-  const means = ["x", "y", "z"].map((axis) => columns.find((column) => column.channel === `accel_${axis}`)?.mean_si);
-  if (means.some((mean) => mean === null || mean === undefined)) return make("p", { hidden: true });
-  const size = Math.hypot(...means), is = size > 0.9 * GRAVITY && size < 1.1 * GRAVITY;
+  const size = meanLength(columns, "accel");
+  if (size === null) return make("p", { hidden: true });
+  const is = size > 0.9 * GRAVITY && size < 1.1 * GRAVITY;
   return make("p", { className: "gravity" }, chip(is ? "gravity" : "not gravity", is ? "good" : "partial"), ` The mean of the accelerometer is ${text(size, 4)} m/s²; gravity is 9.81 m/s².`,
     ...(is ? [] : [" Check units, scale and columns, unless gravity was subtracted."]));
 }

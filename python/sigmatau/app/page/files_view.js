@@ -24,7 +24,7 @@ export function showFiles(view) {
   const again = () => showFile(preview);
   const list = make("div", { className: "targets", role: "radiogroup", ariaLabel: "Target" }, ...targets.map((target) => {
     const radio = make("input", { type: "radio", name: "target", value: target.name, checked: target.name === chosen.target, onchange: () => { chosen.target = target.name; again(); } });
-    return make("label", {}, radio, make("span", {}, make("b", {}, target.name), make("small", {}, target.summary ?? "")));
+    return make("label", { title: target.summary ?? "" }, radio, make("span", {}, make("b", {}, target.name), make("small", {}, target.summary ?? "")));
   }));
   view.replaceChildren(
     make("div", { className: "head" }, make("div", {}, make("h1", {}, "Take away"), make("p", { className: "about" }, bdi(session.result.summary.title)))),

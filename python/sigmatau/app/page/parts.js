@@ -83,11 +83,10 @@ export function leftOutList(result) {
     if (causeOf(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${wordOf(why)}`, () => keep(causeOf(why)))));
   const rows = stretches.slice(0, MOST_ROWS).map((one) => make("tr", {},
     make("td", {}, spanText(one)),
-    make("td", {}, wordOf(one.why)),
-    make("td", {}, bdi(channelsText(one.channels, result))),
+    make("td", {}, wordOf(one.why), make("small", {}, bdi(channelsText(one.channels, result)))),
     make("td", {}, ...restoreButton(one, stretches, own))));
   place.append(make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Stretches that are not analysed" },
-    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why", "Channels", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
+    make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why, channels", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
   if (stretches.length > MOST_ROWS) place.append(make("p", { className: "none" }, `${stretches.length - MOST_ROWS} more are not listed.`));
   return place;
 }

@@ -11,7 +11,7 @@ const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stan
 
 /** The question of a log or of an error as a box with its choices; `opened` has the topics. */
 export function questionBox(question, opened) {
-  const hints = [question.hint ?? question.hints ?? []].flat();
+  const hints = distinct([question.hint ?? question.hints ?? []].flat());
   const topics = opened?.topics ?? [];
   const isTopic = (question.option === "topic" || hints.some((hint) => hint.option === "topic")) && topics.length;
   return make("div", { className: "box partial", role: "group", ariaLabel: "A choice is needed" },
@@ -22,6 +22,11 @@ export function questionBox(question, opened) {
     ...mappingChoices(hints.filter(isMapping)),
     ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map(hintChoice),
     ...(hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
+}
+
+/** Hints without repetition: a message can name an option in each of its choices. */
+function distinct(hints) {
+  return [...new Map(hints.map((hint) => [JSON.stringify([hint.option, hint.key, hint.value]), hint])).values()];
 }
 
 /** A message that begins behind the name of the file, as a sentence. */
@@ -42,12 +47,12 @@ const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && 
 /** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
 function mappingChoices(hints) {
   const rows = new Map();
-  for (const { option, value } of hints) {
-    const name = option.replaceAll("_", "-"), words = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
+  for (const { option, value, text: pageWords } of hints) {
+    const name = option.replaceAll("_", "-"), pairs = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
     if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${LABELS[option] ?? option}:`)));
     rows.get(name).append(Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
-      ? typed("", "", words, (given) => setOptions({ [name]: given }))
-      : button(words, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })));
+      ? typed("", "", pairs, (given) => setOptions({ [name]: given }))
+      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })));
   }
   return [...rows.values()];
 }
@@ -62,7 +67,7 @@ function hintChoice({ option, key, value }) {
   }
   if (value === true) return make("p", { className: "row" }, button(`Use --${name}`, () => set(true)));
   const example = String(value ?? ""), isPlaceholder = PLACEHOLDER.test(example);
-  return make("p", { className: "row" }, typed(label, isPlaceholder ? "" : example, isPlaceholder ? example : "", set));
+  return make("p", { className: "row" }, typed(label, isPlaceholder ? "" : example, isPlaceholder && option !== "rate" ? example : "", set));
 }
 
 function typed(label, value, placeholder, set) {

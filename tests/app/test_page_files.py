@@ -57,7 +57,7 @@ def test_an_arduino_text_is_asked_for_columns_unit_and_rate(opened, folder):
     rate.press("Enter")
     box.get_by_role("button", name="gyro in rad/s, accel in g").click()
     tab.locator("#analyse:enabled").wait_for()
-    assert "too fast for rest" in tab.locator(".rotation").inner_text()
+    assert "large offset" in tab.locator(".rotation").inner_text()
     tab.get_by_label("Unit of gyro_x").fill("deg/s")
     tab.get_by_label("Unit of gyro_x").press("Enter")
     tab.locator(".rotation", has_text="is 0.4").wait_for()

@@ -170,7 +170,7 @@ function valuesText(column, rate) {
 }
 
 const GRAVITY = 9.80665; // standard gravity [m/s²]
-const LARGEST_OFFSET = 20; // of a gyroscope at rest [deg/s]: zero-rate output in the datasheet of the MPU-6050, the largest of common sensors
+const USUAL_OFFSET = 20; // of a gyroscope at rest [deg/s]: tolerance of the zero-rate output of an MPU-6050; few sensors have more
 
 /** The length of the mean vector of three axes in SI; null without all of them. */
 function meanLength(columns, sensor) {
@@ -182,9 +182,9 @@ function meanLength(columns, sensor) {
 function rotationLine(columns) {
   const length = meanLength(columns, "gyro");
   if (length === null) return make("p", { hidden: true });
-  const rate = (length * 180) / Math.PI, is = rate <= LARGEST_OFFSET;
-  return make("p", { className: "rotation" }, chip(is ? "offset" : "too fast for rest", is ? "good" : "partial"), ` The mean of the gyroscope is ${text(rate, 3)} deg/s; at rest it is the offset of the sensor, at most ${LARGEST_OFFSET} deg/s.`,
-    ...(is ? [] : [" Check unit, scale and columns."]));
+  const rate = (length * 180) / Math.PI, is = rate <= USUAL_OFFSET;
+  return make("p", { className: "rotation" }, chip(is ? "offset" : "large offset", is ? "good" : "partial"), ` The mean of the gyroscope is ${text(rate, 3)} deg/s; at rest it is the offset of the sensor, usually below ${USUAL_OFFSET} deg/s.`,
+    ...(is ? [] : [" Check unit, scale and columns, and that the sensor is at rest."]));
 }
 
 /** The mean of three accelerometers is gravity, if columns and units are right. */

@@ -32,6 +32,7 @@ NAME = f"{PROJECT['name']}-{PROJECT['version']}"
 PYTHON_TAG = "cp311-abi3"  # one wheel a platform, for Python 3.11 and later
 GLIBC = (2, 17)  # newest symbols of glibc that a wheel may need: manylinux2014
 LARGEST = 4_000_000  # of a distribution [bytes]; the largest of November 2026 has 2.8 MB
+BILL = "sbom.cdx.json"  # software bill of materials, CycloneDX
 LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY_LICENSES")
 # What a wheel must have. A missing one is an error of a user that no test in the source tree sees.
 NEEDED = (
@@ -48,6 +49,7 @@ NEEDED = (
     f"{NAME}.data/data/share/man/man1/sigmatau-analyze.1",
     *(f"{NAME}.dist-info/licenses/{name}" for name in LICENCES),
     "sigmatau/app/page/index.html",
+    f"{NAME}.dist-info/sboms/{BILL}",
 )
 # What a source distribution must have beside what the wheel needs.
 NEEDED_OF_SOURCE = ("Cargo.lock", "README.md", "pyproject.toml", "tests/smoke.py", *LICENCES)
@@ -84,10 +86,14 @@ def sdist() -> None:
         man = stage / "sigmatau.data" / "data" / "share" / "man" / "man1"
         run(sys.executable, ROOT / "scripts" / "manual.py", man, PYTHONPATH=path)
         run(sys.executable, stage / "scripts" / "long_description.py", "-o", stage / "README.md")
+        run(sys.executable, ROOT / "scripts" / "licences.py", "--bill", stage / BILL)
         settings = stage / "pyproject.toml"
         text = settings.read_text(encoding="utf-8")
         settings.write_text(
-            text.replace("[tool.maturin]\n", '[tool.maturin]\ndata = "sigmatau.data"\n'), encoding="utf-8"
+            text.replace("[tool.maturin]\n", '[tool.maturin]\ndata = "sigmatau.data"\n').replace(
+                "[tool.maturin.sbom]\n", f'[tool.maturin.sbom]\ninclude = ["{BILL}"]\n'
+            ),
+            encoding="utf-8",
         )
         run(maturin(), "sdist", "--out", DIST, cwd=stage)
 
@@ -177,7 +183,7 @@ def faults_of_source(path: Path) -> Iterator[str]:
         contents = {member.name: archive.extractfile(member).read() for member in members}  # type: ignore[union-attr]
     own = [name.replace("sigmatau/", "python/sigmatau/", 1) for name in NEEDED if name.startswith("sigmatau/")]
     man = "sigmatau.data/data/share/man/man1/sigmatau.1"
-    for name in (*own, man, *NEEDED_OF_SOURCE):
+    for name in (*own, man, BILL, *NEEDED_OF_SOURCE):
         if f"{NAME}/{name}" not in contents:
             yield f"{name} is missing"
     for name, content in contents.items():

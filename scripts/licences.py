@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Write THIRD_PARTY_LICENSES: what is compiled into the extension or shipped beside it, with the texts of the licences.
 
-``--check`` writes nothing, and fails if the file is not what would be written. Needs cargo and its downloaded crates.
+``--check`` writes nothing, and fails if the file is not what would be written. ``--bill FILE`` writes the software bill of
+materials of the wheels. Needs cargo and its downloaded crates.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -138,6 +140,60 @@ def components(graph: dict[str, Any]) -> Iterator[Component]:
     yield Component(STANDARD_LIBRARY, "MIT", re.sub(r"Copyright .*", owner, _OURS))
 
 
+def crate_component(package: dict[str, Any], checksum: str) -> dict[str, Any]:
+    """Describes a crate as CycloneDX does."""
+    url = f"pkg:cargo/{package['name']}@{package['version']}"
+    return {
+        "type": "library",
+        "bom-ref": url,
+        "name": package["name"],
+        "version": package["version"],
+        "purl": url,
+        "licenses": [{"license": {"id": chosen(package)}}],
+        "hashes": [{"alg": "SHA-256", "content": checksum}],
+        "scope": "required",
+    }
+
+
+def bill_of_materials(graph: dict[str, Any]) -> dict[str, Any]:
+    """The linked crates as a CycloneDX 1.5 bill, with the checksums of Cargo.lock.
+
+    maturin could write one, but its bill names folders of the machine that built the wheel.
+    """
+    locked = tomllib.loads((ROOT / "Cargo.lock").read_text(encoding="utf-8"))["package"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    packages = {package["id"]: package for package in graph["packages"]}
+    checksums = {(row["name"], row["version"]): row["checksum"] for row in locked if "checksum" in row}
+    crates = linked(graph)
+    components = [crate_component(crate, checksums[crate["name"], crate["version"]]) for crate in crates]
+    references = {crate["id"]: row["bom-ref"] for crate, row in zip(crates, components, strict=True)}
+    wheel = f"pkg:pypi/{project['name']}@{project['version']}"
+    edges: dict[str, set[str]] = {wheel: set()} | {reference: set() for reference in references.values()}
+    for node in graph["resolve"]["nodes"]:
+        targets = {references[edge["pkg"]] for edge in node["deps"] if edge["pkg"] in references}
+        if node["id"] in references:
+            edges[references[node["id"]]] |= targets
+        elif packages[node["id"]]["source"] is None:  # a crate of this workspace
+            edges[wheel] |= targets
+    return {
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.5",
+        "version": 1,
+        "metadata": {
+            "component": {
+                "type": "library",
+                "bom-ref": wheel,
+                "name": project["name"],
+                "version": project["version"],
+                "purl": wheel,
+                "licenses": [{"expression": project["license"]}],
+            }
+        },
+        "components": components,
+        "dependencies": [{"ref": reference, "dependsOn": sorted(edges[reference])} for reference in sorted(edges)],
+    }
+
+
 def parted(text: str) -> tuple[list[str], str]:
     """The lines above the words of the MIT licence, without its title, and those words; or nothing and the whole text."""
     flat = text.replace("“", '"').replace("”", '"')
@@ -167,7 +223,11 @@ def render(graph: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """Write or check the file."""
+    """Do what the command line says."""
+    if "--bill" in sys.argv[1:]:
+        bill = bill_of_materials(metadata())
+        Path(sys.argv[-1]).write_text(json.dumps(bill, indent=1) + "\n", encoding="utf-8")
+        return 0
     text = render(metadata())
     if "--check" in sys.argv[1:]:
         if FILE.read_text(encoding="utf-8") != text:

@@ -88,7 +88,7 @@ def test_a_source_distribution(tmp_path):
     own = [
         name.replace("sigmatau/", "python/sigmatau/", 1) for name in distribute.NEEDED if name.startswith("sigmatau/")
     ]
-    needed = [*own, "sigmatau.data/data/share/man/man1/sigmatau.1", *distribute.NEEDED_OF_SOURCE]
+    needed = [*own, "sigmatau.data/data/share/man/man1/sigmatau.1", distribute.BILL, *distribute.NEEDED_OF_SOURCE]
     path = tmp_path / f"{distribute.NAME}.tar.gz"
 
     def check(names):

@@ -55,6 +55,14 @@ def test_every_job_has_a_limit_and_no_more_rights_than_it_needs(path):
 
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=[path.name for path in WORKFLOWS])
+def test_every_action_is_pinned_by_commit(path):
+    """A tag can be moved to other code; dependabot raises the commit together with the version behind it."""
+    actions = re.findall(r"uses: (.*)", path.read_text(encoding="utf-8"))
+    for action in actions:
+        assert re.fullmatch(r"[\w/-]+@[0-9a-f]{40}  # v\d+\.\d+\.\d+", action), action
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=[path.name for path in WORKFLOWS])
 def test_what_a_workflow_runs_exists(path):
     text = path.read_text(encoding="utf-8")
     targets = re.findall(r"run: make ([a-z-]+)", text)

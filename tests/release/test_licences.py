@@ -1,6 +1,7 @@
-"""THIRD_PARTY_LICENSES names what is shipped, and the distributions carry it."""
+"""THIRD_PARTY_LICENSES and the bill of materials name what is shipped, and the distributions carry them."""
 
 import os
+import re
 import shutil
 import subprocess
 import tomllib
@@ -46,3 +47,20 @@ def test_the_distributions_carry_the_texts():
     assert project["license-files"] == ["LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY_LICENSES"]
     for name in project["license-files"]:
         assert (ROOT / name).stat().st_size > 1000
+
+
+def test_the_bill_of_materials(graph):
+    bill = licences.bill_of_materials(graph)
+    listed = {tuple(line.split()[:2]) for line in PAGE.partition("-----")[0].splitlines()}
+    assert {(row["name"], row["version"]) for row in bill["components"]} <= listed
+    assert all(re.fullmatch(r"[0-9a-f]{64}", row["hashes"][0]["content"]) for row in bill["components"])
+    references = {row["bom-ref"] for row in bill["components"]} | {bill["metadata"]["component"]["bom-ref"]}
+    assert {row["ref"] for row in bill["dependencies"]} == references
+    edges = {row["ref"]: row["dependsOn"] for row in bill["dependencies"]}
+    reached, todo = set(), [bill["metadata"]["component"]["bom-ref"]]
+    while todo:
+        reference = todo.pop()
+        reached.add(reference)
+        todo += [target for target in edges[reference] if target not in reached]
+    assert reached == references, "a component on which nothing depends"
+    assert str(ROOT) not in str(bill)

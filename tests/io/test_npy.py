@@ -186,6 +186,15 @@ def test_a_negative_shape_is_damaged(tmp_path):
         read(tmp_path / "a.npy", **OPTIONS)
 
 
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_a_long_header_is_named(tmp_path, version):
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (9, 3)}" + b" " * 20_000
+    length = len(header).to_bytes(2 if version == 1 else 4, "little")
+    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY" + bytes([version, 0]) + length + header + bytes(9 * 3 * 8))
+    with pytest.raises(DataError, match="a header of 20057 bytes, and at most 10000 are read"):
+        read(tmp_path / "a.npy", **OPTIONS)
+
+
 def test_names_from_a_file_cannot_write_to_the_terminal(tmp_path):
     np.savez(tmp_path / "a.npz", **{"gyro\x1b[31m": np.array(["word"])})
     with pytest.raises(DataError, match=r"gyro\\x1b\[31m"):

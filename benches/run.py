@@ -29,7 +29,9 @@ def main() -> None:
     parser.add_argument("--redraw", action="store_true", help="measure nothing")
     parser.add_argument("--scale", type=float, default=1.0, help="of the numbers of samples, for a trial")
     parser.add_argument("--cache", type=Path, default=ROOT / ".bench")
-    parser.add_argument("--output", type=Path, default=ROOT / "docs", help="folder of the page")
+    parser.add_argument(
+        "--output", type=Path, help="folder of the page; by default docs, or --cache if it is not whole"
+    )
     arguments = parser.parse_args()
     kept = arguments.cache / "results.json"
     found: dict[str, Any] = {"sections": {}}
@@ -40,8 +42,12 @@ def main() -> None:
         _measure(found["sections"], arguments.only or list(page.SECTIONS), settings)
         arguments.cache.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    page.write(found, arguments.output)
-    print((arguments.output / "performance.md").read_text(encoding="utf-8"))
+    # A part that was measured alone, or a trial with few samples, must not replace the page of docs.
+    whole = found["sections"].keys() >= page.SECTIONS.keys() and arguments.scale == 1
+    output = arguments.output or (ROOT / "docs" if whole else arguments.cache)
+    page.write(found, output)
+    print((output / "performance.md").read_text(encoding="utf-8"))
+    sys.stderr.write(f"written: {output / 'performance.md'}\n")
 
 
 def _measure(sections: dict[str, Any], names: list[str], settings: Settings) -> None:

@@ -79,6 +79,10 @@ def test_columns_are_changed_in_place(opened, stored):
     assert "accel_z" not in words
     tab.get_by_role("button", name="Undo").click()
     tab.locator("#command", has_not_text="--channels").wait_for()
+    unit = tab.get_by_label("Unit of accel_x")
+    unit.fill("g")
+    unit.press("Enter")
+    tab.locator(".gravity", has_text="The unit is probably m/s²").wait_for()
     # The address has the state: another tab shows the same.
     state = tab.evaluate("location.hash.slice(1)")
     again = opened(fragment=state)

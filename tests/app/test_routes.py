@@ -56,6 +56,7 @@ def test_open(page):
     assert up["peak_to_peak"] == pytest.approx(0.08, rel=0.3)
     assert (up["gaps"], up["missing"], len(up["spark"])) == (0, 0, 64)
     assert all(low <= high for low, high in up["spark"])
+    assert [(mean["sensor"], mean["verdict"]) for mean in opened["means"]] == [("gyro", "offset"), ("accel", "gravity")]
     assert opened["command"] == f"sigmatau analyze {page.log}"
 
 

@@ -22,6 +22,7 @@ from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.table import FORMATS
 from sigmatau.io.written import is_result
 from sigmatau.noise.terms import TERMS
+from sigmatau.quality.first_look import SensorMean, first_look
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record, stream_name
 from sigmatau.record.summary import ChannelSummary, summarise
@@ -103,6 +104,7 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
             for stream in streams
             for channel in stream.channels
         ],
+        "means": [] if record is None else [_mean(mean) for mean in first_look(record)],
         "notes": list(map(printable, info.notes)),
         "findings": [_finding(finding) for finding in contents.findings],
         "command": command_line(log.name, table),
@@ -191,6 +193,19 @@ def _summary(summary: ChannelSummary | None) -> dict[str, Any]:
         "missing": summary.missing,
         "mean_si": number(summary.mean),
         "peak_to_peak": number(summary.peak_to_peak),
+    }
+
+
+def _mean(mean: SensorMean) -> dict[str, Any]:
+    """The mean vector of a sensor, in SI."""
+    return {
+        "sensor": mean.sensor,
+        "quantity": mean.quantity,
+        "length": number(mean.length),
+        "expected": number(mean.expected),
+        "unit": mean.unit,
+        "verdict": mean.verdict,
+        "likely": mean.likely,
     }
 
 

@@ -80,8 +80,7 @@ function showBody(body, opened) {
     ...(opened.question ? [questionBox(opened.question, opened)] : []),
     readingControls(opened),
     columnTable(opened),
-    gravityLine(opened.columns),
-    rotationLine(opened.columns),
+    ...opened.means.map(meanLine),
     ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((one) => ({ ...one, message: one.text, axes: (one.channels ?? [one.channel]).filter(Boolean).join(", ") })))]));
 }
 
@@ -169,29 +168,21 @@ function valuesText(column, rate) {
   return parts.length ? [make("span", { className: "says" }, parts.join(" · "))] : [];
 }
 
-const GRAVITY = 9.80665; // standard gravity [m/s²]
-const USUAL_OFFSET = 20; // of a gyroscope at rest [deg/s]: tolerance of the zero-rate output of an MPU-6050; few sensors have more
+const MEANS = { // words of the verdicts on a mean: mark, its kind, advice
+  gravity: ["gravity", "good", ""],
+  gravity_removed: ["without gravity", "partial", " Gravity was subtracted; record the raw output of the sensor if possible."],
+  not_gravity: ["not gravity", "partial", " Check units, scale and columns."],
+  offset: ["offset", "good", ""],
+  large_offset: ["large offset", "partial", " Check unit, scale and columns, and that the sensor is at rest."],
+  other_unit: ["unit", "partial", ""],
+};
 
-/** The length of the mean vector of three axes in SI; null without all of them. */
-function meanLength(columns, sensor) {
-  const means = ["x", "y", "z"].map((axis) => columns.find((column) => column.channel === `${sensor}_${axis}`)?.mean_si ?? null);
-  return means.includes(null) ? null : Math.hypot(...means);
-}
-
-/** The mean of three gyroscopes is their offset, if the unit is right and the sensor at rest. */
-function rotationLine(columns) {
-  const length = meanLength(columns, "gyro");
-  if (length === null) return make("p", { hidden: true });
-  const rate = (length * 180) / Math.PI, is = rate <= USUAL_OFFSET;
-  return make("p", { className: "rotation" }, chip(is ? "offset" : "large offset", is ? "good" : "partial"), ` The mean of the gyroscope is ${text(rate, 3)} deg/s; at rest it is the offset of the sensor, usually below ${USUAL_OFFSET} deg/s.`,
-    ...(is ? [] : [" Check unit, scale and columns, and that the sensor is at rest."]));
-}
-
-/** The mean of three accelerometers is gravity, if columns and units are right. */
-function gravityLine(columns) {
-  const size = meanLength(columns, "accel");
-  if (size === null) return make("p", { hidden: true });
-  const is = size > 0.9 * GRAVITY && size < 1.1 * GRAVITY;
-  return make("p", { className: "gravity" }, chip(is ? "gravity" : "not gravity", is ? "good" : "partial"), ` The mean of the accelerometer is ${text(size, 4)} m/s²; gravity is 9.81 m/s².`,
-    ...(is ? [] : [" Check units, scale and columns, unless gravity was subtracted."]));
+/** The mean vector of a sensor: gravity, or the offset of a gyroscope, if unit and columns are right. */
+function meanLine({ quantity, length, expected, unit, verdict, likely }) {
+  const isGyro = quantity === "angular_rate", size = (value, digits) => (isGyro ? `${text((value * 180) / Math.PI, digits)} deg/s` : `${text(value, digits)} ${unit.replace("^2", "²")}`);
+  const fact = isGyro
+    ? ` The mean of the gyroscope is ${size(length, 3)}; at rest it is the offset of the sensor, usually below ${size(expected, 3)}.`
+    : ` The mean of the accelerometer is ${size(length, 4)}; gravity is ${size(expected, 3)}.`;
+  const [mark, kind, advice] = MEANS[verdict];
+  return make("p", { className: isGyro ? "rotation" : "gravity" }, chip(mark, kind), fact, likely ? ` The unit is probably ${likely.replace("^2", "²")}.` : advice);
 }

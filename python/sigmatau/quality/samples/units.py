@@ -83,7 +83,7 @@ _SAME_FACTOR = 1e-6
 # Largest zero-rate offset of usual MEMS gyros; a gyro with a larger mean may turn. [rad/s] Datasheets: 1 to 10 deg/s
 # for LSM6, BMI and ICM parts. Older parts have up to 20 deg/s (MPU-6050), 40 deg/s (ITG-3200) and 75 deg/s (L3GD20 at
 # full range).
-_USUAL_OFFSET = 10 * DEGREE
+USUAL_OFFSET = 10 * DEGREE
 # White noise over that of the noisiest gyro, from which on the unit is wrong. [1] Judgement: allows for a sensor that
 # is worse than its datasheet.
 _TIMES_NOISIEST = 2.0
@@ -118,11 +118,11 @@ def implausible_unit(stream: Stream) -> list[Finding]:
     if not has_plausible_values(stream):
         return []
     is_triad = stream.quantity == "acceleration" and len(stream.channels) == _AXES
-    if is_triad and ((by_gravity := _by_gravity(stream)) or not _mean_vector(stream) < _WITHOUT_GRAVITY):
+    if is_triad and ((by_gravity := unit_by_gravity(stream)) or not mean_vector(stream) < _WITHOUT_GRAVITY):
         return by_gravity
     if stream.quantity not in SENSOR_CLASSES:
         return []
-    if by_step := _by_step(stream):
+    if by_step := unit_by_step(stream):
         return by_step
     if not _has_plausible_rate(stream) or hides_noise(stream) or stream.grid.source.kind == "simulated":
         return []  # a wrong rate makes the noise density wrong, and rounding hides the noise
@@ -137,14 +137,14 @@ def gravity(stream: Stream) -> list[Finding]:
     """
     if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):
         return []
-    level = _mean_vector(stream)
+    level = mean_vector(stream)
     low, high = _ON_GROUND
     if low <= level <= high or not math.isfinite(level):
         return []
-    if _by_gravity(stream):
+    if unit_by_gravity(stream):
         return []  # `implausible_unit` reports it
     deviation = level / STANDARD_GRAVITY - 1
-    is_close = abs(deviation) < GRAVITY_TOLERANCE
+    is_close = is_gravity(level)
     cause: Literal["bias_or_scale", "removed", "unknown"]
     cause = "bias_or_scale" if is_close else "removed" if level < _WITHOUT_GRAVITY else "unknown"
     details = Gravity(mean=level, deviation=deviation, low=low, high=high, cause=cause)
@@ -154,14 +154,19 @@ def gravity(stream: Stream) -> list[Finding]:
     return [Finding(details=details, severity=severity, channels=channels, size=level, unit=unit, factors=factors)]
 
 
+def is_gravity(acceleration: float) -> bool:
+    """Whether an acceleration differs from gravity by no more than biases and scale errors explain. [m/s^2]"""
+    return abs(acceleration / STANDARD_GRAVITY - 1) < GRAVITY_TOLERANCE
+
+
 def mean_rate(stream: Stream) -> list[Finding]:
     """Report a mean of gyros above the zero-rate offset of usual gyros, or a steady rotation: at most one warning."""
     if stream.quantity != "angular_rate" or not _is_measured(stream):
         return []
-    mean = _mean_vector(stream)
-    if not mean > _USUAL_OFFSET:
+    mean = mean_vector(stream)
+    if not mean > USUAL_OFFSET:
         return []
-    details = MeanRate(mean=mean, usual=_USUAL_OFFSET)
+    details = MeanRate(mean=mean, usual=USUAL_OFFSET)
     return [Finding(details=details, severity="warning", channels=stream.channels, size=mean, unit=stream.unit)]
 
 
@@ -178,8 +183,9 @@ def _is_measured(stream: Stream) -> bool:
     return has_plausible_values(stream) and stream.grid.source.kind != "simulated"
 
 
-def _by_gravity(stream: Stream) -> list[Finding]:
-    level = _mean_vector(stream)
+def unit_by_gravity(stream: Stream) -> list[Finding]:
+    """Report another unit of an accelerometer triad in which its mean is gravity: at most one warning."""
+    level = mean_vector(stream)
     stated_unit = _stated(stream)
     possible = [row for row in _MISTAKEN if row[1] not in _SMALL_UNITS or row[1] == stated_unit]
     value, stated, likely = min(possible, key=lambda row: abs(level / row[0] - 1))
@@ -188,7 +194,8 @@ def _by_gravity(stream: Stream) -> list[Finding]:
     return _finding(stream, "gravity", stated, likely, factor=value / STANDARD_GRAVITY, size=level, mean=level)
 
 
-def _by_step(stream: Stream) -> list[Finding]:
+def unit_by_step(stream: Stream) -> list[Finding]:
+    """Report another unit of gyros in which their resolution is that of known sensors: at most one warning."""
     steps = [step for channel in stream.channels if (step := find_step(stream, channel))]
     stated = _stated(stream)
     if not steps or stream.quantity != "angular_rate":
@@ -215,7 +222,7 @@ def _by_noise(stream: Stream) -> list[Finding]:
         likely = "deg/s" if stated == "rad/s" else ""
         return _by_density(stream, "noise", likely, middle, times=middle / _NOISIEST_GYRO)
     is_in_degrees = stream.quantity == "angular_rate" and _stated(stream) == "deg/s"
-    if is_in_degrees and highest < _OPTICAL_NOISE and _mean_vector(stream) > _MIN_MEMS_BIAS:
+    if is_in_degrees and highest < _OPTICAL_NOISE and mean_vector(stream) > _MIN_MEMS_BIAS:
         return _by_density(stream, "bias", "rad/s", middle)
     evidence = _quiet_evidence(stream, highest)
     return _by_density(stream, evidence, _louder_unit(stream, middle), middle) if evidence else []
@@ -224,7 +231,7 @@ def _by_noise(stream: Stream) -> list[Finding]:
 def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
     """Reason why a sensor cannot have so little white noise; None if it can."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
-    if is_gyro_triad and abs(_mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
+    if is_gyro_triad and abs(mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
         return None
     if highest < SENSOR_CLASSES[stream.quantity].quietest:
         return "quiet"
@@ -246,7 +253,7 @@ def _by_density(
     stream: Stream, evidence: Evidence, likely: str, noise: float, *, times: float | None = None
 ) -> list[Finding]:
     stated = _stated(stream) if likely else ""
-    mean = _mean_vector(stream)
+    mean = mean_vector(stream)
     return _finding(stream, evidence, stated, likely, size=noise, noise=noise, mean=mean, times=times)
 
 
@@ -277,7 +284,7 @@ def _stated(stream: Stream) -> str:
     return next(alike, "")
 
 
-def _mean_vector(stream: Stream) -> float:
+def mean_vector(stream: Stream) -> float:
     """Length of the mean of all channels. [unit of the stream]"""
     return math.hypot(*(mean_value(stream, channel) for channel in stream.channels))
 

@@ -7,11 +7,13 @@ import pytest
 
 from known import seed_of
 from sigmatau import Record, analyze, fit_channel
+from sigmatau.digits import round_to_error
 from sigmatau.findings.finding import Details, Finding, Findings
 from sigmatau.findings.rates import RateMismatch, RateNotNominal
 from sigmatau.findings.wording import causes
 from sigmatau.fitting.noise_fit import Fits
-from sigmatau.fitting.overview import overview, trust
+from sigmatau.fitting.overview import COLUMNS, main_coefficients, overview, trust
+from sigmatau.units import to_si
 
 
 @pytest.fixture(scope="module")
@@ -180,3 +182,29 @@ def test_every_axis_with_a_warning_is_named():
         "! gyro x",
         "· 1 more",
     ]
+
+
+def test_the_overview_is_typed(analysis):
+    """Each kind of coefficient, with the texts of the digits' rule, in the unit of the sensor."""
+    seen = main_coefficients(analysis.fits, analysis.findings, terms=(*COLUMNS, "quantization"))
+    assert (seen.level, [len(sensor.axes) for sensor in seen.sensors]) == (0.95, [3, 3])
+    assert seen.grades == {fitted.trust for fitted in analysis.fits.values()}
+    gyro = seen.sensors[0]
+    assert (gyro.length, gyro.runs, gyro.units[0]) == ("3.3 min", 0, "deg/√h")
+    for axis in gyro.axes:
+        fitted = analysis.fits[axis.channel]
+        walk = fitted["random_walk"]
+        rounded = round_to_error(walk.value, walk.low, walk.high, size=to_si(1.0, "deg/sqrt(h)"))
+        first = axis.coefficients[0]
+        assert (first.kind, first.value, first.interval) == ("value", rounded.value, rounded.error_text)
+        for term, each in zip(seen.terms, axis.coefficients, strict=True):
+            is_limit = term in fitted and fitted[term].value is None
+            assert (each.kind == "limit", each.value.startswith("below ")) == (is_limit, is_limit)
+            assert bool(each.interval) == (each.kind == "value")
+
+
+def test_a_fit_without_intervals_has_unknown_coefficients(analysis):
+    fitted = replace(analysis.fits["gyro_x"], verdict="descriptive", trust=None)
+    (sensor,) = main_coefficients({"gyro_x": fitted}).sensors
+    assert {each.kind for each in sensor.axes[0].coefficients} == {"unknown"}
+    assert sensor.axes[0].trust == "poor"

@@ -214,5 +214,7 @@ def test_a_dominant_term_has_a_column(name, level, columns):
     rng = np.random.default_rng(seed_of(f"dominant {name}"))
     angle = np.diff(rng.standard_normal(8001)) * level
     record = st.Record.from_arrays(rate=100.0, gyro_x=(angle + rng.standard_normal(8000)) * 1e-4)
-    head = collect_content(st.analyze(record), None).overview[0]
-    assert head[1:-1] == ("random walk", "bias instability", "rate random walk", *columns)
+    overview = collect_content(st.analyze(record), None).overview
+    assert overview.labels == ("random walk", "bias instability", "rate random walk", *columns)
+    (sensor,) = overview.sensors
+    assert len(sensor.units) == len(sensor.axes[0].coefficients) == len(overview.terms) == len(overview.labels)

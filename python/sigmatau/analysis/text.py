@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sigmatau.findings.wording import causes
+from sigmatau.fitting.overview import main_coefficients, text_rows
 from sigmatau.fitting.overview import overview as fit_overview
-from sigmatau.fitting.overview import overview_rows
 from sigmatau.fitting.tables import fit_legend, fit_table, read_off_legend, read_off_table
 from sigmatau.record.record import stream_name
 from sigmatau.record.sampling import sampling_text
@@ -129,7 +129,7 @@ def html(self: Analysis) -> str:
         return f"<p>{escape(headline(self))}</p><pre>{escape(coefficients(self))}</pre><ul>{items}</ul>"
     from sigmatau.plot.terminal import sparkline
 
-    head, *rows = overview_rows(self.fits, self.findings)
+    head, *rows = text_rows(main_coefficients(self.fits, self.findings))
     shown = [(*head, "σ(τ)")]
     for row in rows:
         curve = self.curves.get(row[0])

@@ -24,8 +24,8 @@ from sigmatau.io.live import Live
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.process import end_with_parent, keep_freed
 from sigmatau.reporting.charts import collect_charts, collect_sensors, digits
-from sigmatau.reporting.content import finding_text, level_text, main_coefficients
-from sigmatau.results import printable
+from sigmatau.reporting.content import dominant_coefficients, finding_text, level_text
+from sigmatau.results import plain_value, printable
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -145,7 +145,7 @@ def content(live: LiveAnalysis) -> dict[str, Any]:
         "heading": printable(live.heading()),
         "wait": live.wait(),
         "outlooks": [{"sensor": printable(sensor), "text": text} for sensor, text in outlooks],
-        "overview": [] if analysis is None else main_coefficients(analysis),
+        "overview": None if analysis is None else plain_value(dominant_coefficients(analysis)),
         "level": "" if analysis is None else level_text(analysis),
         "findings": [asdict(finding_text(finding)) for finding in findings],
         "charts": _charts(live, analysis),

@@ -1,4 +1,4 @@
-"""Overview of a result: one row per axis with its main coefficients and how far to trust them, in 80 columns."""
+"""Overview of a result: the main coefficients of each axis and how far to trust them; in 80 columns for a terminal."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import Literal
 
-from sigmatau.digits import Rounded, limit_text, round_to_error
+from sigmatau.digits import limit_text, round_to_error
 from sigmatau.findings.finding import Finding
 from sigmatau.fitting.fitted_noise import Trust
 from sigmatau.fitting.noise_fit import NoiseFit
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import aligned, duration_text
 
@@ -25,6 +26,92 @@ Form = Literal["full", "short", "below"]
 
 _FORMS: tuple[Form, ...] = ("full", "short", "below")
 _LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
+
+
+@frozen
+class MainCoefficient:
+    """A coefficient with its interval, as text in the unit of its sensor.
+
+    Attributes
+    ----------
+    kind : {"value", "limit", "unknown", "not_fitted"}
+    value : str
+        ``"0.97"``, ``"below 190"``, ``"unknown"`` or ``"not fitted"``.
+    interval : str
+        ``"± 0.10"`` or ``"[12.4, 15.7]"``; empty except for a value.
+    """
+
+    kind: Literal["value", "limit", "unknown", "not_fitted"]
+    value: str
+    interval: str = ""
+
+    @property
+    def text(self) -> str:
+        """Value and interval in a line."""
+        return f"{self.value} {self.interval}".rstrip()
+
+
+@frozen
+class AxisCoefficients:
+    """The main coefficients of a channel.
+
+    Attributes
+    ----------
+    channel : str
+    coefficients : tuple of MainCoefficient
+        In the order of the terms of the overview.
+    trust : {"good", "partial", "poor"}
+    """
+
+    channel: str
+    coefficients: tuple[MainCoefficient, ...]
+    trust: Trust
+
+
+@frozen
+class SensorCoefficients:
+    """The axes of a sensor, which share their units.
+
+    Attributes
+    ----------
+    units : tuple of str
+        In the order of the terms of the overview.
+    length : str
+        Length of the record, such as ``"3.3 min"``; ``"joint"`` for a joint fit of several runs.
+    runs : int
+        Number of the runs of a joint fit; otherwise 0.
+    axes : tuple of AxisCoefficients
+    """
+
+    units: tuple[str, ...]
+    length: str
+    runs: int
+    axes: tuple[AxisCoefficients, ...]
+
+
+@frozen
+class Overview:
+    """The main coefficients of a result.
+
+    Attributes
+    ----------
+    terms : tuple of str
+    labels : tuple of str
+        Names of the terms in words.
+    level : float or None
+        Confidence level of the intervals; None if the fits have several. [1]
+    sensors : tuple of SensorCoefficients
+    """
+
+    terms: tuple[str, ...]
+    labels: tuple[str, ...]
+    level: float | None
+    sensors: tuple[SensorCoefficients, ...]
+
+    @property
+    def grades(self) -> frozenset[Trust]:
+        """The grades of trust that occur."""
+        return frozenset(axis.trust for sensor in self.sensors for axis in sensor.axes)
 
 
 def overview(
@@ -51,18 +138,17 @@ def overview(
     str
         At most 70 columns for names of up to 8 characters.
     """
-    findings = tuple(findings)
+    coefficients = main_coefficients(fits, findings)
     text = ""
     for form in _FORMS:
-        rows = overview_rows(fits, findings, form=form)
-        text = "\n".join(aligned(rows))
+        text = "\n".join(aligned(text_rows(coefficients, form=form)))
         if max(map(len, text.splitlines())) <= width:
             break
-    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if legend and any(row[-1] == word for row in rows)]
+    meant = [f"{word}: {_MEANING[word]}" for word in _MEANING if legend and word in coefficients.grades]
     return "\n".join([text, *(["; ".join(meant)] if meant else [])])
 
 
-def dominant_columns(fits: Mapping[str, NoiseFit]) -> tuple[str, ...]:
+def dominant_terms(fits: Mapping[str, NoiseFit]) -> tuple[str, ...]:
     """`COLUMNS`, then the terms that are the largest at the shortest or longest averaging time of a fitted curve."""
     dominant: set[str] = set()
     for fitted in fits.values():
@@ -73,36 +159,63 @@ def dominant_columns(fits: Mapping[str, NoiseFit]) -> tuple[str, ...]:
     return *COLUMNS, *(name for name in TERMS if name in dominant.difference(COLUMNS))
 
 
-def overview_rows(
-    fits: Mapping[str, NoiseFit],
-    findings: Iterable[Finding] = (),
-    *,
-    columns: Sequence[str] = COLUMNS,
-    form: Form = "full",
-) -> list[tuple[str, ...]]:
+def main_coefficients(
+    fits: Mapping[str, NoiseFit], findings: Iterable[Finding] = (), *, terms: Sequence[str] = COLUMNS
+) -> Overview:
+    """The coefficients of some terms by sensor and axis, each sensor in units that suit its values."""
+    findings = tuple(findings)
+    levels = {fitted.level for fitted in fits.values()}
+    return Overview(
+        terms=tuple(terms),
+        labels=tuple(TERMS[term].label("signal") for term in terms),
+        level=levels.pop() if len(levels) == 1 else None,
+        sensors=tuple(
+            _sensor(dict(group), findings, terms) for _, group in groupby(fits.items(), lambda item: _kind(item[1]))
+        ),
+    )
+
+
+def _sensor(fits: Mapping[str, NoiseFit], findings: Sequence[Finding], terms: Sequence[str]) -> SensorCoefficients:
+    first = next(iter(fits.values()))
+    units = [
+        display_units(
+            term, first.quantity, first.rate_unit, [_printed_number(fitted, term) for fitted in fits.values()]
+        )[-1]
+        for term in terms
+    ]
+    return SensorCoefficients(
+        units=tuple(text for text, _ in units),
+        length="joint" if first.runs else duration_text(first.n * first.tau0),
+        runs=len(first.runs),
+        axes=tuple(
+            AxisCoefficients(
+                channel=channel,
+                coefficients=tuple(
+                    _coefficient(fitted, term, factor) for term, (_, factor) in zip(terms, units, strict=True)
+                ),
+                trust=trust(fitted, findings, channel),
+            )
+            for channel, fitted in fits.items()
+        ),
+    )
+
+
+def text_rows(coefficients: Overview, *, form: Form = "full") -> list[tuple[str, ...]]:
     """The cells of `overview`: a head, a row of units for each sensor, and one row per channel, or two with intervals
     below.
     """
-    findings = tuple(findings)
-    labels = (TERMS[term].label("signal") for term in columns) if form == "full" else _SHORT_LABELS
-    levels = {f"{100 * fitted.level:g} %" for fitted in fits.values()}
-    rows: list[tuple[str, ...]] = [(levels.pop() if len(levels) == 1 else "", *labels, "trust")]
-    for (quantity, unit, n, tau0, runs), group in groupby(fits.items(), lambda item: _kind(item[1])):
-        members = list(group)
-        units = {
-            term: display_units(term, quantity, unit, [_printed_number(fitted, term) for _, fitted in members])[-1]
-            for term in columns
-        }
-        texts = (text for text, _ in units.values())
-        rows.append((f"[{'joint' if runs else duration_text(n * tau0)}]", *texts, ""))
-        for channel, fitted in members:
-            values = [_value(fitted, term, units[term][1]) for term in columns]
-            grade = trust(fitted, findings, channel)
+    labels = coefficients.labels if form == "full" else _SHORT_LABELS
+    corner = "" if coefficients.level is None else f"{100 * coefficients.level:g} %"
+    rows: list[tuple[str, ...]] = [(corner, *labels, "trust")]
+    for sensor in coefficients.sensors:
+        rows.append((f"[{sensor.length}]", *sensor.units, ""))
+        for axis in sensor.axes:
+            values = axis.coefficients
             if form == "below":
-                rows.append((channel, *(value if isinstance(value, str) else value.value for value in values), grade))
-                rows.append(("", *("" if isinstance(value, str) else value.error_text for value in values), ""))
+                rows.append((axis.channel, *(value.value for value in values), axis.trust))
+                rows.append(("", *(value.interval for value in values), ""))
             else:
-                rows.append((channel, *(value if isinstance(value, str) else value.text for value in values), grade))
+                rows.append((axis.channel, *(value.text for value in values), axis.trust))
     return rows
 
 
@@ -144,15 +257,18 @@ def _printed_number(fitted: NoiseFit, name: str) -> float | None:
     return None if term is None else term.upper_limit if term.value is None else term.value
 
 
-def _value(fitted: NoiseFit, name: str, factor: float) -> Rounded | str:
-    """The value with its interval, or ``"below 190"``, ``"unknown"``, ``"not fitted"``."""
+def _coefficient(fitted: NoiseFit, name: str, factor: float) -> MainCoefficient:
+    """A coefficient in a unit of the size `factor`."""
     term = fitted.get(name)
+    unknown = MainCoefficient(kind="unknown", value="unknown")
     if not fitted.has_limits:
-        return "unknown"
+        return unknown
     if term is None:
-        return "not fitted"
+        return MainCoefficient(kind="not_fitted", value="not fitted")
     if term.value is None:
-        return "unknown" if term.upper_limit is None else limit_text(term.upper_limit / factor)
+        limit = term.upper_limit
+        return unknown if limit is None else MainCoefficient(kind="limit", value=limit_text(limit / factor))
     if term.low is None or term.high is None:
-        return "unknown"
-    return round_to_error(term.value, term.low, term.high, size=factor)
+        return unknown
+    rounded = round_to_error(term.value, term.low, term.high, size=factor)
+    return MainCoefficient(kind="value", value=rounded.value, interval=rounded.error_text)

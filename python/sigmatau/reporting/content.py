@@ -18,7 +18,7 @@ from sigmatau.exporting.targets import NAMES
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.overview import dominant_columns, overview_rows
+from sigmatau.fitting.overview import Overview, dominant_terms, main_coefficients
 from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
@@ -77,7 +77,7 @@ class Content:
     date: str
     made_by: str
     notes: tuple[tuple[str, str], ...]  # of the user: serial number, operator …
-    overview: tuple[tuple[str, ...], ...]  # head and rows, see `sigmatau.fitting.overview.overview_rows`
+    overview: Overview | None  # the dominant coefficients; None without a fit
     findings: tuple[FindingText, ...]
     coefficients: tuple[Coefficients, ...]
     legend: str  # explanation of the numbers
@@ -124,7 +124,7 @@ def collect_content(
         date=moment.strftime("%Y-%m-%d %H:%M UTC" if moment.tzinfo is UTC else "%Y-%m-%d %H:%M"),
         made_by=f"sigmatau {__version__}",
         notes=tuple((printable(str(key)), printable(str(text))) for key, text in (notes or {}).items()),
-        overview=tuple(main_coefficients(analysis)),
+        overview=dominant_coefficients(analysis),
         findings=tuple(finding_text(finding) for finding in analysis.findings),
         coefficients=tuple(_coefficients(analysis, channel) for channel in analysis.curves),
         legend=analysis.legend(),
@@ -171,10 +171,10 @@ def _file_name(analysis: Analysis) -> str:
     return "Record in memory" if path is None else path.replace("\\", "/").rstrip("/").rpartition("/")[2] or path
 
 
-def main_coefficients(analysis: Analysis) -> list[tuple[str, ...]]:
-    """Head and rows of the table of the dominant coefficients; empty without a fit."""
+def dominant_coefficients(analysis: Analysis) -> Overview | None:
+    """The main coefficients, and those that dominate a curve; None without a fit."""
     fits = analysis.fits
-    return overview_rows(fits, analysis.findings, columns=dominant_columns(fits)) if fits else []
+    return main_coefficients(fits, analysis.findings, terms=dominant_terms(fits)) if fits else None
 
 
 def _verdict(analysis: Analysis) -> str:

@@ -9,9 +9,10 @@ from importlib import resources
 from typing import Any
 
 from sigmatau.digits import two_digits
+from sigmatau.fitting.overview import MainCoefficient
 from sigmatau.reporting.content import Coefficients, Content, FindingText
 from sigmatau.reporting.markup import Markup, data, element, joined, name, prose, raised, script, style
-from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust
+from sigmatau.reporting.words import SEVERITIES, TRUST, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust, length_text
 
 Section = tuple[str, str, Markup]
 """Anchor, heading and content of a section."""
@@ -131,26 +132,24 @@ def _summary(content: Content) -> Markup:
 
 
 def _overview(content: Content) -> Markup:
-    if not content.overview:
+    if content.overview is None:
         if any(table.rows for table in content.coefficients):
             return element(
                 "p", "The coefficients were not fitted but read off the curves; see Coefficients.", class_="none"
             )
         why = WITHOUT_COEFFICIENTS.get(content.verdict, "nothing was fitted")
         return element("p", f"No coefficients: {why}.", class_="none")
-    head, *rows = content.overview
-    cells = [element("th", text, scope="col") for text in ("Axis", *head[1:-1], "Trust")]
+    cells = [element("th", text, scope="col") for text in ("Axis", *content.overview.labels, "Trust")]
     groups: list[Markup] = []
-    for row in rows:
-        if row[0].startswith("[") and not row[-1]:  # units of a sensor, and the length of its record
-            units = (element("th", raised(text), scope="col") for text in row[1:-1])
-            length = f"over {row[0].strip('[]')}"
-            groups.append(element("tr", element("th", length, scope="col"), units, element("th", ""), class_="units"))
-            continue
-        values = (element("td", _interval_below(text), class_="value") for text in row[1:-1])
-        trust = element("td", element("span", row[-1], class_=f"chip {row[-1]}", title=TRUST.get(row[-1], "")))
-        groups.append(element("tr", element("th", name(row[0]), scope="row"), values, trust))
-    legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in explain_trust(rows).items())}."
+    for sensor in content.overview.sensors:
+        units = (element("th", raised(text), scope="col") for text in sensor.units)
+        length = element("th", length_text(sensor), scope="col")
+        groups.append(element("tr", length, units, element("th", ""), class_="units"))
+        for axis in sensor.axes:
+            values = (element("td", _interval_below(value), class_="value") for value in axis.coefficients)
+            trust = element("td", element("span", axis.trust, class_=f"chip {axis.trust}", title=TRUST[axis.trust]))
+            groups.append(element("tr", element("th", name(axis.channel), scope="row"), values, trust))
+    legend = f"Trust: {'; '.join(f'{word} – {text}' for word, text in explain_trust(content.overview).items())}."
     table = element("table", element("thead", element("tr", cells)), element("tbody", groups), class_="overview")
     about = (
         f"Values with their {content.level} confidence intervals; below: upper limit of a term that is not observed."
@@ -158,9 +157,9 @@ def _overview(content: Content) -> Markup:
     return joined(scrolled(table), element("p", f"{about} {legend}" if content.level else legend, class_="legend"))
 
 
-def _interval_below(text: str) -> Markup:
-    value, bracket, interval = text.partition(" [")
-    return joined(value, element("span", bracket, interval, class_="interval") if bracket else [])
+def _interval_below(coefficient: MainCoefficient) -> Markup:
+    interval = element("span", coefficient.interval, class_="interval") if coefficient.interval else []
+    return joined(coefficient.value, " " if coefficient.interval else [], interval)
 
 
 def scrolled(table: Markup) -> Markup:

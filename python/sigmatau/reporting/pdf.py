@@ -25,7 +25,7 @@ from sigmatau.plot.stability import colour_limit
 from sigmatau.plot.svg import power
 from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, FindingText
-from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust
+from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust, length_text
 from sigmatau.results import printable
 
 _TEXT_WIDTH = 174.0  # of a page [mm]
@@ -125,22 +125,26 @@ def _numbers(text: str) -> str:
 
 
 def _overview(content: Content) -> dict[str, Any]:
-    if not content.overview:
+    if content.overview is None:
         return {}
-    head, *rows = content.overview
-    written = [
-        {
-            "units": row[0].startswith("[") and not row[-1],
-            "name": _name(row[0]) if row[-1] else row[0].replace("[", "over ").removesuffix("]"),
-            "cells": [_numbers(text) for text in row[1:-1]],
-            "trust": row[-1],
-        }
-        for row in rows
-    ]
     return {
-        "head": list(head[1:-1]),
-        "rows": written,
-        "trust": [list(item) for item in explain_trust(rows).items()],
+        "head": list(content.overview.labels),
+        "sensors": [
+            {
+                "length": length_text(sensor),
+                "units": list(sensor.units),
+                "axes": [
+                    {
+                        "name": _name(axis.channel),
+                        "cells": [[_numbers(each.value), _numbers(each.interval)] for each in axis.coefficients],
+                        "trust": axis.trust,
+                    }
+                    for axis in sensor.axes
+                ],
+            }
+            for sensor in content.overview.sensors
+        ],
+        "trust": [list(item) for item in explain_trust(content.overview).items()],
     }
 
 

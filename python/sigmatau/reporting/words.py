@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from sigmatau.fitting.overview import Overview, SensorCoefficients
 
 VERDICTS = {
     "at_rest": ("At rest", "good"),
@@ -28,7 +28,11 @@ TRUST = {
 SEVERITIES = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
-def explain_trust(overview: Iterable[tuple[str, ...]]) -> dict[str, str]:
+def explain_trust(overview: Overview) -> dict[str, str]:
     """Explain each grade of trust that occurs in the overview."""
-    words = {row[-1] for row in overview}
-    return {word: text for word, text in TRUST.items() if word in words}
+    return {word: text for word, text in TRUST.items() if word in overview.grades}
+
+
+def length_text(sensor: SensorCoefficients) -> str:
+    """Length of the record of a sensor, or the number of runs that were fitted together."""
+    return f"{sensor.runs} runs" if sensor.runs else f"over {sensor.length}"

@@ -69,11 +69,11 @@ export function showLive(view, opened, command) {
     return undefined;
   }
 
-  function showNumbers({ state, overview = [], level, wait, outlooks = [], findings, charts: data, error }) {
+  function showNumbers({ state, overview, level, wait, outlooks = [], findings, charts: data, error }) {
     if (!data) return;
     parts.outlooks.replaceChildren(...outlooks.map(({ sensor, text }) => make("li", {}, make("strong", {}, bdi(sensor)), `: ${text}`)));
     parts.outlooks.hidden = !outlooks.length;
-    if (overview.length) parts.table.replaceChildren(overviewTable({ overview, level }));
+    if (overview) parts.table.replaceChildren(overviewTable({ overview, level }));
     else parts.table.replaceChildren(...(error ? [] : [make("p", { className: "box partial wait" }, whyNone(state, wait, data))]));
     parts.findings.replaceChildren(findingsList(findings));
     setContent(data);

@@ -22,23 +22,20 @@ export function raised(text) {
 
 /** The main coefficients, one row per axis. */
 export function overviewTable({ overview, level, verdict, coefficients }) {
-  if (!overview?.length) return make("p", { className: "box partial" }, coefficients?.some((table) => table.rows.length) ? "The coefficients were not fitted but read off the curves: see Coefficients." : WITHOUT[verdict] ?? "No coefficients: nothing was fitted.");
-  const [head, ...rows] = overview;
-  const cells = ["Axis", ...head.slice(1, -1), "Trust"].map((text) => make("th", { scope: "col" }, ...raised(text)));
-  const body = rows.map((row) => {
-    const middle = row.slice(1, -1), trust = row[row.length - 1];
-    if (row[0].startsWith("[") && !trust) return make("tr", { className: "units" }, make("th", { scope: "col" }, `over ${row[0].replace(/[[\]]/g, "")}`), ...middle.map((text) => make("th", { scope: "col" }, ...raised(text))), make("td"));
-    return make("tr", {}, make("th", { scope: "row" }, bdi(row[0])), ...middle.map(valueCell), make("td", {}, chip(trust || "–", trust)));
-  });
+  if (!overview) return make("p", { className: "box partial" }, coefficients?.some((table) => table.rows.length) ? "The coefficients were not fitted but read off the curves: see Coefficients." : WITHOUT[verdict] ?? "No coefficients: nothing was fitted.");
+  const heads = (texts) => texts.map((text) => make("th", { scope: "col" }, ...raised(text)));
+  const body = overview.sensors.flatMap(({ length, runs, units, axes }) => [
+    make("tr", { className: "units" }, ...heads([runs ? `${runs} runs` : `over ${length}`, ...units]), make("td")),
+    ...axes.map(({ channel, coefficients, trust }) => make("tr", {}, make("th", { scope: "row" }, bdi(channel)), ...coefficients.map(valueCell), make("td", {}, chip(trust, trust)))),
+  ]);
   return make("div", {},
-    make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Main coefficients" }, make("table", { className: "overview" }, make("thead", {}, make("tr", {}, ...cells)), make("tbody", {}, ...body))),
+    make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Main coefficients" }, make("table", { className: "overview" }, make("thead", {}, make("tr", {}, ...heads(["Axis", ...overview.labels, "Trust"]))), make("tbody", {}, ...body))),
     ...(level ? [make("p", { className: "legend" }, `Values with their ${level} confidence intervals; below: upper limit of a term that is not observed.`)] : []));
 }
 
 /** A value with its interval below, as in the report. */
-function valueCell(text) {
-  const [value, interval] = String(text).split(/ (?=\[)/);
-  return make("td", { className: "value" }, ...raised(value), ...(interval ? [" ", make("span", { className: "interval" }, ...raised(interval))] : []));
+function valueCell({ value, interval }) {
+  return make("td", { className: "value" }, ...raised(value), ...(interval ? [" ", make("span", { className: "interval" }, interval)] : []));
 }
 
 /** Findings in order; notes are folded if there are many. */

@@ -18,9 +18,8 @@ Section = tuple[str, str, Markup]
 """Anchor, heading and content of a section."""
 
 _SCRIPTS = (
-    *("page", "numbers", "plot", "frame", "saving"),
-    *("deviation", "density", "residuals", "series", "map"),
-    *("theme", "paper", "main"),
+    *("page", "numbers", "plot", "theme", "paper", "frame", "saving"),
+    *("deviation", "density", "residuals", "series", "map", "main"),
 )
 _MODULE_WORDS = re.compile(r"^(import .*;\n|export )", re.MULTILINE)
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"

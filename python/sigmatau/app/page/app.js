@@ -1,6 +1,5 @@
 // The page as a whole: steps, history, keys, the command line, and what happens when options change.
 
-import "./paper.js";
 import { drop, forget } from "./frame.js";
 import { make } from "./page.js";
 import { about, config, files, result as fetchResult } from "./api.js";

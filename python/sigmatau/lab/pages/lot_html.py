@@ -32,7 +32,7 @@ from sigmatau.reporting.html import asset, done, frame, scrolled, section
 from sigmatau.reporting.markup import Markup, element, joined, name, raised
 from sigmatau.results import printable
 
-_SCRIPTS = ("page", "numbers", "plot")
+_SCRIPTS = ("page", "numbers", "plot", "theme", "paper")
 
 
 def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:

@@ -2,14 +2,17 @@
 
 import { channelColour, content, make } from "./page.js";
 import { text } from "./numbers.js";
+import { onPrint } from "./paper.js";
 import { draw, plots, zoom, zoomOf, zoomTo } from "./plot.js";
 import { saveCsv, savePng, saveSvg } from "./saving.js";
+import { onRecolour } from "./theme.js";
 
 /** What is chosen of each sensor, in all its figures: its unit, and the channels that are seen. */
 const chosen = new Map();
 export const figures = new Set();
 const remembered = new Map(); // options of a figure that is made again, of another result
 const MOST_SENSORS = 4; // beside each other; of more, one is chosen
+const PAPER = 660; // width of a plot on A4 with margins of 15 mm [px]
 
 /** Forget what was chosen of sensors: another file has others. */
 export function forget() {
@@ -92,9 +95,15 @@ const watcher = new IntersectionObserver((entries) => {
   }
 }, { rootMargin: "600px" });
 
-export function drawAll() {
+onRecolour(() => { for (const one of figures) one.sync?.(); });
+
+onPrint(() => {
   for (const one of figures) { one.visible = true; one.draw(); }
-}
+  for (const { element, drawn, kind } of figures) {
+    const wide = kind.id === "deviation" || kind.id === "density" || element.parentElement.children.length === 1;
+    for (const { u, described } of drawn) u.setSize({ width: wide ? PAPER : PAPER / 2 - 22, height: described.height * (wide ? 1 : 0.8) });
+  }
+});
 
 function caption(sensor) {
   return sensor.title === sensor.name ? make("bdi", {}, sensor.name) : sensor.title;

@@ -1,6 +1,5 @@
 // The page: its sections, and copying.
 
-import "./paper.js";
 import { fill } from "./frame.js";
 import { deviation } from "./deviation.js";
 import { density } from "./density.js";

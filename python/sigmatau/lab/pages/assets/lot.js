@@ -1,7 +1,6 @@
 // The page of a lot: curves of all units, values over the order of the units, sorting of the table.
 
 const lotFigures = [];
-const root = document.documentElement, dark = matchMedia("(prefers-color-scheme: dark)");
 const MOST_COLOURS = 6;
 
 /** A figure that is drawn when it comes near the window. */
@@ -161,44 +160,9 @@ for (const head of document.querySelectorAll("table.units th[data-sort]")) {
   head.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); sort(); } });
 }
 
-// Theme: that of the system, until it is chosen.
-const themeButton = document.getElementById("theme");
-const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
-
-function recolour() {
-  themeButton.textContent = isDark() ? "Light" : "Dark";
-  for (const { u } of plots) u.redraw(false, true);
-}
-
-themeButton.hidden = false;
-themeButton.addEventListener("click", () => { root.dataset.theme = isDark() ? "light" : "dark"; recolour(); });
-dark.addEventListener("change", recolour);
-recolour();
-
-// On paper all figures are drawn, in light colours, two beside each other.
-const PAPER = 310; // width of a plot on A4 [px]
-let before = null;
-
-function toPaper() {
-  if (before !== null) return;
-  before = root.dataset.theme ?? "";
-  setPaper(true);
-  root.dataset.theme = "light";
+// On paper two figures are beside each other.
+const HALF_PAPER = 310; // width of a plot on A4 [px]
+onPrint(() => {
   for (const one of lotFigures) one.draw();
-  recolour();
-  for (const { plot } of lotFigures) plot.u.setSize({ width: PAPER, height: 0.8 * plot.described.height });
-}
-
-function toScreen() {
-  if (before === null) return;
-  if (before) root.dataset.theme = before;
-  else delete root.dataset.theme;
-  before = null;
-  setPaper(false);
-  for (const { u, place, described } of plots) u.setSize({ width: place.clientWidth, height: described.height });
-  recolour();
-}
-
-addEventListener("beforeprint", toPaper);
-addEventListener("afterprint", toScreen);
-matchMedia("print").addEventListener("change", (event) => (event.matches ? toPaper() : toScreen()));
+  for (const { plot } of lotFigures) plot.u.setSize({ width: HALF_PAPER, height: 0.8 * plot.described.height });
+});

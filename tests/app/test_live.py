@@ -45,9 +45,9 @@ class Port:
         import pty
         import tty
 
-        self.near, far = pty.openpty()
-        tty.setraw(far)
-        self.name = os.ttyname(far)
+        self.master, terminal = pty.openpty()
+        tty.setraw(terminal)
+        self.name = os.ttyname(terminal)
         self.saved = folder / "saved.csv"
 
     def recording(self, **changes):
@@ -59,12 +59,12 @@ class Port:
             "command": "sigmatau watch",
         }
         made = Recording(LiveSource(source=self.name, **(stated | changes)))
-        os.write(self.near, b"1,0.0\r\n")  # a part of a line
+        os.write(self.master, b"1,0.0\r\n")  # a part of a line
         return made
 
     def write(self, rows):
         for start in range(0, len(rows), 100):
-            os.write(self.near, b"".join(rows[start : start + 100]))
+            os.write(self.master, b"".join(rows[start : start + 100]))
 
 
 @pytest.fixture

@@ -1,13 +1,9 @@
 """Live samples: the reader of lines that come in pieces, and the command."""
 
-import io
 import json
-import os
-import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from importlib import resources
 from pathlib import Path
@@ -15,27 +11,15 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from watched_logs import ENVIRONMENT, moving_rows, options, write_log
 
-from conftest import ROOT
 from known import interruptible, seed_of
-from sigmatau import NoiseModel, analyze, read, simulate
-from sigmatau.analysis.live import LiveAnalysis
+from sigmatau import analyze, read
 from sigmatau.cli import main
-from sigmatau.cli.watch_screen import screen_lines
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.follow import follow
 from sigmatau.io.live import Live
-from sigmatau.io.read.options import TableOptions
-from sigmatau.io.write import write
-from sigmatau.plot.terminal import text_plot
 from sigmatau.quality.selection.live import LiveStretches
-
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "python")}
-
-
-def options(**given):
-    defaults = {"rate": None, "unit": {}, "channels": {}, "input": "rate", "scale": {}, "offset": {}}
-    return TableOptions(**{**defaults, **given}).checked()
 
 
 def table(n=300, header="time [s],gyro_x [deg/s],gyro_y [deg/s]", rate=50):
@@ -197,12 +181,7 @@ class TestFollow:
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    model = NoiseModel(
-        channels={"gyro_x": {"random_walk": 1e-4, "rate_random_walk": 1e-6}, "accel_x": {"random_walk": 1e-3}}
-    )
-    path = tmp_path_factory.mktemp("watch") / "log.csv"
-    write(simulate(model, duration=1500, rate=100, rng=1), path)
-    return path
+    return write_log(tmp_path_factory.mktemp("watch") / "log.csv")
 
 
 def wait_until_read(run, path):
@@ -322,111 +301,6 @@ class TestCommand:
         assert main([str(log) if word == "LOG" else word for word in argv]) == code
         assert words.replace("LOG", str(log)) in capsys.readouterr().err
 
-    def test_the_screen(self, log):
-        """Heading, the coefficients of all axes, what more samples would show, curves if there is room."""
-        watched = LiveAnalysis("log", Live(options()))
-        assert screen_lines(watched, width=80, height=24) == ["log: waiting for the first lines", ""]
-        text = log.read_bytes()
-        watched.take(text[: len(text) // 50])
-        assert screen_lines(watched, width=80, height=24)[1].startswith("too short to tell: coefficients in 29")
-        watched.take(text[len(text) // 50 :])
-        small, large = (screen_lines(watched, width=100, height=height) for height in (24, 60))
-        assert "150000 samples at 100 Hz" in small[0]
-        assert [line.split()[0] for line in small if re.match("(gyro|accel)_", line)] == list(watched.live.channels)
-        assert re.search(r"^gyro: angle random walk ± 0\.\d+ %, enough", "\n".join(small), re.MULTILINE)
-        assert len(small) <= 22
-        for words in ("σ(τ) [deg/h]", "σ(τ) [µg]", "└─"):
-            assert words in "\n".join(large)
-
-    def test_a_line_into_a_pipe(self, log, capsys):
-        argv = ["watch", str(log), "--idle", "0.5", "--every", "0.1"]
-        assert main(argv) == 0
-        said = capsys.readouterr().err
-        assert re.search(
-            r"^.*150000 samples at 100 Hz.*; gyro: angle random walk ± .* %, enough; .*accel:", said, re.MULTILINE
-        )
-        assert main([*argv, "-q"]) == 0
-        assert "enough" not in capsys.readouterr().err
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no pseudoterminals")
-class TestSerialPort:
-    COLUMNS = ("--rate", "100", "--channels", "gyro=1:3", "--unit", "gyro=rad/s")
-
-    @staticmethod
-    def port():
-        import pty
-        import tty
-
-        near, far = pty.openpty()
-        tty.setraw(far)
-        return near, os.ttyname(far)
-
-    def watched(self, saved, lines):
-        """Exit code of a process that watches a port into which lines go, and its outputs."""
-        pytest.importorskip("serial", reason="pyserial reads the port")
-        near, name = self.port()
-        argv = [sys.executable, "-m", "sigmatau", "watch", "--serial", name, *self.COLUMNS]
-        argv += ["--idle", "1", "--save", str(saved)]
-        with subprocess.Popen(argv, stdout=-1, stderr=-1, env=ENVIRONMENT, text=True) as process:
-            os.write(near, b"1,0.0")
-            while not saved.exists():  # it is made when the port is open
-                time.sleep(0.05)
-            for start in range(0, len(lines), 100):
-                os.write(near, b"".join(lines[start : start + 100]))
-                time.sleep(0.005)
-            out, said = process.communicate(timeout=60)
-        return process.returncode, out, said
-
-    def test_a_log_is_saved_and_analysed(self, tmp_path):
-        """An Arduino without a header: the part of a line at the beginning is left out."""
-        rng = np.random.default_rng(seed_of("serial port"))
-        y = rng.standard_normal((7000, 3)) * 1e-3
-        lines = [f"{a:.6f},{b:.6f},{c:.6f}\r\n".encode() for a, b, c in y]
-        saved = tmp_path / "saved.csv"
-        code, out, said = self.watched(saved, [b"3,0.1\r\n", *lines])
-        assert code == 0, said
-        assert "7000 samples at 100 Hz (given), 70 s" in out
-        assert f"quick look: sigmatau analyze {saved}" in said
-        assert saved.read_bytes() == b"".join(lines)
-        result = analyze(read(saved, rate=100, channels={"gyro": "1:3"}, unit={"gyro": "rad/s"}))
-        walk = result["gyro_x"]["random_walk"]
-        assert walk.low <= 1e-4 <= walk.high
-
-    def test_a_saved_log_is_not_overwritten(self, tmp_path, capsys):
-        near, name = self.port()
-        (tmp_path / "old.csv").write_text("old")
-        assert main(["watch", "--serial", name, *self.COLUMNS, "--save", str(tmp_path / "old.csv")]) == 1
-        assert "old.csv: exists, and a record is never overwritten" in capsys.readouterr().err
-        os.close(near)
-        assert (tmp_path / "old.csv").read_text() == "old"
-
-    def test_a_port_that_is_unplugged(self, tmp_path, capsys):
-        near, name = self.port()
-        closing = threading.Timer(1.0, os.close, (near,))
-        closing.start()
-        assert main(["watch", "--serial", name, *self.COLUMNS]) == 1
-        assert f"{name}: the serial port cannot be read any more" in capsys.readouterr().err
-
-    def test_without_pyserial(self, monkeypatch, capsys):
-        monkeypatch.setitem(sys.modules, "serial", None)
-        assert main(["watch", "--serial", "/dev/none"]) == 1
-        assert "pip install 'sigmatau[serial]'" in capsys.readouterr().err
-
-
-class TestTextPlot:
-    def test_curves_fall_where_they_should(self, log):
-        curves = {"gyro_x": analyze(read(log), method="read-off").curves["gyro_x"]}
-        lines = text_plot(curves, width=60, height=20)
-        assert len(lines) == 20
-        assert all(len(line) <= 60 for line in lines)
-        rows = [[k for k, dot in enumerate(line) if "\u2800" < dot <= "\u28ff"] for line in lines[1:-2]]
-        # White noise falls: the dots of lower rows lie further right.
-        columns = [row[0] for row in rows if row]
-        assert columns[0] == lines[1].index("│") + 1
-        assert columns == sorted(columns)
-        assert lines[0].endswith("gyro x")
-
 
 class TestEnds:
     """However it ends, what has come is not lost."""
@@ -481,20 +355,10 @@ class TestEnds:
 class TestMotion:
     """No coefficients of a sensor that moves."""
 
-    N, RATE = 12_000, 100
-
-    def rows(self, moving):
-        """Two minutes of gyros; they are turned by hand where `moving`."""
-        rng = np.random.default_rng(seed_of("watched motion"))
-        t = np.arange(self.N) / self.RATE
-        x = 0.05 * rng.standard_normal((self.N, 3))
-        x[:, 0] += np.where(moving(t), 40 * np.sin(2 * np.pi * 0.4 * t), 0.0)
-        return x
-
     def watch(self, folder, moving, capsys, *more):
         path = folder / "log.csv"
         header = "gyro_x [deg/s],gyro_y [deg/s],gyro_z [deg/s]"
-        np.savetxt(path, self.rows(moving), delimiter=",", header=header, comments="", fmt="%.6f")
+        np.savetxt(path, moving_rows(moving), delimiter=",", header=header, comments="", fmt="%.6f")
         result = folder / "w.json"
         code = main(["watch", str(path), "--rate", "100", "--idle", "0.1", "--json", str(result), *more])
         return code, capsys.readouterr(), json.loads(result.read_text())
@@ -518,24 +382,14 @@ class TestMotion:
         walk = result["channels"]["gyro_x"]["fit"]["terms"]["random_walk"]
         assert walk["low"] <= np.deg2rad(0.05) / 10 <= walk["high"]
 
-    def test_the_screen_says_so(self):
-        watched = LiveAnalysis("log", Live(options(rate=100.0, unit={"gyro": "deg/s"}, channels={"gyro": "1:3"})))
-        text = io.StringIO()
-        np.savetxt(text, self.rows(lambda t: t > 60), delimiter=",", fmt="%.6f")
-        lines = text.getvalue().encode().splitlines(keepends=True)
-        watched.take(b"".join(lines[:7000]))
-        assert "random walk" in "\n".join(screen_lines(watched, width=80, height=24))
-        watched.take(b"".join(lines[7000:]))
-        assert "moving now" in screen_lines(watched, width=80, height=24)[0]
-
     def test_pieces_make_no_difference(self):
-        x = self.rows(lambda t: (t > 70) & (t < 75))
+        x = moving_rows(lambda t: (t > 70) & (t < 75))
         found = []
-        for size in (1, 997, self.N):
+        for size in (1, 997, len(x)):
             some = LiveStretches(
                 ("gyro_x", "gyro_y", "gyro_z"), rate=100, unit={"gyro": "deg/s"}, input="rate", assumed=False
             )
-            for start in range(0, self.N, size):
+            for start in range(0, len(x), size):
                 some.push(x[start : start + size])
             some.finish()
             found.append((some.rest(), some.sums.start, some.sums.n, some.sums.snapshot()["gyro_y"].adev.tolist()))

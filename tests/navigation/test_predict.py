@@ -389,9 +389,9 @@ def test_beyond_the_record_and_beyond_the_equations():
     found = predict(NoiseModel(channels=channels), after=[60.0, 86400.0], rate=1.0)
     assert max(map(len, repr(found).splitlines())) <= 80
     text = " ".join(repr(found).split())
-    near, far = (row[-1] for row in found["velocity_z"].rows(duration=found.duration))
-    assert "beyond the record" not in near
-    assert "beyond the record of 2 h, too large for these equations" in far
+    minute, day = (row[-1] for row in found["velocity_z"].rows(duration=found.duration))
+    assert "beyond the record" not in minute
+    assert "beyond the record of 2 h, too large for these equations" in day
     assert "Beyond the 2 h of the record, the noise was not measured" in text
     assert "its error grows e-fold every 9.5 min" in text
     assert "Too large for these equations" in text

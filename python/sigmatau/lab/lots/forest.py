@@ -75,10 +75,10 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     low, high = (value - half, value + half) if label.term in SIGNED else (value * np.exp(-half), value * np.exp(half))
     value, low, high = value / size, low / size, high / size
     level = f"{100 * comparison.level:g} %"
-    next_one = [end / size for end in (effects.next_low, effects.next_high) if end is not None]
+    prediction = [end / size for end in (effects.next_low, effects.next_high) if end is not None]
     of_mean = [end / size for end in (effects.low, effects.high) if end is not None]
     one_more = f"{level} prediction interval of one more {COMPARED[comparison.by]}"
-    for ends, grey, text in ((next_one, "0.93", one_more), (of_mean, "0.82", f"{level} interval of the mean")):
+    for ends, grey, text in ((prediction, "0.93", one_more), (of_mean, "0.82", f"{level} interval of the mean")):
         if len(ends) == 2:
             ax.axvspan(*ends, color=grey, lw=0, label=text)
     ax.axvline(effects.mean / size, color="0.35", lw=0.8)
@@ -102,8 +102,8 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     ax.set_yticks(places if is_named else [], [_shortened(name) for name in names] if is_named else [])
     values = np.concatenate([low, high, value])
     ends_of_axis = float(np.nanmin(values)), float(np.nanmax(values))
-    if len(next_one) == 2 and next_one[1] - next_one[0] < 4 * (ends_of_axis[1] - ends_of_axis[0]):
-        ends_of_axis = min(*ends_of_axis, *next_one), max(*ends_of_axis, *next_one)  # of few runs it is far wider
+    if len(prediction) == 2 and prediction[1] - prediction[0] < 4 * (ends_of_axis[1] - ends_of_axis[0]):
+        ends_of_axis = min(*ends_of_axis, *prediction), max(*ends_of_axis, *prediction)  # of few runs it is far wider
     limit_axis(ax, *ends_of_axis)
 
 

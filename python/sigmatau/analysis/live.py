@@ -126,7 +126,8 @@ class LiveAnalysis:
         by_sensor: dict[str, dict[str, NoiseFit]] = {}
         for channel, fitted in analysis.fits.items():
             by_sensor.setdefault(stream_name(channel), {})[channel] = fitted
-        return [(sensor, text) for sensor, fits in by_sensor.items() if (text := outlook(fits))]
+        outlooks = {sensor: outlook(fits) for sensor, fits in by_sensor.items()}
+        return [(sensor, str(expected)) for sensor, expected in outlooks.items() if expected is not None]
 
     def wait(self) -> str:
         """Why there are no coefficients yet, and when there will be."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from sigmatau._native.distributions import normal_quantile
 from sigmatau.digits import significant
 from sigmatau.fitting.noise_fit import NoiseFit
-from sigmatau.fitting.planning import needed_samples
+from sigmatau.fitting.planning import needed_samples, relative_error
+from sigmatau.frozen import frozen
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text
 
@@ -16,39 +18,81 @@ ENOUGH = 0.05
 covariance of a filter is then known to a tenth, and units and days differ by more.
 """
 
+_HIDDEN = "bias_instability"  # the term that decides how long a record must be
 _LONGEST = 30 * 86400.0  # longest record that is proposed [s]
+_STEP = 1.02  # ratio of lengths at which the search ends: two digits suffice
 
 
-def outlook(fits: Mapping[str, NoiseFit]) -> str:
-    """One sentence on the worst axis of a sensor: is the record long enough, and what would a longer one show?
+@frozen
+class Outlook:
+    """What the fit of the worst axis of a sensor shows, and what a longer record would show.
+
+    Attributes
+    ----------
+    quantity, rate_unit : str
+        Of the sensor.
+    width : float
+        Relative half width of the interval of the random walk. [1]
+    needed : float
+        Length of record at which the half width is `ENOUGH`; that of the record if it is. [s]
+    hidden : float or None
+        Bias instability of half its present upper limit; None if it is observed, or no record of a month shows it. [SI]
+    visible_in : float or None
+        Length of record that shows `hidden` with a probability of 50 %. [s]
+    """
+
+    quantity: str
+    rate_unit: str
+    width: float
+    needed: float
+    hidden: float | None = None
+    visible_in: float | None = None
+
+    def __str__(self) -> str:
+        label = TERMS["random_walk"].label(self.quantity)
+        verdict = "enough" if self.width <= ENOUGH else f"± {100 * ENOUGH:g} % in {duration_text(self.needed)}"
+        text = f"{label} ± {significant(100 * self.width, 2)} %, {verdict}"
+        if self.hidden is None or self.visible_in is None:
+            return text
+        unit, factor = display_units(_HIDDEN, self.quantity, self.rate_unit, [self.hidden])[-1]
+        size = f"{TERMS[_HIDDEN].label(self.quantity)} of {significant(self.hidden / factor, 2)} {unit}"
+        return f"{text}; a {size} would be visible in {duration_text(self.visible_in)}"
+
+
+def outlook(fits: Mapping[str, NoiseFit]) -> Outlook | None:
+    """Whether the record of a sensor is long enough, and what a longer one would show, on its worst axis.
 
     Parameters
     ----------
     fits : mapping of str to NoiseFit
-        The channels of one sensor.
+        The channels of one sensor, fitted on their curves (`sigmatau.fit`), as of a live record.
 
     Returns
     -------
-    str
-        Empty if no channel has a random walk with an interval.
+    Outlook or None
+        None if no channel has a random walk with an interval.
 
     Examples
     --------
     >>> import sigmatau as st
     >>> record = st.simulate(st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-4}}), duration=600, rate=100, rng=1)
-    >>> outlook(st.analyze(record).fits).split(";")[0]
+    >>> str(outlook(st.analyze(record).fits)).split(";")[0]
     'angle random walk ± 0.57 %, enough'
     """
     widths = {channel: width for channel, fitted in fits.items() if (width := _half_width(fitted)) is not None}
     if not widths:
-        return ""
+        return None
     channel = max(widths, key=lambda name: widths[name])
     fitted, width = fits[channel], widths[channel]
-    label = TERMS["random_walk"].label(fitted.quantity)
-    length = fitted.n * fitted.tau0
-    needed = length * (width / ENOUGH) ** 2  # the interval narrows with the square root of the length
-    verdict = "enough" if width <= ENOUGH else f"± {100 * ENOUGH:g} % in {duration_text(needed)}"
-    return "; ".join([f"{label} ± {significant(100 * width, 2)} %, {verdict}", *_hidden_terms(fitted)])
+    hidden, visible_in = _hidden_term(fitted)
+    return Outlook(
+        quantity=fitted.quantity,
+        rate_unit=fitted.rate_unit,
+        width=width,
+        needed=_needed_length(fitted, width),
+        hidden=hidden,
+        visible_in=visible_in,
+    )
 
 
 def _half_width(fitted: NoiseFit) -> float | None:
@@ -59,17 +103,44 @@ def _half_width(fitted: NoiseFit) -> float | None:
     return (term.high - term.low) / (2 * term.value)
 
 
-def _hidden_terms(fitted: NoiseFit) -> list[str]:
-    """When a bias instability of half its present limit would be seen."""
-    name = "bias_instability"
-    term = fitted.get(name)
+def _needed_length(fitted: NoiseFit, width: float) -> float:
+    """Length of record at which the interval of the random walk is `ENOUGH`. [s]
+
+    A short record does not separate the random walk from the other terms, so that its interval narrows faster than with the
+    square root of the length: the covariance of a fit with all terms free gives the width.
+    """
+    length = fitted.n * fitted.tau0
+    if width <= ENOUGH:
+        return length
+    observed = _observed(fitted)
+    z = normal_quantile((1 + fitted.level) / 2)
+
+    def predicted(n: int) -> float:
+        return z * relative_error(observed, "random_walk", observed["random_walk"], n=n, tau0=fitted.tau0)
+
+    # the interval of a model that does not fit exactly stays wider by the same factor
+    target = ENOUGH / (max(width / predicted(fitted.n), 1.0) if fitted.verdict == "widened" else 1.0)
+    low = high = fitted.n
+    if predicted(low) <= target:
+        return length * (width / ENOUGH) ** 2
+    while predicted(high) > target:
+        low, high = high, 2 * high
+    while high / low > _STEP:
+        middle = round(math.sqrt(low * high))
+        low, high = (middle, high) if predicted(middle) > target else (low, middle)
+    return high * fitted.tau0
+
+
+def _hidden_term(fitted: NoiseFit) -> tuple[float, float] | tuple[None, None]:
+    """A bias instability of half its present limit, and the length of record that shows it. [SI, s]"""
+    term = fitted.get(_HIDDEN)
     if term is None or term.value is not None or term.upper_limit is None:
-        return []
-    observed = {key: each.value for key, each in fitted.items() if each.value is not None and TERMS[key].is_noise}
+        return None, None
     half = term.upper_limit / 2
-    samples = needed_samples(observed, name, half, tau0=fitted.tau0)
-    if not math.isfinite(samples) or samples * fitted.tau0 > _LONGEST:
-        return []
-    unit, factor = display_units(name, fitted.quantity, fitted.rate_unit, [half])[-1]
-    label, size = TERMS[name].label(fitted.quantity), significant(half / factor, 2)
-    return [f"a {label} of {size} {unit} would be visible in {duration_text(samples * fitted.tau0)}"]
+    length = needed_samples(_observed(fitted), _HIDDEN, half, tau0=fitted.tau0) * fitted.tau0
+    return (half, length) if length <= _LONGEST else (None, None)
+
+
+def _observed(fitted: NoiseFit) -> dict[str, float]:
+    """The noise of a fit, by term. [SI]"""
+    return {key: each.value for key, each in fitted.items() if each.value is not None and TERMS[key].is_noise}

@@ -33,7 +33,9 @@ def test_a_page_until_it_is_ended(tmp_path, end, code):
     ("words", "code", "message"),
     [
         (["nothing"], 1, "there is no such file or folder"),
-        (["--nonsense"], 2, "unknown option --nonsense"),
+        (["--nonsense"], 2, "Unknown option: --nonsense."),
+        (["--no-browsr"], 2, "Did you mean --no-browser?"),
+        (["--prot", "8000"], 2, "Unknown option: --prot. Did you mean --port?"),
         (["--port", "70000"], 2, "must be a number from 0 to 65535"),
         (["--max-upload", "0"], 2, "must be a positive number of GB"),
         (["--baud", "9600"], 2, "--baud is for live samples: give --serial PORT too, or -"),

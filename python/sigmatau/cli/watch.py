@@ -16,6 +16,7 @@ from sigmatau.cli.live_source import check_live_options, check_standard_input, l
 from sigmatau.cli.options import check_outputs, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.cli.watch_screen import progress
+from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.io.follow import BAUD, follow
@@ -72,6 +73,7 @@ def watch_command(
     between = None if every is None else _positive(every, "every")
     longest = None if idle is None else _positive(idle, "idle")
     check_outputs([], plot=plot, json=json)
+    check_place(source, command="watch")
     source = live_source(source, serial=serial, baud=baud, save=save)
     if serial is None and source != "-" and not Path(source).is_file():
         what = "is not a regular file" if Path(source).exists() else "there is no such file"

@@ -93,6 +93,19 @@ def _read_config(file: Path) -> tuple[dict[str, Any], str | None]:
         raise error.about(str(file)) from None
 
 
+def check_place(word: str, *, command: str) -> None:
+    """Raise the library's error for a mistyped option that a command took for a file, because it also takes ``-``."""
+    if not word.startswith("-") or word == "-" or os.path.lexists(word):
+        return
+    from cyclopts import Token, UnknownOptionError
+
+    from sigmatau.cli.app import app
+
+    token = Token(keyword=word.partition("=")[0], source="cli")
+    arguments = app[command].assemble_argument_collection()
+    raise UnknownOptionError(token=token, argument_collection=arguments, command_chain=(command,), verbose=False)
+
+
 def is_number(word: str) -> bool:
     """Whether a word is a number."""
     try:

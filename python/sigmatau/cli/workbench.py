@@ -16,6 +16,7 @@ from sigmatau.cli.declared import Flag, InMain, Quiet
 from sigmatau.cli.live_source import check_live_options, check_standard_input, live_source
 from sigmatau.cli.options import say
 from sigmatau.cli.settings import WatchReading, WatchSettings
+from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.follow import BAUD
 from sigmatau.io.read.options import ReadOptions
@@ -71,8 +72,7 @@ def app_command(
     need_libraries()
     places = [path for path in paths if path != _STANDARD_INPUT]
     for path in places:
-        if str(path).startswith("-") and not path.exists():
-            raise OptionError(f"unknown option {path}; see sigmatau app --help", option="paths")
+        check_place(str(path), command="app")
         if not path.exists():
             raise DataError(f"{path}: there is no such file or folder")
     live = _live(

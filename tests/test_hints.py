@@ -30,6 +30,11 @@ FOREIGN = {"io/read/formats/text_programs.py": "ros2 topic echo --csv"}
         ([Hint("at_rest", value=True)], "`at_rest=True`", "--at-rest"),
         ([Hint("unit", "time", "ms")], '`unit={"time": "ms"}`', "--unit time=ms"),
         (
+            [Hint("unit", "gyro", "deg/s", "2 deg/s")],
+            '`unit={"gyro": "deg/s"}` (2 deg/s)',
+            "--unit gyro=deg/s (2 deg/s)",
+        ),
+        (
             [Hint("rate", value={"gyro": 400, "accel": 200})],
             '`rate={"gyro": 400, "accel": 200}`',
             "--rate gyro=400,accel=200",

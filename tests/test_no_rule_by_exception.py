@@ -53,7 +53,7 @@ JUSTIFIED = {
     "quality/inspection.py _against_fits": TOO_SHORT,
     "reporting/charts.py _density": TOO_SHORT,
     "reporting/charts.py _map": TOO_SHORT,
-    "reporting/content.py _files": "the writer of a target refuses what it cannot hold: the report names the first",
+    "reporting/content.py filter_files": "the writer of a target refuses what it cannot hold: the report names the first",
     "lab/store/from_files.py _read": UNREADABLE,
 }
 

@@ -146,11 +146,15 @@ class OptionError(_SourcedError):
         Name of the option, e.g. ``"unit"``.
     rows : str
         Lines that show what the question is about, such as the first rows of a table.
+    question : str
+        The message without the answers, for a page that has a button for each. Default: the message.
 
     Attributes
     ----------
     option : str or None
         Name of the option.
+    question : str
+        The message without the answers.
     key : str
         What of the option is wrong, printed behind its name; mostly empty.
     rows : str
@@ -170,9 +174,10 @@ class OptionError(_SourcedError):
     '--level must be between 0 and 1, not 95'
     """
 
-    def __init__(self, message: str, *, option: str | None = None, rows: str = "") -> None:
+    def __init__(self, message: str, *, option: str | None = None, rows: str = "", question: str = "") -> None:
         super().__init__(message)
         self.option = option
+        self.question = question
         self.key = ""
         self.rows = rows
         if rows:

@@ -27,6 +27,8 @@ class Hint(NamedTuple):
     value : object
         What to state: a word, a number, a mapping, or several values; True for a flag. None names the option alone. A word
         in capitals stands for a value: ``"HZ"``.
+    remark : str
+        What follows from this value, in brackets behind it.
 
     Examples
     --------
@@ -41,9 +43,11 @@ class Hint(NamedTuple):
     option: str
     key: str | None = None
     value: Any = None
+    remark: str = ""
 
     def __str__(self) -> str:
-        return f"{MARK_BEGIN}{json.dumps(self, ensure_ascii=False, default=str)}{_END}"
+        parts = self if self.remark else self[:-1]
+        return f"{MARK_BEGIN}{json.dumps(parts, ensure_ascii=False, default=str)}{_END}"
 
     def __format__(self, spec: str) -> str:
         return str(self)
@@ -109,7 +113,7 @@ def speaking(face: Face) -> Iterator[None]:
 
 def as_arguments(hints: Sequence[Hint]) -> str:
     """Hints as arguments in Python: ```unit={"time": "ms"}` ``."""
-    return f"`{', '.join(map(_argument, hints))}`"
+    return f"`{', '.join(map(_argument, hints))}`{_remarks(hints)}"
 
 
 _face: Face = as_arguments
@@ -117,7 +121,11 @@ _face: Face = as_arguments
 
 def as_options(hints: Sequence[Hint]) -> str:
     """Hints as they are typed: ``--unit time=ms``."""
-    return " ".join(map(_option, hints))
+    return " ".join(map(_option, hints)) + _remarks(hints)
+
+
+def _remarks(hints: Sequence[Hint]) -> str:
+    return "".join(f" ({hint.remark})" for hint in hints if hint.remark)
 
 
 def command(verb: str, *words: str | Hint) -> str:

@@ -93,7 +93,7 @@ def option(
     form : str, optional
         How it is typed; None if it can only be stated in Python. An option with `choices` needs none.
     choices : sequence of str
-        All values, if they are few.
+        All values, if they are few; of pairs, the words for a value.
     unit : str
         Unit of numbers, in Python.
     kind : str

@@ -72,6 +72,18 @@ def test_by_mouse(opened, log):
     tab.locator("input[value=kalibr]").check()
     tab.get_by_role("region", name="kalibr.yaml").wait_for()
     assert "gyroscope_noise_density" in tab.get_by_role("region", name="kalibr.yaml").inner_text()
+    # An option of the file: preview, command line and session follow, and it is undone.
+    tab.get_by_label("Horizon").fill("10")
+    tab.get_by_label("Horizon").press("Enter")
+    tab.get_by_role("region", name="kalibr.yaml").get_by_text("of its error after 10 s").first.wait_for()
+    assert command(tab, "--horizon").endswith("--export kalibr=kalibr.yaml --horizon 10s")
+    tab.get_by_role("button", name="Set “Consistent: bias”").first.click()
+    command(tab, "--consistent bias")
+    assert tab.get_by_label("Consistent").input_value() == "bias"
+    assert "--" not in tab.locator(".preview .findings").inner_text()
+    tab.get_by_role("button", name="Undo").click()
+    tab.locator("#command", has_not_text="--consistent").wait_for()
+    assert tab.get_by_label("Consistent").input_value() == "horizon"
     with tab.expect_download() as download:
         tab.get_by_role("button", name="Save kalibr.yaml").click()
     assert "gyroscope_noise_density" in download.value.path().read_text(encoding="utf-8")
@@ -80,6 +92,7 @@ def test_by_mouse(opened, log):
     assert len(list(csv.reader(download.value.path().read_text(encoding="utf-8").splitlines()))) > 50
     stated = tomllib.loads(tab.get_by_role("region", name="session.toml").text_content())
     assert stated["keep"] == ["50s:50.01s"]
+    assert (stated["export"], stated["horizon"]) == (["kalibr=kalibr.yaml"], "10s")
 
 
 def press(tab, keys, until=None, most=80):

@@ -11,6 +11,10 @@ from workbench_logs import write_log, write_long
 
 from known import seed_of
 from sigmatau import Analysis, analyze, read
+from sigmatau.cli import main
+from sigmatau.exporting.choices import Choices
+from sigmatau.typed.config import typable
+from sigmatau.typed.forms import spelled
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
 
@@ -21,6 +25,14 @@ def test_about(page, folder):
     assert {"kalibr", "gtsam"} <= {target["name"] for target in about["targets"]}
     assert [term["slope"] for term in about["terms"]] == [-1, -0.5, 0, 0.5, 1]
     assert about["stages"][0] == "read"
+    # The options of an export are those that are declared, and each target says what it has a use for.
+    assert {each["name"] for each in about["choices"]} == {spelled(name) for name in typable(Choices)} - {"name"}
+    targets = {target["name"]: target for target in about["targets"]}
+    assert targets["kalibr"]["choices"]["axes"] == ["worst", "mean"]
+    assert "step" not in targets["kalibr"]["choices"]
+    assert targets["px4"]["choices"]["step"] is True
+    assert "consistent" not in targets["gazebo"]["choices"]["rate-random-walk"]
+    assert {each["key"]: each["default"] for each in targets["kalibr"]["names"]} == {"topic": "/imu0"}
 
 
 def test_page_and_what_it_loads(page):
@@ -83,6 +95,10 @@ def test_a_log_without_names_asks(page, folder):
     opened = page.post("api/open", path=str(log), options=chosen).json()
     assert opened["question"] is None
     assert opened["columns"][6]["channel"] == "accel_z"
+    page_words = page.post("api/open", path=str(log)).json()["question"]
+    assert "--" not in page_words["question"] + page_words["message"]
+    assert page_words["question"].startswith("does not state the unit of gyro and accel. ")
+    assert "deg/s rms" in page_words["hint"][0]["remark"]
     partial = page.post("api/open", path=str(log), options={"channels": "time=1,gyro=2:4"}).json()
     assert partial["question"]["option"] == "unit"
     assert partial["columns"][1]["channel"] == "gyro_x"
@@ -142,7 +158,7 @@ def test_config_repeats_an_analysis_to_the_last_digit(page, tmp_path):
     shown = page.get(f"api/results/{done}").json()
     assert shown["options"] == options
     back = page.post("api/config", toml=shown["toml"]).json()
-    assert back == {"options": options, "log": str(page.log)}
+    assert back == {"options": options, "log": str(page.log), "target": None, "choices": {}}
     assert page.post("api/config", options=options, log=str(page.log)).json()["toml"] == shown["toml"]
     assert {span["why"] for span in shown["left_out"]} >= {"window", "left_out"}
 
@@ -201,10 +217,35 @@ def test_export(page, result):
     (file,) = made.json()["files"]
     assert "gyroscope_noise_density" in file["text"]
     assert made.json()["command"].startswith("sigmatau export result.json --to kalibr --rate-random-walk ")
+    assert not any("--" in note["text"] + note["action"] for note in made.json()["warnings"])
     wrong = page.post("api/export", result=result, target="kalibr", choices={"nonsense": 1})
     assert wrong.status_code == 400
     assert page.post("api/export", result=result, target="nothing").status_code == 400
     assert page.post("api/export", result="nothing", target="kalibr").status_code == 404
+
+
+def test_the_session_writes_the_file_that_was_shown(page, result, tmp_path):
+    """A configuration with a target has its file with all choices, by the command line too."""
+    choices = {"horizon": "10s", "noise-factor": {"gyro": 2}, "name": {"topic": "/imu1"}, "consistent": "bias"}
+    shown = page.post("api/export", result=result, target="kalibr", choices=choices).json()
+    stated = page.post("api/config", options={}, log=str(page.log), target="kalibr", choices=choices).json()
+    assert stated["command"].endswith(
+        "--export kalibr=kalibr.yaml --horizon 10s --noise-factor gyro=2 --name topic=/imu1 --consistent bias"
+    )
+    (tmp_path / "session.toml").write_text(stated["toml"], encoding="utf-8")
+    assert (
+        main(["analyze", "--config", str(tmp_path / "session.toml"), "--export", f"kalibr={tmp_path / 'k'}", "-q"]) == 0
+    )
+    assert (tmp_path / "k").read_text(encoding="utf-8") == shown["files"][0]["text"]
+    back = page.post("api/config", toml=stated["toml"]).json()
+    assert back == {"options": {}, "log": str(page.log), "target": "kalibr", "choices": choices}
+
+
+def test_factors_over_the_sensor_at_rest(page, result):
+    """With motors on, the file states the factors over the result at rest."""
+    made = page.post("api/export", result=result, target="kalibr", inflate=result).json()
+    assert "gyro_x over the record at rest: random walk x 1.00" in made["files"][0]["text"]
+    assert made["command"].endswith("--inflate static.json -o kalibr.yaml")
 
 
 @pytest.mark.parametrize(

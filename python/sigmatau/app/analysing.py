@@ -12,6 +12,7 @@ from typing import Any
 
 from sigmatau.analysis import Analysis, AnalysisOptions, analyze_in_stages, as_analysis, read_result
 from sigmatau.app.calls import Progress, cached, number, reading_options
+from sigmatau.app.faces import as_controls
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.fitting.read_off import ReadOff
@@ -20,7 +21,7 @@ from sigmatau.io.read import read
 from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import TERMS, check_shown
 from sigmatau.record.record import Record, channel_quantities
-from sigmatau.reporting.content import Content, collect_content
+from sigmatau.reporting.content import Content, collect_content, finding_text
 from sigmatau.typed.config import arguments, check_names, command_line, notes, to_toml
 
 _MOST_LEFT_OUT = 1000  # largest number of stretches of a channel that are listed
@@ -58,10 +59,10 @@ def _bytes(record: Record) -> int:
 
 def _parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) -> dict[str, Any]:
     """The parts of the answer of ``api/results/ID``; `table` is None for a result that was read."""
-    content = collect_content(analysis, None)
+    content = collect_content(analysis, None, targets=())
     shown = {
         "name": name,
-        "summary": _summary(content),
+        "summary": _summary(analysis, content),
         "charts": content.charts,
         "left_out": _left_out(analysis),
         "has_samples": table is not None,
@@ -76,9 +77,10 @@ def _parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) ->
     }
 
 
-def _summary(content: Content) -> dict[str, Any]:
-    """The words of a report, without its charts and its files for filters."""
-    return asdict(replace(content, charts={}, files=()))
+def _summary(analysis: Analysis, content: Content) -> dict[str, Any]:
+    """The words of a report, with the controls of the page in place of options."""
+    findings = tuple(finding_text(finding, as_controls) for finding in analysis.findings)
+    return asdict(replace(content, charts={}, findings=findings))
 
 
 def _left_out(analysis: Analysis) -> list[dict[str, Any]]:
@@ -108,6 +110,7 @@ def charts(*, analysis: bytes, log: LogFile, table: Mapping[str, Any], progress:
         _record(log, table),
         notes=notes(table),
         command=command_line(log.name, table),
+        targets=(),
     )
     return pickle.dumps(content), json.dumps(content.charts, allow_nan=False)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import importlib
 import json
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextvars import copy_context
 from typing import Any, cast
 
+from sigmatau.app.faces import as_controls, hints_content
 from sigmatau.app.log import LogFile
 from sigmatau.errors import DataError, OptionError
-from sigmatau.hints import RATE, Face, Hint, as_options, hints_in, speaking, worded
+from sigmatau.hints import as_options, speaking, worded
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.typed.config import arguments
 
@@ -95,7 +95,7 @@ def do(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
         with speaking(as_options):
             value = copy_context().run(call, progress=progress, **values)
     except (OptionError, DataError) as error:
-        return "failed", error_content(error, values.get("log"), face=as_choices if name == "open" else as_options)
+        return "failed", error_content(error, values.get("log"))
     except ImportError as error:
         return "failed", {"message": str(error), "hint": None, "code": "data"}
     except MemoryError:
@@ -105,65 +105,21 @@ def do(name: str, values: Mapping[str, Any], progress: Progress) -> Outcome:
     return "done", value
 
 
-def error_content(
-    error: OptionError | DataError, log: LogFile | None = None, *, face: Face = as_options
-) -> dict[str, Any]:
+def error_content(error: OptionError | DataError, log: LogFile | None = None) -> dict[str, Any]:
     """An error as the page shows it, with the name that the user knows in place of a temporary file."""
-    text = worded(error.text if log is None else error.without(log.path, face), face)
+    text = worded(error.text if log is None else error.without(log.path, as_controls), as_controls)
     if log is not None:
         text = text.replace(log.path, log.name)
     is_option = isinstance(error, OptionError)
+    question = error.question if isinstance(error, OptionError) else ""
     return {
         "message": text,
-        "hint": hints_content(error.text, face),
+        "question": worded(question, as_controls) or None,
+        "hint": hints_content(error.text),
         "code": "option" if is_option else "data",
         "option": error.option if isinstance(error, OptionError) else None,
         "rows": error.rows if isinstance(error, OptionError) else "",
     }
-
-
-def hints_content(text: str, face: Face = as_options) -> list[dict[str, Any]] | None:
-    """The options that a message names, as the page offers them; None if it names none."""
-    hints = [_hint_content(hint, face) for hint in hints_in(text)]
-    return hints or None
-
-
-def _hint_content(hint: Hint, face: Face) -> dict[str, Any]:
-    return {"option": hint.option, "key": hint.key, "value": hint.value, "text": face([hint])}
-
-
-def as_choices(hints: Sequence[Hint]) -> str:
-    """Hints as answers to a question in a page, without the spelling of the command line.
-
-    Examples
-    --------
-    >>> from sigmatau.hints import Hint
-    >>> as_choices([Hint("channels", value={"accel": "1:3", "gyro": "4:6"})])
-    'accel in columns 1 to 3, gyro in columns 4 to 6'
-    >>> as_choices([Hint("unit", value={"gyro": "deg/s"}), Hint("rate", value="HZ")])
-    'gyro in deg/s and the sampling rate'
-    """
-    return " and ".join(map(_choice, hints))
-
-
-def _choice(hint: Hint) -> str:
-    pairs = hint.pairs()
-    if hint.option == "channels" and pairs is not None and not _has_placeholder(pairs.values()):
-        return ", ".join(f"{channel} in {_columns_named(str(place))}" for channel, place in pairs.items())
-    if hint.option == "unit" and pairs is not None and not _has_placeholder(pairs.values()):
-        return ", ".join(f"{channel} in {unit}" for channel, unit in pairs.items())
-    if hint == RATE:
-        return "the sampling rate"
-    return as_options([hint])
-
-
-def _has_placeholder(values: Iterable[object]) -> bool:
-    return any(re.fullmatch(r"[A-Z]+(:[A-Z]+)?|…", str(value)) for value in values)
-
-
-def _columns_named(place: str) -> str:
-    first, separator, last = place.partition(":")
-    return f"columns {first} to {last}" if separator else f"column {first}"
 
 
 def number(value: float | None, digits: int = 6) -> float | None:

@@ -10,10 +10,13 @@ from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysis import STAGE_NAMES
-from sigmatau.app.calls import Progress, as_choices, cached, error_content, number, reading_options
+from sigmatau.app.calls import Progress, cached, error_content, number, reading_options
+from sigmatau.app.controls import default_file, export_controls, labels, target_content
+from sigmatau.app.faces import as_controls
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
-from sigmatau.exporting.targets import NAMES, target
+from sigmatau.exporting.targets import NAMES
+from sigmatau.exporting.targets import target as find_target
 from sigmatau.findings.finding import Finding
 from sigmatau.hints import worded
 from sigmatau.io.read import inspection
@@ -29,7 +32,7 @@ from sigmatau.record.summary import ChannelSummary, summarise
 from sigmatau.reporting.charts import UNITS
 from sigmatau.reporting.envelope import envelope
 from sigmatau.results import printable
-from sigmatau.typed.config import check_names, command_line, from_toml, to_toml
+from sigmatau.typed.config import EXPORT, check_names, command_line, from_toml, split_exports, to_toml
 
 _MOST_COLUMNS = 512  # of a table that are listed
 _LARGEST_WHOLE = 2.0**63
@@ -42,13 +45,11 @@ def about(*, progress: Progress) -> str:
         "version": __version__,
         "formats": worded(FORMATS),
         "targets": [
-            {
-                "name": name, "summary": worded(target(name).summary), "ending": target(name).ending,
-                "needs_rate": target(name).needs_rate, "has_walk": target(name).has_walk,
-                "names": dict(target(name).names),
-            }
+            target_content(find_target(name))
             for name in NAMES
         ],
+        "choices": export_controls(),
+        "labels": labels(),
         "terms": [{"name": name, "label": term.label("angular_rate"), "slope": term.slope} for name, term in TERMS.items()],
         "units": {quantity: list(names) for quantity, names in UNITS.items()},
         "stages": ["read", *STAGE_NAMES],
@@ -56,16 +57,27 @@ def about(*, progress: Progress) -> str:
     return json.dumps(content)
 
 
-def configured(*, table: Mapping[str, Any] | None, toml: str | None, log_name: str | None, progress: Progress) -> str:
-    """Options as a configuration file and as a command, or a configuration file as options."""
+def configured(
+    *, table: Mapping[str, Any] | None, toml: str | None, log_name: str | None, target: str | None,
+    choices: Mapping[str, Any], progress: Progress,
+) -> str:  # fmt: skip
+    """Options as a configuration file and as a command, or a configuration file as options.
+
+    With a target they write its file too, with the `choices` of an export.
+    """
     if toml is not None:
         stated, named = from_toml(toml)
-        check_names(stated)
-        return json.dumps({"options": stated, "log": named}, default=str)
+        options, exports, choices = split_exports(stated)
+        check_names(options)
+        first = next(iter(exports), None)
+        return json.dumps({"options": options, "log": named, "target": first, "choices": choices}, default=str)
     check_names(table or {})
-    return json.dumps(
-        {"toml": to_toml(table or {}, log=log_name), "command": command_line(log_name or "LOG", table or {})}
-    )
+    check_names(choices, exports=True)
+    whole = dict(table or {})
+    if target is not None:
+        wanted = find_target(target)
+        whole |= {EXPORT: [f"{wanted.name}={default_file(wanted)}"], **choices}
+    return json.dumps({"toml": to_toml(whole, log=log_name), "command": command_line(log_name or "LOG", whole)})
 
 
 def is_stored_result(*, log: LogFile, progress: Progress) -> bool:
@@ -108,7 +120,7 @@ def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> s
         "notes": list(map(printable, info.notes)),
         "findings": [_finding(finding) for finding in contents.findings],
         "command": command_line(log.name, table),
-        "question": None if question is None else error_content(question, log, face=as_choices),
+        "question": None if question is None else error_content(question, log),
     }  # fmt: skip
     return json.dumps(content, allow_nan=False)
 
@@ -243,7 +255,7 @@ def _topics(tables: Iterable[TableInfo]) -> list[dict[str, Any]]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    message, action = finding.words_of_files()
+    message, action = finding.words_in(as_controls)
     return {
         "severity": finding.severity,
         "code": finding.code,

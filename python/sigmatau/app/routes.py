@@ -183,8 +183,11 @@ class Workbench:
         """Options as a configuration file, or the reverse."""
         body = await _body(request)
         table = _options(body) if "options" in body else None
-        toml, log = _text(body, "toml"), _text(body, "log")
-        return text_answer(await self._look(None, "config", table=table, toml=toml, log_name=log))
+        toml, log, target = _text(body, "toml"), _text(body, "log"), _text(body, "target")
+        choices = _options(body, "choices")
+        return text_answer(
+            await self._look(None, "config", table=table, toml=toml, log_name=log, target=target, choices=choices)
+        )
 
     async def analyze(self, request: Request) -> Response:
         """Start an analysis."""
@@ -240,9 +243,9 @@ class Workbench:
     async def download(self, request: Request) -> Response:
         """A file of a result to save."""
         result, name = self.results.find(request.path_params["id"]), request.path_params["name"]
-        stem = result.name.replace("\\", "/").rpartition("/")[2].partition(".")[0] or "result"
+        stem = _stem(result)
         if name == "result.json":
-            return file_answer(result.result.encode(errors="backslashreplace"), f"{stem}.json", "application/json")
+            return file_answer(result.result.encode(errors="backslashreplace"), _json_name(result), "application/json")
         if name == "session.toml" and result.log is not None:
             text = json.loads(result.shown)["toml"]
             return file_answer(text.encode(errors="backslashreplace"), f"{stem}.toml", "application/toml")
@@ -267,9 +270,13 @@ class Workbench:
         result = self.results.find(body.get("result"))
         target = str(body.get("target"))
         table = _options(body, "choices")
+        rest = None if body.get("inflate") is None else self.results.find(body["inflate"])
         return text_answer(
-            await self._look(_key(result), "export", analysis=result.analysis, target=target, table=table)
-        )
+            await self._look(
+                _key(result), "export", analysis=result.analysis, target=target, table=table,
+                rest=None if rest is None else rest.analysis, rest_name="" if rest is None else _json_name(rest),
+            )
+        )  # fmt: skip
 
     async def compare(self, request: Request) -> Response:
         """Several results beside each other."""
@@ -320,6 +327,15 @@ class Workbench:
                 return worker.call(call, values, patience=_PATIENCE)
 
         return await run_in_threadpool(work)
+
+
+def _stem(result: Result) -> str:
+    """The name of the log without folders and endings."""
+    return result.name.replace("\\", "/").rpartition("/")[2].partition(".")[0] or "result"
+
+
+def _json_name(result: Result) -> str:
+    return f"{_stem(result)}.json"
 
 
 def _key(result: Result) -> object:

@@ -7,17 +7,21 @@ import pickle
 import shlex
 import tempfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from sigmatau.analysis import Analysis
 from sigmatau.app.calls import Progress
+from sigmatau.app.controls import default_file
+from sigmatau.app.faces import as_controls, hints_content
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import prepare
+from sigmatau.exporting.inflation import inflated
 from sigmatau.exporting.targets import target as find_target
 from sigmatau.findings.finding import Finding
 from sigmatau.plot.curves import save
-from sigmatau.reporting.content import Content, collect_content
+from sigmatau.reporting.content import Content, collect_content, filter_files
 from sigmatau.reporting.html import page
 from sigmatau.results import csv_text, printable
 from sigmatau.typed.config import arguments, check_names, option_words
@@ -28,31 +32,41 @@ def _loaded(analysis: bytes) -> Analysis:
     return loaded
 
 
-def exported(*, analysis: bytes, target: str, table: Mapping[str, Any], progress: Progress) -> str:
-    """The file of a target as it would be written, as JSON."""
+def exported(
+    *, analysis: bytes, target: str, table: Mapping[str, Any], rest: bytes | None, rest_name: str, progress: Progress
+) -> str:
+    """The file of a target as it would be written, as JSON; `rest`: the analysis of the same sensor at rest."""
     check_names(table, exports=True)
     wanted = find_target(target)
-    prepared = prepare(_loaded(analysis), to=wanted.name, choices=Choices(**arguments(Choices, table)))
-    name = f"{wanted.name}{wanted.ending}"
-    words = ["sigmatau", "export", "result.json", "--to", wanted.name, *option_words(table), "-o", name]
+    source, doubt, resting = _loaded(analysis).to_source(), "", []
+    if rest is not None:
+        source, doubt = inflated(source, _loaded(rest).to_source(), name=rest_name)
+        resting = ["--inflate", rest_name]
+    prepared = prepare(source, to=wanted.name, choices=Choices(**arguments(Choices, table)))
+    name = default_file(wanted)
+    words = ["sigmatau", "export", "result.json", "--to", wanted.name, *option_words(table), *resting, "-o", name]
+    warnings = [{"severity": "warning", "text": printable(doubt), "action": "", "hint": None}] if doubt else []
     content = {
         "target": wanted.name,
         "files": [{"name": name, "text": str(prepared.content)}],
-        "warnings": [_warning(finding) for finding in prepared.findings],
+        "warnings": warnings + [_warning(finding) for finding in dict.fromkeys(prepared.findings)],
         "command": shlex.join(words),
     }
     return json.dumps(content)
 
 
-def _warning(finding: Finding) -> dict[str, str]:
-    message, action = finding.words_of_files()
-    return {"severity": finding.severity, "text": printable(message), "action": printable(action)}
+def _warning(finding: Finding) -> dict[str, Any]:
+    message, action = finding.words_in(as_controls)
+    hint = hints_content("".join(finding.words()))
+    return {"severity": finding.severity, "text": printable(message), "action": printable(action), "hint": hint}
 
 
 def report_page(*, analysis: bytes, content: bytes | None, progress: Progress) -> bytes:
     """The report as HTML; without densities and time series for a result that was read."""
-    made: Content = collect_content(_loaded(analysis), None) if content is None else pickle.loads(content)
-    return page(made).encode()
+    result = _loaded(analysis)
+    made: Content = collect_content(result, None, targets=()) if content is None else pickle.loads(content)
+    files, no_files = filter_files(result)
+    return page(replace(made, files=files, no_files=no_files)).encode()
 
 
 def curve_table(*, analysis: bytes, what: str, progress: Progress) -> bytes:

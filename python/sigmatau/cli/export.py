@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,7 +19,7 @@ from sigmatau.cli.turn_on import with_turn_on
 from sigmatau.errors import OptionError
 from sigmatau.exporting.choices import Choices, not_of_a_log
 from sigmatau.exporting.export import Prepared, check_all, check_path, prepare
-from sigmatau.exporting.inflation import inflation
+from sigmatau.exporting.inflation import inflated
 from sigmatau.exporting.stated import prepare_stated
 from sigmatau.exporting.target import Target
 from sigmatau.exporting.targets import NAMES, target
@@ -144,12 +143,9 @@ def _prepare_source(
     for line in finding_lines(read.findings):
         say(line, quiet=quiet)
     if inflate is not None:
-        factors = inflation(read_source(inflate), read)
-        if factors.doubt():
-            say(f"warning: {factors.doubt()}", quiet=quiet)
-        read = replace(
-            read, head=(*read.head, f"inflated: the sensor of {inflate.name} beside motors", *factors.head())
-        )
+        read, doubt = inflated(read, read_source(inflate), name=inflate.name)
+        if doubt:
+            say(f"warning: {doubt}", quiet=quiet)
     return prepare(read, to=wanted.name, path=path, choices=choices)
 
 

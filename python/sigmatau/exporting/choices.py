@@ -12,7 +12,7 @@ from sigmatau.model.file import value_in_si
 from sigmatau.model.processes import LARGEST, SMALLEST, real
 from sigmatau.model.unobserved import Unobserved
 from sigmatau.noise.terms import coefficient_unit
-from sigmatau.options import option, with_attributes
+from sigmatau.options import declared, option, with_attributes
 from sigmatau.record.streams import RATES
 
 Axes = Literal["worst", "mean", "each"]
@@ -109,6 +109,7 @@ class Choices:
             "Rate random walk to write for a filter with N and K.",
             "Default: consistent.",
             form="pairs",
+            choices=("upper-limit", "consistent", "horizon", "observed"),
             kind="mapping of str to (str or float)",
             example="gyro=upper-limit",
             python='By sensor, ``"gyro"`` and ``"accel"``. ``"consistent"``: a filter with this value states its error'
@@ -127,6 +128,7 @@ class Choices:
             "Random walk to write if none was observed, for example because quantization hides it.",
             "Default: upper-limit.",
             form="pairs",
+            choices=("upper-limit",),
             kind="mapping of str to (str or float)",
             example="gyro=upper-limit",
             python='By sensor: ``"upper-limit"``, a number in SI, or a text with a unit.',
@@ -255,10 +257,8 @@ class Choices:
                         f"{Hint(name)} must be a positive number, from {low:g} to {high:g}{unit}, not {each!r}",
                         option=name,
                     )
-        object.__setattr__(
-            self, "walk", _in_si("walk", self.walk, ("upper-limit", "consistent", "horizon", "observed"))
-        )
-        object.__setattr__(self, "noise", _in_si("noise", self.noise, ("upper-limit",)))
+        for name in ("walk", "noise"):
+            object.__setattr__(self, name, _in_si(name, getattr(self, name), declared(Choices)[name].choices))
         if not isinstance(self.names, Mapping) or not all(
             isinstance(text, str) for pair in self.names.items() for text in pair
         ):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal
 
 from sigmatau.digits import limit_text, round_to_error, significant, two_digits
@@ -240,6 +241,16 @@ def inflation(rest: Source, running: Source) -> Inflation:
             ratio = math.sqrt(running.samples[name].variance / rest.samples[name].variance)
             factors.append(Factor(channel=name, term="sample", value=ratio))
     return Inflation(factors=tuple(factors), rest=rest.model.channels, running=running.model.channels)
+
+
+def inflated(running: Source, rest: Source, *, name: str) -> tuple[Source, str]:
+    """The source of a running sensor with the factors over the sensor at rest in its head, and a doubt or an empty text.
+
+    `name`: the name of the result at rest.
+    """
+    factors = inflation(rest, running)
+    head = (*running.head, f"inflated: the sensor of {name} beside motors", *factors.head())
+    return replace(running, head=head), factors.doubt()
 
 
 def _factor(name: str, term: str, rest: ChannelModel, running: ChannelModel) -> Factor:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
@@ -21,6 +21,7 @@ from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.overview import Overview, dominant_terms, main_coefficients
 from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.frozen import frozen
+from sigmatau.hints import Face, as_options
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.mask import only_used
@@ -95,6 +96,7 @@ def collect_content(
     notes: Mapping[str, str] | None = None,
     command: str | None = None,
     date: datetime | None = None,
+    targets: Iterable[str] | None = None,
 ) -> Content:
     """Collect the content of a report.
 
@@ -109,13 +111,15 @@ def collect_content(
         The command line that made the report.
     date : datetime, optional
         Of the report. Default: now.
+    targets : iterable of str, optional
+        Filters and simulators whose files it has. Default: all for which the result suffices.
     """
     moment = datetime.now(tz=UTC) if date is None else date
     used = None
     if record is not None and analysis.curves.keys() <= analysis.masks.keys():
         record = _as_analysed(record)
         used = _used(analysis, record)
-    files, no_files = _files(analysis)
+    files, no_files = filter_files(analysis, targets)
     return Content(
         title=printable(noted_unit(notes or {}) or _file_name(analysis)),
         file_name=printable(_file_name(analysis)),
@@ -184,11 +188,11 @@ def _verdict(analysis: Analysis) -> str:
     return "assumed" if not analysis.rest.is_usable and analysis.fits else analysis.rest.verdict
 
 
-def finding_text(finding: Finding) -> FindingText:
+def finding_text(finding: Finding, face: Face = as_options) -> FindingText:
     """The words of a finding."""
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
     hidden = len(finding.spans) + finding.more_spans - _MOST_SPANS
-    message, action = finding.words_of_files()
+    message, action = finding.words_in(face)
     return FindingText(
         severity=finding.severity,
         axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),
@@ -299,7 +303,7 @@ def _curves_text(analysis: Analysis) -> str:
     return f"Allan deviation of {overlap} clusters{counting}; intervals: {curves[0].interval_text}"
 
 
-def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
+def filter_files(analysis: Analysis, targets: Iterable[str] | None = None) -> tuple[tuple[FilterFile, ...], str]:
     """Files for filters and simulators that need no further choice, and why there are none."""
     if not analysis.fits:
         return (), "There are no coefficients to write."
@@ -308,7 +312,7 @@ def _files(analysis: Analysis) -> tuple[tuple[FilterFile, ...], str]:
         source = analysis.to_source()
     except DataError as error:
         return (), f"No filter values: {error}."
-    for name in (name for name in NAMES if name not in _SLOW):
+    for name in (name for name in NAMES if name not in _SLOW) if targets is None else targets:
         try:
             text = prepare(source, to=name).content
         except (DataError, OptionError) as error:

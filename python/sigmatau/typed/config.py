@@ -26,6 +26,9 @@ Table = Mapping[str, Any]
 LOG = "log"
 """The key of a configuration file that names its log."""
 
+EXPORT = "export"
+"""The key of a configuration file that names files of other programs, ``["kalibr=imu.yaml"]``."""
+
 _NAMES = {written: name for name, written in SPELLED.items()}
 _UNDECLARED = ("note", "show")  # options of ``sigmatau analyze`` that are not declared ones
 
@@ -65,6 +68,16 @@ def check_names(table: Table, *, exports: bool = False) -> None:
         if _name(key) not in names:
             listed = ", ".join(sorted(SPELLED.get(name, name) for name in names))
             raise OptionError(f"no option {key!r}; options: {listed}", option=str(key))
+
+
+def split_exports(table: Table) -> tuple[dict[str, Any], list[str], dict[str, Any]]:
+    """The options of a table without those of exports, the targets of ``export``, and the options of their files."""
+    names = typable(Choices)
+    stated = table.get(EXPORT) or []
+    targets = [str(text).partition("=")[0] for text in ([stated] if isinstance(stated, str) else stated)]
+    rest = {key: value for key, value in table.items() if key != EXPORT}
+    choices = {key: value for key, value in rest.items() if _name(key) in names}
+    return {key: value for key, value in rest.items() if key not in choices}, targets, choices
 
 
 def notes(table: Table) -> dict[str, str]:

@@ -42,7 +42,7 @@ export const envelope = (source, options, more, signal) => call("POST", "envelop
 export const result = (id) => call("GET", `results/${encodeURIComponent(id)}`);
 export const charts = (id) => call("GET", `results/${encodeURIComponent(id)}/charts`);
 export const readOff = (id, body, signal) => call("POST", `results/${encodeURIComponent(id)}/read-off`, body, signal);
-export const exported = (id, target, choices) => call("POST", "export", { result: id, target, choices });
+export const exported = (id, target, choices, inflate) => call("POST", "export", { result: id, target, choices, inflate });
 export const compare = (results) => call("POST", "compare", { results });
 export const config = (body) => call("POST", "config", body);
 export const live = () => call("GET", "live");

@@ -11,7 +11,7 @@ import { showColumns } from "./columns_view.js";
 import { questionBox } from "./question.js";
 import { analyse, cancel } from "./jobs.js";
 import { showResult } from "./result_view.js";
-import { showFiles } from "./files_view.js";
+import { fileChanged, fileOptions, showFiles } from "./files_view.js";
 import { showCompare, rememberResult, comparable } from "./compare_view.js";
 
 const view = byId("view");
@@ -52,10 +52,10 @@ function goTo(step) {
 }
 
 /** Begin with a file that was chosen. */
-function opened({ source, name, options = {} }) {
+function opened({ source, name, options = {}, taken }) {
   cancel();
   forget();
-  begin(source, name, options);
+  begin(source, name, options, taken);
   return goTo("columns");
 }
 
@@ -91,8 +91,9 @@ async function showCommand() {
     return;
   }
   try {
-    const { command } = await config({ options, log: source.path ?? name });
-    if (session.options === options) byId("command").textContent = command;
+    const { taken, step } = session, file = step === "files" ? fileOptions() : {};
+    const { command } = await config({ options, log: source.path ?? name, ...file });
+    if (session.options === options && session.taken === taken && session.step === step) byId("command").textContent = command;
   } catch { /* the view says what is wrong with the options */ }
 }
 
@@ -117,6 +118,10 @@ onChange((what) => {
   showState();
   if (what === "options" || what === "source" || what === "result") showCommand();
   if (what === "options") optionsChanged();
+  if (what === "taken") {
+    showCommand();
+    fileChanged();
+  }
   return undefined;
 });
 
@@ -147,7 +152,7 @@ async function restore() {
   if (!stated) return goTo(session.about.live ? "live" : "open");
   if (!stated.source) return openResult(stated.result);
   forget();
-  begin(stated.source, stated.name, stated.options);
+  begin(stated.source, stated.name, stated.options, stated.taken);
   if (["result", "files", "compare"].includes(stated.step)) {
     setStep("columns");
     showState();

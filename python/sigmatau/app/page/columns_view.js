@@ -1,7 +1,7 @@
 // The second step: what the file contains, column by column, each changeable; and the picture of the record.
 
 import { make } from "./page.js";
-import { bdi, button, chip, choice, debounce, errorBox, field, announce } from "./dom.js";
+import { bdi, button, chip, choice, debounce, errorBox, field, keepFocus, announce } from "./dom.js";
 import { open } from "./api.js";
 import { session, setOpened, setOptions } from "./session.js";
 import { assign, COMMON, pairsOf, sensorOf, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
@@ -59,13 +59,6 @@ function ownParts() {
   return session.options["leave-out"] || session.options.window ? leftOutList(null) : make("div");
 }
 
-/** After the table was made again the focus is where it was. */
-function keepFocus(place, change) {
-  const name = document.activeElement?.dataset?.focus;
-  change();
-  if (name) place.querySelector(`[data-focus="${CSS.escape(name)}"]`)?.focus();
-}
-
 function showHead(head, opened, analyse) {
   const facts = [];
   if (opened?.rows) facts.push(`${opened.rows.toLocaleString("en")} rows`);
@@ -86,17 +79,17 @@ function showBody(body, opened) {
 
 /** Rate, topic and content of all columns. */
 function readingControls(opened) {
-  const { options } = session;
+  const { options, about: { labels } } = session;
   const rate = make("input", { type: "text", size: 10, value: typeof options.rate === "object" ? Object.entries(options.rate).map((pair) => pair.join("=")).join(",") : options.rate ?? "", placeholder: opened.rate_hz ? text(opened.rate_hz, 5) : "", onchange: () => setOptions({ rate: rate.value.trim() }) });
   rate.dataset.focus = "rate";
   const input = choice("Content of the columns", [["rate", "rates"], ["increments", "increments per sample"], ["accumulated", "accumulated angle and velocity"]], options.input ?? "rate", (value) => setOptions({ input: value === "rate" ? undefined : value }));
   input.dataset.focus = "input";
-  const parts = [field("Sampling rate [Hz]", rate), field("The columns are", input)];
+  const parts = [field(labels.rate, rate), field(labels.input, input)];
   if (opened.topics?.length) {
     const now = String(options.topic ?? ""), read = opened.topics.filter((topic) => topic.chosen).map((topic) => topic.name);
     const topic = choice("Topic", [["", `as recognised${read.length && !now ? `: ${read.join(", ")}` : ""}`], ...(now && !opened.topics.some((one) => one.name === now) ? [[now, now]] : []), ...opened.topics.map((one) => [one.name, `${one.name}${one.rate_hz ? ` (${text(one.rate_hz)} Hz)` : ""}`])], now, (value) => setOptions({ topic: value }));
     topic.dataset.focus = "topic";
-    parts.unshift(field("Topic", topic));
+    parts.unshift(field(labels.topic, topic));
   }
   for (const [option, label, sensors] of [["scale", "Scale of", ["gyro", "accel"]]]) {
     const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorOf));

@@ -72,3 +72,10 @@ export function size(bytes) {
   const [factor, unit] = bytes < 1e6 ? [1e3, "kB"] : bytes < 1e9 ? [1e6, "MB"] : [1e9, "GB"];
   return `${(bytes / factor).toPrecision(3)} ${unit}`;
 }
+
+/** Make controls again; the focus is then where it was. */
+export function keepFocus(place, change) {
+  const name = document.activeElement?.dataset?.focus;
+  change();
+  if (name) place.querySelector(`[data-focus="${CSS.escape(name)}"]`)?.focus();
+}

@@ -2,11 +2,12 @@
 
 import { make } from "./page.js";
 import { addressOf, config, exported } from "./api.js";
-import { bdi, button, chip, choice, copy, errorBox, field } from "./dom.js";
-import { session } from "./session.js";
+import { bdi, button, chip, choice, copy, errorBox, field, keepFocus } from "./dom.js";
+import { offered, optionControls, placedChoices } from "./export_options.js";
+import { named, session, setTaken } from "./session.js";
 import { save } from "./saving.js";
 
-const chosen = { target: "", choices: {} };
+let again = () => {}; // shows the controls and the file of the step on screen
 const DOWNLOADS = [
   ["report.html", "Report", "all figures and tables in one page that opens offline"],
   ["figure.svg", "Figure, SVG", "the Allan deviation of all axes"],
@@ -18,52 +19,100 @@ const DOWNLOADS = [
 
 /** Show the step. */
 export function showFiles(view) {
-  const targets = session.about.targets;
-  if (!targets.some((one) => one.name === chosen.target)) chosen.target = targets[0].name;
-  const preview = make("div", { className: "preview" });
-  const again = () => showFile(preview);
-  const list = make("div", { className: "targets", role: "radiogroup", ariaLabel: "Target" }, ...targets.map((target) => {
-    const radio = make("input", { type: "radio", name: "target", value: target.name, checked: target.name === chosen.target, onchange: () => { chosen.target = target.name; again(); } });
-    return make("label", { title: target.summary ?? "" }, radio, make("span", {}, make("b", {}, target.name), make("small", {}, target.summary ?? "")));
-  }));
+  const preview = make("div", { className: "preview" }), options = make("div", { className: "file-options" }), saved = make("div");
+  again = () => {
+    keepFocus(options, () => showOptions(options));
+    showSession(saved);
+    return showFile(preview);
+  };
   view.replaceChildren(
     make("div", { className: "head" }, make("div", {}, make("h1", {}, "Take away"), make("p", { className: "about" }, bdi(session.result.summary.title)))),
     make("section", { ariaLabel: "Report, figures and tables" }, make("h2", {}, "Report, figures, tables"), downloads()),
-    make("section", { ariaLabel: "Files of other programs" }, make("h2", {}, "Values for a filter or a simulator"), choicesRow(again), make("div", { className: "exports" }, list, preview)),
-    make("section", { ariaLabel: "Session" }, make("h2", {}, "This session"), sessionBox()));
+    make("section", { ariaLabel: "Files of other programs" }, make("h2", {}, "Values for a filter or a simulator"), make("div", { className: "exports" }, targetList(), preview, make("aside", { ariaLabel: "Options of the file" }, make("h3", {}, "Options of the file"), options))),
+    make("section", { ariaLabel: "Session" }, make("h2", {}, "This session"), saved));
   return again();
 }
 
-function downloads() {
-  const rows = [...DOWNLOADS, ...(session.source ? [["session.toml", "Session, TOML", "the options: sigmatau analyze --config FILE repeats the analysis"]] : [])];
-  return make("ul", { className: "downloads" }, ...rows.map(([name, title, what]) => make("li", {}, make("a", { href: addressOf(session.id, name), download: "" }, title), make("small", {}, what))));
+/** The file was chosen or changed. */
+export function fileChanged() {
+  if (session.step === "files") again();
 }
 
-function choicesRow(again) {
-  const set = (name, value) => { if (value) chosen.choices[name] = value; else delete chosen.choices[name]; again(); };
-  const rate = make("input", { type: "text", size: 8, inputMode: "decimal", value: chosen.choices["filter-rate"] ?? "", placeholder: "record's", onchange: () => set("filter-rate", rate.value.trim()) });
-  const axes = choice("Three axes", [["", "the worst"], ["mean", "root mean square"], ["each", "each, where the file has fields"]], chosen.choices.axes ?? "", (value) => set("axes", value));
-  return make("div", { className: "row" }, field("Of three axes write", axes), field("Rate of the filter [Hz]", rate));
+function targetNow() {
+  const { targets } = session.about;
+  return targets.find((one) => one.name === session.taken.target) ?? targets[0];
+}
+
+/** The file as the command line and the session state it, once a target was chosen. */
+export function fileOptions() {
+  if (!session.taken.target) return {};
+  const target = targetNow();
+  return { target: target.name, choices: placedChoices(target, session.taken.choices) };
+}
+
+function downloads() {
+  return make("ul", { className: "downloads" }, ...DOWNLOADS.map(([name, title, what]) => make("li", {}, make("a", { href: addressOf(session.id, name), download: "" }, title), make("small", {}, what))));
+}
+
+function targetList() {
+  return make("div", { className: "targets", role: "radiogroup", ariaLabel: "Target" }, ...session.about.targets.map((target) => {
+    const radio = make("input", { type: "radio", name: "target", value: target.name, checked: target === targetNow(), onchange: () => setTaken({ target: target.name }) });
+    return make("label", { title: target.summary ?? "" }, radio, make("span", {}, make("b", {}, target.name), make("small", {}, target.summary ?? "")));
+  }));
+}
+
+function setChoice(name, value) {
+  const choices = { ...session.taken.choices };
+  if (value === undefined) delete choices[name];
+  else choices[name] = value;
+  setTaken({ target: targetNow().name, choices });
+}
+
+function showOptions(place) {
+  const sensors = session.result.charts.sensors.map((sensor) => sensor.name);
+  const radio = document.querySelector(`.targets [value="${targetNow().name}"]`);
+  if (radio) radio.checked = true; // also after undo
+  place.replaceChildren(...optionControls(targetNow(), sensors, session.taken.choices, setChoice), ...restControl());
+}
+
+/** The result of the same sensor at rest, where the page has several results. */
+function restControl() {
+  const rest = [...named].filter(([id]) => id !== session.id);
+  if (!rest.length) return [];
+  const select = choice("Inflate", [["", "not compared"], ...rest], session.taken.inflate ?? "", (id) => setTaken({ inflate: id || undefined }));
+  select.dataset.focus = "export-inflate";
+  return [make("div", { className: "option" }, field("Inflate", select), make("small", {}, "The result of the same sensor at rest, if this one is beside motors: the file states the factors over it as comments."))];
 }
 
 async function showFile(preview) {
-  const { target } = chosen;
+  const { taken, id } = session, target = targetNow();
   preview.setAttribute("aria-busy", "true");
-  let found;
+  let file;
   try {
-    found = await exported(session.id, target, chosen.choices);
+    file = await exported(id, target.name, placedChoices(target, taken.choices), taken.inflate === id ? undefined : taken.inflate);
   } catch (error) {
-    if (target === chosen.target) preview.replaceChildren(errorBox(error));
+    if (taken === session.taken) preview.replaceChildren(errorBox(error), ...offers(error.hints, target));
     return;
   } finally {
-    preview.removeAttribute("aria-busy");
+    if (taken === session.taken) preview.removeAttribute("aria-busy");
   }
-  if (target !== chosen.target) return;
-  const warnings = found.warnings.map((one) => make("li", {}, chip({ error: "Error", warning: "Warning", info: "Note" }[one.severity] ?? "Note", one.severity ?? "info"), make("span", {}, `${one.text}.`, ...(one.action ? [" ", make("em", {}, `${one.action}.`)] : []))));
+  if (taken !== session.taken) return;
   preview.replaceChildren(
-    ...(warnings.length ? [make("ul", { className: "findings" }, ...warnings)] : []),
-    ...found.files.map(filePreview),
-    make("p", { className: "about" }, "The same from the saved JSON: ", make("code", {}, found.command)));
+    ...(file.warnings.length ? [make("ul", { className: "findings" }, ...file.warnings.map((note) => noteRow(note, target)))] : []),
+    ...file.files.map(filePreview),
+    make("p", { className: "about" }, "The same from the saved JSON: ", make("code", {}, file.command)));
+}
+
+const SEVERITIES = { error: "Error", warning: "Warning", info: "Note" };
+
+function noteRow({ severity, text, action, hint }, target) {
+  return make("li", {}, chip(SEVERITIES[severity] ?? "Note", severity ?? "info"),
+    make("span", {}, `${text}.`, ...(action ? [" ", make("em", {}, `${action}.`)] : []), ...offers(hint, target)));
+}
+
+function offers(hints, target) {
+  const buttons = offered(hints, target, session.taken.choices, setChoice);
+  return buttons.length ? [make("span", { className: "row" }, ...buttons)] : [];
 }
 
 function filePreview({ name, text }) {
@@ -72,9 +121,16 @@ function filePreview({ name, text }) {
     make("pre", { tabIndex: 0, role: "region", ariaLabel: name }, text));
 }
 
-function sessionBox() {
-  const place = make("div");
-  if (!session.source) place.append(make("p", { className: "none" }, "This is a stored result: it has no options to repeat."));
-  else config({ options: session.options, log: session.name }).then(({ toml }) => place.append(filePreview({ name: "session.toml", text: toml }))).catch((error) => place.append(errorBox(error)));
-  return place;
+async function showSession(place) {
+  if (!session.source) {
+    place.replaceChildren(make("p", { className: "none" }, "This is a stored result: it has no options to repeat."));
+    return;
+  }
+  const { taken, options } = session;
+  try {
+    const { toml } = await config({ options, log: session.source.path ?? session.name, ...fileOptions() });
+    if (taken === session.taken && options === session.options) place.replaceChildren(filePreview({ name: "session.toml", text: toml }), make("p", { className: "about" }, "sigmatau analyze --config session.toml repeats the analysis and writes the file."));
+  } catch (error) {
+    place.replaceChildren(errorBox(error));
+  }
 }

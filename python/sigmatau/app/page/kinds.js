@@ -9,11 +9,13 @@ import { map } from "./map.js";
 import { AT_PEAK, follow, showPoint } from "./overlays.js";
 import { text } from "./numbers.js";
 
+const HEIGHT = 285; // of an Allan deviation: with the coefficients above it, it is in sight on a laptop [pixels]
+
 /** A kind of the report whose plots have an axis that others share: "tau", "f" or "t". */
-function linked(kind, axis, more = {}) {
+function linked(kind, axis, more = {}, height = {}) {
   return {
     ...kind,
-    describe: (sensor, state) => kind.describe(sensor, state).map((described) => Object.assign(described, { link: axis })),
+    describe: (sensor, state) => kind.describe(sensor, state).map((described) => Object.assign(described, { link: axis }, height)),
     onread: (point, made, described) => {
       const value = point === null ? null : axis === "f" ? AT_PEAK / point.x : point.x * (described.x.unit?.size ?? 1);
       showPoint(axis === "f" ? "tau" : axis, value, described);
@@ -24,7 +26,7 @@ function linked(kind, axis, more = {}) {
 }
 
 export const linkedKinds = {
-  deviation: linked(deviation, "tau"),
+  deviation: linked(deviation, "tau", { height: () => HEIGHT }, { height: HEIGHT }),
   density: linked(density, "f", {
     readout: (point, sensor, state) => [...density.readout(point, sensor, state), make("span", {}, `marked in the Allan deviation: τ = 0.371/f = ${text(AT_PEAK / point.x)} s`)],
   }),

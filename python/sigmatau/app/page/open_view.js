@@ -57,8 +57,8 @@ async function send(file, place, opened) {
 /** Open the log that a saved session names, with its options. */
 async function openSession(file, place, opened) {
   try {
-    const { options, log } = await config({ toml: await file.text() });
-    if (log) return opened({ source: { path: log }, name: log.split(/[\\/]/).pop(), options });
+    const { options, log, target, choices } = await config({ toml: await file.text() });
+    if (log) return opened({ source: { path: log }, name: log.split(/[\\/]/).pop(), options, taken: { target: target ?? "", choices } });
     place.replaceChildren(make("div", { className: "box poor", role: "alert" }, "The session names no log: it needs a line log = \"…\"."));
   } catch (error) {
     place.replaceChildren(errorBox(error));

@@ -6,7 +6,7 @@ import { session, setOptions } from "./session.js";
 import { pairsOf, sensorOf, setPair, UNITS } from "./channels.js";
 import { text } from "./numbers.js";
 
-const LABELS = { rate: "Sampling rate [Hz]", unit: "Unit", channels: "Columns", topic: "Topic", interleaved: "Sensors whose rows take turns", layout: "Fields of a row", scale: "Scale", skip: "Lines to skip" };
+const labelOf = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
 const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stands for a value
 
 /** The question of a log or of an error as a box with its choices; `opened` has the topics. */
@@ -16,7 +16,7 @@ export function questionBox(question, opened) {
   const isTopic = (question.option === "topic" || hints.some((hint) => hint.option === "topic")) && topics.length;
   return make("div", { className: "box partial", role: "group", ariaLabel: "A choice is needed" },
     make("h2", {}, "A choice is needed"),
-    make("p", {}, sentence(question.message)),
+    ...sentences(question.question ?? question.message),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
     ...(isTopic ? [topicChoices(topics)] : []),
     ...mappingChoices(hints.filter(isMapping)),
@@ -29,9 +29,10 @@ function distinct(hints) {
   return [...new Map(hints.map((hint) => [JSON.stringify([hint.option, hint.key, hint.value]), hint])).values()];
 }
 
-/** A message that begins behind the name of the file, as a sentence. */
-function sentence(message) {
-  return /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
+/** A message that begins behind the name of the file, a line for each sentence. */
+function sentences(message) {
+  const whole = /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
+  return whole.split(/(?<=[.;:]) (?=\S)/).map((line) => make("p", {}, line));
 }
 
 function topicChoices(topics) {
@@ -47,25 +48,25 @@ const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && 
 /** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
 function mappingChoices(hints) {
   const rows = new Map();
-  for (const { option, value, text: pageWords } of hints) {
+  for (const { option, value, text: pageWords, remark } of hints) {
     const name = option.replaceAll("_", "-"), pairs = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
-    if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${LABELS[option] ?? option}:`)));
+    if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${labelOf(option)}:`)));
     rows.get(name).append(Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
       ? typed("", "", pairs, (given) => setOptions({ [name]: given }))
-      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })));
+      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })), ...(remark ? [make("small", {}, remark)] : []));
   }
   return [...rows.values()];
 }
 
 /** One option that answers the question: a button for values that can be meant, a field for those that must be typed. */
-function hintChoice({ option, key, value }) {
-  const name = option.replaceAll("_", "-"), label = `${LABELS[option] ?? option.replaceAll("_", " ")}${key ? ` of ${key}` : ""}`;
+function hintChoice({ option, key, value, text: pageWords }) {
+  const name = option.replaceAll("_", "-"), label = `${labelOf(option)}${key ? ` of ${key}` : ""}`;
   const set = (given) => (key ? setPair(name, key, given) : setOptions({ [name]: given }));
   if (option === "unit" && key) {
     const known = UNITS[sensorOf(key)] ?? [], units = value && !known.includes(value) && !PLACEHOLDER.test(value) ? [value, ...known] : known;
     return make("p", { className: "row" }, make("span", {}, `${label}:`), ...units.map((unit) => button(unit, () => set(unit), { ariaLabel: `${label}: ${unit}` })), typed("another", "", "", set));
   }
-  if (value === true) return make("p", { className: "row" }, button(`Use --${name}`, () => set(true)));
+  if (value === true) return make("p", { className: "row" }, button(`Set ${pageWords ?? name}`, () => set(true)));
   const example = String(value ?? ""), isPlaceholder = PLACEHOLDER.test(example);
   return make("p", { className: "row" }, typed(label, isPlaceholder ? "" : example, isPlaceholder && option !== "rate" ? example : "", set));
 }

@@ -46,7 +46,7 @@ export async function showResult(view, takeAway) {
     section("coefficients", "Coefficients", "", coefficientTables(summary.coefficients, summary.legend)),
   ];
   const leftOut = section("left-out", "Not analysed", "", leftOutList(result));
-  view.replaceChildren(heading(summary, takeAway), sectionButtons(sections), make("div", { className: session.source ? "result" : "result stored" }, make("div", { className: "wide" }, ...sections), make("aside", { ariaLabel: "Settings and left-out stretches" }, ...(session.source ? [settingsPanel(), leftOut] : []))));
+  view.replaceChildren(heading(summary, takeAway), sectionButtons(sections), make("div", { className: session.source ? "result" : "result stored" }, make("div", { className: "wide" }, ...sections), make("aside", { ariaLabel: "Left-out stretches and settings" }, ...(session.source ? [leftOut, settingsPanel()] : []))));
   view.dataset.result = id;
   fill(places.deviation, linkedKinds.deviation);
   if (focus) view.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });

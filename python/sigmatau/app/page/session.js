@@ -1,13 +1,14 @@
 // What the page is about: the file, the options, the step; their history, and the fragment of the URL that has them.
 
 const listeners = new Set();
-const undone = [], done = [];
+const undone = [], done = []; // what was stated before and after: {options, taken}
 
-/** `source` is what the server calls the file: {path} or {file}; null before one is opened. */
-export const session = { source: null, name: "", options: {}, step: "open", opened: null, result: null, id: null, about: null };
+/** `source` is what the server calls the file: {path} or {file}; null before one is opened. `taken` is the file for a filter. */
+export const session = { source: null, name: "", options: {}, taken: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null };
 
-/** Results by the file and the options that they were made with. */
+/** Results by the file and the options that they were made with; and all, with what they are called. */
 const results = new Map();
+export const named = new Map();
 
 export const onChange = (listener) => listeners.add(listener);
 const keyOf = (options) => JSON.stringify([session.source, options]);
@@ -22,10 +23,25 @@ export function setOptions(changes) {
   const next = { ...session.options, ...changes };
   for (const [name, value] of Object.entries(next)) if (isEmpty(value)) delete next[name];
   if (JSON.stringify(next) === JSON.stringify(session.options)) return;
-  done.push(session.options);
-  undone.length = 0;
+  remember();
   session.options = next;
   changed("options");
+}
+
+/** Choose the file for a filter: its target and its choices. */
+export function setTaken(changes) {
+  const next = { ...session.taken, ...changes };
+  if (JSON.stringify(next) === JSON.stringify(session.taken)) return;
+  remember();
+  session.taken = next;
+  changed("taken");
+}
+
+const stated = () => ({ options: session.options, taken: session.taken });
+
+function remember() {
+  done.push(stated());
+  undone.length = 0;
 }
 
 function isEmpty(value) {
@@ -46,15 +62,17 @@ export function redo() {
 
 function move(from, to) {
   if (!from.length) return;
-  to.push(session.options);
-  session.options = from.pop();
-  changed("options");
+  const before = stated(), next = from.pop();
+  to.push(before);
+  Object.assign(session, next);
+  if (next.taken !== before.taken) changed("taken");
+  if (next.options !== before.options) changed("options");
 }
 
 /** Begin with a file: what was known of another one is forgotten. */
-export function begin(source, name, options = {}) {
+export function begin(source, name, options = {}, taken = { target: session.taken.target, choices: {} }) {
   done.length = undone.length = 0;
-  Object.assign(session, { source, name, options, opened: null, result: null, id: null });
+  Object.assign(session, { source, name, options, taken, opened: null, result: null, id: null });
   changed("source");
 }
 
@@ -71,12 +89,13 @@ export function setOpened(opened) {
 export function setResult(id, result) {
   Object.assign(session, { id, result });
   if (session.source) results.set(keyOf(session.options), id);
+  if (!named.has(id)) named.set(id, `${named.size + 1}: ${result.summary.title}`);
   changed("result");
 }
 
 export const resultOfOptions = () => results.get(keyOf(session.options));
 
-/** The options that were left out of the result on screen. */
+/** Write the state into the fragment of the address. */
 export function writeFragment() {
   const parts = new URLSearchParams();
   if (session.source?.path) parts.set("path", session.source.path);
@@ -85,22 +104,29 @@ export function writeFragment() {
     parts.set("name", session.name);
   }
   if (Object.keys(session.options).length) parts.set("options", JSON.stringify(session.options));
+  if (session.taken.target && session.source) parts.set("export", JSON.stringify({ target: session.taken.target, choices: session.taken.choices }));
   if (session.id && !session.source) parts.set("result", session.id);
   if (session.step !== "open") parts.set("step", session.step);
   const fragment = parts.toString();
   if (fragment !== location.hash.slice(1)) history.replaceState(null, "", fragment ? `#${fragment}` : location.pathname);
 }
 
-/** What a fragment says: {source, name, options, step, result}; null where it says nothing. */
+/** What a fragment says: {source, name, options, taken, step, result}; null where it says nothing. */
 export function readFragment() {
   const parts = new URLSearchParams(location.hash.slice(1));
-  let options = {};
-  try {
-    const stated = JSON.parse(parts.get("options") ?? "{}");
-    if (stated && typeof stated === "object" && !Array.isArray(stated)) options = stated;
-  } catch { /* a fragment that was cut has no options */ }
+  const options = objectOf(parts.get("options")), { target = "", choices = {} } = objectOf(parts.get("export"));
   const path = parts.get("path"), file = parts.get("file");
   if (!path && !file && !parts.get("result")) return null;
   const name = parts.get("name") ?? (path ?? "").split(/[\\/]/).pop();
-  return { source: path ? { path } : file ? { file } : null, name, options, step: parts.get("step") ?? "columns", result: parts.get("result") };
+  return { source: path ? { path } : file ? { file } : null, name, options, taken: { target: String(target), choices: Object(choices) }, step: parts.get("step") ?? "columns", result: parts.get("result") };
+}
+
+/** The object of a JSON text; empty for a fragment that was cut. */
+function objectOf(text) {
+  try {
+    const object = JSON.parse(text ?? "{}");
+    return object && typeof object === "object" && !Array.isArray(object) ? object : {};
+  } catch {
+    return {};
+  }
 }

@@ -10,16 +10,16 @@ const GRIDS = [["octave", "octaves"], ["half", "half octaves"], ["quarter", "qua
 
 /** The panel of settings. */
 export function settingsPanel() {
-  const { options } = session;
-  const method = choice("Method", METHODS, options.method ?? "likelihood", (value) => setOptions({ method: value === "likelihood" ? undefined : value }));
-  const taus = choice("Averaging times", withValue(GRIDS, options.taus ?? "half"), String(options.taus ?? "half"), (value) => setOptions({ taus: value === "half" ? undefined : value }));
+  const { options, about: { labels } } = session;
+  const method = choice(labels.method, METHODS, options.method ?? "likelihood", (value) => setOptions({ method: value === "likelihood" ? undefined : value }));
+  const taus = choice(labels.taus, withValue(GRIDS, options.taus ?? "half"), String(options.taus ?? "half"), (value) => setOptions({ taus: value === "half" ? undefined : value }));
   const window = make("input", { type: "text", size: 16, value: options.window ?? "", placeholder: "600s:7800s", onchange: () => setOptions({ window: window.value.trim() }) });
   for (const [name, control] of Object.entries({ method, taus, window })) control.dataset.focus = name;
   return make("section", { className: "settings", ariaLabel: "Settings" },
     make("h2", {}, "Settings"),
-    termBoxes(), field("Method", method), field("Averaging times", taus), field("Window", window, "from:to with units, or most-stable=2h"),
+    termBoxes(), field(labels.method, method), field(labels.taus, taus), field(labels.window, window, "from:to with units, or most-stable=2h"),
     ...bandwidths(),
-    checkbox("Analyse motion as noise", Boolean(options["at-rest"]), (on) => setOptions({ "at-rest": on || undefined }), { title: "--at-rest" }),
+    checkbox(labels["at-rest"], Boolean(options["at-rest"]), (on) => setOptions({ "at-rest": on || undefined }), { title: "--at-rest" }),
     readOffRanges());
 }
 
@@ -40,7 +40,7 @@ function termBoxes() {
     box.firstChild.dataset.focus = `term-${term.name}`;
     return box;
   });
-  return make("fieldset", {}, make("legend", {}, "Terms that may be present"), ...boxes);
+  return make("fieldset", {}, make("legend", {}, session.about.labels.terms), ...boxes);
 }
 
 /** The filter of each sensor, as its datasheet states it. */
@@ -50,7 +50,7 @@ function bandwidths() {
   return sensors.map((sensor) => {
     const input = make("input", { type: "text", size: 10, value: stated[sensor] ?? "", placeholder: "unknown", onchange: () => setPair("bandwidth", sensor, input.value.trim()) });
     input.dataset.focus = `bandwidth-${sensor}`;
-    return field(`Filter of the ${sensor}`, input, "bandwidth of the datasheet: 30Hz, 30Hz/2");
+    return field(session.about.labels.bandwidth.replace("sensor", sensor), input, "bandwidth of the datasheet: 30Hz, 30Hz/2");
   });
 }
 

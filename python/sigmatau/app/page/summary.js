@@ -10,7 +10,7 @@ export const VERDICTS = {
 };
 
 const WITHOUT = {
-  not_at_rest: "No coefficients: the sensor is not at rest. Choose a part at rest in the time series, or check Analyse motion as noise.",
+  not_at_rest: "No coefficients: the sensor is not at rest. Choose a part at rest in the time series, or check “Analyse motion as noise”.",
   too_short_to_tell: "No coefficients: the record is too short to tell rest from motion.",
 };
 

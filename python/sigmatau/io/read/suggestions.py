@@ -75,17 +75,23 @@ def ask_for_columns(table: Table) -> OptionError:
     )
     if signals := _signals(table.columns):
         text = f"{what} (columns: {listing(table.columns)}); name them, e.g. by {Hint('channels', value=signals)}"
-        return OptionError(text, option="channels")
+        return OptionError(text, option="channels", question=f"{what}. Columns: {listing(table.columns)}")
     loaded = load_columns(table)
     suggestion = _suggest(table, loaded)
     if suggestion is not None:
-        return OptionError(f"{what}; {suggestion.evidence}: run with {suggestion.options}", option="channels")
+        text = f"{what}; {suggestion.evidence}: run with {suggestion.options}"
+        return OptionError(text, option="channels", question=f"{what}. The values: {suggestion.evidence}")
     unnamed = not any(column.name for column in table.columns)
     listed = "" if loaded and unnamed else f" (columns: {listing(table.columns)})"
     text = (
         f"{what}{listed}, and the values do not show which columns belong to which sensor; name the columns by {_FORM}"
     )
-    return OptionError(text, option="channels", rows=_first_rows(table, loaded) if loaded else "")
+    return OptionError(
+        text,
+        option="channels",
+        rows=_first_rows(table, loaded) if loaded else "",
+        question=f"{what}{listed}. The values do not show which columns belong to which sensor",
+    )
 
 
 _FORM = Hint("channels", value={"time": "N", "gyro": "N:N", "accel": "N:N"})

@@ -48,18 +48,18 @@ def ask_for_units(
     accel = (gravity,) if gravity else _OPEN_UNITS["accel"][kind]
     behind = f"; add {Hint('unit', 'time', 's')} (or ms, us, ns) too" if lacks == "unit of time" else ""
 
-    def answer(gyro: str, accel: str) -> str:
+    def answer(gyro: str, accel: str, remark: str = "") -> str:
         """The options that state all that is missing."""
         by_sensor = {"gyro": gyro, "accel": accel}
-        units_hint = Hint("unit", value={name: by_sensor.get(sensor, "1") for name, sensor in asked.items()})
+        value = {name: by_sensor.get(sensor, "1") for name, sensor in asked.items()}
+        units_hint = Hint("unit", value=value, remark=remark)
         return f"{units_hint} {RATE}" if lacks == "rate" else str(units_hint)
 
     question = f"does not state the unit of {', '.join(missing)}; give e.g. "
     if "gyro" in asked.values():
         noise = None if hint or "gyro" in scaled or kind != "rate" else _noise_of_gyro(table, channels)
         ways = [
-            answer(unit, accel[0] if len(accel) == 1 else _PLACEHOLDER)
-            + ("" if noise is None else _noise_in(unit, noise))
+            answer(unit, accel[0] if len(accel) == 1 else _PLACEHOLDER, "" if noise is None else _noise_in(unit, noise))
             for unit in _OPEN_UNITS["gyro"][kind]
         ]
     elif "accel" in asked.values():
@@ -69,13 +69,17 @@ def ask_for_units(
         gyro_hint = f"; if it is a gyro, give {as_gyro}" if column is not None else ""
         return OptionError(f"{question}{answer('', '')} (any word; 1 for none){hint}{behind}{gyro_hint}", option="unit")
     doubt = ". The values do not show which; see the manual of the sensor" if len(ways) > 1 else ""
-    return OptionError(f"{question}{' or '.join(ways)}{hint}{behind}{doubt}", option="unit")
+    return OptionError(
+        f"{question}{' or '.join(ways)}{hint}{behind}{doubt}",
+        option="unit",
+        question=f"does not state the unit of {' and '.join(asked)}{hint}{doubt}",
+    )
 
 
 def _noise_in(unit: str, noise: float) -> str:
     """Noise of a gyro if its column is in this unit, in words, for comparison with its datasheet."""
     size = noise * units.find(unit).factor / units.find("deg/s").factor
-    return f" (gyro noise {two_digits(size)} deg/s rms)"
+    return f"gyro noise {two_digits(size)} deg/s rms"
 
 
 def _noise_of_gyro(table: Table, channels: Mapping[str, int]) -> float | None:

@@ -1,0 +1,114 @@
+"""Words of the page for options that messages name: its controls, and answers to its questions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from sigmatau.exporting.choices import Choices
+from sigmatau.hints import RATE, Face, Hint, as_options, hints_in
+from sigmatau.options import declared
+from sigmatau.typed.forms import spelled
+
+LABELS: Mapping[str, str] = {
+    "at_rest": "Analyse motion as noise",
+    "bandwidth": "Filter of the sensor",
+    "channels": "Columns",
+    "input": "The columns are",
+    "interleaved": "Sensors whose rows take turns",
+    "keep": "Restore",
+    "layout": "Fields of a row",
+    "leave_out": "Leave this part out",
+    "method": "Method",
+    "rate": "Sampling rate [Hz]",
+    "read_off_at": "By hand",
+    "scale": "Scale",
+    "skip": "Lines to skip",
+    "taus": "Averaging times",
+    "terms": "Terms that may be present",
+    "topic": "Topic",
+    "unit": "Unit",
+    "window": "Window",
+}
+"""Controls of the page for options of an analysis, by option. Those of an export have the name of the option."""
+
+
+def export_label(name: str) -> str:
+    """The control of an option of an export: its name as it is typed, in words."""
+    return spelled(name).replace("-", " ").capitalize()
+
+
+def as_controls(hints: Sequence[Hint]) -> str:
+    """Hints as controls of the page; options that it lacks as they are typed.
+
+    Examples
+    --------
+    >>> from sigmatau.hints import Hint
+    >>> as_controls([Hint("channels", value={"accel": "1:3", "gyro": "4:6"})])
+    'accel in columns 1 to 3, gyro in columns 4 to 6'
+    >>> as_controls([Hint("unit", value={"gyro": "deg/s"}), Hint("rate", value="HZ")])
+    'gyro in deg/s and the sampling rate'
+    >>> as_controls([Hint("walk", "gyro", "upper-limit")])
+    '“Rate random walk, gyro: upper-limit”'
+    >>> as_controls([Hint("horizon", value=10)])
+    '“Horizon: 10 s”'
+    >>> as_controls([Hint("json", value="FILE")])
+    '--json FILE'
+    """
+    return " and ".join(map(_control, hints))
+
+
+def _control(hint: Hint) -> str:
+    pairs = hint.pairs()
+    if pairs is not None and not _has_placeholder(pairs.values()):
+        if hint.option == "channels":
+            return ", ".join(f"{channel} in {_columns_named(str(place))}" for channel, place in pairs.items())
+        if hint.option == "unit":
+            return ", ".join(f"{channel} in {unit}" for channel, unit in pairs.items())
+    if hint == RATE:
+        return "the sampling rate"
+    choices = declared(Choices)
+    if hint.option == "names":
+        return "; ".join(_quoted(key, value) for key, value in (pairs or {}).items()) or as_options([hint])
+    if hint.option in choices:
+        label, unit = export_label(hint.option), choices[hint.option].unit
+    elif hint.option in LABELS:
+        label, unit = LABELS[hint.option], ""
+    else:
+        return as_options([hint])
+    if pairs is not None:
+        return "; ".join(_quoted(f"{label}, {key}", value) for key, value in pairs.items())
+    return _quoted(label, hint.value, unit)
+
+
+def _quoted(label: str, value: object, unit: str = "") -> str:
+    if value is None or value is True:
+        return f"“{label}”"
+    text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    return f"“{label}: {text}{f' {unit}' if unit and not isinstance(value, str) else ''}”"
+
+
+def _has_placeholder(values: Iterable[object]) -> bool:
+    return any(re.fullmatch(r"[A-Z]+(:[A-Z]+)?|…", str(value)) for value in values)
+
+
+def _columns_named(place: str) -> str:
+    first, separator, last = place.partition(":")
+    return f"columns {first} to {last}" if separator else f"column {first}"
+
+
+def hints_content(text: str, face: Face = as_controls) -> list[dict[str, Any]] | None:
+    """The options that a message names, as the page offers them; None if it names none."""
+    hints = [_hint_content(hint, face) for hint in hints_in(text)]
+    return hints or None
+
+
+def _hint_content(hint: Hint, face: Face) -> dict[str, Any]:
+    return {
+        "option": spelled(hint.option),
+        "key": hint.key,
+        "value": hint.value,
+        "text": face([hint]),
+        "remark": hint.remark,
+    }

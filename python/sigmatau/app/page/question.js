@@ -16,7 +16,7 @@ export function questionBox(question, opened) {
   const isTopic = (question.option === "topic" || hints.some((hint) => hint.option === "topic")) && topics.length;
   return make("div", { className: "box partial", role: "group", ariaLabel: "A choice is needed" },
     make("h2", {}, "A choice is needed"),
-    ...sentences(question.question ?? question.message),
+    make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
     ...(isTopic ? [topicChoices(topics)] : []),
     ...mappingChoices(hints.filter(isMapping)),
@@ -29,10 +29,9 @@ function distinct(hints) {
   return [...new Map(hints.map((hint) => [JSON.stringify([hint.option, hint.key, hint.value]), hint])).values()];
 }
 
-/** A message that begins behind the name of the file, a line for each sentence. */
-function sentences(message) {
-  const whole = /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
-  return whole.split(/(?<=[.;:]) (?=\S)/).map((line) => make("p", {}, line));
+/** A message that begins behind the name of the file, as a sentence. */
+function sentence(message) {
+  return /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
 }
 
 function topicChoices(topics) {
@@ -51,9 +50,10 @@ function mappingChoices(hints) {
   for (const { option, value, text: pageWords, remark } of hints) {
     const name = option.replaceAll("_", "-"), pairs = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
     if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${labelOf(option)}:`)));
-    rows.get(name).append(Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
+    const control = Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
       ? typed("", "", pairs, (given) => setOptions({ [name]: given }))
-      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } })), ...(remark ? [make("small", {}, remark)] : []));
+      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } }));
+    rows.get(name).append(make("span", { className: "answer" }, control, ...(remark ? [make("small", {}, remark)] : [])));
   }
   return [...rows.values()];
 }

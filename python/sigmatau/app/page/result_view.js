@@ -35,7 +35,7 @@ export async function showResult(view, takeAway) {
   const hand = byHand();
   clearHand = hand.clear;
   const places = Object.fromEntries(Object.keys(TITLES).map((name) => [name, make("div", { className: name === "by-hand" ? "" : "charts" })]));
-  places.deviation.dataset.chart = "deviation";
+  for (const name of ["deviation", "density"]) places[name].dataset.chart = name; // as wide as the paper
   places["by-hand"].append(hand.element);
   const sections = [
     section("summary", "Summary", "", overviewTable(summary)),

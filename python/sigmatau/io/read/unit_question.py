@@ -72,7 +72,7 @@ def ask_for_units(
     return OptionError(
         f"{question}{' or '.join(ways)}{hint}{behind}{doubt}",
         option="unit",
-        question=f"does not state the unit of {' and '.join(asked)}{hint}{doubt}",
+        question=f"does not state the unit of {' and '.join(asked)}{hint}. The values do not show it; see the manual",
     )
 
 

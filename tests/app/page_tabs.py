@@ -5,6 +5,7 @@ import json
 import urllib.parse
 
 import numpy as np
+from axe_playwright_python.sync_playwright import Axe
 
 from known import seed_of
 
@@ -74,6 +75,17 @@ def tabs(browser, address):
         for context in contexts:
             context.close()
     assert complaints == [], complaints
+
+
+def grave_findings(tab):
+    """Serious and critical findings of axe-core on the page as it is, contrast of texts included."""
+    violations = Axe().run(tab, options={"resultTypes": ["violations"]}).response["violations"]
+    return [
+        f"{found['id']}: {node['target']} {node['html'][:120]}"
+        for found in violations
+        if found["impact"] in ("serious", "critical")
+        for node in found["nodes"]
+    ]
 
 
 def fragment(path, *, step="columns", **options):

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from page_tabs import command, fragment, six_axes, tabs, wait_result, write_table
+from page_tabs import command, fragment, grave_findings, six_axes, tabs, wait_result, write_table
 
 import sigmatau as st
 
@@ -35,6 +35,7 @@ def test_a_question_is_answered_by_its_buttons(opened, folder):
     box = tab.get_by_role("group", name="A choice is needed")
     box.wait_for()
     assert tab.locator("#analyse").is_disabled()
+    assert grave_findings(tab) == []
     assert "--" not in box.inner_text()  # the words of a page, not those of a command
     box.get_by_role("button", name="gyro in rad/s, accel in m/s^2").click()
     box.get_by_role("button", name="Unit of time: s", exact=True).click()
@@ -148,6 +149,7 @@ def test_a_stored_result_and_a_comparison(opened, stored):
     row = tab.get_by_role("row", name="gyro_x angle random walk")
     assert row.locator(".value").nth(0).inner_text() == row.locator(".value").nth(1).inner_text()
     assert tab.locator("#view figure").count() == 2
+    assert grave_findings(tab) == []
 
 
 def test_a_session_is_opened(opened, stored, tmp_path):
@@ -186,33 +188,7 @@ def test_phone(opened, stored, scheme):
             tab.locator("#step-files").tap()
             tab.locator(".file-preview pre").first.wait_for()
         assert tab.evaluate("document.documentElement.scrollWidth") <= 390, step
-        assert tab.evaluate(LOW_CONTRAST) == [], step
-
-
-# Texts whose contrast with what is behind them is below 4.5 (WCAG 2.1 AA); what is disabled is exempt there.
-LOW_CONTRAST = """() => {
-    const parts = (css) => (css.match(/[\\d.]+/g) ?? []).map(Number);
-    const light = ([r, g, b]) => {
-        const linear = [r, g, b].map((v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
-        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
-    };
-    const behind = (one) => {
-        for (let at = one; at; at = at.parentElement) {
-            const colour = parts(getComputedStyle(at).backgroundColor);
-            if (colour.length === 3 || colour[3] === 1) return colour;
-        }
-        return [255, 255, 255];
-    };
-    const low = [];
-    for (const one of document.querySelectorAll("body *")) {
-        const isText = [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
-        if (!isText || !one.checkVisibility() || one.closest(":disabled, .unseen, noscript, option")) continue;
-        const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];
-        const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-        if (ratio < 4.5) low.push(`${one.className} ${one.textContent.slice(0, 30)} ${ratio.toFixed(2)}`);
-    }
-    return low;
-}"""
+        assert grave_findings(tab) == [], step
 
 
 def test_paper(opened, stored):

@@ -123,6 +123,7 @@ def test_odd_logs(opened, folder, kind):
     wait_result(tab)
     if kind == "moving":
         assert "not at rest" in tab.locator("#part-summary").inner_text()
+        assert grave_findings(tab) == []
         tab.get_by_label("Analyse motion as noise").check()
         assert "--at-rest" in command(tab, "--at-rest")
         tab.locator("#part-summary table").wait_for()

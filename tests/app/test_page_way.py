@@ -148,6 +148,15 @@ def test_by_keys(opened, log):
     press(tab, "Tab", "ardupilot")
     tab.keyboard.press("ArrowDown")
     tab.get_by_role("region", name="basalt.json").wait_for()
+    # An option of the file keeps the focus; the file is saved.
+    press(tab, "Tab", "Axes")
+    tab.keyboard.press("End")
+    assert "--axes each" in command(tab, "--axes")
+    assert "Axes" in tab.evaluate(NAME_OF_FOCUS)
+    press(tab, "Shift+Tab", "Save basalt.json")
+    with tab.expect_download() as download:
+        tab.keyboard.press("Enter")
+    assert download.value.suggested_filename == "basalt.json"
 
 
 def test_lines_by_hand_are_those_of_the_analysis(opened, log, page):

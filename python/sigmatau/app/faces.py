@@ -40,7 +40,7 @@ def export_label(name: str) -> str:
 
 
 def as_controls(hints: Sequence[Hint]) -> str:
-    """Hints as controls of the page; options that it lacks as they are typed.
+    """Hints as controls of the page; options that it lacks as they are typed. A value that the user must know is omitted.
 
     Examples
     --------
@@ -53,6 +53,8 @@ def as_controls(hints: Sequence[Hint]) -> str:
     '“Rate random walk, gyro: upper-limit”'
     >>> as_controls([Hint("horizon", value=10)])
     '“Horizon: 10 s”'
+    >>> as_controls([Hint("channels", "time", "…")])
+    '“Columns, time”'
     >>> as_controls([Hint("json", value="FILE")])
     '--json FILE'
     """
@@ -70,7 +72,7 @@ def _control(hint: Hint) -> str:
         return "the sampling rate"
     choices = declared(Choices)
     if hint.option == "names":
-        return "; ".join(_quoted(key, value) for key, value in (pairs or {}).items()) or as_options([hint])
+        return "; ".join(_quoted(key.replace("_", " "), value) for key, value in (pairs or {}).items())
     if hint.option in choices:
         label, unit = export_label(hint.option), choices[hint.option].unit
     elif hint.option in LABELS:
@@ -83,7 +85,7 @@ def _control(hint: Hint) -> str:
 
 
 def _quoted(label: str, value: object, unit: str = "") -> str:
-    if value is None or value is True:
+    if value is None or value is True or _has_placeholder([value]):
         return f"“{label}”"
     text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
     return f"“{label}: {text}{f' {unit}' if unit and not isinstance(value, str) else ''}”"

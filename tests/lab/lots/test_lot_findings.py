@@ -4,6 +4,7 @@ import pytest
 
 from sigmatau.hints import as_options, speaking
 from sigmatau.lab.lots import lot_findings as kinds
+from sigmatau.lab.lots.axis_changes import AxisChange
 from sigmatau.lab.lots.lot_remark import remark
 
 VALUE = {"what": "angle random walk", "unit": "deg/√h", "factor": 0.5}
@@ -30,6 +31,27 @@ WORDS = {
     "all curves are 6 times the lot's median": kinds.OtherScale(ratio=6.0),
     "wrong unit, deg/s read as rad/s? All curves are 57 times the lot's median": kinds.OtherScale(
         ratio=57.3, likely=("deg/s", "rad/s")
+    ),
+    "wrong scale: gravity is 25 % above the lot's median, the noise 22 % above it": kinds.OtherScale(
+        ratio=1.22, gravity=1.25
+    ),
+    "scale or bias? Gravity is 3 % above the lot's median": kinds.OtherScale(ratio=1.0, gravity=1.03),
+    "axes y and z exchanged, or mounted on its side, 90° about x: gravity is along +y, in the lot along +z": (
+        kinds.Orientation(
+            changes=(
+                AxisChange(sources=(0, 2, 1), signs=(1, 1, 1)),
+                AxisChange(sources=(0, 2, 1), signs=(1, 1, -1)),
+            ),
+            vertical=2,
+            along="+y",
+            along_lot="+z",
+        )
+    ),
+    "turned by 180° about z: the means are those of other axes of the lot": kinds.Orientation(
+        changes=(AxisChange(sources=(0, 1, 2), signs=(-1, -1, 1)),)
+    ),
+    "outlier: mean 30 deg/h; the lot has 2 ± 1 deg/h": kinds.OtherMean(
+        value=15.0, median=1.0, spread=0.5, unit="deg/h", factor=0.5
     ),
     "no maximum in the specification; state one, or give --factor 1.5: gyro noise": kinds.NoMaximum(what="gyro noise"),
     "gyro noise: not in the result": kinds.NotMeasured(what="gyro noise"),

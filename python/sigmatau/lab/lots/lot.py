@@ -25,7 +25,7 @@ Undecided = Literal["not-judged", "pass", "fail"]
 FailOn = Literal["warning"]
 Result: TypeAlias = "Analysis | FailedAnalysis | Mapping[str, Any] | str | Path | Exception"
 
-_CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "implausible_unit")
+_CAUSES = ("not_at_rest", "too_short_to_tell", "other_scale", "orientation", "implausible_unit")
 _OPEN = ("undecided", "not_measured", "no_model")  # remarks that the option `undecided` decides on
 
 
@@ -283,9 +283,9 @@ def _judged(
 
 
 def _is_cause(remark_: Remark) -> bool:
-    """Whether a remark explains all others: motion, or a mistaken unit."""
+    """Whether a remark explains all others: motion, exchanged axes, a mistaken unit, or a wrong scale."""
     details = remark_.details
-    mistaken = not isinstance(details, OtherScale) or details.likely is not None
+    mistaken = not isinstance(details, OtherScale) or details.likely is not None or details.gravity is not None
     return remark_.code in _CAUSES and remark_.kind != "note" and mistaken
 
 

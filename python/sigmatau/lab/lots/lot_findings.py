@@ -9,6 +9,7 @@ from sigmatau.digits import round_to_error, two_digits
 from sigmatau.findings.finding import Details, Words
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
+from sigmatau.lab.lots.axis_changes import AxisChange
 from sigmatau.results import duration_text
 
 _FACTOR_FROM = 3.0  # ratio from which on a difference is printed as a factor: "57 times"
@@ -140,24 +141,84 @@ class Outlier(ComparedValue, code="outlier"):
 
 @frozen
 class OtherScale(OfLot, code="other_scale"):
-    """All curves of a sensor are several times those of the lot: a wrong unit, or a bad unit.
+    """The curves of a sensor, or its gravity, are not those of the lot: a wrong unit, a wrong scale, or a bad unit.
 
     Attributes
     ----------
     ratio : float
-        Ratio of the curve to the median of the lot. [1]
+        Ratio of the curves to the median of the lot; 1 if only gravity differs. [1]
     likely : (str, str) or None
         Unit of the sensor and the unit that it was probably read as; None if no mistake explains the ratio.
+    gravity : float or None
+        Ratio of the mean acceleration to that of the lot; None if it does not differ. [1]
     """
 
     ratio: float
     likely: tuple[str, str] | None = None
+    gravity: float | None = None
 
     def words(self, finding: Finding) -> Words:
+        if self.gravity is not None and self.ratio == 1.0:
+            return Words(f"scale or bias? Gravity is {difference(self.gravity)} the lot's median")
+        if self.gravity is not None:
+            sizes = f"gravity is {difference(self.gravity)} the lot's median, the noise {difference(self.ratio)} it"
+            return Words(f"wrong scale: {sizes}")
         off = f"curves are {difference(self.ratio)} the lot's median"
         if self.likely is None:
             return Words(f"all {off}")
         return Words(f"wrong unit, {self.likely[0]} read as {self.likely[1]}? All {off}")
+
+
+@frozen
+class Orientation(OfLot, code="orientation"):
+    """The axes of a unit are not those of the lot: exchanged, reversed, or the unit is mounted in another way.
+
+    Attributes
+    ----------
+    changes : tuple of AxisChange
+        Changes of the axes that explain its means, the most plausible one first.
+    vertical : int or None
+        Axis of gravity in the lot: 0, 1 or 2; None if only gyros differ.
+    along, along_lot : str
+        Direction of gravity in the unit and in the lot, ``"+z"``; empty if only gyros differ.
+    """
+
+    changes: tuple[AxisChange, ...]
+    vertical: int | None = None
+    along: str = ""
+    along_lot: str = ""
+
+    def words(self, finding: Finding) -> Words:
+        ways = ", or ".join(change.words(self.vertical) for change in self.changes)
+        if not self.along:
+            return Words(f"{ways}: the means are those of other axes of the lot")
+        return Words(f"{ways}: gravity is along {self.along}, in the lot along {self.along_lot}")
+
+
+@frozen
+class OtherMean(OfLot, code="other_mean"):
+    """The mean of a channel is an outlier among those of the other units.
+
+    Attributes
+    ----------
+    value, median, spread : float
+        Mean of the unit; median and robust standard deviation of those of the lot. [`factor` of `unit`]
+    unit : str
+        Unit in which they are printed.
+    factor : float
+        Factor from this unit to that of the values.
+    """
+
+    value: float
+    median: float
+    spread: float
+    unit: str
+    factor: float = 1.0
+
+    def words(self, finding: Finding) -> Words:
+        numbers = (f"{number / self.factor:.3g}" for number in (self.value, self.median, self.spread))
+        value, median, spread = numbers
+        return Words(f"outlier: mean {value} {self.unit}; the lot has {median} ± {spread} {self.unit}")
 
 
 @frozen

@@ -11,8 +11,17 @@ import numpy as np
 
 from sigmatau.frozen import frozen
 from sigmatau.lab.lots.lot_findings import OtherAxes, OtherRate, OtherScale, Outlier, SameData, ShortRecord
+from sigmatau.lab.lots.lot_means import compare_means
 from sigmatau.lab.lots.lot_remark import Remark, remark
-from sigmatau.lab.lots.lot_statistics import Band, Distribution, band, distribution, mistaken_units, scale
+from sigmatau.lab.lots.lot_statistics import (
+    MEAN_SHARE,
+    Band,
+    Distribution,
+    band,
+    distribution,
+    mistaken_units,
+    scale,
+)
 from sigmatau.lab.lots.lot_unit import UnitCoefficient, UnitResult
 from sigmatau.lab.lots.lot_words import what_text, what_unit
 from sigmatau.noise.terms import TERMS
@@ -80,7 +89,16 @@ def compare_units(
     units_with_channels = {name: unit for name, unit in units.items() if unit.channels}
     _same_data(units_with_channels, remarks)
     if len(units_with_channels) >= _MIN_UNITS:
-        scaled = _other_scales(units_with_channels, {band_.channel: band_ for band_ in distributions.bands}, remarks)
+        levels = _levels(units_with_channels, {band_.channel: band_ for band_ in distributions.bands})
+        scaled = _other_scales(units_with_channels, levels, remarks)
+        scaled |= compare_means(
+            units_with_channels,
+            remarks,
+            {key: float(np.mean([*ratios.values()])) for key, ratios in levels.items()},
+            without=scaled,
+            probability=MEAN_SHARE,
+            judged=judged,
+        )
         _outliers(units_with_channels, distributions.values, remarks, judged=judged, scaled=scaled)
         _other_records(units_with_channels, remarks)
     return remarks
@@ -99,26 +117,33 @@ def _same_data(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]
             remarks[first].append(remark(SameData(unit=printable(name)), "data"))
 
 
-def _other_scales(
-    units: Mapping[str, UnitResult], bands: Mapping[str, Band], remarks: dict[str, list[Remark]]
-) -> set[tuple[str, str]]:
-    """Units with a sensor of another scale than the lot. Adds remarks and returns the sensors."""
-    named = set()
+def _levels(units: Mapping[str, UnitResult], bands: Mapping[str, Band]) -> dict[tuple[str, str], dict[str, float]]:
+    """By unit and sensor, the logarithm of the ratio of the curve to that of the lot by channel."""
+    levels: dict[tuple[str, str], dict[str, float]] = {}
     for name, unit in units.items():
-        sensors: dict[str, dict[str, float]] = {}
         for channel in unit.channels:
             enough = len(bands[channel].curves) >= _MIN_UNITS
             if enough and (ratio := scale(bands[channel], name)) is not None:
-                sensors.setdefault(stream_name(channel), {})[channel] = ratio
-        for sensor, ratios in sensors.items():
-            values = np.array(list(ratios.values()))
-            if np.abs(values).min() < _OTHER_SCALE or np.ptp(values) > _SAME_ON_AXES:
-                continue
-            ratio = math.exp(float(values.mean()))
-            quantity = unit.channels[next(iter(ratios))].quantity
-            likely = mistaken_units(quantity, ratio)
-            named.add((name, sensor))
-            remarks[name].append(remark(OtherScale(ratio=ratio, likely=likely), "lot", tuple(ratios)))
+                levels.setdefault((name, stream_name(channel)), {})[channel] = ratio
+    return levels
+
+
+def _other_scales(
+    units: Mapping[str, UnitResult],
+    levels: Mapping[tuple[str, str], Mapping[str, float]],
+    remarks: dict[str, list[Remark]],
+) -> set[tuple[str, str]]:
+    """Units with a sensor of another scale than the lot. Adds remarks and returns the sensors."""
+    named = set()
+    for (name, sensor), ratios in levels.items():
+        values = np.array(list(ratios.values()))
+        if np.abs(values).min() < _OTHER_SCALE or np.ptp(values) > _SAME_ON_AXES:
+            continue
+        ratio = math.exp(float(values.mean()))
+        quantity = units[name].channels[next(iter(ratios))].quantity
+        likely = mistaken_units(quantity, ratio)
+        named.add((name, sensor))
+        remarks[name].append(remark(OtherScale(ratio=ratio, likely=likely), "lot", tuple(ratios)))
     return named
 
 

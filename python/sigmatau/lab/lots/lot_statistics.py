@@ -26,7 +26,10 @@ from sigmatau.results import plain
 from sigmatau.units import STANDARD_GRAVITY
 
 FALSE_ALARMS = 0.05
-"""Probability of a false outlier in any distribution of a lot; the same for a drift."""
+"""Probability that a lot without a fault gets any remark of its comparison: the sum of the shares below (Bonferroni)."""
+
+COEFFICIENT_SHARE, ORDER_SHARE, MEAN_SHARE = 0.025, 0.015, 0.01
+"""Shares of the outliers of coefficients and curves, of drifts and batches, and of orientation, means and gravity."""
 
 LEAST_UNITS = 6
 """Smallest number of units for an outlier: the scale of fewer is too uncertain."""
@@ -112,9 +115,9 @@ def distribution(
     names, logs = tuple(values), np.log(x)
     middle = float(np.median(logs))
     ratios = {}
-    for k in outliers(logs, errors, probability=FALSE_ALARMS / families):
+    for k in outliers(logs, errors, probability=COEFFICIENT_SHARE / families):
         ratios[names[k]] = math.exp(logs[k] - middle)
-    change, p_value = trend(logs, probability=FALSE_ALARMS / families)
+    change, p_value = trend(logs, probability=ORDER_SHARE / families)
     return Distribution(
         channel=channel,
         what=what,
@@ -144,12 +147,30 @@ def outliers(logs: Floats, errors: Floats, *, probability: float) -> list[int]:
     probability : float
         That a lot without outliers has one.
     """
-    n = len(logs)
+    middle = float(np.median(logs))
+    return [
+        k
+        for k in extreme_values(logs, probability=probability)
+        if abs(logs[k] - middle) >= max(LEAST_DIFFERENCE, _ERRORS * float(errors[k]))
+    ]
+
+
+def extreme_values(values: Floats, *, probability: float) -> list[int]:
+    """Indices of the values that do not belong to a normal distribution, by the test of `outliers`, whatever their size.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Values; of fewer than `LEAST_UNITS`, none is extreme.
+    probability : float
+        That values of one normal distribution have an extreme one.
+    """
+    n = len(values)
     if n < LEAST_UNITS:
         return []
     remaining, removed, last = list(range(n)), [], 0
     for k in range(max(int(_MOST_OUTLIERS * n), 1)):
-        x = logs[remaining]
+        x = values[remaining]
         scale = float(np.std(x, ddof=1))
         if not scale > 0:
             # If all others are equal, any other value is far from them.
@@ -161,10 +182,7 @@ def outliers(logs: Floats, errors: Floats, *, probability: float) -> list[int]:
         t = float(student_quantile(freedom, 1 - probability / (2 * (n - k))))
         if ratio > (n - k - 1) * t / math.sqrt((freedom + t * t) * (n - k)):
             last = len(removed)
-    middle = float(np.median(logs))
-    return sorted(
-        k for k in removed[:last] if abs(logs[k] - middle) >= max(LEAST_DIFFERENCE, _ERRORS * float(errors[k]))
-    )
+    return sorted(removed[:last])
 
 
 def trend(logs: Floats, *, probability: float) -> tuple[float | None, float | None]:

@@ -59,6 +59,8 @@ class UnitChannel:
         Coefficients by term, and by ``"means_10"`` and ``"means_100"``.
     trust : str
         ``"good"``, ``"partial"`` or ``"poor"``; empty if not known.
+    mean : float or None
+        Mean of the samples. [unit]
     """
 
     quantity: str
@@ -69,6 +71,7 @@ class UnitChannel:
     adev: Floats
     coefficients: Mapping[str, UnitCoefficient]
     trust: str = ""
+    mean: float | None = None
 
     @property
     def duration(self) -> float:
@@ -149,6 +152,7 @@ def _channel(result: Analysis, name: str) -> UnitChannel:
         adev=curve.adev,
         coefficients=coefficients,
         trust="" if fit is None or fit.trust is None else fit.trust,
+        mean=None if name not in result.means else result.means[name].value,
     )
 
 

@@ -1,0 +1,230 @@
+"""Means of a unit against the lot: orientation and signs of the axes, gravity, and outlying means.
+
+The mean of an accelerometer is gravity, that of a gyro its bias and the earth rate. A unit with an outlying mean is compared
+with all 47 changes of the axes of the lot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence, Set
+
+import numpy as np
+
+from sigmatau.arrays import SIGMA_OF_MAD, Floats
+from sigmatau.frozen import frozen
+from sigmatau.lab.lots.axis_changes import AXES, CHANGES, AxisChange
+from sigmatau.lab.lots.lot_findings import Orientation, OtherMean, OtherScale
+from sigmatau.lab.lots.lot_remark import Remark, remark
+from sigmatau.lab.lots.lot_statistics import LEAST_UNITS, extreme_values
+from sigmatau.lab.lots.lot_unit import UnitResult
+from sigmatau.lab.lots.lot_words import what_unit
+from sigmatau.record import stream_name
+
+_TOLERANCE = 4.5
+"""Largest difference from a change of the axes, in standard deviations of the means over the units."""
+
+_TOLERANCE_OF_SIZE = 0.05  # the same relative to the mean vector: tilt of the fixture, bias
+_DISTINCT = 2.0  # smallest ratio of the difference from the lot to the tolerance, for a change of the axes
+_LEAST_SCALE = (
+    0.02  # smallest relative difference of gravity that is reported: bias and tilt of a good sensor are below
+)
+_SHOWN = 0.1  # smallest relative difference of gravity that the noise can confirm
+_MOST_WAYS = 2  # largest number of explanations that are named
+_ALONG = 0.9  # smallest share of gravity along an axis that is called vertical
+
+
+@frozen(eq=False)
+class SensorMeans:
+    """Means of a sensor with three axes over the units of a lot.
+
+    Attributes
+    ----------
+    sensor : str
+        Name of the stream.
+    channels : tuple of str
+        Its axes x, y, z.
+    quantity, unit : str
+        Of the rate.
+    names : tuple of str
+        Units.
+    values : ndarray, shape (n, 3)
+        [unit]
+    """
+
+    sensor: str
+    channels: tuple[str, ...]
+    quantity: str
+    unit: str
+    names: tuple[str, ...]
+    values: Floats
+
+    @property
+    def center(self) -> Floats:
+        """Median of each axis, shape (3,). [unit]"""
+        return np.asarray(np.median(self.values, axis=0), dtype=np.float64)
+
+    @property
+    def spread(self) -> Floats:
+        """Robust standard deviation of each axis, shape (3,). [unit]"""
+        return np.asarray(SIGMA_OF_MAD * np.median(np.abs(self.values - self.center), axis=0), dtype=np.float64)
+
+    @property
+    def vertical(self) -> int | None:
+        """Axis of gravity; None for another quantity, or if it is not along an axis."""
+        size = float(np.linalg.norm(self.center))
+        axis = int(np.argmax(np.abs(self.center)))
+        along = self.quantity == "acceleration" and abs(self.center[axis]) > _ALONG * size
+        return axis if along else None
+
+    def changes(self, row: int) -> tuple[AxisChange, ...]:
+        """The changes of the axes that explain the means of a unit, if they differ from those of the lot."""
+        tolerance = max(_TOLERANCE * float(self.spread.max()), _TOLERANCE_OF_SIZE * float(np.linalg.norm(self.center)))
+        if np.abs(self.values[row] - self.center).max() <= _DISTINCT * tolerance:
+            return ()
+        return tuple(
+            change for change in CHANGES if np.abs(self.values[row] - change.matrix @ self.center).max() <= tolerance
+        )
+
+
+def collect_means(units: Mapping[str, UnitResult]) -> list[SensorMeans]:
+    """The means of the gyros and accelerometers that have three axes in enough units."""
+    sensors: dict[tuple[str, str], None] = {}
+    for unit in units.values():
+        for name, channel in unit.channels.items():
+            if channel.quantity in ("angular_rate", "acceleration"):
+                sensors.setdefault((stream_name(name), channel.unit))
+    results = []
+    for sensor, unit_text in sensors:
+        channels = tuple(f"{sensor}_{axis}" for axis in AXES)
+        rows = {
+            name: [unit.channels[channel].mean for channel in channels]
+            for name, unit in units.items()
+            if all(channel in unit.channels and unit.channels[channel].unit == unit_text for channel in channels)
+        }
+        means = {name: row for name, row in rows.items() if None not in row}
+        if len(means) < LEAST_UNITS:
+            continue
+        first = units[next(iter(means))].channels[channels[0]]
+        values = np.array(list(means.values()), dtype=np.float64)
+        results.append(
+            SensorMeans(
+                sensor=sensor,
+                channels=channels,
+                quantity=first.quantity,
+                unit=first.unit,
+                names=tuple(means),
+                values=values,
+            )
+        )
+    return results
+
+
+def compare_means(
+    units: Mapping[str, UnitResult],
+    remarks: dict[str, list[Remark]],
+    levels: Mapping[tuple[str, str], float],
+    *,
+    without: Set[tuple[str, str]],
+    probability: float,
+    judged: bool,
+) -> set[tuple[str, str]]:
+    """Add remarks on orientation, gravity and outlying means; return the units and sensors with another gravity.
+
+    `levels`: by unit and sensor, the logarithm of the ratio of its curves to those of the lot. `without`: units and sensors
+    with a reason already. `probability`: that a lot without a fault gets a remark.
+    """
+    sensors = collect_means(units)
+    families = sum(3 + (means.quantity == "acceleration") for means in sensors)
+    scaled: set[tuple[str, str]] = set()
+    outlying: dict[str, list[tuple[SensorMeans, int, list[int]]]] = {}
+    for means in sensors:
+        share = probability / families
+        if means.quantity == "acceleration":
+            scaled |= _gravity(means, remarks, levels, without=without, probability=share)
+        by_row: dict[int, list[int]] = {}
+        for axis in range(3):
+            for row in extreme_values(means.values[:, axis], probability=share):
+                by_row.setdefault(row, []).append(axis)
+        for row, axes in by_row.items():
+            if (means.names[row], means.sensor) not in scaled | without:
+                outlying.setdefault(means.names[row], []).append((means, row, axes))
+    for name, outlying_sensors in outlying.items():
+        remarks[name] += _orientation(outlying_sensors, judged=judged)
+    return scaled
+
+
+def _gravity(
+    means: SensorMeans,
+    remarks: dict[str, list[Remark]],
+    levels: Mapping[tuple[str, str], float],
+    *,
+    without: Set[tuple[str, str]],
+    probability: float,
+) -> set[tuple[str, str]]:
+    """Units whose gravity differs from that of the lot, with or without their noise."""
+    sizes = np.linalg.norm(means.values, axis=1)
+    if not (sizes > 0).all():
+        return set()
+    logs = np.log(sizes)
+    center = float(np.median(logs))
+    named: set[tuple[str, str]] = set()
+    for row in extreme_values(logs, probability=probability):
+        difference, name = float(logs[row]) - center, means.names[row]
+        if abs(difference) < _LEAST_SCALE or (name, means.sensor) in without:
+            continue
+        level = levels.get((name, means.sensor))
+        confirmed = abs(difference) >= _SHOWN and level is not None and abs(level - difference) < abs(level)
+        gravity = math.exp(difference)
+        details = OtherScale(ratio=math.exp(level) if confirmed and level is not None else 1.0, gravity=gravity)
+        remarks[name].append(remark(details, "lot", means.channels))
+        named.add((name, means.sensor))
+    return named
+
+
+def _orientation(outlying: Sequence[tuple[SensorMeans, int, list[int]]], *, judged: bool) -> list[Remark]:
+    """The change of the axes that explains the means of all outlying sensors of a unit; else of each of them alone."""
+    explained = [(means, row, means.changes(row)) for means, row, _ in outlying]
+    common = [change for change in CHANGES if all(change in changes for _, _, changes in explained if changes)]
+    results, turned = [], [entry for entry in explained if entry[2]]
+    if turned:
+        groups = [(turned, tuple(common))] if common else [([entry], entry[2]) for entry in turned]
+        for members, changes in groups:
+            channels = tuple(channel for means, _, _ in members for channel in means.channels)
+            results.append(remark(_details(members, changes), "lot", channels))
+    explained_sensors = {means.sensor for means, _, _ in turned}
+    for means, row, axes in outlying:
+        if means.sensor not in explained_sensors:
+            results += [_other_mean(means, row, axis, judged=judged) for axis in axes]
+    return results
+
+
+def _details(
+    members: Sequence[tuple[SensorMeans, int, tuple[AxisChange, ...]]], changes: tuple[AxisChange, ...]
+) -> Orientation:
+    vertical, along, along_lot = None, "", ""
+    for means, row, _ in members:
+        if means.vertical is not None:
+            vertical = means.vertical
+            along, along_lot = _direction(means.values[row]), _direction(means.center)
+    return Orientation(changes=_distinct(changes, vertical), vertical=vertical, along=along, along_lot=along_lot)
+
+
+def _distinct(changes: Sequence[AxisChange], vertical: int | None) -> tuple[AxisChange, ...]:
+    """The first changes that differ in words."""
+    by_words: dict[str, AxisChange] = {}
+    for change in changes:
+        by_words.setdefault(change.words(vertical), change)
+    return tuple(by_words.values())[:_MOST_WAYS]
+
+
+def _direction(vector: Floats) -> str:
+    axis = int(np.argmax(np.abs(vector)))
+    return f"{'+' if vector[axis] > 0 else '−'}{AXES[axis]}"
+
+
+def _other_mean(means: SensorMeans, row: int, axis: int, *, judged: bool) -> Remark:
+    values = (float(means.values[row, axis]), float(means.center[axis]), float(means.spread[axis]))
+    unit, factor = what_unit("means_10", means.quantity, means.unit, [values[0]])
+    details = OtherMean(value=values[0], median=values[1], spread=values[2], unit=unit, factor=factor)
+    return remark(details, "note" if judged else "lot", (means.channels[axis],))

@@ -2,6 +2,7 @@
 
 import contextlib
 import gc
+import importlib.util
 import os
 import shutil
 import tempfile
@@ -21,6 +22,12 @@ COLLECTED = Path(tempfile.gettempdir(), f"sigmatau-tests-{os.environ.get('PYTEST
 IS_COMPILED = (ROOT / "tests" / "io" / "__pycache__").exists()
 LONGEST_COLLECTION = 120.0  # s; then the other workers begin too
 gc.disable()  # while the tests are collected: ten thousand of them, none of which can be freed
+
+
+def skip_without(package: str, reason: str) -> None:
+    """Skip a module of tests if a package is not installed. It is not imported: every worker collects all modules."""
+    if importlib.util.find_spec(package) is None:
+        pytest.skip(reason, allow_module_level=True)
 
 
 def pytest_sessionstart() -> None:

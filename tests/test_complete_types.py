@@ -10,9 +10,8 @@ import ast
 import re
 from importlib.resources import files
 
-from conftest import ROOT
+from package_trees import MODULES, PACKAGE, tree
 
-PACKAGE = ROOT / "python" / "sigmatau"
 PRIVATE = {"_native", "versions"}  # folders without a name for users
 CONSTANT = re.compile(r"[A-Z][A-Z0-9_]*$")  # pyright takes its value for its type
 TYPES = re.compile(r"\b(TypeVar|NewType|attach_stub)\b")  # calls that make a type, or all names
@@ -30,9 +29,9 @@ def shows_its_type(value, parameters):
     return isinstance(value, ast.Constant) and isinstance(value.value, str | bool)
 
 
-def guessed_attributes(tree):
+def guessed_attributes(code):
     """Public attributes that ``__init__`` of a public class, or of a base class, sets without a type."""
-    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    classes = [node for node in code.body if isinstance(node, ast.ClassDef)]
     bases = {ast.unparse(base) for cls in classes for base in cls.bases}
     for cls in (cls for cls in classes if not cls.name.startswith("_") or cls.name in bases):
         declared = {node.target.id for node in cls.body if isinstance(node, ast.AnnAssign)}
@@ -47,9 +46,9 @@ def guessed_attributes(tree):
                         yield f"{cls.name}.{name}, line {node.lineno}"
 
 
-def guessed_variables(tree):
+def guessed_variables(code):
     """Public variables of a module that a call makes, without a type; a constant in capitals has that of its value."""
-    for node in (node for node in tree.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)):
+    for node in (node for node in code.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)):
         for target in targets(node):
             name = ast.unparse(target)
             if not name.startswith("_") and not CONSTANT.match(name) and not TYPES.search(ast.unparse(node.value.func)):
@@ -57,13 +56,12 @@ def guessed_variables(tree):
 
 
 def test_types_are_stated():
-    modules = [path for path in PACKAGE.rglob("*.py") if not PRIVATE & set(path.parts)]
+    modules = [name for name in MODULES if not PRIVATE & set(name.split("/"))]
     assert len(modules) > 300
     guessed = []
-    for path in modules:
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        found = (*guessed_attributes(tree), *guessed_variables(tree))
-        guessed += [f"{path.relative_to(PACKAGE)}: {one}" for one in found]
+    for name in modules:
+        found = (*guessed_attributes(tree(name)), *guessed_variables(tree(name)))
+        guessed += [f"{name}: {one}" for one in found]
     assert not guessed, "\n".join(guessed)
 
 

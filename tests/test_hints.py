@@ -6,12 +6,10 @@ import re
 import pytest
 
 import sigmatau
-from conftest import ROOT
+from package_trees import MODULES, tree
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import Hint, as_arguments, as_options, command, hints_in, speaking, worded
 
-PACKAGE = ROOT / "python" / "sigmatau"
-MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 BELOW_CLI = [name for name in MODULES if not name.startswith(("app/", "cli/", "typed/"))]
 """Below the faces and the texts that are typed into them."""
 
@@ -81,24 +79,28 @@ def test_findings_have_hints():
     assert "--unit accel=g" in finding.to_dict()["action"]
 
 
-def texts(tree):
+def texts(code):
     """The texts of a module that are no docstrings, nor cells of a table of the pages: `columns` of a target."""
-    bodies = (node.body for node in ast.walk(tree) if isinstance(getattr(node, "body", None), list))
+    bodies = (node.body for node in ast.walk(code) if isinstance(getattr(node, "body", None), list))
     docstrings = {one.value for body in bodies for one in body if isinstance(one, ast.Expr)}
-    tables = [node.value for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "columns"]
+    tables = [node.value for node in ast.walk(code) if isinstance(node, ast.keyword) and node.arg == "columns"]
     cells = {cell for table in tables for cell in ast.walk(table)}
-    for node in ast.walk(tree):
+    for node in ast.walk(code):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in docstrings | cells:
             yield node
 
 
-@pytest.mark.parametrize("name", BELOW_CLI)
-def test_no_option_is_typed_below_the_command_line(name):
-    for text in texts(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
-        assert not OPTION.search(text.value.replace(FOREIGN.get(name, "\n"), "")), f"line {text.lineno}: {text.value!r}"
+def test_no_option_is_typed_below_the_command_line():
+    typed = [
+        f"{name}, line {text.lineno}: {text.value!r}"
+        for name in BELOW_CLI
+        for text in texts(tree(name))
+        if OPTION.search(text.value.replace(FOREIGN.get(name, "\n"), ""))
+    ]
+    assert not typed, "\n".join(typed)
 
 
 def test_a_typed_option_is_found():
-    tree = ast.parse('"""--rate is fine in a docstring."""\nraise DataError(f"{n} rows; give --rate HZ or a --- line")')
-    assert [bool(OPTION.search(one.value)) for one in texts(tree)] == [True]
+    code = ast.parse('"""--rate is fine in a docstring."""\nraise DataError(f"{n} rows; give --rate HZ or a --- line")')
+    assert [bool(OPTION.search(one.value)) for one in texts(code)] == [True]
     assert not OPTION.search("a -- b, x--y, --- and -- ")

@@ -4,15 +4,10 @@ import ast
 
 import pytest
 
+import package_trees
 import sigmatau.errors
-from conftest import ROOT
 
-PACKAGE = ROOT / "python" / "sigmatau"
-MODULES = {
-    name: path
-    for path in sorted(PACKAGE.rglob("*.py"))
-    if not (name := str(path.relative_to(PACKAGE))).startswith(("app/", "cli/", "io/read/formats/"))
-}
+MODULES = [name for name in package_trees.MODULES if not name.startswith(("app/", "cli/", "io/read/formats/"))]
 """Below the faces, which show errors; a format of files is tried, and its error is why it is another one."""
 
 OURS = {name for name, value in vars(sigmatau.errors).items() if isinstance(value, type)}
@@ -77,7 +72,7 @@ def is_ours(kind):
 
 
 def test_no_rule_is_driven_by_an_error():
-    places = {f"{name} {rule}" for name, path in MODULES.items() for rule in rules(ast.parse(path.read_text("utf-8")))}
+    places = {f"{name} {rule}" for name in MODULES for rule in rules(package_trees.tree(name))}
     assert places == JUSTIFIED.keys()
 
 

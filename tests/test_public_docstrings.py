@@ -19,8 +19,6 @@ import textwrap
 from dataclasses import fields
 from functools import cache
 
-import pytest
-
 import sigmatau
 from docstring_sections import Sections, wanting
 from public_names import (
@@ -146,51 +144,58 @@ def test_the_surface_is_complete():
     }
 
 
-@pytest.mark.parametrize("name", classes())
-def test_class(name):
-    found = classes()[name]
+def problems_of_class(name, found):
     sections = docstring(found)
-    problems = [*problems_of_form(sections)]
+    yield from problems_of_form(sections)
     fields = public_fields(found)
     if fields:
         annotations = {field: str(owner.__annotations__[field]) for field, owner in fields.items()}
-        problems += problems_of_entries(sections, "Attributes", annotations)
+        yield from problems_of_entries(sections, "Attributes", annotations)
     elif "__init__" in vars(found) and not is_protocol(found):
-        problems += problems_of_entries(sections, "Parameters", parameters(found.__init__))
+        yield from problems_of_entries(sections, "Parameters", parameters(found.__init__))
     if name in called():
-        problems += [f"no {section}" for section in ("Examples", "See Also") if section not in sections]
-    assert not problems, "\n".join([name, *problems])
+        yield from (f"no {section}" for section in ("Examples", "See Also") if section not in sections)
 
 
-@pytest.mark.parametrize("name", public_functions())
-def test_function(name):
-    owner, found = public_functions()[name]
-    function = function_of(found)
-    sections = docstring(found)
+def test_classes():
+    problems = [f"{name}: {problem}" for name, cls in classes().items() for problem in problems_of_class(name, cls)]
+    assert not problems, "\n".join(problems)
+
+
+def problems_of_function(name, owner, function):
+    sections = docstring(function)
     returned = str(inspect.signature(function).return_annotation)
     taken = parameters(function)
-    problems = [*problems_of_form(sections)]
-    problems += problems_of_entries(sections, "Parameters", taken)
+    yield from problems_of_form(sections)
+    yield from problems_of_entries(sections, "Parameters", taken)
     if returned != "None" and (taken or owner is None):
         if "Returns" not in sections and "Yields" not in sections:
-            problems.append("no Returns")
+            yield "no Returns"
         else:
             entries = sections.entries("Returns") or sections.entries("Yields")
             told = " ".join(f"{' '.join(entry.names)} {entry.type} {entry.text}" for entry in entries)
-            problems += [f"Returns lacks its {what}" for what in wanting(returned, "", told)]
+            yield from (f"Returns lacks its {what}" for what in wanting(returned, "", told))
     elif returned != "None":
-        problems += [f"what is returned lacks its {what}" for what in wanting(returned, "", sections.text)]
+        yield from (f"what is returned lacks its {what}" for what in wanting(returned, "", sections.text))
     raised = {one for entry in sections.entries("Raises") for one in entry.names}
-    problems += [f"Raises: {error} is not told" for error in raised_in(function) if error not in raised]
+    yield from (f"Raises: {error} is not told" for error in raised_in(function) if error not in raised)
     if name in called():
-        problems += [f"no {section}" for section in ("Examples", "See Also") if section not in sections]
-    assert not problems, "\n".join([name, *problems])
+        yield from (f"no {section}" for section in ("Examples", "See Also") if section not in sections)
 
 
-@pytest.mark.parametrize("name", SOURCED)
-def test_source(name):
-    found = public()[name] if name in public() else public_functions()[name][1]
-    assert SOURCE.search("\n".join(docstring(found).by_name.get("References", ()))), f"{name}: no source"
+def test_functions():
+    problems = [
+        f"{name}: {problem}"
+        for name, (owner, member) in public_functions().items()
+        for problem in problems_of_function(name, owner, function_of(member))
+    ]
+    assert not problems, "\n".join(problems)
+
+
+def test_sources():
+    for name in SOURCED:
+        found = public()[name] if name in public() else public_functions()[name][1]
+        assert SOURCE.search("\n".join(docstring(found).by_name.get("References", ()))), f"{name}: no source"
 
 
 def found_in(places, names):
@@ -244,13 +249,16 @@ def test_constants():
         assert str(ast.literal_eval(below.value)).endswith("."), f"{module}.{name}"
 
 
-@pytest.mark.parametrize("kind", kinds(), ids=lambda kind: kind.__name__)
-def test_kind_of_finding(kind):
-    """The parameters of a finding are public as data: ``finding.details``, and ``details`` in JSON."""
+def problems_of_kind(kind):
     sections = docstring(kind)
-    problems = [*problems_of_form(sections)]
+    yield from problems_of_form(sections)
     constant = {field.name for field in fields(kind) if not field.init}  # the kind of a reason
     annotations = {name: str(of) for name, of in vars(kind).get("__annotations__", {}).items() if name not in constant}
     own = {name: of for name, of in annotations.items() if not of.startswith("ClassVar")}
-    problems += problems_of_entries(sections, "Attributes", own)
-    assert not problems, "\n".join([kind.__name__, *problems])
+    yield from problems_of_entries(sections, "Attributes", own)
+
+
+def test_kinds_of_findings():
+    """The parameters of a finding are public as data: ``finding.details``, and ``details`` in JSON."""
+    problems = [f"{kind.__name__}: {problem}" for kind in kinds() for problem in problems_of_kind(kind)]
+    assert not problems, "\n".join(problems)

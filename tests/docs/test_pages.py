@@ -13,16 +13,13 @@ from sigmatau.cli.app import EXAMPLES, app
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("**/*.md")])
 TEXTS = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in PAGES}
+BLOCKS = {name: blocks(text) for name, text in TEXTS.items()}
 RUN_ELSEWHERE = ("docs/tutorial/README.md",)  # by test_tutorial.py
-RUNNING = [
-    name
-    for name, text in TEXTS.items()
-    if any(block.language in RUN for block in blocks(text)) and name not in RUN_ELSEWHERE
-]
+RUNNING = [name for name in TEXTS if any(block.language in RUN for block in BLOCKS[name]) and name not in RUN_ELSEWHERE]
 COMMANDS = [
     (name, statement)
-    for name, text in TEXTS.items()
-    for block in blocks(text)
+    for name in TEXTS
+    for block in BLOCKS[name]
     if block.language == "sh"
     for statement in statements(block.content)
 ]
@@ -50,24 +47,23 @@ OTHER_TEXT = {
 }
 
 
-@pytest.mark.parametrize("name", TEXTS)
-def test_no_command_is_outside_of_a_block_that_runs(name):
-    for block in blocks(TEXTS[name]):
-        place = f"{name}, line {block.line}"
-        assert block.language in (*RUN, *SHOWN) or block.language.startswith("{"), place  # a directive of Sphinx
-        if block.language not in RUN:
-            assert not re.search(r"^(\$ )?sigmatau [a-z]", block.content, flags=re.MULTILINE), place
-    assert not re.search(r"^(?: {4,}|\t)(?:\$ )?(?:sigmatau|pip|python|make) ", prose(TEXTS[name]), flags=re.MULTILINE)
+def test_no_command_is_outside_of_a_block_that_runs():
+    indented = re.compile(r"^(?: {4,}|\t)(?:\$ )?(?:sigmatau|pip|python|make) ", flags=re.MULTILINE)
+    for name, text in TEXTS.items():
+        for block in BLOCKS[name]:
+            place = f"{name}, line {block.line}"
+            assert block.language in (*RUN, *SHOWN) or block.language.startswith("{"), place  # a directive of Sphinx
+            if block.language not in RUN:
+                assert not re.search(r"^(\$ )?sigmatau [a-z]", block.content, flags=re.MULTILINE), place
+        assert not indented.search(prose(text)), name
 
 
-@pytest.mark.parametrize("name", TEXTS)
-def test_every_output_is_compared(name):
+def test_every_output_is_compared():
     """Outputs and written files are shown as such, or have a comment that says why not; toml and csv are input."""
-    if name.startswith(tuple(OTHER_TEXT)):
-        return
-    for block in blocks(TEXTS[name]):
-        written = block.language in ("text", "yaml", "json", "xml", "python-file")
-        assert not written or block.shows or block.note, f"{name}, line {block.line}"
+    for name in (name for name in TEXTS if not name.startswith(tuple(OTHER_TEXT))):
+        for block in BLOCKS[name]:
+            written = block.language in ("text", "yaml", "json", "xml", "python-file")
+            assert not written or block.shows or block.note, f"{name}, line {block.line}"
 
 
 def test_every_program_that_does_not_run_is_in_a_page():

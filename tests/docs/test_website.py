@@ -6,7 +6,6 @@ import sys
 from pathlib import PurePosixPath
 
 import pytest
-from matplotlib import pyplot as plt
 
 import sigmatau
 from conftest import ROOT
@@ -139,6 +138,8 @@ def test_every_field_of_the_schema_is_on_the_page():
 
 
 def test_a_notebook_shows_its_outputs(tmp_path):
+    from matplotlib import pyplot as plt
+
     cells = [
         {"cell_type": "markdown", "source": ["# Title\n", "Text."]},
         {"cell_type": "code", "source": ["print('said')\n", "x = 6"]},

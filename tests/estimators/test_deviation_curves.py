@@ -3,7 +3,6 @@
 import json
 import math
 
-import allantools
 import numpy as np
 import pytest
 
@@ -25,6 +24,8 @@ def record(y, rate=1.0):
 class TestFreedom:
     def test_greenhall_and_riley(self):
         """Their interpolation is good to half a per cent for large m and several at small m; here are exact sums."""
+        import allantools
+
         for kind, options in (("modified", {"d": 2, "modified": True}), ("hadamard", {"d": 3, "modified": False})):
             for alpha, term in (
                 (2, "quantization"),

@@ -9,7 +9,12 @@ from sigmatau import NoiseModel, TurnOn
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import export
 
-gtsam = pytest.importorskip("gtsam")
+
+@pytest.fixture
+def gtsam():
+    """Imported by these tests alone."""
+    return pytest.importorskip("gtsam")
+
 
 N = {"gyro": (1.1e-4, 3.7e-4, 2.9e-4), "accel": (1.3e-3, 0.9e-3, 2.2e-3)}
 K = {"gyro": (3.1e-6, 1.7e-6, 2.9e-6), "accel": (3.3e-5, 8.9e-5, 2.2e-5)}
@@ -17,7 +22,7 @@ STEP, STEPS = 0.005, 400
 
 
 @pytest.fixture
-def params(tmp_path):
+def params(gtsam, tmp_path):
     model = NoiseModel(
         channels={
             f"{s}_{a}": {"random_walk": N[s][i], "rate_random_walk": K[s][i]} for s in N for i, a in enumerate("xyz")
@@ -37,7 +42,7 @@ def test_it_takes_the_models_densities(params):
         np.testing.assert_allclose(walk, np.diag(np.square(K[sensor])), rtol=1e-12)
 
 
-def test_its_preintegration_has_the_models_covariance(params):
+def test_its_preintegration_has_the_models_covariance(gtsam, params):
     """At rest for 2 s: N²T + K²T³/3 of each angle, K²T of each bias, N²T + (gN)²T³/3 of a level velocity."""
     measured = gtsam.PreintegratedCombinedMeasurements(params, gtsam.imuBias.ConstantBias())
     for _ in range(STEPS):
@@ -52,7 +57,7 @@ def test_its_preintegration_has_the_models_covariance(params):
     np.testing.assert_allclose(variances[6:8], level, rtol=4.5 * STEP / t)
 
 
-def test_its_prior_has_the_turn_on_bias(tmp_path):
+def test_its_prior_has_the_turn_on_bias(gtsam, tmp_path):
     """In the order of a ConstantBias, which a prior on the first bias takes."""
     sigmas = {"gyro": (1e-3, 2e-3, 3e-3), "accel": (0.1, 0.2, 0.3)}
     model = NoiseModel(

@@ -4,7 +4,6 @@ import re
 import tomllib
 
 import pytest
-from check_jsonschema import main as check_jsonschema
 from ruamel.yaml import YAML
 
 from conftest import ROOT
@@ -21,6 +20,8 @@ FILES = {
 
 
 def valid(schema, path):
+    from check_jsonschema import main as check_jsonschema
+
     with pytest.raises(SystemExit) as ended:
         check_jsonschema(["--builtin-schema", schema, str(path)])
     return ended.value.code == 0

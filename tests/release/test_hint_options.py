@@ -1,56 +1,57 @@
 """Each hint in a message names an option of Python and of the command line."""
 
 import ast
+import functools
 import inspect
 
-import pytest
 from test_public_names import of_command_line, of_python
 
 import sigmatau
-from conftest import ROOT
+from package_trees import MODULES, tree
 from sigmatau.exporting.tuning.table import read_innovations
 from sigmatau.hints import SPELLED, Hint, as_options
 from sigmatau.lab.store.naming import Naming
 
-PACKAGE = ROOT / "python" / "sigmatau"
-MODULES = {str(path.relative_to(PACKAGE)): path for path in sorted(PACKAGE.rglob("*.py"))}
 BELOW_CLI = [name for name in MODULES if not name.startswith(("app/", "cli/"))]
 
 
-def calls(tree):
+def calls(code):
     """Names of the options of hints in a module, and whether they are of a command that is to be typed."""
     commands = {
         inner
-        for node in ast.walk(tree)
+        for node in ast.walk(code)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("command", "as_options")
         for inner in ast.walk(node)
     }
-    for node in ast.walk(tree):
+    for node in ast.walk(code):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Hint" and node.args:
             names = [one.value for one in ast.walk(node.args[0]) if isinstance(one, ast.Constant)]
             yield from ((name, node in commands) for name in names if isinstance(name, str))
 
 
-ARGUMENTS = {
-    *(one.rpartition("(")[2].rstrip("=)") for one in of_python() if "(" in one),
-    *inspect.signature(sigmatau.Choices).parameters,
-    *inspect.signature(Naming).parameters,
-    *inspect.signature(read_innovations).parameters,
-}
-TYPED = {one.rpartition(" ")[2] for one in of_command_line()}
+@functools.cache
+def arguments():
+    """The options of Python."""
+    return {
+        *(one.rpartition("(")[2].rstrip("=)") for one in of_python() if "(" in one),
+        *inspect.signature(sigmatau.Choices).parameters,
+        *inspect.signature(Naming).parameters,
+        *inspect.signature(read_innovations).parameters,
+    }
 
 
-@pytest.mark.parametrize("name", BELOW_CLI)
-def test_each_hint_names_an_option_of_both_faces(name):
-    for option, in_command in calls(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
-        assert as_options([Hint(option)]) in TYPED, option
-        assert in_command or option in ARGUMENTS, option
+def test_each_hint_names_an_option_of_both_faces():
+    typed = {one.rpartition(" ")[2] for one in of_command_line()}
+    for name in BELOW_CLI:
+        for option, in_command in calls(tree(name)):
+            assert as_options([Hint(option)]) in typed, (name, option)
+            assert in_command or option in arguments(), (name, option)
 
 
 def test_the_calls_are_found():
-    tree = ast.parse('f\'{Hint("rate", value=1)} {command("analyze", Hint("json"))} {Hint("a" if x else "b")}\'')
-    assert sorted(calls(tree)) == [("a", False), ("b", False), ("json", True), ("rate", False)]
-    assert set(SPELLED) <= ARGUMENTS
+    code = ast.parse('f\'{Hint("rate", value=1)} {command("analyze", Hint("json"))} {Hint("a" if x else "b")}\'')
+    assert sorted(calls(code)) == [("a", False), ("b", False), ("json", True), ("rate", False)]
+    assert set(SPELLED) <= arguments()
 
 
 def test_only_faces_type_options():

@@ -10,16 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fleets import DAMAGED, READING, Processes, contents, damage, ended, make_logs, make_tables
 
 import sigmatau
+from conftest import skip_without
 from known import seed_of
 from sigmatau.cli import main
 
-pytest.importorskip("distributed", reason="fleets need the extra cluster")
-pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
-
-from distributed import Client, LocalCluster
-from fleets import DAMAGED, READING, Processes, contents, damage, ended, make_logs, make_tables
+skip_without("distributed", "fleets need the extra cluster")
+skip_without("sqlalchemy", "fleets need the extra store")
 
 LOGS = 60
 
@@ -76,6 +75,8 @@ def test_results_are_those_of_analyze(undisturbed, logs):
 @pytest.fixture
 def here(monkeypatch):
     """Workers that are threads of this process, and how often they were started."""
+    from distributed import Client, LocalCluster
+
     started = []
 
     @contextlib.contextmanager

@@ -6,11 +6,12 @@ import shutil
 import subprocess
 
 import pytest
-
-pytest.importorskip("distributed", reason="fleets need the extra cluster")
-pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
-
 from fleets import Processes, contents, ended, make_logs
+
+from conftest import skip_without
+
+skip_without("distributed", "fleets need the extra cluster")
+skip_without("sqlalchemy", "fleets need the extra store")
 
 LOGS = 60
 # A host that is gone answers nothing: this decides how soon the others notice. Dask's own values are 30 s and 5 minutes.

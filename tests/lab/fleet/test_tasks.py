@@ -1,16 +1,15 @@
 """What a worker does with a log: a row for the store, whatever the log."""
 
 import pytest
-
-pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
-pytest.importorskip("fsspec", reason="URLs need the extra cluster")
-
-import fsspec
 from fleets import make_logs
 
+from conftest import skip_without
 from sigmatau.lab.fleet.logs import Log, find
 from sigmatau.lab.fleet.tasks import FleetJob, analyse
 from sigmatau.lab.store.naming import Naming
+
+skip_without("sqlalchemy", "fleets need the extra store")
+skip_without("fsspec", "URLs need the extra cluster")
 
 READING = {"rate": 100, "channels": {"gyro": "1:3"}, "unit": {"gyro": "rad/s"}}
 JOB = FleetJob(reading=READING, settings={"method": "gls"}, naming=Naming(folders=True))
@@ -19,6 +18,8 @@ JOB = FleetJob(reading=READING, settings={"method": "gls"}, naming=Naming(folder
 @pytest.fixture
 def objects(tmp_path):
     """The same logs as files and as objects."""
+    import fsspec
+
     logs = make_logs(tmp_path / "logs", 2)
     (logs / "unit0" / "bad.npy").write_bytes(b"\x93NUMPY bad")
     memory = fsspec.filesystem("memory")

@@ -4,15 +4,16 @@ import socket
 
 import pytest
 
-pytest.importorskip("distributed", reason="fleets need the extra cluster")
-pytest.importorskip("sqlalchemy", reason="fleets need the extra store")
-
+from conftest import skip_without
 from sigmatau._version import __version__
 from sigmatau.errors import DataError
 from sigmatau.lab.fleet import run
 from sigmatau.lab.fleet.logs import Log
 from sigmatau.lab.fleet.tasks import FleetJob
 from sigmatau.lab.store.naming import Naming
+
+skip_without("distributed", "fleets need the extra cluster")
+skip_without("sqlalchemy", "fleets need the extra store")
 
 JOB = FleetJob(reading={}, settings={}, naming=Naming(folders=True))
 

@@ -18,7 +18,7 @@ from sigmatau.io.read.options import ReadOptions
 from sigmatau.record.record import Record
 
 _PROGRESS_INTERVAL = 0.2  # [s]
-# size of a log from which on progress is shown; smaller logs are read within a second [bytes]
+# size of a log above which progress is shown; smaller logs are read within a second [bytes]
 _LEAST_PROGRESS = 1 << 24
 
 

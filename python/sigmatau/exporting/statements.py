@@ -15,7 +15,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import SLOW, TERMS
 from sigmatau.results import duration_text
 
-_DOMINATED = 2.0  # ratio of quantization to N*sqrt(rate) in a sample, from which on there is a finding
+_DOMINATED = 2.0  # ratio of quantization to N*sqrt(rate) in a sample above which there is a finding
 SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
 """How terms that were not observed are included, by policy."""
 

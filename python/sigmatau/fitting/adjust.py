@@ -13,29 +13,29 @@ from sigmatau.fitting.fitted_values import FittedTerm
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.model.parameters import Covariance, Parameter
 
-Subject = Callable[[NoiseFit], Adjustment | None]
-"""A check of the record. It is called with the fit that the previous checks left, and returns a change or None."""
+FitCheck = Callable[[NoiseFit], Adjustment | None]
+"""A check of the record: takes the fit after the previous checks, and returns an adjustment or None."""
 
-_WITHOUT: Mapping[Part, Any] = {
+_EMPTY_PARTS: Mapping[Part, Any] = {
     **dict.fromkeys(("gauss_markov", "sinusoid", "resonance", "second", "unclear", "discrepancy", "reasons"), ()),
     **dict.fromkeys(("response", "warm_up", "highest", "alike_from", "alike_sigma")),
     "covariance": Covariance(),
 }
-# checks whose reasons are listed last, because others hide more
-_LESS: tuple[Cause, ...] = ("rounding", "changing_level")
+# checks whose reasons are listed last, because other checks hide more noise
+_LISTED_LAST: tuple[Cause, ...] = ("rounding", "changing_level")
 
 
-def adjusted(fitted: NoiseFit, *subjects: Subject) -> NoiseFit:
-    """Apply the changes of all checks to a fit, one after the other."""
-    for subject in subjects:
-        adjustment = subject(fitted)
+def adjusted(fitted: NoiseFit, *checks: FitCheck) -> NoiseFit:
+    """Apply the adjustments of all checks to a fit, in order."""
+    for check in checks:
+        adjustment = check(fitted)
         if adjustment is not None:
             fitted = _apply(fitted, adjustment)
     return fitted
 
 
 def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
-    values: dict[str, Any] = {part: _WITHOUT[part] for part in adjustment.without}
+    values: dict[str, Any] = {part: _EMPTY_PARTS[part] for part in adjustment.without}
     terms = dict(fitted.terms)
     kinds = ("gauss_markov", "resonance", "sinusoid")
     processes: dict[str, list[Any]] = {kind: [*getattr(fitted, kind)] for kind in kinds}
@@ -88,7 +88,7 @@ def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
         reasons = tuple(reason for reason in reasons if not isinstance(reason, UnmodelledBand))
     if adjustment.reason is None or adjustment.reason in reasons:
         return reasons
-    return (*reasons, adjustment.reason) if adjustment.cause in _LESS else (adjustment.reason, *reasons)
+    return (*reasons, adjustment.reason) if adjustment.cause in _LISTED_LAST else (adjustment.reason, *reasons)
 
 
 def _changed_term(term: FittedTerm, change: Change) -> FittedTerm:

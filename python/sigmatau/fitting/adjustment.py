@@ -32,7 +32,7 @@ Part = Literal[
 
 @frozen(kw_only=False)
 class Ends(Plain):
-    """Interval of a number, or its upper limit.
+    """Interval or upper limit of a number.
 
     Attributes
     ----------
@@ -75,10 +75,10 @@ class Change(Plain):
     ----------
     parameter : Parameter
     kind : {"widen", "limit"}
-        "widen": the interval or limit changes. "limit": only a limit remains, or nothing.
+        "widen": the interval or limit changes. "limit": only a limit remains, or neither.
     before, after : Ends
     scale : float
-        Standard error in the covariance, over that before the change. [1]
+        Ratio of the standard error in the covariance to that before the change. [1]
     """
 
     parameter: Parameter
@@ -89,14 +89,14 @@ class Change(Plain):
 
     @classmethod
     def limiting(cls, parameter: Parameter, number: FittedTerm | Interval, limit: float | None = None) -> Change:
-        """Build a change that leaves only a limit, or nothing.
+        """Build a change that leaves only a limit, or neither an interval nor a limit.
 
         Parameters
         ----------
         parameter : Parameter
-            Which number.
+            The number that changes.
         number : FittedTerm or Interval
-            As it was.
+            The number before the change.
         limit : float, optional
             [SI]
 
@@ -113,9 +113,9 @@ class Change(Plain):
         Parameters
         ----------
         parameter : Parameter
-            Which number.
+            The number that changes.
         before, after : Ends
-            As it was, and as it is. [SI]
+            Ends before and after the change. [SI]
 
         Returns
         -------
@@ -132,12 +132,12 @@ class Adjustment:
     Attributes
     ----------
     cause : str
-        The check, in the order in which adjustments are applied: "vibration" or "coarse_counts" that hide the noise,
-        "crowded_lines", "changing_level" of white noise, "misfit", "rounding", "bias" that findings state.
+        The check, in the order in which adjustments are applied: "vibration" or "coarse_counts" (they hide the noise),
+        "crowded_lines", "changing_level" (of white noise), "misfit", "rounding", "bias" (stated by findings).
     findings : tuple of str
         Codes of the findings that state the cause.
     changes : tuple of Change
-        Changes by number. A number that becomes a limit is removed from the covariance.
+        Changes by number. A number that is replaced by a limit is removed from the covariance.
     verdict : str or None
         New verdict of the fit; None if it does not change.
     without : tuple of str

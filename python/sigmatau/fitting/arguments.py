@@ -1,4 +1,4 @@
-"""Checks of arguments that all fits have in common."""
+"""Checks of arguments that all fits share."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Bandwidth of a sensor from records at several sampling rates, section IV-C and Fig. 12 of the paper.
 
-White noise of density N² behind the filter H of a sensor has the density N² Σ_k |H(f + k·rate)|² when it is sampled without
-an anti-alias filter. Slow rates measure N² times the area of |H|², and fast rates the shape of |H|². All logs together
-determine N, the bandwidth and the order, even if no rate is far above the bandwidth.
+White noise of density N² that passes the filter H of a sensor has the density N² Σ_k |H(f + k·rate)|² when it is sampled
+without an anti-alias filter. Slow rates measure N² times the area of |H|², and fast rates measure the shape of |H|². All
+logs together determine N, the bandwidth and the order, even if no rate is far above the bandwidth.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from sigmatau.fitting.log_spectra import log_spectrum
 from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from sigmatau.record.record import Record
 
-_SIGNIFICANT = 1e-3  # p-value below which logs differ, no filter explains them, or they show a bandwidth
+_SIGNIFICANT = 1e-3  # p-value of a difference between logs, a misfit of all filters, or a visible bandwidth
 _TOLERATED_N = 1.05  # largest ratio of N between logs of one sensor: temperature changes N by some %
-_TOLERATED_BANDWIDTH = 1.1  # the same for the bandwidth
+_TOLERATED_BANDWIDTH = 1.1  # largest ratio of the bandwidth between logs of one sensor
 # spread of the deviance over χ²: with a known form of the filter, errors were 1.06 intervals (167 sensors)
 _SPREAD = 1.1
 _PAIR = 2  # number of logs among which neither is the majority
@@ -43,9 +43,9 @@ def bandwidth(
     Parameters
     ----------
     records : Record, sequence of Record, or mapping of str to Record
-        Records of one sensor at rest, at one or several sampling rates, without an anti-alias filter behind the sensor. The
-        rates may be equal, but the records must be recorded one after the other: a copy with every k-th sample says nothing
-        new, and is not used.
+        Records of one sensor at rest, at one or several sampling rates, without an anti-alias filter after the sensor.
+        The rates may be equal, but the records must be recorded one after the other: a copy with every k-th sample adds
+        no information and is not used.
     channels : sequence of str, optional
         Default: all but temperatures.
     tolerance : float
@@ -63,22 +63,23 @@ def bandwidth(
     OptionError
         For a channel that no record has, or a tolerance or level out of range.
     TypeError
-        If something else than records is given.
+        If an argument is not a record.
     DataError
-        If a log contradicts the others, as another sensor or another configuration does; if there are no channels.
+        If a log contradicts the others, for example because it is of another sensor or configuration; if there are no
+        channels.
     RecordTooShortError
         If a log has too few samples without gaps.
 
     See Also
     --------
-    sigmatau.analyze : finds the filter of a single log on its own.
+    sigmatau.analyze : finds the filter from a single log.
 
     Notes
     -----
-    Slow noise of each log is in the model as 1/f and 1/f², rounding with step²/12, and white noise of the converter if the
-    logs demand it. Filters with one to six poles, running means and tapered FIR filters are compared by their deviance, with
-    a price of 4 for a further number; digital filters too, if all records have one rate. The intervals contain all that
-    explain the logs as well. See :doc:`/study/bandwidth-instrument` for the coverage.
+    Slow noise of each log is in the model as 1/f and 1/f², rounding with step²/12, and white noise of the converter if
+    the logs demand it. Filters with one to six poles, running means and tapered FIR filters are compared by their
+    deviance, with a penalty of 4 for each further parameter; digital filters too, if all records have one rate. The
+    intervals contain all that explain the logs as well. See :doc:`/study/bandwidth-instrument` for the coverage.
 
     References
     ----------
@@ -115,7 +116,7 @@ def bandwidth(
 
 
 def _named(records: Record | Sequence[Record] | Mapping[str, Record]) -> dict[str, Record]:
-    """Name the records: by the name that was given, the name of their file, or their rate."""
+    """Name the records by the given name, the name of their file, or their rate."""
     named: dict[str, Record] = dict(records) if isinstance(records, Mapping) else {}
     unnamed = [] if named or isinstance(records, Mapping) else [records] if isinstance(records, Record) else records
     for record in (*named.values(), *unnamed):
@@ -170,7 +171,7 @@ def _sources(channel: str, named: Mapping[str, Record]) -> tuple[list[FilterSour
 
 
 def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
-    """Whether every k-th sample of a log is a sample of the beginning of a slower one."""
+    """Whether every k-th sample of a log equals a sample at the beginning of a slower log."""
     step = round(fast.stream.grid.rate / slow.stream.grid.rate)
     count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)
     begin = slow.y[:count]
@@ -195,12 +196,12 @@ def _judge(logs: Logs, best: FilterFit, channel: str) -> SensorVerdict:
 
 def _contradiction_text(contradicts: Contradiction, count: int, channel: str) -> str:
     ratio = contradicts.bandwidth_ratio
-    what = f"N is {contradicts.ratio:.3g} times"
+    difference = f"N is {contradicts.ratio:.3g} times"
     if ratio is not None and abs(math.log(ratio)) > abs(math.log(contradicts.ratio)):
-        what = f"bandwidth is {ratio:.3g} times"
-    rest = "that of the other logs" if count > _PAIR else "that of the other log"
+        difference = f"bandwidth is {ratio:.3g} times"
+    reference = "that of the other logs" if count > _PAIR else "that of the other log"
     return (
-        f"{contradicts.name}: {channel} is of another sensor or configuration: its {what} {rest}"
+        f"{contradicts.name}: {channel} is of another sensor or configuration: its {difference} {reference}"
         f" (χ² = {contradicts.chi2:.0f}, {contradicts.freedom} degrees of freedom). Leave this log out, or record all logs"
         " with one configuration"
     )

@@ -1,4 +1,4 @@
-"""The interval of the random walk if there are lines, which may have removed part of it."""
+"""Interval of the random walk in a spectrum with lines: leaving out the lines may remove part of the random walk."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WALK = Parameter("random_walk")
 def crowded_lines(
     fitted: NoiseFit, *, native: ChannelFit, without_lines: Callable[[], ChannelFit], spacing: float
 ) -> Adjustment | None:
-    """Extend the interval of the random walk by that of the model in which no line is left out, if lines crowd the band.
+    """If lines crowd the band, extend the interval of the random walk by that of the model in which no line is left out.
 
     Narrow resonances of that model take the place of lines: their power in the band counts as noise too.
 
@@ -34,7 +34,7 @@ def crowded_lines(
     ----------
     fitted : NoiseFit
     native : ChannelFit
-        The same fit.
+        The same fit, from the core.
     without_lines : callable
         Makes the fit of the other model.
     spacing : float

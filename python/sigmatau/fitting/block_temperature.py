@@ -1,9 +1,9 @@
 """Mean temperature of the blocks of a sensor, after removal of the resolution steps and the noise of the thermometer.
 
-Errors of the thermometer make the coefficient per kelvin too small, and temperature changes that it does not show look like
-a rate random walk of the sensor (errors in variables). The temperature of a coarse thermometer is therefore taken at its
-changes, where it is half way between two steps. Noise is removed by least squares with a penalty on curvature, chosen by
-generalised cross-validation.
+Errors of the thermometer make the coefficient per kelvin too small, and temperature changes that it does not show look
+like a rate random walk of the sensor (errors in variables). The temperature of a coarse thermometer is therefore
+evaluated at its changes, where it is halfway between two values. Noise is removed by least squares with a penalty on
+curvature, chosen by generalised cross-validation.
 
 References
 ----------
@@ -20,7 +20,7 @@ from sigmatau.record.streams import Stream
 
 _OVERSAMPLED = 4  # points of interpolation in a block
 _MOST_CHANGES = 0.25  # largest share of samples with a change; with more, noise averages the steps out
-_TOGETHER = 0.01  # changes back and forth within this share of the record count as one
+_FLICKER_SHARE = 0.01  # changes back and forth within this share of the record count as one change
 _MOST_LEVELS = 256  # largest number of distinct values of a coarse thermometer
 _SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
@@ -56,20 +56,20 @@ def mean_temperatures(edges: Floats, thermometer: Stream) -> Floats:
 def between_steps(time: Floats, values: Floats) -> Floats:
     """Interpolate the temperatures of a coarse thermometer between its changes of value, at the same times [s]; shape (n,).
 
-    Returns the values unchanged if the steps are fine, or if noise averages them out.
+    Returns the values unchanged if the steps are small, or if noise averages them out.
     """
     changes = np.flatnonzero(np.diff(values))
     if len(changes) < 2 or len(changes) > _MOST_CHANGES * len(values) or len(np.unique(values)) > _MOST_LEVELS:
         return values
     steps = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
-    # Noise makes the value change back and forth several times. These count as one change, in their middle.
-    begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _TOGETHER)
+    # Noise makes the value change back and forth several times. They count as one change at their mean time.
+    begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _FLICKER_SHARE)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
-    many = np.diff(np.append(begins, len(steps)))
-    odd = many % 2 == 1  # after an even number of changes the value is the same, which is noise alone
-    steps, mid = (np.add.reduceat(steps, begins) / many)[odd], mid[begins][odd]
-    after = values[changes[begins + many - 1] + 1][odd]
+    counts = np.diff(np.append(begins, len(steps)))
+    odd = counts % 2 == 1  # after an even number of changes the value is the same: noise alone
+    steps, mid = (np.add.reduceat(steps, begins) / counts)[odd], mid[begins][odd]
+    after = values[changes[begins + counts - 1] + 1][odd]
     if len(steps) < 2:
         return values
     slope = np.diff(mid) / np.diff(steps)
@@ -77,19 +77,18 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     half = np.abs(np.diff(values))[changes[[0, -1]]] / 2
     first = values[0] + np.clip(mid[0] - slope[0] * (steps[0] - time[0]) - values[0], -half[0], half[0])
     last = values[-1] + np.clip(mid[-1] + slope[-1] * (time[-1] - steps[-1]) - values[-1], -half[1], half[1])
-    # At an extremum the same change occurs twice. It is interpolated by a parabola with the slope of the interval
-    # before.
+    # At an extremum the same change occurs twice. It is interpolated by a parabola with the slope of the previous interval.
     turns = np.flatnonzero((slope == 0) & (np.diff(steps) > 0))
     turns = turns[turns > 0]
     length = steps[turns + 1] - steps[turns]
     height = slope[turns - 1] * length / 4
-    room = 2 * np.abs(after[turns] - mid[turns])
-    height = np.clip(height, -room, room)
+    largest = 2 * np.abs(after[turns] - mid[turns])
+    height = np.clip(height, -largest, largest)
     parts = np.array([0.25, 0.5, 0.75])
     added = (steps[turns][:, None] + length[:, None] * parts).ravel()
-    extra = (mid[turns][:, None] + height[:, None] * (4 * parts * (1 - parts))).ravel()
+    parabola = (mid[turns][:, None] + height[:, None] * (4 * parts * (1 - parts))).ravel()
     points = np.concatenate(([time[0]], steps, added, [time[-1]]))
-    levels = np.concatenate(([first], mid, extra, [last]))
+    levels = np.concatenate(([first], mid, parabola, [last]))
     order = np.argsort(points, kind="stable")
     return np.asarray(np.interp(time, points[order], levels[order]))
 
@@ -107,8 +106,8 @@ def smoothed(levels: Floats) -> Floats:
     best, lowest = levels, np.inf
     for length in (0.1, *_SMOOTHED_BLOCKS):
         gain = 1 / (1 + length**4 * penalty)
-        lost = 1 - gain
-        score = float(np.sum((lost * modes) ** 2)) / float(lost.mean()) ** 2
+        removed = 1 - gain
+        score = float(np.sum((removed * modes) ** 2)) / float(removed.mean()) ** 2
         if score < lowest:
             best, lowest = np.asarray(line + idct(gain * modes, norm="ortho")), score
     return best

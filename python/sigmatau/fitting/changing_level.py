@@ -1,9 +1,9 @@
-"""A white level that changes along the record: the test, and the interval of the random walk with a random effect.
+"""Test for a white level that changes during the record, and the interval of the random walk with a random effect.
 
-The level is a random process in time. The error of its mean over the record is the difference from the mean of the next
-record of the same length, over √2. For independent eighths this is their standard deviation over √8; if the level wanders,
-it is as much as the Allan deviation of the level at the length of the record. Three laws are possible for the logarithm of
-the level: white, flicker and random walk.
+The level is modelled as a random process in time. The error of its mean over the record is the difference from the mean
+of the next record of the same length, divided by √2. For independent eighths this is their standard deviation over √8; if
+the level wanders, it is the Allan deviation of the level at the length of the record. Three laws are possible for the
+logarithm of the level: white, flicker and random walk.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Levels = Sequence[tuple[int, float, float]]
 """Eighths of a record that have samples: number, white level over that of the fit, and its variance by chance."""
 
 _EIGHTHS = 8
-_LEAST_EIGHTHS = 4  # smallest number of eighths with levels: half of them, as in the test of segments
+_LEAST_EIGHTHS = 4  # smallest number of eighths with samples: half of the eighths, as in the test of segments
 _SLOW_WAVES = 2  # number of half cycles of a level that wanders over the whole record
 _WALK = Parameter("random_walk")
 
-# Tested sizes of a law over the scatter of the eighths, on a logarithmic grid. Beyond both ends the likelihood falls to
-# 10⁻³ of its peak, or to a constant that chance alone explains.
+# Tested sizes of a law, relative to the scatter of the eighths, on a logarithmic grid. Beyond both ends the likelihood
+# is below 10⁻³ of its peak, or has the constant value of chance alone.
 _SIZES = np.geomspace(0.03, 60.0, 80)
 _HALVINGS = 40  # halvings of the interval of a quantile
 
@@ -41,10 +41,9 @@ UNSTEADY = 0.003
 
 
 def unsteadiness(levels: Levels) -> float:
-    """P-value of an equal level in all eighths; 1 with fewer than four of them.
+    """P-value of an equal level in all eighths; 1 with fewer than four eighths.
 
-    Two statistics are tested: the scatter of all eighths, and the part of two slow waves in it. The smaller p-value counts
-    twice.
+    Two statistics are tested: the scatter of all eighths, and its part in two slow waves. The smaller p-value is doubled.
     """
     if len(levels) < _LEAST_EIGHTHS:
         return 1.0
@@ -113,10 +112,10 @@ class LevelErrors:
 
 
 def level_errors(levels: Levels, *, level: float) -> LevelErrors:
-    """The intervals at a `level`, with the law and its size integrated out.
+    """Compute the intervals at a confidence `level`, with the law and its size integrated out.
 
-    Each law has the same prior, and ln of its size is uniform. With one law and no chance the interval is that of Student's
-    t with one degree of freedom less than eighths; an unknown law has wider tails.
+    Each law has the same prior, and ln of its size is uniform. With one law and no scatter by chance, the interval is
+    that of Student's t with one degree of freedom fewer than eighths; an unknown law has wider tails.
     """
     eighths, logs, variances = _columns(levels)
     contrasts = np.linalg.svd(np.ones((1, len(eighths))))[2][1:].T
@@ -151,8 +150,8 @@ def _columns(levels: Levels) -> tuple[np.ndarray, Floats, Floats]:
 
 def _residual(curves: Floats, values: Floats) -> float:
     """Sum of squares of values after a fit of curves."""
-    rest = values - curves @ np.linalg.lstsq(curves, values, rcond=None)[0]
-    return float(rest @ rest)
+    remainder = values - curves @ np.linalg.lstsq(curves, values, rcond=None)[0]
+    return float(remainder @ remainder)
 
 
 def _laws() -> list[Floats]:
@@ -168,7 +167,7 @@ def _laws() -> list[Floats]:
 
 
 def _error_of_mean(eighths: np.ndarray) -> Floats:
-    """The mean of the next record less that of this one, over √2, as a combination of the eighths of both."""
+    """Mean of the next record minus that of this one, over √2, as a combination of the eighths of both."""
     difference = np.zeros(2 * _EIGHTHS)
     difference[eighths] = -1 / len(eighths)
     difference[_EIGHTHS:] = 1 / _EIGHTHS

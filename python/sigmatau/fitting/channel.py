@@ -30,14 +30,14 @@ TEMPERATURE = "temperature"
 
 # A drift that is left out becomes a rate random walk. For 24 axes that warmed up, the interval contained K in 18 if
 # both limits were 3.3, and in 24 if the first was 1.
-_LEAST_RATIO = 1.0  # ratio of the temperature coefficient to its standard error, from which on it stays in the model
-_STATED_RATIO = 3.3  # the same from which on it is a finding
+_LEAST_RATIO = 1.0  # ratio of the temperature coefficient to its standard error above which it stays in the model
+_REPORTED_RATIO = 3.3  # ratio of the temperature coefficient to its standard error above which it is a finding
 _MOST_TEMPERATURES = 1 << 14  # largest number of times at which the temperature is computed; the model uses no more
 _MOST_UNKNOWN = 0.1  # largest share of the record without a temperature
 
 # Eighths of an octave are used if quantization noise dominates and at least one other term is observed.
-_QUANTIZATION_SIZE = 8  # cluster size at which its share is computed [samples]
-_QUANTIZATION_SHARE = 0.9  # smallest share of the Allan variance
+_QUANTIZATION_SIZE = 8  # cluster size at which the share of quantization noise is computed [samples]
+_QUANTIZATION_SHARE = 0.9  # smallest share of quantization noise in the Allan variance
 _LEAST_TERMS = 2
 
 
@@ -55,7 +55,7 @@ def fit_channel(
     step: float | None = None,
     threads: int | None = None,
 ) -> NoiseFit:
-    """Fit the noise of a channel with a model of your own choice.
+    """Fit the noise of a channel with a model that you choose.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def fit_channel(
         Confidence level of intervals and limits.
     step : float, optional
         Step of the samples, 0 for none. Quantized angles are rates in steps: a small step leaves no room for quantization
-        noise, and the random walk is known better where there is none. Default: not known. [unit of the channel]
+        noise, and without it the random walk is determined better. Default: not known. [unit of the channel]
     threads : int, optional
         Default: all cores. Results do not depend on it.
 
@@ -93,8 +93,8 @@ def fit_channel(
     Raises
     ------
     OptionError
-        For an unknown method or term, processes or regressors of least squares, a correlation time that is not positive, a
-        regressor of another length, that is not finite or never changes, or a level outside 0.5 … 0.999.
+        For an unknown method or term, processes or regressors with least squares, a correlation time that is not
+        positive, a regressor that has another length, is not finite or never changes, or a level outside 0.5 … 0.999.
     DataError
         For a channel that never changes.
     KeyError
@@ -102,7 +102,7 @@ def fit_channel(
 
     See Also
     --------
-    analyze : all channels, without what disturbs them.
+    analyze : fits all channels, without their disturbances.
 
     References
     ----------
@@ -151,7 +151,7 @@ def by_likelihood(
     stream, curves = record.stream_of(channel), dict(regressors or {})
     degrees = None if TEMPERATURE in curves else block_temperature(record, stream)
     if degrees is not None:
-        with_it = likelihood.fit_samples(
+        with_temperature = likelihood.fit_samples(
             stream,
             channel,
             terms=terms,
@@ -160,8 +160,8 @@ def by_likelihood(
             level=level,
             step=step,
         )
-        if _ratio(with_it) > _LEAST_RATIO:
-            return with_it
+        if _ratio(with_temperature) > _LEAST_RATIO:
+            return with_temperature
     return likelihood.fit_samples(
         stream, channel, terms=terms, processes=processes, regressors=curves, level=level, step=step
     )
@@ -169,7 +169,7 @@ def by_likelihood(
 
 def follows_temperature(fitted: NoiseFit) -> bool:
     """Whether the channel follows the temperature of the log significantly."""
-    return TEMPERATURE in fitted.regressors and _ratio(fitted) > _STATED_RATIO
+    return TEMPERATURE in fitted.regressors and _ratio(fitted) > _REPORTED_RATIO
 
 
 def _ratio(fitted: NoiseFit) -> float:

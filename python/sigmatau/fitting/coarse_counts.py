@@ -1,4 +1,4 @@
-"""Fit of counts of an angle whose rounding is not white from sample to sample: a fit of their sums, or upper limits."""
+"""Fit of angle counts whose rounding is not white from sample to sample: a fit of sums of samples, or upper limits."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def fit_sums(
     record : Record
     channel : str
     summed : int or None
-        Samples of a sum whose rounding is white; None if there is none.
+        Number of samples in a sum whose rounding is white; None if no sum has white rounding.
     smallest : int
-        Sums that are needed. With fewer all terms are upper limits.
+        Smallest number of sums. With fewer, all terms are upper limits.
     quantization : float
-        Quantization noise by the step of the angle: its limit is no smaller. [rate unit·s]
+        Quantization noise of the step of the angle: the smallest upper limit of that term. [rate unit·s]
     terms : sequence of str, optional
         See `sigmatau.fit_channel`.
     """

@@ -17,12 +17,12 @@ LEAST_TIMES = 8  # smallest number of averaging times: four terms, and four degr
 
 
 def power_of_interval(name: str) -> int:
-    """The power p by term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
+    """Power p of a term: θ in samples is θ in SI times tau0^(p − 2); 2 for processes given by their variance."""
     return _POWERS.get(name, 2)
 
 
 def linear_powers(model: Mapping[str, float], tau0: float) -> list[float]:
-    """The squares θ of the coefficients of `NOISE` in samples; 0 for a term that the model lacks."""
+    """Squares θ of the coefficients of `NOISE` in samples; 0 for a term that is not in the model."""
     return [model.get(name, 0.0) ** 2 * tau0 ** (power_of_interval(name) - 2) for name in NOISE]
 
 

@@ -20,7 +20,7 @@ from sigmatau.noise.terms import NOISE, TERMS, avar
 from sigmatau.noise.uncertainty import avar_covariance
 from sigmatau.results import Printed, plain, seconds
 
-# difference of the slope of a curve from that of a term, in standard errors, from which on other noise is present too
+# difference of the slope of a curve from that of a term above which other noise is present too [standard errors]
 _MIXED = 3.0
 
 
@@ -39,12 +39,12 @@ class CurveSlope(Printed):
     value : float
         Slope of log σ over log τ. [1]
     error : float
-        Standard error of the slope. For a curve of one of the terms in `terms` it is exact, and the largest is stated; for a
-        ramp, or if clusters do not overlap, it is that of eq. (26). [1]
+        Standard error of the slope. The largest of the exact errors for curves of the terms in `terms`; for a ramp, or if
+        clusters do not overlap, that of eq. (26). [1]
     terms : tuple of str
         Terms whose line may be fitted there: their slope differs from `value` by at most the tolerance of the rule of
-        `sigmatau.read_off` plus two errors of a curve of this term. "mostly" is printed before them if the difference is
-        more than three errors, because other noise is then present in the stretch too.
+        `sigmatau.read_off` plus two errors of a curve of this term. "mostly" is printed before the terms if the
+        difference is more than three errors, because other noise is then present too.
 
     See Also
     --------
@@ -137,16 +137,16 @@ def fit_slope(curve: DeviationCurve, *, tau_min: float, tau_max: float) -> Curve
 
     See Also
     --------
-    read_off : refuses a line in a given range by the same slope.
-    fit : which terms a curve has; it needs no stretch without other terms.
+    read_off : refuses a line in a given range by this slope.
+    fit : finds the terms of a curve; needs no stretch with a single term.
 
     Notes
     -----
-    A straight line through log σ over log τ with the weights 1/δ², δ by eq. (26) of [1]_: the slope by which `read_off`
-    refuses a line. Its error for a curve of each noise term is that of the exact covariance of Allan variances
+    A straight line is fitted to log σ over log τ with the weights 1/δ², δ by eq. (26) of [1]_. `read_off` refuses lines
+    by the same slope. Its error for a curve of each noise term is that of the exact covariance of Allan variances
     (`sigmatau.noise.uncertainty.avar_covariance`). A curve that bends in the stretch has a slope between those of its
-    terms. Bias instability and a rate random walk of samples are higher in the first ten samples (44 % and 22 % at one):
-    begin the stretch after them.
+    terms. Sampled bias instability and rate random walk are higher in the first ten samples (by 44 % and 22 % at one
+    sample): begin the stretch after these.
 
     References
     ----------

@@ -7,7 +7,9 @@ import numpy as np
 from sigmatau.arrays import Floats
 
 _LARGEST_STEP = 4  # largest distance of frequencies: windows correlate up to three neighbours (flat top)
-_SIGMAS = 3.0  # number of standard errors by which the scatter of neighbours must be too small
+_SIGMAS = (
+    3.0  # number of standard errors by which the scatter of neighbours must fall below that of independent densities
+)
 _ERROR = 2.2
 """Standard error of the ratio of the two second differences of independent values, times √n: 2.15 to 2.27 in
 1500 sets of 100, 400 and 2000 logarithms of χ² with 2 and 100 degrees of freedom."""
@@ -16,8 +18,9 @@ _ERROR = 2.2
 def independent_step(density: Floats) -> int:
     """Smallest distance of frequencies with independent densities; 1 if all are independent.
 
-    The second difference of adjacent logarithms is compared with that of logarithms two apart. Neither depends on the level
-    or the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, for independent values 1.
+    The second difference of adjacent logarithms is compared with that of logarithms two apart. Neither depends on the
+    level or the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, and for independent
+    values it is 1.
     """
     logarithms = np.log(density)
     for step in range(1, _LARGEST_STEP):

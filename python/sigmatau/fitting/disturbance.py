@@ -1,4 +1,4 @@
-"""Records whose noise is hidden by vibration or by rounding: the tests in a fit, and the upper limits that remain."""
+"""Tests whether vibration or rounding hides the noise of a record, and the upper limits that remain."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from sigmatau.record.streams import Stream
 # Largest share of lines and narrow resonances in the power of a quiet sensor. [1] Study: docs/study/disturbed.md; 0.83
 # is the largest of 270 fits of parts of real records at rest.
 MAX_SHARE = 0.85
-# Share of such power from which on the random walk must show in the curve. [1] Study: docs/study/disturbed.md.
+# Share of such power above which the random walk must show in the curve. [1] Study: docs/study/disturbed.md.
 MAX_HIDING_SHARE = 0.3
-# Smallest random walk of the fit over the limit from the curve, if the share is so large. [1] Study:
+# Smallest ratio of the fitted random walk to the limit from the curve, above that share. [1] Study:
 # docs/study/disturbed.md; 0.72 is the smallest of quiet real records.
 HIDDEN = 0.6
 # Largest ratio of the power at the loudest times to that at the median, relative to normal noise and to neighbouring
@@ -39,9 +39,9 @@ _MOST_BURST_BLOCKS = 2048
 # Longest averaging time of a cluster. [s] Judgement: people and vehicles move faster, and temperature changes more
 # slowly.
 _LONGEST_BURST = 1.0
-# Smallest change of the sum of a cluster. [steps] Judgement: rounding makes one or two.
-_COUNTS = 3.0
-# Share of the times that are not among the loudest. [1] Judgement: people move a sensor for a fortieth of the time.
+# Smallest change of the sum of a cluster. [steps] Judgement: rounding changes it by one or two.
+_LEAST_CHANGE = 3.0
+# Share of the record outside the loudest times. [1] Judgement: people move a sensor for a fortieth of the time.
 _LOUD_SHARE = 0.975
 # Largest half width of a resonance over its centre, if it is a vibration. [1] Judgement: a wider one is a property of
 # the sensor's noise.
@@ -62,26 +62,27 @@ _LEAST_SIZE = 32
 # Normal quantile by which an Allan variance is raised. [1] Derived: probability 0.6 %, because the smallest of many
 # variances is used.
 _QUANTILE = 2.5
-# Smallest number of pairs of clusters of a variance that is a limit. [1] Derived: with fewer the limit is more than 5
-# times the variance.
+# Smallest number of pairs of clusters for a limit. [1] Derived: with fewer, the limit is more than 5 times the variance.
 _MIN_PAIRS = 16
-# The same for a limit that is compared. [1] Derived: for white noise alone it is then at most 1.36 times N.
+# Smallest number of pairs of clusters for a limit that is compared with N. [1] Derived: for white noise alone the limit
+# is then at most 1.36 times N.
 _MIN_PAIRS_HIDDEN = 64
-# Number of parts of which the quietest is reported. [1] Judgement: a pause of an eighth of the record is useful.
+# Number of parts of a record, the quietest of which is reported. [1] Judgement: a pause of an eighth of the record is
+# useful.
 _STRETCHES = 8
-# Smallest number of samples in a part. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
+# Smallest part. [samples] Derived: 16 pairs of clusters of 32, see `_MIN_PAIRS`.
 _LEAST_STRETCH = 1024
-# Largest number of samples that are used. [samples] Judgement: limits the memory.
+# Longest record that is used. [samples] Judgement: limits the memory.
 _LONGEST = 1 << 24
-# Largest number of samples that are examined in every record. [samples] Judgement: limits the time.
+# Longest stretch that is examined in every record. [samples] Judgement: limits the time.
 _LONGEST_LOOK = 1 << 21
 
 
-_WITHOUT: tuple[Part, ...] = (
+_HIDDEN_PARTS: tuple[Part, ...] = (
     *("gauss_markov", "response", "warm_up", "alike_from", "alike_sigma", "second", "unclear", "discrepancy"),
     "covariance",
 )
-"""Fields that a fit loses if the noise is hidden, because lines and resonances are those of the vibration."""
+"""Fields that are removed from a fit if the noise is hidden: lines and resonances are then those of the vibration."""
 
 
 def vibration_share(fitted: NoiseFit) -> float:
@@ -104,15 +105,14 @@ def burst_share(x: Floats, tau0: float) -> float:
     step = float(np.min(steps, where=steps > 0, initial=math.inf))
     reference, largest, m = max(_loudness(x, 1, 0.0), 1.0), 1.0, _LEAST_CLUSTER
     while len(x) // (2 * m) >= _BURST_BLOCKS and m * tau0 <= _LONGEST_BURST:
-        largest = max(largest, _loudness(x, m, _COUNTS * step))
+        largest = max(largest, _loudness(x, m, _LEAST_CHANGE * step))
         m *= 2
     return 1 - reference / largest if largest > MAX_BURSTS * reference else 0.0
 
 
 def _loudness(x: Floats, m: int, floor: float) -> float:
-    """Ratio of the power of the loudest differences of sums of `m` samples to that of the median, relative to normal noise.
-
-    1 if there are too few, or if the median is below `floor`.
+    """Compare the loudest differences of sums of `m` samples with the median. Returns the ratio of their powers, relative
+    to normal noise; 1 if there are too few differences, or if the median is below `floor`.
     """
     count = len(x) // (2 * m)
     blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MOST_BURST_BLOCKS)]
@@ -135,7 +135,7 @@ def _samples(fitted: NoiseFit, stream: Stream, *, limit: int) -> Floats:
 
 
 def _is_hidden(fitted: NoiseFit, stream: Stream) -> bool:
-    """Whether all Allan deviations are well above the random walk of the model, or one is certainly below it."""
+    """Whether all Allan deviations are well above the random walk of the model, or one is significantly below it."""
     walk = fitted.terms.get("random_walk")
     level = None if walk is None else walk.value or walk.upper_limit
     if walk is None or level is None:
@@ -162,17 +162,16 @@ def _power_of_resonances(fitted: NoiseFit) -> float:
 def is_narrow(frequency: float, width: float) -> bool:
     """Whether a resonance is a vibration, rather than a property of the sensor's noise or a drift.
 
-    The fit makes none wider than a quarter of its centre; one at that bound counts as a vibration.
+    No fitted resonance is wider than a quarter of its centre; a resonance at that bound counts as a vibration.
     """
     widest = _NARROW * frequency
     return (width < widest or math.isclose(width, widest)) and frequency > _SLOWEST
 
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
-    """Whether vibration hides the noise. It does if it is intermittent, if it has much of the power and the white noise of
-    the model shows at no averaging time, or if it has most of the power.
-
-    A few steady lines beside a visible white level hide nothing.
+    """Whether vibration hides the noise. It does if it is intermittent, if it has most of the power, or if it has much of
+    the power and the white noise of the model is not visible at any averaging time. A few steady lines hide nothing if
+    the white level is visible.
 
     `unsteady` is the p-value of an equal white level in all eighths of the record.
     """
@@ -189,8 +188,8 @@ def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
 
 
 def vibration_power(fitted: NoiseFit, stream: Stream) -> VibrationPower:
-    """The share of the vibration in the power, and the quietest stretch of the record, if its limit is smaller, with that
-    limit.
+    """Share of the vibration in the power, and the quietest stretch of the record with its limit, if that is smaller than
+    the limit of the record.
     """
     x = _samples(fitted, stream, limit=_LONGEST)
     first, last, quietest = _quietest(x, fitted.tau0)
@@ -232,16 +231,16 @@ def limits_alone(
         findings=("disturbed",) if cause == "vibration" else ("coarse_resolution",),
         changes=tuple(Change.limiting(Parameter(name), term, finite.get(name)) for name, term in fitted.terms.items()),
         verdict="disturbed",
-        without=(*_WITHOUT, *without),
+        without=(*_HIDDEN_PARTS, *without),
         reason=reason,
     )
 
 
 def upper_limits(x: Floats, tau0: float, terms: Sequence[str], *, min_pairs: int | None = None) -> dict[str, float]:
-    """Upper limit of each term from the Allan variances: every other term and every vibration only adds to them.
+    """Upper limit of each term from the Allan variances, which other terms and vibration only increase.
 
-    A low-pass filter removes white and slow noise at short times, so their limits come from clusters of at least 32 samples.
-    `inf` if there are too few.
+    A low-pass filter removes white and slow noise at short times, so their limits come from clusters of at least 32
+    samples. `inf` if there are too few clusters.
     """
     limits = dict.fromkeys(terms, math.inf)
     for m, variance, pairs in octaves(x):

@@ -26,22 +26,24 @@ PRICE = 4.0
 _MEAN = np.full(NODES, 1 / NODES)  # weights of the mean of a model over a bin
 _SLOW = 2  # number of powers of 1/f in slow noise
 _ROUNDS = 40  # largest number of reweightings in a fit
-_ROUNDS_OF_SEARCH = 5  # the same for each corner that is tested
-_SETTLED = 1e-4  # fall of the deviance at which they end
+_ROUNDS_OF_SEARCH = 5  # largest number of reweightings for each tested corner
+_DEVIANCE_TOLERANCE = 1e-4  # fall of the deviance below which the reweighting ends
 _STEPS = 25  # largest number of steps of the parameters of a filter
-_DIFFERENCE = 1e-3  # difference of ln of a parameter for derivatives
-_FARTHEST_STEP = 1.0  # largest step of ln of a parameter
+_DIFFERENCE = 1e-3  # difference of the logarithm of a parameter, for derivatives
+_FARTHEST_STEP = 1.0  # largest step of the logarithm of a parameter
 _SINGULAR = 1e-8  # ratio of singular values to the largest, below which they count as 0
-_NOTHING = 1e-150  # length in place of 0
-_SMALLEST_ERROR = 1e-4  # standard error of the logarithm of a parameter; a smaller one from the curvature is rounding
-_LARGEST_ERROR = 0.5  # the same: so far away the likelihood is not a parabola
+_ZERO_LENGTH = 1e-150  # replaces a length of 0
+_SMALLEST_ERROR = 1e-4  # smallest standard error of the logarithm of a parameter; smaller ones are due to rounding
+_LARGEST_ERROR = (
+    0.5  # largest standard error of the logarithm of a parameter; beyond it the likelihood is not a parabola
+)
 _HALVINGS = 6
 _CORNERS = 2.0  # number of corners that are tested per octave
 _LOWEST_CORNER = 0.002  # lowest corner that is tested, over the lowest rate
 _HIGHEST_CORNER = 64.0  # highest corner that is tested, over the highest rate
 # families that are tested with all corners; the others start at the best corner
 _SEARCHED = (("one pole", 1), ("running mean", 1))
-_FIRST_STEPS = 4
+_STEPS_OF_FIRST_LOOK = 4
 _DROPPED_ABOVE = 100.0  # rise above the best deviance at which a family is dropped after a first look
 _MODES_OF_SEARCH = 30.0  # degrees of freedom of a bin: errors of 26 % bridge two corners of the search
 _NOISE_OF_SEARCH = 0.1  # white noise over the median density, which fills the zeros of running means
@@ -50,13 +52,13 @@ _TRIALS = (0.7, 1.0, 1.4)  # factors of the best corner at which the other famil
 
 @frozen(eq=False)
 class LinearFit:
-    """The levels that explain the logs best with a filter that has given parameters.
+    """Levels that explain the logs best with a filter of given parameters.
 
     Attributes
     ----------
     deviance : float
     levels : ndarray, shape (n_levels,)
-        N², then 1/f and 1/f² of each log, then the converter if it has a column; none is negative.
+        N², then 1/f and 1/f² of each log, then the converter if it is in the model; all are non-negative.
     model : ndarray, shape (n_bins,)
     """
 
@@ -84,7 +86,7 @@ class ResponseForm:
 
     @property
     def price(self) -> float:
-        """Price of its parameters after the first."""
+        """Penalty of its parameters after the first."""
         return PRICE * (self.filter.count - 1 + self.converter)
 
 
@@ -111,7 +113,7 @@ class FilterFit:
 
     @property
     def cost(self) -> float:
-        """Deviance and price."""
+        """Deviance plus penalty."""
         return self.fit.deviance + self.form.price
 
 
@@ -126,7 +128,7 @@ class Logs:
     rounding : ndarray, shape (n_bins,)
         Density of the rounding of the values.
     places : tuple of slice
-        Number of bins of each log.
+        Positions of the bins of each log.
     rounds : int
         Largest number of reweightings.
     """
@@ -180,7 +182,7 @@ class Logs:
         return float(np.sum(self.modes * (ratio - 1 - np.log(ratio))))
 
     def fit_levels(self, form: ResponseForm, numbers: Floats, *, begin: Floats | None = None) -> LinearFit:
-        """Fit the levels by reweighted least squares without negative levels."""
+        """Fit non-negative levels by reweighted least squares."""
         from scipy.optimize import nnls
 
         table = self.columns(form, numbers)
@@ -191,7 +193,7 @@ class Logs:
             levels, _ = nnls(table * weight[:, None], (self.density - self.rounding) * weight)
             model = np.maximum(table @ levels + self.rounding, 1e-9 * self.density)
             reached = self.deviance(model)
-            if abs(best - reached) < _SETTLED:
+            if abs(best - reached) < _DEVIANCE_TOLERANCE:
                 break
             best = reached
         return LinearFit(deviance=self.deviance(model), levels=levels, model=model)
@@ -221,19 +223,21 @@ class Logs:
                 break
             gain = fit.deviance - moved.deviance
             numbers, fit = tried, moved
-            if gain < 10 * _SETTLED:
+            if gain < 10 * _DEVIANCE_TOLERANCE:
                 break
         return FilterFit(form=form, numbers=numbers, fit=fit)
 
     def _step(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
         design = self._design(form, numbers, fit)
-        size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
+        size = np.sqrt((design**2).sum(axis=0)) + _ZERO_LENGTH
         target = (self.density - fit.model) * np.sqrt(self.modes) / fit.model
         solution = np.linalg.lstsq(design / size, target, rcond=_SINGULAR)[0] / size
         return np.asarray(np.clip(solution[: len(numbers)], -_FARTHEST_STEP, _FARTHEST_STEP))
 
     def _design(self, form: ResponseForm, numbers: Floats, fit: LinearFit) -> Floats:
-        """Derivatives of ln S by the parameters, then by the levels other than 0, times the root of the number of modes."""
+        """Derivatives of ln S with respect to the parameters and then the non-zero levels, times the root of the number
+        of modes.
+        """
         table = self.columns(form, numbers)
         slopes = []
         for k in range(len(numbers)):
@@ -246,7 +250,7 @@ class Logs:
     def errors_of_numbers(self, best: FilterFit) -> Floats:
         """A root of the covariance of the parameters of a fit, shape (n_numbers, n_numbers)."""
         design = self._design(best.form, best.numbers, best.fit) / math.sqrt(2)
-        size = np.sqrt((design**2).sum(axis=0)) + _NOTHING
+        size = np.sqrt((design**2).sum(axis=0)) + _ZERO_LENGTH
         inverse = np.linalg.pinv((design / size).T @ (design / size), rcond=_SINGULAR, hermitian=True)
         count = len(best.numbers)
         covariance = inverse[:count, :count] / size[:count, None] / size[:count]
@@ -256,7 +260,7 @@ class Logs:
 
 
 def deviance_law(freedom: Floats) -> tuple[float, float]:
-    """Mean and variance of the deviance Σ ν(r − 1 − ln r) of densities from the true model, r: χ² of ν over ν."""
+    """Mean and variance of the deviance Σ ν(r − 1 − ln r) of densities from the true model, where r is χ²(ν)/ν."""
     half = freedom / 2
     mean = freedom * (np.log(half) - digamma(half))
     # Var[ν r − ν ln r] = ν² ψ′(ν/2) − 2ν, with ψ′ by its recurrence and its series, which holds to 1e-6 from 4 on.
@@ -309,8 +313,8 @@ def _started(logs: Logs, family: SensorFilter, corners: Floats) -> FilterFit:
 
 
 def _refined(logs: Logs, starts: Sequence[FilterFit]) -> list[FilterFit]:
-    """Complete the fits of families that remain after a few steps; the best first."""
-    rough = [logs.fit_numbers(start, steps=_FIRST_STEPS) for start in starts]
+    """Complete the fits of the families that remain after a few steps; the best is first."""
+    rough = [logs.fit_numbers(start, steps=_STEPS_OF_FIRST_LOOK) for start in starts]
     lowest = min(fit.cost for fit in rough)
     return sorted((logs.fit_numbers(fit) for fit in rough if fit.cost < lowest + _DROPPED_ABOVE), key=_cost)
 
@@ -320,5 +324,5 @@ def _cost(fit: FilterFit) -> float:
 
 
 def _changed(logs: Logs, fit: FilterFit, form: ResponseForm) -> FilterFit:
-    """Keep the parameters in another form, or refit the levels with other weights."""
+    """Keep the parameters, and refit the levels in another form or with other weights."""
     return FilterFit(form=form, numbers=fit.numbers, fit=logs.fit_levels(form, fit.numbers, begin=fit.fit.model))

@@ -17,12 +17,12 @@ from sigmatau.frozen import frozen
 _DIRECTIONS = 12  # directions from the best pair of numbers in which the edge of the region is searched
 # fractions of the distance to the edge at which points inside the region are taken, for filters with two numbers
 _INSIDE_TWO_PARAMETERS = (0.4, 0.75)
-_INSIDE = (0.2, 0.4, 0.6, 0.8)  # the same for filters with one number
+_INSIDE = (0.2, 0.4, 0.6, 0.8)  # fractions of the distance to the edge, for filters with one number
 _BISECTIONS = 6  # halvings of the distance to the edge: it is then known to 2 %
-_GROWTH = 2.0  # factor by which a distance grows that does not reach the edge
-_MAX_GROWTHS = 14  # largest number of growths
-_NOTHING = 1e-12  # ratio of N² that stands for a log without white noise
-_KNOWN_BANDWIDTH = 0.1  # relative standard error of a bandwidth, at most, for the bandwidths of two logs to be compared
+_EXPANSION = 2.0  # factor by which a distance is increased until it reaches the edge
+_MAX_EXPANSIONS = 14  # largest number of such increases
+_SMALLEST_RATIO = 1e-12  # ratio of N² for a log without white noise
+_LARGEST_BANDWIDTH_ERROR = 0.1  # largest relative standard error at which the bandwidths of two logs are compared
 
 
 @frozen(eq=False)
@@ -36,7 +36,7 @@ class Explanation:
     density : float
         N². [(unit of the rate)²/Hz]
     spread : float
-        Half the width of the interval of ln N² that the deviance allows with these parameters.
+        Half width of the interval of ln N² that the deviance allows with these parameters.
     """
 
     filter: SensorFilter
@@ -48,7 +48,7 @@ class Explanation:
 def explanations(logs: Logs, fits: Sequence[FilterFit], rise: float) -> list[Explanation]:
     """List the filters of all forms whose cost is at most `rise` above the lowest cost, the best form first.
 
-    Of each form: points on the edge of the region whose cost is at most `rise` above the lowest, and points inside it.
+    Each form contributes points on the edge of its region, and points inside it.
     """
     region: list[Explanation] = []
     for fit in fits:
@@ -58,8 +58,8 @@ def explanations(logs: Logs, fits: Sequence[FilterFit], rise: float) -> list[Exp
 
 
 def is_white(logs: Logs, fits: Sequence[FilterFit], rise: float) -> bool:
-    """Whether white noise explains the logs: a bandwidth far above all rates costs at most `rise` more than the best
-    filter.
+    """Whether white noise explains the logs: the cost of a bandwidth far above all rates is at most `rise` above that of
+    the best filter.
     """
     highest = np.array([corner_limits(logs.spectra)[1]])
     form = replace(fits[0].form, filter=all_filters()[0])
@@ -70,8 +70,8 @@ def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
     def explanation(numbers: Floats) -> Explanation | None:
         """Fit the levels with these parameters; None beyond the edge of the region."""
         fit = logs.fit_levels(best.form, numbers, begin=best.fit.model)
-        room = highest - fit.deviance - best.form.price
-        if room < 0:
+        margin = highest - fit.deviance - best.form.price
+        if margin < 0:
             return None
         error = logs.error_of_density(best.form, numbers, fit)
         if not error < fit.levels[0]:
@@ -80,19 +80,19 @@ def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
             filter=best.filter,
             numbers=numbers,
             density=float(fit.levels[0]),
-            spread=math.sqrt(room) * error / float(fit.levels[0]),
+            spread=math.sqrt(margin) * error / float(fit.levels[0]),
         )
 
     centre = explanation(best.numbers)
     region = [] if centre is None else [centre]
-    room = max(highest - best.cost, 0.0)
+    margin = max(highest - best.cost, 0.0)
     inside = _INSIDE if len(best.numbers) == 1 else _INSIDE_TWO_PARAMETERS
     for direction in _directions(logs, best):
 
         def along(way: float, direction: Floats = direction) -> Explanation | None:
             return explanation(limited(best.filter, best.numbers + way * direction, logs.spectra))
 
-        edge, reached = _edge(along, math.sqrt(room))
+        edge, reached = _edge(along, math.sqrt(margin))
         region += reached
         region += filter(None, (along(part * edge) for part in inside))
     return region
@@ -101,12 +101,12 @@ def _region(logs: Logs, best: FilterFit, highest: float) -> list[Explanation]:
 def _edge(along: Callable[[float], Explanation | None], way: float) -> tuple[float, list[Explanation]]:
     """Find the distance to the edge along one direction, and the farthest explanation that was tried."""
     low, high, farthest = 0.0, way, []
-    for _ in range(_MAX_GROWTHS):
+    for _ in range(_MAX_EXPANSIONS):
         tried = along(high)
         if tried is None:
             break
         low, farthest = high, [tried]
-        high *= _GROWTH
+        high *= _EXPANSION
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         tried = along(middle)
@@ -133,11 +133,11 @@ class Contradiction:
     name : str
         Name of the log.
     chi2, p_value : float
-        Fall of the deviance if this log is fitted by an N and a filter of its own; the p-value is multiplied by the number
+        Fall of the deviance if this log is fitted with a separate N and filter; the p-value is multiplied by the number
         of logs.
     freedom : int
     ratio : float
-        N of this log over that of the others, behind their filter. [1]
+        N of this log over that of the others, both with the filter of the others. [1]
     bandwidth_ratio : float or None
         Bandwidth of this log over that of the others; None if a bandwidth is not determined. [1]
     """
@@ -150,7 +150,7 @@ class Contradiction:
     bandwidth_ratio: float | None
 
     def exceeds(self, n_change: float, bandwidth_change: float) -> bool:
-        """Whether N or the bandwidth differs by more than the factor given for it."""
+        """Whether N or the bandwidth differs by more than its allowed factor."""
         ratios = ((self.ratio, n_change), (self.bandwidth_ratio or 1.0, bandwidth_change))
         return any(not 1 / limit <= ratio <= limit for ratio, limit in ratios)
 
@@ -164,19 +164,19 @@ def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradict
         return None
     falls = []
     for k in range(count):
-        alone, rest = _separated(logs, k)
-        falls.append(best.fit.deviance - _refitted(alone, best).fit.deviance - _refitted(rest, best).fit.deviance)
+        single, others = _separated(logs, k)
+        falls.append(best.fit.deviance - _refitted(single, best).fit.deviance - _refitted(others, best).fit.deviance)
     k = int(np.argmax(falls))
     p = min(count * float(chi2_above(freedom, max(falls[k], 0.0))), 1.0)
     if p >= significant:
         return None
-    # To state how this log differs, it is fitted behind the filter that the other logs have.
-    alone, rest = _separated(logs, k)
-    rest_fit = best_fits(rest)[0]
-    level = float(alone.fit_levels(rest_fit.form, rest_fit.numbers).levels[0] / rest_fit.fit.levels[0])
+    # To quantify the difference, this log is fitted with the filter of the other logs.
+    single, others = _separated(logs, k)
+    fit_of_others = best_fits(others)[0]
+    level = float(single.fit_levels(fit_of_others.form, fit_of_others.numbers).levels[0] / fit_of_others.fit.levels[0])
     return Contradiction(
-        name=logs.spectra[k].name, chi2=falls[k], freedom=freedom, p_value=p, ratio=math.sqrt(max(level, _NOTHING)),
-        bandwidth_ratio=_ratio_of_bandwidths((alone, _refitted(alone, rest_fit)), (rest, rest_fit)),
+        name=logs.spectra[k].name, chi2=falls[k], freedom=freedom, p_value=p, ratio=math.sqrt(max(level, _SMALLEST_RATIO)),
+        bandwidth_ratio=_ratio_of_bandwidths((single, _refitted(single, fit_of_others)), (others, fit_of_others)),
     )  # fmt: skip
 
 
@@ -187,7 +187,7 @@ def _separated(logs: Logs, k: int) -> tuple[Logs, Logs]:
 
 def _ratio_of_bandwidths(*fits: tuple[Logs, FilterFit]) -> float | None:
     """Ratio of the first bandwidth to the second; None if the curvature does not determine one of them."""
-    if any(float(logs.errors_of_numbers(fit)[0].max()) > _KNOWN_BANDWIDTH for logs, fit in fits):
+    if any(float(logs.errors_of_numbers(fit)[0].max()) > _LARGEST_BANDWIDTH_ERROR for logs, fit in fits):
         return None
     return math.exp(float(fits[0][1].numbers[0] - fits[1][1].numbers[0]))
 

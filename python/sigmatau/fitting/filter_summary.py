@@ -66,7 +66,7 @@ class SensorVerdict:
     p_value : float
         Goodness of the joint fit.
     excess : float
-        Factor on the rise of the deviance up to which a filter counts as an explanation.
+        Factor on the rise of the deviance below which a filter counts as an explanation.
     differing : str
         Log that differs from the others.
     """
@@ -167,7 +167,7 @@ def summary(
 
 
 def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> Interval:
-    """N of the samples of one log, including aliased noise, with the fitted filter."""
+    """Estimate N of the samples of one log, including aliased noise, with the fitted filter."""
     log = logs.spectra[k]
     # In a single log noise of the converter can look like that of the sensor, so its level is that of the joint fit.
     converter = float(best.fit.levels[-1]) / log.rate if best.form.converter else 0.0
@@ -184,7 +184,7 @@ def _in_log(logs: Logs, best: FilterFit, k: int, deviate: float, unit: str) -> I
 
 
 def _goodness(logs: Logs, best: FilterFit, k: int) -> float:
-    """p-value of the joint fit in the bins of one log."""
+    """P-value of the joint fit in the bins of one log."""
     place = logs.places[k]
     ratio = logs.density[place] / best.fit.model[place]
     deviance = float(np.sum(logs.modes[place] * (ratio - 1 - np.log(ratio))))
@@ -193,16 +193,16 @@ def _goodness(logs: Logs, best: FilterFit, k: int) -> float:
 
 
 def _rate_needed(family: SensorFilter, numbers: Floats, tolerance: float) -> float:
-    """The lowest rate from which on N is too large by less than the tolerance. [Hz]"""
+    """The lowest rate from which N is too large by less than the tolerance. [Hz]"""
     return math.exp(numbers[0]) * _relative_rate_needed(family, tuple(numbers[1:].tolist()), tolerance)
 
 
 @functools.lru_cache(maxsize=1024)
 def _relative_rate_needed(family: SensorFilter, form: tuple[float, ...], tolerance: float) -> float:
-    """The needed rate over the bandwidth, from the parameters after the first."""
+    """Needed rate relative to the bandwidth, from the parameters after the first."""
     numbers = np.array([0.0, *form])
     high = _FASTEST * family.equivalent(numbers)
-    # Searched from above, because the images of a running mean vanish at some low rates.
+    # The search starts at high rates, because the images of a running mean vanish at some low rates.
     while family.aliasing(low := high / _RATE_STEP, numbers) < 1 + tolerance:
         high = low
     for _ in range(_BISECTIONS):

@@ -50,9 +50,9 @@ def fit(
     Parameters
     ----------
     curve : DeviationCurve
-        Curve of a record without missing samples; for missing samples use `sigmatau.analyze`. Half octaves, or up to
-        eight averaging times per octave; of a denser curve, half octaves are used if it has them, otherwise eight per
-        octave.
+        Curve of a record without missing samples; for missing samples use `sigmatau.analyze`. It has half octaves, or up
+        to eight averaging times per octave; a denser curve is reduced to half octaves if it has them, otherwise to eight
+        per octave.
     method : {"gls"}
         Least squares; the likelihood needs the samples, see `sigmatau.fit_channel`.
     terms : iterable of str, optional
@@ -140,8 +140,8 @@ def fit(
 
 
 def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
-    """Indices of at most eight cluster sizes per octave, up to a third of the record; of more, half octaves if
-    possible.
+    """Indices of at most eight cluster sizes per octave, up to a third of the record; a denser curve is reduced to half
+    octaves if possible.
     """
     chosen: list[int] = []
     longest = n // LONGEST_SHARE
@@ -152,7 +152,7 @@ def _thinned(curve: DeviationCurve, n: int) -> NDArray[np.int64]:
             chosen.append(k)
             smallest = size * 2 ** (0.6 / _PER_OCTAVE)
     if len(chosen) < len(usable):
-        # More sizes add no information, and the components on half octaves are shared with other curves of that length.
+        # More sizes add no information, and other curves of that length use the components on half octaves too.
         chain = np.array(half_octaves(int(usable[0]), longest))
         if np.isin(chain, usable).all():
             return np.searchsorted(usable, chain)

@@ -105,7 +105,7 @@ class FittedNoise:
         return self._curve().psd_before_filter(np.ascontiguousarray(f, dtype=np.float64))
 
     def psd(self, f: ArrayLike) -> NDArray[np.float64]:
-        """Two-sided density of the fitted model behind its filter.
+        """Two-sided density of the fitted model after its filter.
 
         Lines, the ramp and the warm-up have no density and are omitted.
 
@@ -138,7 +138,7 @@ class FittedNoise:
 
     @property
     def has_limits(self) -> bool:
-        """Whether terms that were not observed have upper limits: if quantified or disturbed."""
+        """Whether terms that were not observed have upper limits: they do if the fit is quantified or disturbed."""
         return self.quantified or self.verdict == "disturbed"
 
     @property
@@ -170,21 +170,21 @@ class FittedNoise:
 
     @property
     def line_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """For each observed term, the averaging times at which it makes half of the variance or more, so that its line can
-        be read off; None if other noise hides it everywhere. [s]
+        """Averaging times at which each observed term is at least half of the variance, so that its line can be read off;
+        None if other noise hides it everywhere. [s]
         """
         return self._ranges(self.observed)
 
     @property
     def model_ranges(self) -> Mapping[str, tuple[float, float] | None]:
-        """The averaging times of `line_ranges`, and those of terms of the model that are not observed because another model
-        explains the record as well. [s]
+        """Averaging times of `line_ranges`, and of terms of the model that are not observed because another model
+        explains the record equally well. [s]
         """
         spans = self._ranges(self.model)
         return {name: span for name, span in spans.items() if span is not None or self.terms[name].observed}
 
     def _ranges(self, terms: Mapping[str, float]) -> dict[str, tuple[float, float] | None]:
-        """The averaging times at which each term makes half of the variance or more; None if there are none."""
+        """Averaging times at which each term is at least half of the variance; None if there are none."""
         if not terms or not self.quantified or self.tau_min is None:
             return {}
         return dict(zip(terms, self._curve().line_ranges(list(terms.items()), self.tau_min), strict=True))

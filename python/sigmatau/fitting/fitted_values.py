@@ -53,7 +53,7 @@ class FittedTerm:
     upper_limit : float or None
         Upper limit if it was not observed; of a ramp, of its magnitude. [unit]
     p_value : float or None
-        P-value of the term, all others free; None if it was not tested.
+        P-value of the term with all other terms free; None if it was not tested.
     """
 
     term: str
@@ -131,7 +131,7 @@ class FittedSinusoid(Plain):
 
 @frozen
 class FittedResonance(Plain):
-    """Noise of a band, as fitted.
+    """Noise in a band, as fitted.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class FittedWarmUp:
     amplitude : Interval
         Drift at the first sample, of either sign. [unit of the rate]
     time : float
-        Time constant, the best of a grid. [s]
+        Time constant, the best on a grid. [s]
     """
 
     amplitude: Interval
@@ -170,20 +170,20 @@ class FittedWarmUp:
 
 @frozen
 class SecondModel:
-    """Another model that explains a record as well as the fit, with the same lines and resonances.
+    """Another model, with the same lines and resonances, that explains a record as well as the fit does.
 
     Attributes
     ----------
     terms : mapping of str to float
-        Coefficients by term; those that it does without are omitted. [SI]
+        Coefficients by term; those that it does not need are omitted. [SI]
     gauss_markov : tuple of (float, float)
         Standard deviation and correlation time of each of its Gauss-Markov processes. [unit of the rate, s]
     warm_up : float or None
         Time constant of a warm-up in it. [s]
     exponent : float or None
-        Exponent α of its bias instability, whose density is f^−α; its processes, a geometric series, add up to that. [1]
+        Exponent α of its bias instability: the densities of its processes, a geometric series, add up to f^−α. [1]
     filter : float or None
-        Corner of a filter of first order in it, behind which is all of the random walk. [Hz]
+        Corner of a first-order filter through which all of the random walk passes. [Hz]
     """
 
     terms: Mapping[str, float]

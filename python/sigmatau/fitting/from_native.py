@@ -48,7 +48,8 @@ def typed(kind: type[_T], native: object, rate_unit: str, /, **stated: object) -
     Parameters
     ----------
     kind : type
-        A dataclass. A field that `stated` does not name takes the attribute of the same name, if `native` has it.
+        A dataclass. Fields that are not in `stated` are filled from the attributes of `native` with the same name, if it
+        has them.
     native : object
         The value of the core.
         Unit of the intervals. A field may name another unit in its metadata.

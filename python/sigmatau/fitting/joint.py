@@ -36,14 +36,14 @@ from sigmatau.record.streams import Stream
 Over = Literal["runs", "axes"]
 
 COMMON = ("bias_instability", "rate_random_walk")
-"""Terms that are common to all runs by default. Quantization noise and random walk differ from day to day by some per cent,
-many times their error in one day.
+"""Terms that are common to all runs by default. Quantization noise and random walk differ from day to day by a few per
+cent, many times their error within a day.
 """
 
 MOST_RUNS = 100
 """Largest number of runs of one fit. The work grows with the square of this number."""
 
-_SAME_RATE = 0.01  # relative difference of sample intervals: one filter describes all runs
+_SAME_RATE = 0.01  # largest relative difference of sample intervals, so that one filter describes all runs
 
 
 @frozen(eq=False)
@@ -72,8 +72,8 @@ def fit_jointly(
     """Fit one model to several runs of a sensor; several runs may show a term that no single run shows.
 
     The likelihoods of the runs are multiplied. Filter, processes and the terms in `common` are the same in all runs; the
-    other terms have a level in each run, and their value is the mean over runs. Runs may have different lengths, and missing
-    samples. Lines, ramp, warm-up and temperature coefficient are those of single runs.
+    other terms differ from run to run, and their value is the mean over runs. Runs may have different lengths and missing
+    samples. Lines, ramp, warm-up and temperature coefficient are fitted for each run.
 
     Parameters
     ----------
@@ -85,10 +85,10 @@ def fit_jointly(
         Pool a channel over the records, or all axes of a sensor (over the records too, if there are several). A joint
         fit of axes has the name of the sensor, ``"gyro"``.
     common : iterable of str
-        Terms that are the same in all runs. The other ones are random: the logarithm of the coefficient is normal over runs.
-        A common term whose homogeneity has p < 0.01 is treated as random too.
+        Terms that are the same in all runs. The others are random: the logarithm of the coefficient is normally
+        distributed over runs. A common term whose homogeneity has p < 0.01 is treated as random too.
     names : iterable of str, optional
-        Of the records. Default: their files, or ``"run 1"`` …
+        Names of the records. Default: their files, or ``"run 1"`` …
     terms, processes, level
         See `sigmatau.fit_channel`.
 
@@ -99,8 +99,8 @@ def fit_jointly(
     Raises
     ------
     OptionError
-        For fewer than two runs or more than 100, records without a common channel, an unknown term, or other names than
-        records.
+        For fewer than two runs or more than 100, records without a common channel, an unknown term, or not as many names
+        as records.
     DataError
         For runs with different rates or units, a channel that never changes or is too short, or the same samples twice.
 
@@ -110,9 +110,9 @@ def fit_jointly(
 
     Notes
     -----
-    A random term that most runs do not show is treated as common, because such runs contain no information on its
-    spread. The value of a random term has the interval of a mean over runs, Student's t with one degree of freedom less
-    than runs; its spread is estimated by the method of Paule and Mandel [1]_.
+    A random term that most runs do not show is treated as common, because such runs contain no information on its spread.
+    The value of a random term has the interval of a mean over runs, Student's t with one degree of freedom fewer than
+    runs; its spread is estimated by the method of Paule and Mandel [1]_.
 
     References
     ----------
@@ -164,7 +164,7 @@ def _axis_name(label: str, channel: str, records: int) -> str:
 
 
 def common_terms(common: Iterable[str]) -> tuple[str, ...]:
-    """The terms that are common to all runs, checked."""
+    """Check the terms that are common to all runs, and return them."""
     listed = [common] if isinstance(common, str) else list(common)
     if unknown := [name for name in listed if name not in NOISE]:
         raise OptionError(
@@ -174,7 +174,7 @@ def common_terms(common: Iterable[str]) -> tuple[str, ...]:
 
 
 def run_names(records: Sequence[Record], names: Iterable[str] | None) -> list[str]:
-    """A name for each record, all different."""
+    """A different name for each record."""
     if names is None:
         paths = [record.provenance.path for record in records]
         if None in paths or len(set(paths)) < len(paths):
@@ -260,7 +260,7 @@ def join(
     processes: Sequence[float] | None = None,
     level: float = 0.95,
 ) -> JointChannel:
-    """The joint fit of runs of one channel."""
+    """Fit the runs of one channel jointly."""
     _refuse(runs, channel)
     wanted = wanted_terms(terms)
     joint = native.fit_jointly(
@@ -335,7 +335,7 @@ def _walk_limit(adjustment: Adjustment) -> float:
 
 
 def _lines(fit: NoiseFit) -> list[LineEstimate]:
-    """The lines of a fit as the compiled core takes them."""
+    """The lines of a fit in the form of the compiled core."""
 
     def estimate(interval: Interval) -> Estimate:
         return Estimate(interval.value, interval.low, interval.high)
@@ -349,7 +349,7 @@ def _intervals(estimates: Iterable[tuple[str, Estimate]], fit: NoiseFit) -> dict
 
 
 def check_same_sensor(stream: Stream, first: Stream, *, channel: str, names: tuple[str, str]) -> None:
-    """Raise `DataError` if a run has another unit or rate than the first run. `names`: of both runs."""
+    """Raise `DataError` if the unit or rate of a run differs from that of the first run. `names`: those of both runs."""
     if (stream.quantity, stream.unit) != (first.quantity, first.unit):
         raise DataError(
             f"{names[0]}: {channel} is in {stream.unit}, in {names[1]} it is in {first.unit};"

@@ -26,9 +26,9 @@ class Spread(Plain):
     Attributes
     ----------
     relative : float
-        Standard deviation over the runs, relative.
+        Relative standard deviation over the runs.
     p_value : float
-        P-value of no difference.
+        P-value of equal coefficients in all runs.
     """
 
     relative: float
@@ -47,11 +47,11 @@ class RunOfJoint:
     values : mapping of str to Interval
         Coefficients that differ from run to run. [SI]
     own : mapping of str to Interval
-        Common coefficients fitted to this run alone, with intervals that are symmetric about the square. [SI]
+        Common coefficients fitted to this run alone. Their intervals are symmetric about the squared coefficient. [SI]
     p_value : float
         P-value of the run among the others, corrected for the number of runs and tests. Small for an outlier.
     cause : str
-        Where the run differs most: a term, or ``"all"`` for the shape of the spectrum with its filter.
+        Largest difference of the run: a term, or ``"all"`` for the shape of the spectrum with its filter.
     factor : float or None
         The coefficient of `cause` over that of the other runs; None if one of them does not show it. [1]
     """
@@ -110,10 +110,10 @@ class JointChannel(Tabular):
     common : tuple of str
         Terms that are the same in all runs.
     spreads : mapping of str to Spread
-        Variation of the terms that differ from run to run, if the runs show them.
+        Variation of the terms that differ from run to run, for those that the runs show.
     homogeneity : mapping of str to float
-        P-value of equal coefficients in all runs, by common term, if the runs show it. A term with p < 0.01 is in `spreads`
-        instead, unless most single runs do not show it.
+        P-value of equal coefficients in all runs, for each common term that the runs show. A term with p < 0.01 is in
+        `spreads` instead, unless most single runs do not show it.
     runs : tuple of RunOfJoint
 
     See Also

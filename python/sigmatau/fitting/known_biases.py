@@ -23,10 +23,10 @@ class WalkBias:
     Attributes
     ----------
     factors : tuple of (float, float)
-        Random walk of the fit over that of the sensor, without the finding about spikes and with it. Spikes of a continuous
-        tail were left out, and small spikes were not; both may be noise of the sensor. [1]
+        Ratio of the random walk of the fit to that of the sensor, without and with the finding about spikes. Spikes of a
+        continuous tail were left out, and small spikes were not; both may be noise of the sensor. [1]
     tail_error : float
-        Relative standard error of the random walk with the spikes that were left out of a continuous tail; 0 without one.
+        Relative standard error of the random walk if the spikes that were left out belong to a continuous tail; otherwise 0.
     findings : tuple of str
         Codes of these findings: rounding near a step, samples that are held, repeated or filled in, saturation, aliasing,
         spikes.
@@ -38,7 +38,7 @@ class WalkBias:
 
 
 def walk_bias(findings: Sequence[Finding], channel: str) -> WalkBias:
-    """The bias of the random walk of a channel by all findings that compute one."""
+    """Bias of the random walk of a channel, from all findings that compute a bias."""
     certain, spikes, tail_error, codes = 1.0, 1.0, 0.0, []
     for finding in findings:
         if channel not in finding.channels:
@@ -57,10 +57,10 @@ def walk_bias(findings: Sequence[Finding], channel: str) -> WalkBias:
 
 
 def bias(fitted: NoiseFit, *, biases: Sequence[WalkBias]) -> Adjustment | None:
-    """Extend the interval or limit of the random walk, so that it contains both that of the log and that of the sensor. The
-    value stays that of the log.
+    """Extend the interval or limit of the random walk so that it holds for the log and for the sensor. The value remains
+    that of the log.
 
-    `biases`: those of the channel, or of the runs of a joint fit.
+    `biases`: the biases of the channel, or of the runs of a joint fit.
     """
     factors, walk = (1.0, *(factor for each in biases for factor in each.factors)), fitted.terms.get("random_walk")
     largest, smallest = max(factors), min(factors)

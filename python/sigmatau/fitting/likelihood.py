@@ -31,7 +31,7 @@ from sigmatau.record.streams import Stream
 _MOST_PROCESSES = 8  # largest number of given Gauss-Markov processes
 _MOST_REGRESSORS = 20  # largest number of given curves
 _LEAST_CURVE = 1e-150  # smallest regressor whose square stays in range
-_LARGEST_CURVE = 1e150  # the largest such regressor
+_LARGEST_CURVE = 1e150  # largest regressor whose square stays in range
 
 
 def fit_samples(
@@ -53,7 +53,7 @@ def fit_samples(
     Parameters
     ----------
     stream, channel : Stream, str
-        `usable`; samples may be missing.
+        The channel must be `usable`; samples may be missing.
     terms : iterable of str, optional
         Terms that may be present, keys of `sigmatau.noise.terms.TERMS`. Default: all.
     processes : sequence of float, optional
@@ -69,8 +69,8 @@ def fit_samples(
     Raises
     ------
     OptionError
-        For an unknown term or no noise term, a correlation time that is not positive, a regressor of another length, that is
-        not finite or never changes, or a level outside 0.5 … 0.999.
+        For an unknown term or no noise term, a correlation time that is not positive, a regressor that has another
+        length, is not finite or never changes, or a level outside 0.5 … 0.999.
     DataError
         For a channel that never changes.
     """
@@ -147,7 +147,7 @@ def _numbers(values: object) -> Floats | None:
 
 
 def at_blocks(centres: Floats, curve: ArrayLike, tau0: float) -> Floats:
-    """Interpolate a curve that is given at the samples to other times."""
+    """Interpolate a curve from the samples to other times."""
     values = np.asarray(curve, dtype=float)
     return np.asarray(np.interp(centres, (np.arange(len(values)) + 0.5) * tau0, values))
 
@@ -185,7 +185,7 @@ def as_noise_fit(
 
 
 def _response(fitted: FilterEstimate, unit: str) -> FittedFilter:
-    """Convert the filter. Its equivalent in a model acts on samples of the record's rate."""
+    """Convert the filter. Its equivalent in a model acts on samples at the rate of the record."""
     low_pass = None
     if fitted.low_pass is not None:
         order, before = fitted.low_pass

@@ -1,7 +1,7 @@
 """Spectrum of a log in bins of an eighth of an octave, by cosine modes, for fits of a sensor's filter.
 
-The modes of the cosine transform of white noise are independent, each χ² with one degree of freedom; those of a random walk
-nearly so. Therefore no taper is needed, and slow noise does not leak into the white band.
+The modes of the cosine transform of white noise are independent, each χ² with one degree of freedom; those of a random
+walk are nearly independent. Therefore no taper is needed, and slow noise does not leak into the white band.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from sigmatau.frozen import frozen
 
 MIN_RUN = 256
 MIN_SAMPLES = 1000
-"""Smallest number of samples of a run without gaps, and of all runs; with fewer no white band is visible beside slow
-noise.
+"""Smallest number of samples of a run without gaps, and of all runs; with fewer, slow noise hides the white band.
 """
 
 NODES = 5
@@ -28,24 +27,26 @@ NODES = 5
 _PER_OCTAVE = 8
 _LOWEST_MODE = 4  # lowest mode that is used; lower modes contain the drift of the record
 _OCTAVES_OF_PEAK = 12  # octaves below half the rate in which the octave with the most variance is searched
-# octaves below that peak from which on bins are used: slower noise contains no information about the filter
+# octaves below that peak from which bins are used: slower noise contains no information about the filter
 _OCTAVES_BELOW = 8
 _WEAKEST = 1e-3  # density over that of the peak: below it, noise of the converter replaces that of the sensor
-_FEWEST_MODES = 16  # smallest number of modes of a bin with a median, and of one that can be the peak
+_FEWEST_MODES = 16  # smallest number of modes of a bin with a median, and of a bin that can be the peak
 _LINE = 30.0  # power of a mode over the mean of its bin that makes it a line; noise reaches it in 4 of 10⁸ cases
-_SIDE = 8  # number of modes on either side of a line that are left out with it
-_LEAKAGE = 0.02  # largest share of the noise that a line may leak into a mode farther away
-_STRONG = 1e4  # power of a line over that of the adjacent noise from which on it is subtracted before the transform
+_MODES_BESIDE_LINE = 8  # number of modes on either side of a line that are left out with it
+_LEAKAGE = 0.02  # largest share of the noise that a line may leak into a more distant mode
+_SUBTRACTED_LINE = (
+    1e4  # power of a line over that of the adjacent noise above which it is subtracted before the transform
+)
 _MOST_LINES = 12  # largest number of lines that are subtracted
-_LOWEST_PEAK = 8  # first frequency at which a line is searched
-_NEIGHBOURS = 200  # number of frequencies on either side with which a line is compared
+_LOWEST_PEAK = 8  # index of the first frequency at which lines are searched
+_NEIGHBOURS = 200  # number of frequencies on either side to which a line is compared
 _GOLDEN = 0.6180339887498949  # golden section of an interval
 _GOLDEN_STEPS = 30  # number of sections, to 1e-6 of a frequency step
-_NOTHING = 1e-300  # density in place of 0
+_ZERO_DENSITY = 1e-300  # replaces a density of 0
 _MOST_RUNS = 64  # largest number of runs without gaps that are used, the longest ones
 _MEDIAN_OF_MODE = 0.45493642  # median of χ² with one degree of freedom
-_FOR_STEP = 4096  # number of samples in which the step of the values is searched
-_WHOLE = 1e-3  # largest distance of a difference from a multiple of the step, over the step
+_SAMPLES_FOR_STEP = 4096  # number of samples in which the step of the values is searched
+_STEP_TOLERANCE = 1e-3  # largest distance of a difference from a multiple of the step, relative to the step
 _MOST_STEPS = 1e4  # largest number of steps in the largest difference: with more, quantization does not matter
 
 
@@ -136,7 +137,7 @@ def log_spectrum(name: str, rate: float, y: Floats, channel: str = "") -> LogSpe
 
 
 def _binned(y: Floats, rate: float, edges: Floats) -> tuple[Floats, Floats, int]:
-    """Sum of the densities of the modes in each bin, their number, and the number that belongs to lines."""
+    """Sum of the densities of the modes in each bin, the number of modes, and the number that belongs to lines."""
     n = len(y)
     modes = cosine_modes(_without_strong_lines(y - y.mean())) ** 2 * (2 / (n * rate))
     # Mode k has the frequency k·rate/(2n). The last edge is half the rate, which no mode has.
@@ -165,7 +166,7 @@ def cosine_modes(y: Floats) -> Floats:
 
 
 def _without_strong_lines(y: Floats) -> Floats:
-    """Subtract sinusoids that leak into the whole spectrum from the samples. Each is fitted with its frequency."""
+    """Subtract from the samples the sinusoids that leak into the whole spectrum. The frequency of each is fitted too."""
     n = len(y)
     t = np.arange(n) - 0.5 * (n - 1)
     window = 1 + np.cos(2 * np.pi * t / n)
@@ -173,7 +174,7 @@ def _without_strong_lines(y: Floats) -> Floats:
         spectrum = np.abs(np.fft.rfft(y * window)) ** 2
         k = _LOWEST_PEAK + int(np.argmax(spectrum[_LOWEST_PEAK:]))
         neighbours = spectrum[max(k - _NEIGHBOURS, _LOWEST_PEAK) : k + _NEIGHBOURS]
-        if not spectrum[k] > _STRONG * median(neighbours):
+        if not spectrum[k] > _SUBTRACTED_LINE * median(neighbours):
             break
         low, high = (k - 1) / n, (k + 1) / n
         for _ in range(_GOLDEN_STEPS):
@@ -187,16 +188,16 @@ def _without_strong_lines(y: Floats) -> Floats:
 
 
 def _without_lines(modes: Floats, pairs: Sequence[tuple[int, int]]) -> Bools:
-    """Select the modes that are noise, without lines and without their leakage, which falls as the square of the
-    distance.
-    """
+    """Select the modes of noise, without lines and their leakage, which falls as the square of the distance."""
     noise = np.ones(len(modes), dtype=bool)
     for start, stop in pairs:
         if stop - start < _FEWEST_MODES:
             continue
         mean = median(modes[start:stop]) / _MEDIAN_OF_MODE
         for k in (np.flatnonzero(modes[start:stop] > _LINE * mean) + start).tolist():
-            side = _SIDE + math.ceil(math.sqrt(float(modes[k]) / max(_LEAKAGE * mean, _NOTHING)) / math.pi)
+            side = _MODES_BESIDE_LINE + math.ceil(
+                math.sqrt(float(modes[k]) / max(_LEAKAGE * mean, _ZERO_DENSITY)) / math.pi
+            )
             noise[max(k - side, 0) : k + side + 1] = False
     return noise
 
@@ -212,11 +213,11 @@ def _white_band(f: Floats, density: Floats, modes: Floats, rate: float) -> Bools
 
 def _quantization(y: Floats) -> float:
     """Variance of the rounding of values to integer steps, step²/12; 0 if they have no step. [unit²]"""
-    differences = np.abs(np.diff(y[:_FOR_STEP]))
+    differences = np.abs(np.diff(y[:_SAMPLES_FOR_STEP]))
     differences = differences[differences > 0]
     if not len(differences):
         return 0.0
     step = float(differences.min())
     steps = differences / step
-    whole = np.abs(steps - np.round(steps)) <= _WHOLE * np.maximum(steps, 1)
+    whole = np.abs(steps - np.round(steps)) <= _STEP_TOLERANCE * np.maximum(steps, 1)
     return step * step / 12 if whole.all() and steps.max() < _MOST_STEPS else 0.0

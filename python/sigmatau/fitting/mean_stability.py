@@ -1,4 +1,4 @@
-"""Bias stability as standard deviation of means: STD of 10 s or 100 s means, as in GJB 2426A.
+"""Bias stability as the standard deviation of 10 s or 100 s means, as in GJB 2426A.
 
 The means of consecutive stretches of a record have a sample variance (ddof = 1) that grows with the length of the record for
 slow noise, so the number only describes records of this length. The interval is that of the square root of the expected
@@ -36,20 +36,20 @@ AVERAGES = (10.0, 100.0)
 """Averaging times that are computed. [s]"""
 
 LEAST_MEANS = 10
-"""Smallest number of means: the variance of fewer says little about the noise."""
+"""Smallest number of means: a variance of fewer means is too uncertain."""
 
-_FILLED = 0.5  # smallest share of the samples of a mean that must be present
+_LEAST_PRESENT = 0.5  # smallest share of the samples of a mean that must be present
 _PIECE = 1 << 20  # samples read at a time
-_AT_ONCE = 1 << 12  # number of modes whose aliases are in memory
-# number of aliases of a mode on each side that are summed one by one; the rest of sinc² is treated as white
+_MODES_AT_ONCE = 1 << 12  # number of modes whose aliases are in memory
+# number of aliases on each side of a mode that are summed individually; the rest of sinc² is treated as white
 _ALIASES = 16
 _SLOW = tuple(name for name in NOISE if name in SLOW)
 # The search is in the logarithm of 1 − 2·w·tilt of the largest weight w, in which the normal quantile is nearly straight.
-_FIRST_STEP = 0.5  # first step from 0; it is doubled until the quantile lies between two points
-_FARTHEST = 40.0  # end of the search
-_NEAREST = 0.01  # distance from 0 within which the saddlepoint is a difference of nearly equal numbers
+_FIRST_STEP = 0.5  # first step from 0, doubled until two points bracket the quantile
+_SEARCH_END = 40.0  # farthest point of the search
+_SADDLEPOINT_GAP = 0.01  # distance from 0 within which the saddlepoint is a difference of nearly equal numbers
 _STEPS = 40
-_CLOSE = 1e-10  # tolerance of a normal quantile
+_QUANTILE_TOLERANCE = 1e-10  # tolerance of a normal quantile
 
 
 @frozen
@@ -99,7 +99,7 @@ def mean_stability(
     stream : Stream
     channel : str
     fitted : NoiseFit or None
-        Without a model that fits there are values without intervals.
+        Without a model that fits, the values have no intervals.
     averages : tuple of float
         Averaging times, rounded to whole samples. [s]
 
@@ -140,12 +140,12 @@ def _means(stream: Stream, channel: int, m: int) -> Floats:
         means[first:last] = rows.mean(axis=1)
         for k in np.flatnonzero(~np.isfinite(means[first:last])):
             present = rows[k][np.isfinite(rows[k])]
-            means[first + k] = present.mean() if len(present) >= _FILLED * m else np.nan
+            means[first + k] = present.mean() if len(present) >= _LEAST_PRESENT * m else np.nan
     return means
 
 
 def _interval(value: float, fitted: NoiseFit, m: int, n: int) -> tuple[float | None, float | None, float | None]:
-    """The interval of the expected value, and the degrees of freedom; None without a model that fits."""
+    """Interval of the expected value and its degrees of freedom; None without a model that fits."""
     if not fitted.quantified or not value > 0:
         return None, None, None
     tail = (1 - fitted.level) / 2
@@ -188,15 +188,15 @@ def mode_powers(fitted: NoiseFit, m: int, n: int) -> tuple[Floats, Floats]:
     beyond = min((_ALIASES + 1) / span, half)
     aliases = np.arange(-_ALIASES, _ALIASES + 1)[:, np.newaxis] / span
     powers = np.empty(n - 1)
-    for first in range(0, n - 1, _AT_ONCE):
-        part = slice(first, first + _AT_ONCE)
+    for first in range(0, n - 1, _MODES_AT_ONCE):
+        part = slice(first, first + _MODES_AT_ONCE)
         shifted = f[part] + aliases
         gain = np.sinc(shifted * span) ** 2
         # The spectrum of the samples repeats, and is even.
         folded = np.abs(shifted - np.round(shifted * fitted.tau0) / fitted.tau0)
         densities = fitted.psd(np.append(np.clip(folded, f[0], half), beyond))
-        density, rest = densities[:-1].reshape(gain.shape), densities[-1]
-        powers[part] = (gain * density).sum(axis=0) + np.maximum(1 - gain.sum(axis=0), 0.0) * rest
+        density, white_rest = densities[:-1].reshape(gain.shape), densities[-1]
+        powers[part] = (gain * density).sum(axis=0) + np.maximum(1 - gain.sum(axis=0), 0.0) * white_rest
     return powers / span, _drifts(fitted, span, n)
 
 
@@ -235,20 +235,20 @@ def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
 
     Notes
     -----
-    With w = 1 and d = 0 it is χ²; the error is below 0.6 % from three equal modes on, and 2 % for a random walk.
+    With w = 1 and d = 0 the law is χ². The error is below 0.6 % for three or more equal modes, and 2 % for a random walk.
     """
     wanted = NormalDist().inv_cdf(probability)
     # The search brackets the quantile from the middle outwards, then uses the Illinois variant of false position.
-    a = b = -_NEAREST if wanted > 0 else _NEAREST
+    a = b = -_SADDLEPOINT_GAP if wanted > 0 else _SADDLEPOINT_GAP
     off_a = off_b = _saddlepoint(weights, shifts, a)[1] - wanted
     step = _FIRST_STEP if off_a > 0 else -_FIRST_STEP
-    while off_a * off_b > 0 and abs(b) < _FARTHEST:
+    while off_a * off_b > 0 and abs(b) < _SEARCH_END:
         a, off_a = b, off_b
         b, step = step, 2 * step
         off_b = _saddlepoint(weights, shifts, b)[1] - wanted
     value = _saddlepoint(weights, shifts, b)[0]
     for _ in range(_STEPS):
-        if abs(off_b) < _CLOSE or off_a == off_b:
+        if abs(off_b) < _QUANTILE_TOLERANCE or off_a == off_b:
             break
         c = b - off_b * (b - a) / (off_b - off_a)
         value, logarithm = _saddlepoint(weights, shifts, c)
@@ -261,12 +261,12 @@ def quantile(weights: Floats, shifts: Floats, probability: float) -> float:
 
 
 def _saddlepoint(weights: Floats, shifts: Floats, logarithm: float) -> tuple[float, float]:
-    """The value, and the normal quantile of its probability, at a logarithm of 1 − 2·w·tilt for the largest w."""
+    """Value and normal quantile of its probability, for a logarithm of 1 − 2·w·tilt with the largest w."""
     return _below(weights, shifts, -0.5 * math.expm1(logarithm) / float(weights.max()))
 
 
 def _below(weights: Floats, shifts: Floats, tilt: float) -> tuple[float, float]:
-    """The value whose saddlepoint is `tilt`, and the normal quantile of the probability not to exceed it (Lugannani-Rice, in
+    """Value whose saddlepoint is `tilt`, and normal quantile of the probability of not exceeding it (Lugannani-Rice, in
     the form of Barndorff-Nielsen).
     """
     if abs(tilt) * float(weights.max()) < 1e-5:

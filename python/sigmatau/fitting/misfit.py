@@ -1,4 +1,4 @@
-"""Reduction of a fit that does not describe the record to what can still be stated."""
+"""Reduction of a fit that does not describe the record to the values that remain valid."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from sigmatau.model.parameters import Parameter, Quantity
 
 
 def misfit(fitted: NoiseFit) -> Adjustment | None:
-    """Keep only the interval of an observed random walk if p < 1e-6. Any other term has neither a value nor a limit.
+    """If p < 1e-6, keep only the interval of an observed random walk. Other terms then have neither a value nor a limit.
 
-    White noise dominates most of the band, and its interval allows for the misfit there. After a filter its density is that
-    of a few frequencies, so its interval then includes the largest discrepancy at any of these. The other terms belong to a
-    wrong model, which only remains as a description of the curve.
+    White noise dominates most of the band, and its interval allows for the misfit there. After a filter, only a few
+    frequencies determine its density, so its interval then includes the largest discrepancy at any of these. The other
+    terms belong to a wrong model, which only describes the curve.
     """
     if not fitted.is_misfit:
         return None
-    factor, changes = _behind_filter(fitted), []
+    factor, changes = _factor_after_filter(fitted), []
     for name, term in fitted.terms.items():
         before, parameter = Ends.of(term), Parameter(name)
         if name != "random_walk" or not term.observed:
@@ -48,10 +48,10 @@ def misfit(fitted: NoiseFit) -> Adjustment | None:
     )
 
 
-def _behind_filter(fitted: NoiseFit) -> float:
+def _factor_after_filter(fitted: NoiseFit) -> float:
     """Factor by which the random walk may lie outside its interval."""
     if fitted.response is None:
         return 1.0
     largest = max((deviation for _, deviation in fitted.discrepancy), default=0.0)
-    # half, because it applies to N and not to the density N²
+    # half, because the factor applies to N and not to the density N²
     return math.exp(NormalDist().inv_cdf(0.5 + fitted.level / 2) * largest / 2)

@@ -25,7 +25,7 @@ from sigmatau.results import (
 )
 
 _TERM_COLUMNS = ("term", "observed", "value", "low", "high", "upper_limit", "p_value", "unit")
-_MOST_LINES = 3  # number of lines that are printed one by one
+_MOST_LINES = 3  # number of lines that are printed individually
 
 
 @frozen(eq=False)
@@ -42,7 +42,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     terms : mapping of str to FittedTerm
     gauss_markov : tuple of GaussMarkov
     sinusoid : tuple of Sinusoid
-        Lines of the spectrum. A likelihood fit leaves them out; their frequencies are then the bands left out.
+        Lines of the spectrum. A likelihood fit leaves them out; their frequencies are then the excluded bands.
     resonance : tuple of Resonance
     response : FittedFilter or None
         Filter that acts on all noise except quantization.
@@ -52,13 +52,13 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     highest : float or None
         Frequency from which the spectrum was left out, because no model describes it there. [Hz]
     alike_from : float or None
-        If a rate random walk was observed: a Gauss-Markov process of this or a longer correlation time explains the record
-        as well. [s]
+        If a rate random walk was observed: a Gauss-Markov process with this or a longer correlation time explains the
+        record equally well. [s]
     alike_sigma : float or None
         Standard deviation of the process with this correlation time. [rate unit]
     second : tuple of SecondModel
-        Other models that explain the record as well, with processes in place of terms or terms in place of processes. The
-        intervals and limits include them.
+        Other models that explain the record equally well, with processes in place of terms or terms in place of
+        processes. The intervals and limits include them.
     discrepancy : tuple of (float, float)
         Discrepancy of the model that the intervals allow for: frequency in Hz, and standard deviation of the logarithm
         of the density.
@@ -66,15 +66,15 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         The coefficients that together describe the curve: the observed ones, and those of `unclear`. [SI]
     verdict : {"adequate", "adequate_with", "widened", "disturbed", "descriptive", "too_short"}
         "adequate": the terms describe the record. "adequate_with": the terms together with filters, lines or processes
-        describe it, see `found`. "widened": the model does not fit exactly, and the intervals are wider. "disturbed":
-        vibration has most of the power of the record, or the rounding of increments hides the noise, and all terms are
-        upper limits. "descriptive":
-        a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no intervals.
+        describe it. "widened": the model does not fit exactly, and the intervals are wider. "disturbed": vibration has
+        most of the power of the record, or the rounding of increments hides the noise, and all terms are upper limits.
+        "descriptive": a least-squares fit that does not describe the curve from tau_min to tau_max; its values have no
+        intervals.
     reasons : tuple of Reason
         Why short averaging times are left out, why the model is not adequate, or why there is no fit; see
         `sigmatau.findings.reasons`. `reason` has them in words.
     unclear : tuple of str
-        Terms that are not significant beside each other, although at least one of them is present, and those whose interval
+        Terms that are not significant together, although at least one of them is present, and terms whose interval
         contains 0 after an adjustment.
     tau_min, tau_max : float or None
         Range of averaging times used; for a likelihood fit, the range in which the resulting noise model describes the
@@ -89,12 +89,11 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     runs : tuple of float
         Lengths of the runs of a joint fit, in which `n` is that of the longest run; otherwise empty. [s]
     adjustments : tuple of Adjustment
-        What checks of the record changed in the intervals of the likelihood or of least squares, in the order in which
-        they were applied; see ``docs/numbers.md``.
+        Changes of the intervals by checks of the record, in the order in which they were applied; see ``docs/numbers.md``.
     trust : {"good", "partial", "poor"} or None
-        How far to trust the coefficients of a channel of an analysis. "poor": without intervals or with p < 1e-6, or a
-        finding states that a coefficient is wrong by half or more. "partial": wider intervals, or a warning about the
-        channel. None for a fit alone, because its record was not checked.
+        How far to trust the coefficients of a channel of an analysis. "poor": the fit has no intervals or p < 1e-6, or a
+        finding states that a coefficient is wrong by half or more. "partial": the intervals are wider, or there is a
+        warning about the channel. None for a fit alone, because its record was not checked.
 
     See Also
     --------
@@ -197,9 +196,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
         return f"not seen in {duration_text(self.n * self.tau0)}"
 
     def _replacement(self, term: str) -> SecondModel | None:
-        """The first other model that has something else and not this term of the model."""
+        """First other model that replaces this term by another part."""
         alternatives = (second for second in self.second if term in self.model and term not in second.terms)
-        if term == "bias_instability":  # with another exponent it is in the model
+        if term == "bias_instability":  # the term is in the model with another exponent
             alternatives = (second for second in alternatives if second.exponent is None)
         return next((second for second in alternatives if second.gauss_markov or second.warm_up is not None), None)
 
@@ -297,7 +296,9 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
                     )
                 texts.append(f"{labels}, or a {explained_by}")
         changes = (change for adjustment in self.adjustments for change in adjustment.changes)
-        hidden = {change.parameter.part for change in changes if change.before.upper_limit is None}  # findings say why
+        hidden = {
+            change.parameter.part for change in changes if change.before.upper_limit is None
+        }  # explained by findings
         unclear = [name for name in self.unclear if self._replacement(name) is None and name not in hidden]
         if len(unclear) == 1:
             label = TERMS[unclear[0]].label(self.quantity)

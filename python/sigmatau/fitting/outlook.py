@@ -1,4 +1,4 @@
-"""What more recording would show: how well a fit knows the random walk, and when the other terms come into view."""
+"""Gain of a longer record: precision of the random walk, and the lengths at which other terms would be observed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text
 
 ENOUGH = 0.05
-"""Relative half width of the interval of the random walk from which on more recording changes no filter. [1] Judgement: the
+"""Relative half width of the interval of the random walk at which a longer record improves no filter. [1] Judgement: the
 covariance of a filter is then known to a tenth, and units and days differ by more.
 """
 
@@ -96,7 +96,7 @@ def outlook(fits: Mapping[str, NoiseFit]) -> Outlook | None:
 
 
 def _half_width(fitted: NoiseFit) -> float | None:
-    """Relative half width of the interval of the random walk; None without one."""
+    """Relative half width of the interval of the random walk; None without an interval."""
     term = fitted.get("random_walk")
     if term is None or not term.value or term.low is None or term.high is None:
         return None

@@ -19,13 +19,13 @@ COLUMNS = ("random_walk", "bias_instability", "rate_random_walk")
 
 # meaning of the grades of trust, printed below the table
 _MEANING = {"partial": "usable with the limits in the ! lines", "poor": "do not use"}
-_SHORT_LABELS = ("random walk", "bias instab.", "rate walk")  # of `COLUMNS`
+_SHORT_LABELS = ("random walk", "bias instab.", "rate walk")  # short labels of `COLUMNS`
 
 Form = Literal["full", "short", "below"]
 """Form of the table: with the names of the terms, with short names, or also with the interval below each value."""
 
 _FORMS: tuple[Form, ...] = ("full", "short", "below")
-_LARGE = 1.5  # a coefficient that is wrong by this factor is of little use
+_LARGE = 1.5  # factor of error that makes a coefficient useless
 
 
 @frozen
@@ -128,15 +128,15 @@ def overview(
     findings : iterable of Finding
         Findings of the record.
     width : int
-        Of the terminal. Where the table is wider, the names of the terms are shorter; where it is still wider, the
-        intervals are below the values.
+        Width of the terminal. For a wider table the names of the terms are shortened, and then the intervals are put
+        below the values.
     legend : bool
-        Whether a line below the table says what the trust means.
+        Whether a line below the table explains the trust.
 
     Returns
     -------
     str
-        At most 70 columns for names of up to 8 characters.
+        A table of at most 70 columns for names of up to 8 characters.
     """
     coefficients = main_coefficients(fits, findings)
     text = ""
@@ -225,9 +225,9 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
     Returns
     -------
     {"good", "partial", "poor"}
-        ``"poor"``: the model has no intervals or p < 1e-6, or a warning states that a coefficient is wrong by half or more;
-        ``"partial"``: the intervals are wider because the model does not fit exactly, or a warning is about the channel that
-        they do not allow for; ``"good"``: neither.
+        ``"poor"``: the model has no intervals or p < 1e-6, or a warning states that a coefficient is wrong by half or
+        more; ``"partial"``: the intervals are wider because the model does not fit exactly, or do not include the effect
+        of a warning; ``"good"``: neither.
     """
     warnings = [finding for finding in findings if _lowers_trust(finding, fitted, channel)]
     if not fitted.quantified or fitted.is_misfit or any(_makes_useless(finding) for finding in warnings):
@@ -236,7 +236,7 @@ def trust(fitted: NoiseFit, findings: Iterable[Finding], channel: str) -> Trust:
 
 
 def _lowers_trust(finding: Finding, fitted: NoiseFit, channel: str) -> bool:
-    """Whether a finding is a warning about a channel that the intervals of its fit do not include."""
+    """Whether a finding is a warning whose effect the intervals of the channel do not include."""
     is_allowed = (finding.size or 0.0) < finding.details.allowed_share * fitted.n
     return finding.severity != "info" and (channel in finding.channels or not finding.channels) and not is_allowed
 

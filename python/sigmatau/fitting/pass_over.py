@@ -1,4 +1,4 @@
-"""Reads the samples of a channel once, including the missing ones, and keeps what its likelihood needs."""
+"""Summary of a channel for its likelihood, from one pass over its samples, including the missing ones."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _LEAK = 0.01
 
 
 def usable(stream: Stream, channel: str, *, needed: int = LEAST_SAMPLES) -> bool:
-    """Whether a channel has enough samples for its likelihood, and whether they are spread enough."""
+    """Whether a channel has enough samples for its likelihood, over a long enough time."""
     mask = _present(stream, channel)
     if mask is None:
         return stream.grid.n >= needed
@@ -89,7 +89,7 @@ def never_changes(stream: Stream, channel: str) -> bool:
 
 
 def _between(stream: Stream, k: int, absent: NDArray[np.int64]) -> Floats:
-    """Interpolate linearly between the samples beside the missing ones."""
+    """Interpolate missing samples linearly."""
     values = np.empty(len(absent))
     for gap in np.split(np.arange(len(absent)), np.flatnonzero(np.diff(absent) > 1) + 1):
         if len(gap):

@@ -1,5 +1,5 @@
-"""Planning of a record: the smallest coefficient that a record of a given length shows, and the length that a given value
-needs.
+"""Planning of a record: the smallest coefficient that a record of a given length shows, and the length that shows a given
+value.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from sigmatau.noise.terms import NOISE, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text, lines_text, plain, wrapped
 
 LONGEST_RECORD = 10**13  # Longest record that is considered. [samples]
-_SHORTEST = 64  # length of the shortest record that is considered, over the smallest cluster size [1]
-_HALF = 0.5  # probability that a coefficient is detected
-_NINE_OF_TEN = 0.9  # the same
-_MOST_ERROR = 0.5  # relative standard error, from which on a coefficient counts as not determined
+_SHORTEST = 64  # shortest record that is considered, over the smallest cluster size [1]
+_EVEN_DETECTION = 0.5  # probability that a coefficient is detected: even odds
+_LIKELY_DETECTION = 0.9  # probability of a likely detection
+_LARGEST_ERROR = 0.5  # relative standard error above which a coefficient counts as not determined
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ class Plan(Printed):
     half, most : float or None
         Smallest value that is detected in 50 % and in 90 % of such records; None if there is none. [unit]
     value : float or None
-        The value that was asked about. [unit]
+        The value for which lengths were computed. [unit]
     half_in, most_in : float or None
         Length of a record that shows that value with a probability of 50 % and of 90 %; None if there is none. [s]
     error : float or None
@@ -126,7 +126,11 @@ class Plan(Printed):
             if self.error is not None and self.duration is not None:
                 what = f"{'an' if label[0] in 'aeiou' else 'a'} {label} of {self.value / factor:.4g} {text}"
                 how = f"determines {what} to ± {significant(100 * self.error, 2, zeros=True)} %, one standard error"
-                how = how if self.error < _MOST_ERROR else f"does not determine {what}: its standard error exceeds 50 %"
+                how = (
+                    how
+                    if self.error < _LARGEST_ERROR
+                    else f"does not determine {what}: its standard error exceeds 50 %"
+                )
                 lines.append(f"  a record of {duration_text(self.duration)} {how}")
         return lines_text(wrapped(lines, indent=4))
 
@@ -265,7 +269,7 @@ def plan(
     Raises
     ------
     OptionError
-        As `smallest_detectable`, and if neither a duration nor a value is given.
+        For the reasons of `smallest_detectable`, and if neither a duration nor a value is given.
 
     See Also
     --------
@@ -295,12 +299,12 @@ def plan(
         n = round(duration * rate)
         half, nine_of_ten = (
             _finite(smallest_detectable(others, term, n=n, tau0=tau0, tau_min=tau_min, power=p))
-            for p in (_HALF, _NINE_OF_TEN)
+            for p in (_EVEN_DETECTION, _LIKELY_DETECTION)
         )
     if value is not None:
         samples = [
             _finite(needed_samples(others, term, value, tau0=tau0, tau_min=tau_min, power=p))
-            for p in (_HALF, _NINE_OF_TEN)
+            for p in (_EVEN_DETECTION, _LIKELY_DETECTION)
         ]
         half_in, most_in = (None if n is None else n * tau0 for n in samples)
     error = None

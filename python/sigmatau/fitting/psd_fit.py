@@ -27,8 +27,8 @@ from sigmatau.units import find
 _MIN_FREQUENCIES = 10  # smallest number of frequencies
 _STEPS = 100  # largest number of steps of the reweighted least squares
 _CONVERGED = 1e-9  # tolerance of −2 ln L
-_HALVINGS = 40  # largest number of halvings of a step, and of steps to an end of an interval
-_AT_THE_END = 1e-6  # tolerance of the root of the rise of −2 ln L, and relative width of the bracket
+_HALVINGS = 40  # largest number of halvings of a step, and of steps towards an end of an interval
+_ROOT_TOLERANCE = 1e-6  # tolerance of the root of the rise of −2 ln L, and relative width of the bracket
 _MISFIT = 0.01
 """p-value below which the terms do not describe the density, as in `sigmatau.fit`."""
 
@@ -43,9 +43,9 @@ class PsdFit(Printed):
     ----------
     model : ChannelModel
         The observed terms with their intervals, and limits of the others, as input of `state_space`, `predict` and the
-        exports. Without intervals and limits if the terms do not describe the density.
+        exports. It has no intervals and limits if the terms do not describe the density.
     p : float
-        P-value of the goodness of fit: probability of a larger misfit if the model is right.
+        P-value of the goodness of fit: probability of a larger misfit if the model is correct.
     f_min, f_max : float
         Frequencies of the density. [Hz]
     level : float
@@ -74,7 +74,7 @@ class PsdFit(Printed):
 
     @property
     def is_adequate(self) -> bool:
-        """Whether the terms describe the density, p of at least 0.01."""
+        """Whether the terms describe the density: p is at least 0.01."""
         return self.p >= _MISFIT
 
     def to_dict(self) -> dict[str, Any]:
@@ -120,15 +120,15 @@ def fit_psd(
     density : array_like, shape (n_f,)
         Measured density of the rate, positive. [unit²/Hz]
     dof : float or array_like, shape (n_f,)
-        Degrees of freedom of each density: twice the number of averages. The densities must be independent: leave out
-        all but every second frequency of a Hann window, or use `Spectrum.binned` and its `dof`. [1]
+        Degrees of freedom of each density: twice the number of averages. The densities must be independent: use only
+        every second frequency of a Hann window, or use `Spectrum.binned` and its `dof`. [1]
     sided : {"one", "two"}
         As in `avar_from_psd`.
     unit : str
-        SI unit of the rate: rad/s, m/s^2, or that of another signal.
+        SI unit of the rate: rad/s, m/s^2, or the unit of another signal.
     tau0 : float, optional
-        Sample interval, of a density of samples: the terms are then folded at 1/(2·tau0), and quantization noise is
-        fitted too. Default: continuous time. [s]
+        Sample interval, if the density is that of samples: the terms are then folded at 1/(2·tau0), and quantization
+        noise is fitted too. Default: continuous time. [s]
     terms : iterable of str, optional
         Terms to fit, keys of `sigmatau.noise.terms.TERMS`. Default: all but the ramp, which has no density.
     level : float
@@ -152,7 +152,7 @@ def fit_psd(
     See Also
     --------
     avar_from_psd : Allan variance of the density, without a model.
-    analyze : the terms of a record; it uses all of the record, where its spectrum has lost the lowest frequencies.
+    analyze : the terms of a record; it uses the whole record, including the lowest frequencies, which a spectrum has lost.
 
     Notes
     -----
@@ -211,7 +211,7 @@ def fit_psd(
     maximum = chosen.maximum()
     values = maximum.theta
     present = [names[k] for k in observed]
-    if len(present) < len(names):  # with few degrees of freedom the other terms absorb a part of these
+    if len(present) < len(names):  # with few degrees of freedom the other terms absorb part of them
         for k, name in enumerate(present):
             low, high = chosen.profile(k, maximum, rise)
             ends[name] = min(ends[name][0], low), max(ends[name][1], high)
@@ -233,7 +233,7 @@ def fit_psd(
 
 
 def _check_unit(unit: str) -> None:
-    """Raise `OptionError` for a unit of a rate that is not SI."""
+    """Raise `OptionError` unless the unit of the rate is SI."""
     if not isinstance(unit, str):
         raise TypeError(f"`unit` must be a text such as 'rad/s', not {unit!r}")
     try:
@@ -350,10 +350,10 @@ class _Likelihood:
 
         below, above, side = -math.sqrt(rise), excess(outside), 0
         for _ in range(_HALVINGS):
-            share = 0.5 if math.isinf(above) else below / (below - above)  # infinite without the only term
+            share = 0.5 if math.isinf(above) else below / (below - above)  # infinite if the only term is left out
             middle = inside + share * (outside - inside)
             value = excess(middle)
-            if abs(value) < _AT_THE_END or abs(outside - inside) < _AT_THE_END * abs(outside + inside):
+            if abs(value) < _ROOT_TOLERANCE or abs(outside - inside) < _ROOT_TOLERANCE * abs(outside + inside):
                 return middle
             if value < 0:
                 inside, below, above = middle, value, above / 2 if side < 0 else above

@@ -51,7 +51,7 @@ class ReadOffCoefficient:
     tau_min, tau_max : float
         Averaging times whose points determine the line. [s]
     slope : float or None
-        Slope of the curve there in log σ over log τ; None if a given range has one point. [1]
+        Slope of the curve there in log σ over log τ; None if a given range has a single point. [1]
     percentage : float
         Error over value, a ratio.
     range_from : {"rules", "given", "fit"}
@@ -203,7 +203,7 @@ class ReadOff(Mapping[str, ReadOffCoefficient], Tabular):
         return "\n".join(lines)
 
 
-_FEW_MISSING = 0.01  # share of missing samples that makes a random walk read 0.5 % larger, and quantization noise 5 %
+_FEW_MISSING = 0.01  # share of missing samples: read-offs of N are then 0.5 % too large, of Q 5 %
 
 
 def read_off(
@@ -219,8 +219,8 @@ def read_off(
 ) -> ReadOff:
     """Read the coefficients of the five terms off an Allan deviation curve.
 
-    The line of a term is fitted in a range of averaging times. Ranges may be given; the others are found by rules. The
-    region of a term is the longest range in which
+    The line of a term is fitted in a range of averaging times. Ranges may be given; rules find the others. The region of
+    a term is the longest range in which
 
     - the fitted line has the slope of the term within the tolerance of the rule, and its standard error by eq. (26) is at
       most the slope error of the rule;
@@ -233,9 +233,9 @@ def read_off(
     line, is refused with a reason: the five terms cannot cause such a curve, but a filter, a line or correlated noise
     can. A region that the other terms together explain as well, such as the crossing of two terms, is refused too.
 
-    A line in a given range is refused, with the measured slope and its error, if the slope of what the other lines leave
-    differs from its own by more than the tolerance of its rule and twice the error, or if they leave less than the error of
-    the curve. It does not change the lines of other terms that are found by rules.
+    A line in a given range is refused, with the measured slope and its error, if the slope of the remainder after the
+    other lines differs from that of the term by more than the tolerance of its rule and twice the error, or if the
+    remainder is smaller than the error of the curve. It does not change the lines of other terms that are found by rules.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def read_off(
         Rules by term; terms without a rule are read off only in a given range. With ``rules={}`` only terms with a
         given range are read off.
     force : bool
-        Lay refused lines of given ranges too; they are marked, see `ReadOffCoefficient.forced`.
+        Draw refused lines of given ranges too; they are marked, see `ReadOffCoefficient.forced`.
 
     Returns
     -------
@@ -263,7 +263,7 @@ def read_off(
 
     See Also
     --------
-    analyze : reads off every channel of a record; its `read_off_at` are such ranges.
+    analyze : reads off every channel of a record; its `read_off_at` takes such ranges.
 
     Notes
     -----
@@ -271,8 +271,8 @@ def read_off(
     each line, the sum of the variances of all lines agrees with the curve on average, with the weights 1/δ² and the
     share of the line. The error is that of eq. (26) at the longest averaging time of the range.
 
-    Incomplete clusters have larger variances: 1 % of missing samples makes a random walk read 0.5 % larger, and quantization
-    noise up to 5 %. With more, the rules find nothing.
+    Incomplete clusters have larger variances: with 1 % of missing samples the read-off of a random walk is 0.5 % too
+    large, and that of quantization noise up to 5 %. With more missing samples, the rules find no lines.
 
     References
     ----------
@@ -310,10 +310,10 @@ def read_off(
 def read_off_with_fit(
     curve: DeviationCurve, fitted: NoiseFit, stated: Mapping[str, Span], *, force: bool = False
 ) -> ReadOff:
-    """Read off the terms of a fitted model where they are most of the variance, and other terms in given ranges.
+    """Read off the terms of a fitted model where they dominate the variance, and other terms in given ranges.
 
-    A term of the model has a line also if a process explains the record as well, because the paper has only the five terms.
-    A fit without intervals, or one that does not fit, gives no ranges; the rules then find them.
+    A term of the model also has a line if a process explains the record equally well, because the paper has only the five
+    terms. A fit without intervals, or one that does not fit, gives no ranges; the rules then find them.
     """
     spans: Any = stated
     if not fitted.quantified or fitted.is_misfit:
@@ -329,11 +329,11 @@ def read_off_with_fit(
     return _laid(curve, lines, "fit", _points_by_hand(curve, **spans), refused, force=force)
 
 
-_HIDDEN = "other noise hides it at all averaging times"  # reason for a fitted term that is nowhere most of the variance
+_HIDDEN = "other noise hides it at all averaging times"  # reason for a fitted term that dominates nowhere
 
 
 def _whole(curve: DeviationCurve, name: str, why: str) -> Refusal:
-    """The refusal of a term at all averaging times; without a reason, other noise hides it."""
+    """Refuse a term at all averaging times. Default reason: other noise hides it."""
     ends = float(curve.tau[0]), float(curve.tau[-1])
     return Refusal(term=name, tau_min=ends[0], tau_max=ends[1], reason=why or _HIDDEN, hidden=not why)
 
@@ -354,8 +354,8 @@ def _laid(
     *,
     force: bool,
 ) -> ReadOff:
-    """The coefficients of lines through points of a curve. Lines in given ranges replace those of their terms, and are laid
-    beside the others, which they do not change.
+    """Compute the coefficients of lines through points of a curve. Lines in given ranges replace those of their terms,
+    and do not change the other lines.
     """
     values, hidden = lay(curve, ranges)
     held = {name: value for name, value in values.items() if name not in stated}

@@ -20,7 +20,7 @@ _FORMS = "want TERM, or CHANNEL.TERM or SENSOR.TERM: gyro_x.random_walk, accel.r
 class ReadOffAt:
     """Given ranges: ``{"random_walk": (1, 10), "gyro_x.quantization": (0.01, 2)}``.
 
-    A range of a channel goes before one of its sensor, and this before one of all channels.
+    A range of a channel takes precedence over one of its sensor, and that over one of all channels.
     """
 
     def __init__(self, stated: Mapping[str, object] | None, *, force: bool = False) -> None:
@@ -49,7 +49,9 @@ class ReadOffAt:
                 raise _error(f"{place}.{term}", f": no channel or sensor {place!r}; channels: {', '.join(names)}")
 
     def read(self, curve: DeviationCurve, fitted: NoiseFit | None) -> ReadOff:
-        """Read off the curve of a channel, beside its fit if there is one; raises `OptionError` for a range outside it."""
+        """Read off the curve of a channel, with its fit if there is one. Raises `OptionError` for a range outside the
+        curve.
+        """
         places = ("", stream_name(curve.channel), curve.channel)
         by_term = {
             term: (place, span)

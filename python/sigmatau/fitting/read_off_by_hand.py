@@ -1,4 +1,4 @@
-"""Lines in ranges that were given by hand: fitted to what the other lines leave, and refused if the slope is wrong."""
+"""Lines in ranges given by hand: fitted to the remainder after the other lines, and refused if the slope is wrong."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _CORRELATION = 0.5
 = 1000). The error of a slope decreases with it, so a value is chosen that does not make the error too small for red noise.
 """
 
-_WHOLE = 0.95  # smallest mean share of a line whose slope is called that of the curve
+_DOMINANT_SHARE = 0.95  # smallest mean share of a line in the variance for its slope to be that of the curve
 
 
 @frozen
 class Slope:
-    """Measured slope of a curve, or of what other lines leave.
+    """Measured slope of a curve, or of the remainder after other lines.
 
     Attributes
     ----------
@@ -43,11 +43,11 @@ class Slope:
     source: Literal["curve", "rest"]
 
     def differs(self, term: str) -> bool:
-        """Whether it differs from that of a term, given the tolerance of its rule and the error of the curve."""
+        """Whether the slope differs from that of a term, given the tolerance of its rule and the error of the curve."""
         return abs(self.value - TERMS[term].slope) > RULES[term].tolerance + _SLOPE_ERRORS * self.error
 
     def against(self, term: str) -> str:
-        """The slope beside that of a term: ``"the slope +1.00 ± 0.31, not -0.5"``."""
+        """The slope compared with that of a term: ``"the slope +1.00 ± 0.31, not -0.5"``."""
         slope = f"{TERMS[term].slope:+g}" if TERMS[term].slope else "0"
         if not math.isfinite(self.error):
             return f"one point, no slope of {slope}"
@@ -77,11 +77,11 @@ class HandLine:
 def lay_by_hand(
     curve: DeviationCurve, ranges: Mapping[str, NDArray[np.intp]], held: Mapping[str, float], *, force: bool
 ) -> tuple[dict[str, HandLine], dict[str, str]]:
-    """Fit lines in given ranges beside fixed lines; return the lines, and the refused lines with reasons.
+    """Fit lines in given ranges together with fixed lines; return the lines, and the refused lines with reasons.
 
-    A line is refused if the slope of what the other lines leave differs from its own by more than the tolerance of its
-    rule and twice its error, or if they leave less than the error of the curve. With `force` it is drawn nevertheless:
-    through the curve itself if the others leave nothing.
+    A line is refused if the slope of the remainder after the other lines differs from that of the term by more than the
+    tolerance of its rule and twice its error, or if the remainder is smaller than the error of the curve. With `force` it
+    is drawn nevertheless: through the curve itself if there is no remainder.
     """
     remaining, refused = dict(ranges), dict[str, str]()
     while True:
@@ -92,16 +92,16 @@ def lay_by_hand(
                 worst, reason = name, _hidden(curve, points, name)
                 break
             lines = {**held, **values}
-            rest = {term: value for term, value in lines.items() if term != name}
-            if not _exceeds_error(curve, points, name, values[name], rest):
+            remainder = {term: value for term, value in lines.items() if term != name}
+            if not _exceeds_error(curve, points, name, values[name], remainder):
                 worst, reason = name, _hidden(curve, points, name)
                 break
-            slope = slope_of_rest(curve, points, name, values[name], rest)
+            slope = slope_of_rest(curve, points, name, values[name], remainder)
             if slope is not None and slope.differs(name):
                 size = abs(slope.value - TERMS[name].slope) / (RULES[name].tolerance + _SLOPE_ERRORS * slope.error)
                 if size > excess:
-                    what = "the curve" if slope.source == "curve" else "what the other lines leave"
-                    worst, reason, excess = name, f"{what} has {slope.against(name)}", size
+                    cause = "the curve" if slope.source == "curve" else "what the other lines leave"
+                    worst, reason, excess = name, f"{cause} has {slope.against(name)}", size
         if not worst:
             break
         refused[worst] = reason
@@ -116,7 +116,7 @@ def lay_by_hand(
 
 
 def _hidden(curve: DeviationCurve, points: NDArray[np.intp], term: str) -> str:
-    """The reason to refuse a line if the others leave less than the error of the curve."""
+    """Reason to refuse a line if the remainder after the other lines is smaller than the error of the curve."""
     return f"{HIDDEN}, which has {slope_of_curve(curve, points).against(term)}"
 
 
@@ -130,7 +130,9 @@ def slope_of_curve(curve: DeviationCurve, points: NDArray[np.intp]) -> Slope:
 def slope_of_rest(
     curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, lines: Mapping[str, float]
 ) -> Slope | None:
-    """Slope of what other lines leave of a curve in the range of a line, from one Gauss-Newton step; None for one point."""
+    """Slope of the remainder of a curve after other lines, in the range of a line, from one Gauss-Newton step; None for
+    one point.
+    """
     if len(points) < 2:
         return None
     line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
@@ -138,7 +140,7 @@ def slope_of_rest(
     share = line / total
     change, error = _free_slope(curve, points, np.log(curve.avar[points] / total), share)
     weight = curve.error[points] ** -2.0
-    dominates = float(np.average(share, weights=weight)) > _WHOLE
+    dominates = float(np.average(share, weights=weight)) > _DOMINANT_SHARE
     return Slope(value=TERMS[term].slope + change, error=error, source="curve" if dominates else "rest")
 
 
@@ -155,7 +157,7 @@ def _free_slope(
 
 
 def slope_gain(tau: NDArray[np.float64], error: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Factors on log variances whose sum is their slope over log τ, for a line with a share of the variance."""
+    """Weights of log variances whose weighted sum is their slope over log τ, for a line with a share of the variance."""
     x, weight = np.log(tau), error**-2.0
     design = np.stack([share, share * (x - x.mean())], axis=1)
     gain: NDArray[np.float64] = (np.linalg.pinv(design.T @ (weight[:, None] * design)) @ (design.T * weight))[1]
@@ -165,14 +167,14 @@ def slope_gain(tau: NDArray[np.float64], error: NDArray[np.float64], share: NDAr
 def _exceeds_error(
     curve: DeviationCurve, points: NDArray[np.intp], term: str, value: float, lines: Mapping[str, float]
 ) -> bool:
-    """Whether the mean share of a line in its range is larger than the error of the mean log variance there."""
+    """Whether the mean share of a line in its range exceeds the error of the mean log variance there."""
     line = avar(term, value, m=curve.m[points], tau0=curve.tau0)
     error = curve.error[points]
     weight = error**-2.0
     weight /= weight.sum()
     share = float(weight @ (line / (line + sum_of_lines(curve, lines, points))))
     mean_error = math.sqrt(float(weight @ _covariance(curve.tau[points], error) @ weight))
-    return share > min(mean_error, _WHOLE)
+    return share > min(mean_error, _DOMINANT_SHARE)
 
 
 def _covariance(tau: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
-"""The lines of the read-off: which averaging times each line uses, and its height.
+"""Lines of the read-off: the averaging times and the height of each line.
 
-The lines of a curve are fitted together: in the range of each line the sum of all lines lies on the curve, on average. A
-single line therefore goes through the curve, and one of several through what the others leave.
+The lines of a curve are fitted together: in the range of each line the sum of all lines equals the curve, on average. A
+single line therefore follows the curve, and one of several lines follows the remainder after the others.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ LEAST_SHARE = 0.02
 """Smallest mean share of a line in the variance over its range; with less its height is not determined."""
 
 HIDDEN = "the lines of the other terms reach the curve there"
-"""Reason to refuse a line if the others leave nothing."""
+"""Reason to refuse a line if there is no remainder after the other lines."""
 
 _MOST_STEPS = 100  # largest number of steps of the joint fit of all lines
-_CONVERGED = 1e-10  # step of the logarithms of the variances at which it ends
+_CONVERGED = 1e-10  # step of the logarithms of the variances below which the joint fit ends
 _LARGEST_STEP = 1.0  # largest step of the logarithm of a variance
 
 Span = tuple[float, float]
 
 
 def as_span(value: object) -> Span:
-    """A range of averaging times in s; raises `OptionError` for anything but two positive times in order."""
+    """Check a range of averaging times in s; raise `OptionError` unless it is two positive times in order."""
     pair: Any = value
     try:
         first, last = (math.nan if isinstance(part, str | bool) else float(part) for part in pair)
@@ -91,13 +91,13 @@ def lay(
 
     The heights c² of the lines solve Σ wᵢ·sᵢ·ln(σ²ᵢ/Σc²) = 0, the sum over the points i of the range of each line, with
     wᵢ = 1/δᵢ² by eq. (26) and the line's share sᵢ of the sum of the lines there. The line of a term is its expected
-    variance, straight but for the first samples of flicker noise and a random walk of the rate.
+    variance, straight except for the first samples of flicker noise and of a rate random walk.
 
     Parameters
     ----------
     curve : DeviationCurve
     ranges : mapping of str to ndarray
-        By term, the indices of the points through which its line goes.
+        Indices of the points of the line, by term.
     held : mapping of str to float
         Coefficients of the lines that exist already, by term; they do not change. [SI]
 
@@ -106,7 +106,7 @@ def lay(
     dict of str to float
         Coefficients. [SI]
     dict of str to str
-        Terms without a line, and why.
+        Reasons by term that has no line.
     """
     remaining = dict(ranges)
     hidden: dict[str, str] = {}

@@ -39,7 +39,7 @@ class Rule:
     gain : float
         Smallest reduction of the misfit by the term per octave. [squared errors by δ, at least 2 %]
     rest : float
-        Largest standard error of the slope in what the lines of the other terms leave. [1]
+        Largest standard error of the slope in the remainder after the lines of the other terms. [1]
 
     See Also
     --------
@@ -54,10 +54,10 @@ class Rule:
     rest: float = 0.1
 
 
-# From Monte Carlo: in each case an absent term is reported in at most 5 % of the records (studies/read_off.py, results in
-# docs/study/read-off.md). The rule of the plateau is stricter, because the valley between a random walk and a rate random
-# walk looks like one; those of the rising terms are looser, because few other effects rise. In what other lines leave,
-# slopes need not be known as well: the curve has shown already that it is not that of one term.
+# From Monte Carlo: in each case an absent term is reported in at most 5 % of the records (studies/read_off.py, results
+# in docs/study/read-off.md). The rule of the plateau is stricter, because the valley between a random walk and a rate
+# random walk looks like a plateau; those of the rising terms are looser, because few other effects rise. In the
+# remainder after other lines, slopes may be less certain: the curve is already known to have several terms.
 RULES: Mapping[str, Rule] = {
     "quantization": Rule(scatter=0.3),
     "random_walk": Rule(rest=0.2),
@@ -68,7 +68,7 @@ RULES: Mapping[str, Rule] = {
 
 # A bend below the line of more than 0.1 in log σ cannot come from the five terms, whose sum is convex in the log-log plot.
 _BEND = 0.1
-# largest error by eq. (26) of a point below the line; with a larger one low deviations are common by chance
+# largest error by eq. (26) of a point below the line; with larger errors, low deviations are common by chance
 _BEND_ERROR = 0.25
 _SIGMAS = 2.5  # number of errors by eq. (26) that a point may deviate in addition
 _SMALLEST_ERROR = 0.02  # relative error of a deviation in the comparison with the other terms
@@ -86,7 +86,7 @@ class Refusal:
     tau_min, tau_max : float
         The region. [s]
     reason : str
-        Why it is not that of the term.
+        Why the region is not that of the term.
     hidden : bool
         Whether other noise hides the term at all averaging times.
     by_hand : bool
@@ -112,7 +112,7 @@ class Refusal:
 def regions(curve: DeviationCurve, rules: Mapping[str, Rule]) -> tuple[dict[str, NDArray[np.intp]], list[Refusal]]:
     """Find the regions of the terms that have a rule, as indices of the curve, and those that are refused.
 
-    Regions are searched in the curve, and then, one at a time, in what the existing lines leave.
+    Regions are searched in the curve, and then one at a time in the remainder after the existing lines.
     """
     whole = Points.from_curve(curve)
     points = whole
@@ -166,8 +166,8 @@ class Points:
         return cls(indices, curve.m[indices], curve.tau0, tau, np.log(tau), np.log(curve.adev[indices]), error[indices])
 
     def without(self, curve: DeviationCurve, lines: Mapping[str, float]) -> Points:
-        """Subtract lines from the curve, where the remainder is most of the variance. Its error grows with the share that is
-        subtracted.
+        """Subtract lines from the curve where the remainder dominates the variance. Its error grows with the subtracted
+        share.
         """
         taken = sum(
             (avar(name, value, m=self.m, tau0=self.tau0) for name, value in lines.items()), np.zeros(len(self.m))
@@ -182,7 +182,7 @@ class Points:
         )  # fmt: skip
 
     def octave_slopes(self, delta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Slope over about an octave around each point, and its standard error."""
+        """Slope over about an octave at each point, and its standard error."""
         n = len(self.lt)
         half = 0.5 * math.log(2) * 1.01
         i = np.searchsorted(self.lt, self.lt - half)
@@ -195,7 +195,7 @@ class Points:
             return (self.ls[j] - self.ls[i]) / length, np.hypot(delta[i], delta[j]) / length
 
     def longest(self, slope: float, rule: Rule, *, rest: bool) -> tuple[int, int] | None:
-        """First and last point of the longest region of a slope; of equally long ones the one at shorter τ."""
+        """First and last point of the longest region of a slope; among equally long regions, the one at shorter τ."""
         delta = rule.scatter * self.delta
         octave_slope, octave_error = self.octave_slopes(delta)
         fits = np.abs(octave_slope - slope) <= rule.tolerance + 2 * octave_error
@@ -258,14 +258,14 @@ class Points:
         return None
 
     def gain(self, first: float, last: float, term: Term) -> float:
-        """Improvement by this term of the fit of all terms to a region [s], which also covers a crossing of two lines.
+        """Improvement of the fit of all terms to a region [s] by this term; also detects a crossing of two lines.
 
         The variances of the region and of a factor of 8 on either side are fitted with and without the term, with weights
         from δ (at least 2 %). The result is the reduction of the squared errors per octave of points.
         """
         around_region = (self.tau >= 0.999 * first / 8) & (self.tau <= 1.001 * last * 8)
         ls = self.ls[around_region]
-        m, variance = self.m[around_region], np.exp(2 * (ls - ls[0]))  # the unit does not matter
+        m, variance = self.m[around_region], np.exp(2 * (ls - ls[0]))  # the result does not depend on the unit
         weight = 1 / (2 * variance * np.hypot(self.delta[around_region], _SMALLEST_ERROR))
         columns = {name: weight * avar(name, 1.0, m=m, tau0=self.tau0) for name in TERMS}
         rest_columns = [column for name, column in columns.items() if name != term.name]

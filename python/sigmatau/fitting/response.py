@@ -40,7 +40,7 @@ class FittedFilter:
     damping : float or None
         Damping ratio of two poles; 0.71 is a Butterworth filter.
     analog : bool
-        Whether a Butterworth filter is in front of the sampler, with the corner there, rather than behind it.
+        Whether a Butterworth filter is before the sampler, with the corner there, rather than after it.
     of_white : bool
         Whether the filter acts on the random walk alone, and slower noise is added after it.
     """
@@ -78,7 +78,7 @@ class FittedFilter:
         )
 
     def power_of_series(self, frequency: float) -> float:
-        """Power of the series; 1 for a filter of known shape, which has none.
+        """Power of the series; 1 for a filter of known shape, which has no series.
 
         Parameters
         ----------

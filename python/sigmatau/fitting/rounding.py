@@ -1,4 +1,4 @@
-"""Rounding of the samples: what a step that is near or above the noise adds to the intervals of a fit."""
+"""Rounding of the samples: widening of the intervals of a fit by a step that is similar to the noise or larger."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sigmatau.model.parameters import Parameter
 
 _SIGMAS = np.linspace(0.02, 1.2, 237)  # tested sizes of the noise before rounding [steps]
 _COARSE = (
-    0.01  # difference of slow changes from which the fit says that it is widened: noise seen below 0.53 steps [steps]
+    0.01  # difference of slow changes above which the fit counts as widened: observed noise below 0.53 steps [steps]
 )
 _LEVELS = 8  # number of values on either side of the mean that rounded noise takes: six standard deviations at least
 
@@ -26,8 +26,8 @@ _LEVELS = 8  # number of values on either side of the mean that rounded noise ta
 class Rounding:
     """Bounds of the noise before rounding, given the noise of the numbers. Both in steps.
 
-    The rounded noise depends on the position of the mean within a step: halfway between two values it flips between them
-    however small it is; at a value, noise much smaller than a step never leaves it.
+    The rounded noise depends on the position of the mean within a step: with the mean halfway between two values, even
+    very small noise flips between them; with the mean at a value, noise much smaller than a step is not visible.
     """
 
     rounded: float
@@ -44,9 +44,7 @@ class Rounding:
 
     @property
     def white(self) -> tuple[float, float]:
-        """Smallest and largest factor of the random walk of the log, if its mean moves. Without noise any factor is
-        possible.
-        """
+        """Smallest and largest factor on the random walk of the log if its mean moves; any factor without noise."""
         if not self.rounded > 0:
             return 0.0, math.inf
         low = float(np.interp(self.smallest, _SIGMAS, _rounded(0.0), left=0.0, right=self.rounded))
@@ -75,7 +73,7 @@ def _rounded(phase: float) -> Floats:
 
 
 def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjustment | None:
-    """Intervals and limits that hold for any position of the mean within a step. The values stay those of the log.
+    """Compute intervals and limits that hold for any position of the mean within a step. The values remain those of the log.
 
     The random walk is that of the log, including rounding: per sample the square root of σ² + step²/12, averaged over the
     mean. Slow changes before and after rounding differ by at most `Rounding.slow_error`, and in slope by twice `dither`.
@@ -92,8 +90,8 @@ def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjus
     coarse = fitted.quantified and rounding.slow_error > _COARSE
     error, slope = rounding.slow_error * step, 2 * rounding.dither
     duration = fitted.n * fitted.tau0
-    # The coefficient whose noise has the largest difference as its standard deviation in the record: for B in all
-    # octaves, for K in the first mode, and for a ramp between two values.
+    # The standard deviation of the term's noise in the record equals the largest difference: for B in all octaves, for
+    # K in the first mode, and for a ramp between two values.
     errors = {
         "quantization": error * fitted.tau0 / math.sqrt(2),
         "bias_instability": error * math.sqrt(math.pi / math.log(fitted.n / 2)),
@@ -102,7 +100,7 @@ def rounding_adjustment(fitted: NoiseFit, *, step: float, noise: float) -> Adjus
     }
 
     def ends(low: float, high: float, limit: float) -> tuple[float, float]:
-        """The ends of an interval of a size ≥ 0."""
+        """Ends of the interval of a non-negative number."""
         top = min(limit, high * slope / (1 - slope)) if slope < 1 else limit
         return max(low - min(limit, low * slope), 0.0), high + top
 

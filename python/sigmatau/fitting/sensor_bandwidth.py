@@ -1,4 +1,4 @@
-"""Result of `sigmatau.bandwidth`: the filter of a sensor, N without aliasing, and what each sampling rate adds to it."""
+"""Result of `sigmatau.bandwidth`: the filter of a sensor, N without aliasing, and the aliasing at each sampling rate."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sigmatau.plot.style import Panels
 
 PAPER_RATES = (3.0, 5.0)
-"""Sampling rates over the bandwidth that the paper recommends, section V."""
+"""Sampling rates that the paper recommends (section V), over the bandwidth."""
 
 _NO_ALIASING = 0.01  # share of aliasing in N below which no digits are printed [%]
 
@@ -74,7 +74,7 @@ class FilterResponse(Printed):
     frequency : ndarray, shape (n_f,)
         [Hz]
     power, low, high : ndarray, shape (n_f,)
-        |H|² of the best filter, and the range of those that explain the logs as well. [1]
+        |H|² of the best filter, and its range over the filters that explain the logs equally well. [1]
     """
 
     frequency: Floats
@@ -99,7 +99,7 @@ class AliasingCurve(Printed):
     rate : ndarray, shape (n_rates,)
         [Hz]
     factor, low, high : ndarray, shape (n_rates,)
-        Factor with the best filter, and its range over the filters that explain the logs as well. [1]
+        Factor with the best filter, and its range over the filters that explain the logs equally well. [1]
     """
 
     rate: Floats
@@ -129,15 +129,15 @@ class SensorBandwidth(Printed):
     order : int
         Poles, or running means in series; 0 of a FIR filter.
     alternatives : tuple of str
-        Other filters that explain the logs as well; all intervals contain them.
+        Other filters that explain the logs equally well; all intervals include them.
     bandwidth : Interval
-        Frequency of −3 dB. An end that the logs do not show is None. [Hz]
+        Frequency of −3 dB. An end that the logs do not determine is None. [Hz]
     equivalent : Interval
         Noise-equivalent bandwidth, one-sided. [Hz]
     random_walk : Interval
         N without aliasing: its square is the two-sided density before the sampler. [unit of N]
     rate_needed : Interval
-        Lowest sampling rate from which on N is too large by less than `tolerance`. [Hz]
+        Lowest sampling rate from which N is too large by less than `tolerance`. [Hz]
     tolerance : float
         [1]
     logs : tuple of LoggedRate
@@ -150,12 +150,12 @@ class SensorBandwidth(Printed):
     p_value : float
         Goodness of the joint fit. [1]
     verdict : {"adequate", "logs differ", "not explained", "rate too low"}
-        ``"logs differ"``: they differ by more than chance, but little; ``"not explained"``: no filter fits. The intervals
-        are then wider by the excess of the deviance. ``"rate too low"``: the bandwidth has no upper limit.
+        ``"logs differ"``: they differ slightly, but by more than chance; ``"not explained"``: no filter fits. The
+        intervals are then wider by the excess of the deviance. ``"rate too low"``: the bandwidth has no upper limit.
     differing : str
         Log that differs from the others; empty unless the verdict is ``"logs differ"``.
     repeated : tuple of str
-        Logs whose samples are in another log, and which were not used.
+        Logs that were not used, because their samples are in another log.
 
     See Also
     --------
@@ -194,7 +194,7 @@ class SensorBandwidth(Printed):
 
     @property
     def record_at(self) -> float | None:
-        """A sampling rate that shows the bandwidth, if these logs do not. [Hz]"""
+        """Sampling rate that would show the bandwidth, if these logs do not. [Hz]"""
         return 10 * max(log.rate for log in self.logs) if self.verdict == "rate too low" else None
 
     @property
@@ -217,7 +217,7 @@ class SensorBandwidth(Printed):
         ax : sequence of two matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
+            Unit of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
 
         Returns
         -------
@@ -251,8 +251,8 @@ class SensorBandwidth(Printed):
         for k, log in enumerate(self.logs):
             value, begin, end = log.random_walk.value, log.random_walk.low, log.random_walk.high
             error = None if begin is None or end is None else np.array([[value - begin], [end - value]]) / factor
-            look: dict[str, Any] = {"fmt": MARKERS[k % len(MARKERS)], "color": COLOURS[k % len(COLOURS)]}
-            rates.errorbar([log.rate], [value / factor], error, **look, markersize=5, linewidth=1.2)
+            style: dict[str, Any] = {"fmt": MARKERS[k % len(MARKERS)], "color": COLOURS[k % len(COLOURS)]}
+            rates.errorbar([log.rate], [value / factor], error, **style, markersize=5, linewidth=1.2)
         rates.set_xscale("log")
         rates.set_ylim(bottom=0)
         label_axes(rates, "sampling rate [Hz]", f"random walk N in the log [{text}]")
@@ -261,7 +261,7 @@ class SensorBandwidth(Printed):
         return parent_figure(curves)
 
     def statements(self) -> tuple[str, ...]:
-        """Sentences on what limits the result; empty if nothing does."""
+        """Sentences on the limits of the result; empty if there are none."""
         texts = []
         if self.verdict == "rate too low":
             texts.append(
@@ -366,7 +366,7 @@ class Bandwidths(ByChannel[SensorBandwidth]):
         ax : sequence of two matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
+            Unit of the Allan deviation. Default: deg/h for gyros, µg for accelerometers.
 
         Returns
         -------

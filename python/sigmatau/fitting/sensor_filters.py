@@ -18,10 +18,10 @@ from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 
 _BISECTIONS = 60  # number of bisections that determine a frequency to all digits
-_SPACING = 1e-6  # relative distance of two poles that would coincide: their residues stay finite
+_SPACING = 1e-6  # smallest relative distance of two poles, so that their residues stay finite
 _LONGEST_SUM = 400  # largest number of lags of a sum of cosines; a longer filter has few images
-_IMAGES = 2  # number of images on either side for such a filter
-# limits of the damping of two poles: lower is a resonance; with a higher one the faster pole is not visible
+_IMAGES = 2  # number of images on either side for a longer filter
+# limits of the damping of two poles: below, it is a resonance; above, the faster pole is not visible
 _DAMPING = (0.3, 3.0)
 _SHARPNESS = (
     0.25,
@@ -29,7 +29,7 @@ _SHARPNESS = (
 )  # limits of duration × cutoff of a FIR filter: from its taper alone to a transition of 1/8 of the band
 _TAPS = 256  # taps of the impulse response of a FIR filter in its table
 _PADDED = 16384  # samples of the transform of a table: 64 frequencies for the inverse of the duration
-_BEYOND = 3.0  # distance above the cutoff beyond which a FIR filter passes nothing [inverse durations]
+_PASS_EDGE = 3.0  # distance above the cutoff beyond which a FIR filter passes nothing [inverse durations]
 _HIGHEST_DIGITAL = 0.49  # largest corner of a digital filter, over its clock
 _LOWEST = 1e-12  # |H|² at its zeros
 
@@ -83,8 +83,8 @@ class SensorFilter:
 
 @functools.cache
 def all_filters(clock: float | None = None) -> tuple[SensorFilter, ...]:
-    """The families that are compared, those with fewer parameters first. Digital filters are included if their clock is
-    stated. [Hz]
+    """List the families that are compared, those with fewer parameters first. Digital filters are included if their clock
+    is given. [Hz]
     """
     butterworth = [_pole_filter("one pole" if n == 1 else "Butterworth", n) for n in (1, 2, 3, 4, 6)]
     means = [_mean_filter(stages) for stages in (1, 2, 3)]
@@ -111,7 +111,7 @@ def _pole_filter(name: str, order: int) -> SensorFilter:
 
 
 def _digital(order: int, clock: float) -> SensorFilter:
-    """A Butterworth filter by the bilinear transform, for samples at a rate."""
+    """Butterworth filter by the bilinear transform, for samples at a rate."""
 
     def power(f: Floats, numbers: Floats) -> Floats:
         corner = min(math.exp(numbers[0]), _HIGHEST_DIGITAL * clock)
@@ -204,7 +204,7 @@ def _mean_filter(stages: int) -> SensorFilter:
 def _fejer(x: Floats, length: float) -> Floats:
     """Folded density of the mean over a time that is not an integer number of samples; x is relative to the rate.
 
-    The triangle of the lags is a mixture of those for the two nearest integers.
+    The triangle of the lags is a mixture of the triangles for the two nearest integers.
     """
     whole = math.floor(length)
     part = length - whole
@@ -239,7 +239,7 @@ def _table(taper: str, sharpness: float) -> tuple[Floats, float, float]:
     h = window * np.sinc(2 * sharpness * t)
     response = np.abs(np.fft.rfft(h, _PADDED) / h.sum()) ** 2
     step = _TAPS / _PADDED
-    table = response[: math.ceil((sharpness + _BEYOND) / step) + 1]
+    table = response[: math.ceil((sharpness + _PASS_EDGE) / step) + 1]
     k = int(np.argmax(table < 0.5))
     half = (k - (0.5 - table[k]) / (table[k - 1] - table[k])) * step
     return table, half, float(table.sum() - 0.5 * (table[0] + table[-1])) * step
@@ -256,7 +256,7 @@ def _taper_filter(taper: str) -> SensorFilter:
     def folded(f: Floats, rate: float, numbers: Floats) -> Floats:
         table, half, _ = _table(taper, math.exp(numbers[1]))
         duration = half / math.exp(numbers[0])
-        if duration * rate < 1:  # no two samples overlap: R(τ₀) = 0
+        if duration * rate < 1:  # means at different samples do not overlap: R(τ₀) = 0
             return np.full(len(f), 2 * equivalent(numbers) / rate)
         count = math.ceil(len(table) * step / (duration * rate)) + 1
         return _images(f, rate, lambda shifted: power(shifted, numbers), count)

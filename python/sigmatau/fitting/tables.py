@@ -42,7 +42,7 @@ def fit_table(
     read_offs: Mapping[str, ReadOff],
     means: Mapping[str, Sequence[MeanStability]] = MappingProxyType({}),
 ) -> str:
-    """The fitted coefficients as aligned text, in the field's units, and those read off; `fit_legend` explains them.
+    """Fitted and read-off coefficients as aligned text, in the field's units; `fit_legend` explains them.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def _mean_row(fitted: NoiseFit, stability: MeanStability) -> tuple[str, ...]:
 
 
 def _readings(fitted: NoiseFit, read: ReadOff) -> list[str]:
-    """The coefficients that were read off with their ranges, and observed terms that other noise hides, in words."""
+    """Read-off coefficients with their ranges, and observed terms that other noise hides, in words."""
     rows = [
         f"{TERMS[name].label(fitted.quantity)} {' '.join(read.texts(name)[-1])} ({read[name].region})"
         for name in fitted

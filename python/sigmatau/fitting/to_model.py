@@ -54,7 +54,7 @@ def to_model(fit: FittedNoise) -> ChannelModel:
                 quantity=fit.quantity,
                 unit=fit.rate_unit,
             )
-            # White noise behind a filter is left out: it has the curve of the process that it replaces.
+            # White noise after a filter is left out: it has the curve of the process that it replaces.
             for second in fit.second
             if second.filter is None
         ),
@@ -88,7 +88,7 @@ def _unfolded(fit: FittedNoise, rate: float) -> list[int]:
 
 
 def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covariance:
-    """Select the covariance of some resonances, and number these from 1."""
+    """Select the covariance of some resonances, and renumber them from 1."""
     renumbered = {old: new for new, old in enumerate(numbers, 1)}
 
     def renamed(parameter: Parameter) -> Parameter | None:
@@ -101,9 +101,7 @@ def _resonance_block(covariance: Covariance, numbers: Sequence[int]) -> Covarian
 
 
 def _highest(fit: FittedNoise, rate: float) -> float | None:
-    """Frequency up to which the model describes the record: that of the fit, or half over its shortest time if that is
-    lower.
-    """
+    """Highest frequency that the model describes: that of the fit, or half over its shortest time if that is lower."""
     ends = [] if fit.highest is None else [fit.highest]
     ends += [0.5 / fit.tau_min] if fit.tau_min and fit.tau_min * rate > _FIRST_SAMPLES else []
     return min(ends, default=None)

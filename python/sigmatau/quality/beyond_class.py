@@ -1,6 +1,4 @@
-"""Fits with more noise than the noisiest sensors have: motion, another disturbance or a wrong unit, whatever the
-spectrum.
-"""
+"""Check for fits with more noise than the noisiest sensors: a sign of motion, another disturbance or a wrong unit."""
 
 from __future__ import annotations
 
@@ -21,13 +19,13 @@ _JUDGED = ("random_walk", "bias_instability", "rate_random_walk")
 _OTHER_CAUSES = ("implausible_unit", "gravity", "not_static")  # codes of warnings that explain more noise
 
 
-# Smallest factor over the noisiest sensor that is reported. [1] Measured: fits of 240 axes at its limits, of 20 s to
-# 300 s, stay below it.
-_BEYOND = 1.25
+# Smallest reported ratio to the noisiest sensor. [1] Measured: fits of 240 axes at its limits, of 20 s to 300 s, stay
+# below it.
+_LEAST_EXCESS = 1.25
 # Highest frequency at which densities are compared. [Hz] Study: docs/study/rest.md; below vibration and the filters of
 # most sensors.
 _HIGHEST = 2.0
-# Cycles of the lowest compared frequency in the record. [1] Judgement: the density of a model is known there.
+# Cycles of the lowest compared frequency in the record. [1] Judgement: the record determines the density of a model there.
 _CYCLES = 4.0
 # Largest ratio of a compared frequency to the sampling rate. [1] Judgement: below the edge of the band.
 _SHARE_OF_RATE = 0.4
@@ -46,7 +44,7 @@ def _noisiest_density(quantity: str, lowest: float, highest: float, tau0: float)
 def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[Finding]:
     """Report a fitted model with more noise below 2 Hz, or a steeper ramp, than the noisiest sensors: at most one finding.
 
-    All terms, processes and resonances are added, because a fit may divide motion among them in any way. Lines and warm-up
+    All terms, processes and resonances are added, because a fit may attribute motion to any of them. Lines and warm-up
     are not included. No finding if a warning in `findings` doubts the unit, or reports bursts or steps.
     """
     limits = SENSOR_CLASSES.get(fitted.quantity)
@@ -73,7 +71,7 @@ def beyond_class(fitted: NoiseFit, *, findings: Sequence[Finding] = ()) -> list[
     ramp = abs(fitted.model.get("rate_ramp", 0.0))
     if (ramp_ratio := ramp / limits.noisiest["rate_ramp"]) > times:
         times, frequency, size = ramp_ratio, 0.0, ramp
-    if not times > _BEYOND:
+    if not times > _LEAST_EXCESS:
         return []
     factors = tuple(
         (name, fitted.observed[name] / limits.noisiest[name])

@@ -1,6 +1,6 @@
 """All checks of the samples of a record together.
 
-`check` uses the samples and their spectra, before a fit; `check_fits` has the checks that need a fit.
+`check` uses the samples and their spectra and needs no fit; `check_fits` runs the checks that need a fit.
 """
 
 from __future__ import annotations
@@ -38,13 +38,14 @@ from sigmatau.record.streams import Stream
 _PARTS = 2  # a bandwidth has a frequency and an order
 
 LOOKED_AT = 1 << 24
-"""Number of samples of a stream that are checked: 36 hours at 128 Hz, some hundred megabytes for each channel."""
+"""Number of samples of a stream that are checked: 36 hours at 128 Hz, a few hundred megabytes per channel."""
 
 LOOKED_AT_BOUNDED = 1 << 20
-"""The same for a record that does not fit in memory."""
+"""Number of samples of a stream that are checked if the record does not fit in memory."""
 
 
-# Samples of the shortest stream that is checked. [samples] Judgement: no check knows its distribution for fewer.
+# Samples of the shortest stream that is checked. [samples] Judgement: the distributions of the checks are not known for
+# fewer samples.
 _LEAST_SAMPLES = 64
 # Largest size of a sample. [SI unit] Derived: its fourth power is within the range of double precision.
 LARGEST = 1e60
@@ -53,7 +54,7 @@ _SMALLEST = 1e-60
 
 
 def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int = LOOKED_AT) -> tuple[Finding, ...]:
-    """Faults of a record that samples and spectra show, and their effects on the coefficients.
+    """Find faults of a record in its samples and spectra, and their effects on the coefficients.
 
     Parameters
     ----------
@@ -63,18 +64,18 @@ def check(record: Record, *, bandwidth: Bandwidth | None = None, looked_at: int 
         Bandwidth of the sensors from their datasheets, by stream (``{"gyro": (30.0, 1)}``) or channel. Aliasing by
         sampling without an anti-alias filter is then checked too. [Hz]
     looked_at : int
-        Samples of each stream that are checked, from its beginning; a finding names longer streams. The memory needed is a
-        few times that of these samples of one channel.
+        Number of samples that are checked, from the beginning of each stream; a finding reports longer streams. The
+        memory needed is a few times that of these samples of one channel.
 
     Returns
     -------
     tuple of Finding
-        Without the findings of the record itself.
+        Findings of the checks, without those of the record itself.
 
     Raises
     ------
     OptionError
-        For a bandwidth that is not positive or of an unknown stream, and for fewer than 64 samples.
+        For a bandwidth that is not positive or is of an unknown stream, and if `looked_at` is below 64 samples.
 
     See Also
     --------
@@ -118,9 +119,9 @@ def examine(
     untouched: Collection[str] = (),
     threads: int | None = None,
 ) -> Examination:
-    """Take the disturbances out of a record, except for causes to `keep` and times to keep, with the findings of `check`.
+    """Exclude the disturbances of a record, except for causes to `keep` and times to keep, and add the findings of `check`.
 
-    Nothing is left out of the streams named `untouched`.
+    The streams named in `untouched` keep all their samples.
     """
     stated = _by_stream(record, bandwidth or {})
     usable = {
@@ -175,9 +176,7 @@ _SHARED_CAUSES = ("start", "shocks")  # causes that disturb all inertial sensors
 
 
 def _shared_disturbances(stream: Stream, keep: Sequence[str], keep_spans: Sequence[Span]) -> dict[str, list[Span]]:
-    """Times at which a sensor shows a disturbance that affects all sensors of a record, by code, in the clock of the log.
-    [s]
-    """
+    """Times of disturbances of a sensor that affect all sensors of the record, by code, in the clock of the log. [s]"""
     tau0, start = stream.grid.tau0, stream.grid.start
     causes = [cause for cause in _SHARED_CAUSES if cause not in keep]
     return {
@@ -190,7 +189,7 @@ def _shared_disturbances(stream: Stream, keep: Sequence[str], keep_spans: Sequen
 def _disturbed_elsewhere(
     stream: Stream, disturbed_spans: Mapping[str, Mapping[str, Sequence[Span]]]
 ) -> dict[str, Bools]:
-    """Samples of an inertial sensor that only other sensors show to be disturbed, by code; shape (n,)."""
+    """Samples of an inertial sensor that are disturbed according to other sensors only, by code; shape (n,)."""
     if stream.quantity not in ("angular_rate", "acceleration"):
         return {}
     n, tau0, start = stream.grid.n, stream.grid.tau0, stream.grid.start
@@ -207,7 +206,7 @@ def _disturbed_elsewhere(
 
 
 def _with_missing(stream: Stream, part: Stream) -> Stream:
-    """Mark the samples of a stream missing that are missing in `part`, which has some of its channels and its beginning."""
+    """Mark samples of a stream as missing if they are missing in `part`, the beginning of some of its channels."""
     if part.mask is None:
         return stream
     mask = np.zeros((stream.grid.n, len(stream.channels)), dtype=bool)
@@ -223,9 +222,9 @@ def check_fits(
     findings: Sequence[Finding] | None = None,
     threads: int | None = None,
 ) -> tuple[Finding, ...]:
-    """Faults of a record that only a fit shows: noise that changes, and steps of the mean beside a drift.
+    """Find faults of a record that only a fit shows: noise that changes, and steps of the mean in a drift.
 
-    For what a fit itself shows, see `sigmatau.quality.fit_findings`.
+    For findings of the fit itself, see `sigmatau.quality.fit_findings`.
 
     Parameters
     ----------
@@ -272,7 +271,7 @@ def check_fits(
 
 
 def _hidden_by_rounding(fitted: NoiseFit) -> bool:
-    """Whether counts of an angle hide the noise. The number of counts then varies with the position of the angle within a
+    """Whether counts of an angle hide the noise: the number of counts then varies with the position of the angle within a
     step.
     """
     return any(isinstance(reason, CoarseCounts) and reason.hidden for reason in fitted.reasons)

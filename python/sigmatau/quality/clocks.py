@@ -1,5 +1,5 @@
-"""Comparison of the clocks of several records of one unit, in which lines, resonances and filter corners have the same
-frequencies.
+"""Comparison of the clocks of several records of one unit. Its lines, resonances and filter corners have the same
+frequencies in all records.
 
 A record whose frequencies all differ from those of the other records by one factor was read with a wrong rate, or sampled by
 another clock.
@@ -20,22 +20,22 @@ from sigmatau.fitting.fitted_values import Interval
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.frozen import frozen
 
-# Number of lines of a channel that are compared. [1] Judgement: weaker ones are seldom in all records.
+# Number of lines of a channel that are compared. [1] Judgement: weaker lines are rarely in all records.
 _STRONGEST = 8
 # Largest logarithm of the factor of a clock that is searched for. [1] Judgement: a larger one is a wrong rate, and
 # marks would be mistaken for each other.
 _FARTHEST = math.log(1.25)
 # Smallest number of marks that must show the factor. [1] Judgement: two may have the same ratio by chance.
 _MIN_MARKS = 3
-# Smallest share of the marks that have the factor within their errors. [1] Judgement: a quarter of the lines has other
-# causes.
-_MOST_MARKS_OF_ALL = 0.75
-# Largest ratio of the marks at the usual place to those with the factor. [1] Judgement: see `_MOST_MARKS_OF_ALL`.
+# Smallest share of the marks that agree with the factor within their errors. [1] Judgement: a quarter of the lines has
+# other causes.
+_LEAST_SHARE_OF_MARKS = 0.75
+# Largest ratio of the marks without the factor to those with it. [1] Judgement: see `_LEAST_SHARE_OF_MARKS`.
 _CONTRARY = 0.25
-# Share of the marks at the same place from which on two records have the same clock. [1] Judgement: half of the marks.
-_AGREE = 0.5
-# Error of a line over the width of its excluded band, which also contains the foot of the line. [1] Judgement: half of
-# the band is the line, and its centre is known to a quarter of that.
+# Share of unmoved marks above which two records have the same clock. [1] Judgement: half of the marks.
+_LEAST_UNMOVED = 0.5
+# Error of a line over the width of its excluded band, which also contains the foot of the line. [1] Judgement: the line
+# fills half of the band, and the error of its centre is a quarter of that.
 _FOOT = 0.125
 # Largest multiple of the lowest line that another line may be. [1] Judgement: higher ones match by chance.
 _HIGHEST_MULTIPLE = 20
@@ -53,7 +53,7 @@ class Mark:
     frequency : float
         [Hz]
     error : float
-        Half of its interval, over the frequency. [1]
+        Half width of its interval, over the frequency. [1]
     """
 
     channel: str
@@ -66,8 +66,8 @@ class Mark:
 class _Shift:
     """Marks of a record, compared with those of another record."""
 
-    same: bool  # whether most marks are at the same place
-    factor: float | None  # logarithm of the factor of the other marks; None if they have no common factor
+    same: bool  # whether most marks have the same frequency
+    factor: float | None  # logarithm of the common factor of the moved marks; None if they have none
     error: float
     marks: int
 
@@ -94,12 +94,12 @@ def _mark(channel: str, kind: Literal["line", "resonance", "corner"], frequency:
 
 
 def compare_clocks(records: Mapping[str, Sequence[Mark]]) -> dict[str, Finding]:
-    """Find the records whose clock is wrong. Each gets a finding that states by how much.
+    """Find the records whose clock is wrong; the finding of each states its factor.
 
     Parameters
     ----------
     records : mapping of str to sequence of Mark
-        Marks of each record. Fewer than three records do not show which clock is wrong.
+        Marks of each record. With fewer than three records, it is not clear which clock is wrong.
     """
     shifts = {(a, b): _shift(records[a], records[b]) for a, b in combinations(records, 2)}
     off: dict[str, Finding] = {}
@@ -142,14 +142,14 @@ def _shift(ours: Sequence[Mark], theirs: Sequence[Mark]) -> _Shift:
         if (a.channel, a.kind) == (b.channel, b.kind) and abs(math.log(a.frequency / b.frequency)) < _FARTHEST
     ]
     largest = min(len(ours), len(theirs))
-    here = _matching_marks(pairs, 0.0)
-    same = bool(here) and len(here) >= _AGREE * largest
+    unmoved = _matching_marks(pairs, 0.0)
+    same = bool(unmoved) and len(unmoved) >= _LEAST_UNMOVED * largest
     if largest < _MIN_MARKS or not pairs:
         return _Shift(same, None, 0.0, 0)
-    shift = max((d for _, d, _ in pairs), key=lambda d: (len(_matching_marks(pairs, d) - here), -abs(d)))
+    shift = max((d for _, d, _ in pairs), key=lambda d: (len(_matching_marks(pairs, d) - unmoved), -abs(d)))
     shifted = _matching_marks(pairs, shift)
-    moved, contrary = shifted - here, here - shifted
-    enough = len(moved) >= _MIN_MARKS and len(shifted) >= _MOST_MARKS_OF_ALL * largest
+    moved, contrary = shifted - unmoved, unmoved - shifted
+    enough = len(moved) >= _MIN_MARKS and len(shifted) >= _LEAST_SHARE_OF_MARKS * largest
     if not enough or len(contrary) > _CONTRARY * len(moved) or _one_origin([ours[k] for k in moved]):
         return _Shift(same, None, 0.0, 0)
     measured = [(d, e) for k, d, e in pairs if k in moved and abs(d - shift) <= e]
@@ -164,7 +164,7 @@ def _matching_marks(pairs: Sequence[tuple[int, float, float]], shift: float) -> 
 
 
 def _one_origin(marks: Sequence[Mark]) -> bool:
-    """Whether all marks may be a line and its multiples: a fan whose speed differs does not indicate a clock."""
+    """Whether all marks may be a line and its multiples: a fan with another speed does not indicate a wrong clock."""
     if any(mark.kind != "line" for mark in marks):
         return False
     lowest = min(marks, key=lambda mark: mark.frequency)

@@ -28,7 +28,7 @@ _ROUNDING = 4
 
 
 def rounding(stream: Stream, channel: str) -> float:
-    """Largest deviation that rounding alone can make of a channel that is constant, or a straight line."""
+    """Largest deviation that rounding can cause in a channel that is constant or a straight line."""
     k = stream.channels.index(channel)
     raw, t = stream.samples.raw[k], stream.samples.transforms[k]
     first, last = 0, -1
@@ -41,13 +41,13 @@ def rounding(stream: Stream, channel: str) -> float:
 
 
 def out_of_range(curve: DeviationCurve) -> Finding:
-    """The finding that the Allan variances of a channel overflow or vanish when they are squared."""
+    """Report that the Allan variances of a channel overflow or vanish when they are squared."""
     details = OutOfRange(largest=float(curve.adev.max()), rate_unit=curve.unit)
     return Finding(details=details, severity="error", channels=(curve.channel,))
 
 
 def constant_channel(stream: Stream, channel: str) -> Finding:
-    """The finding that a channel never changes."""
+    """Report that a channel never changes."""
     k = stream.channels.index(channel)
     first = 0 if stream.mask is None else int(np.flatnonzero(~stream.mask[:, k])[0])
     value = float(stream.samples.read(k, first, first + 1)[0])
@@ -56,14 +56,14 @@ def constant_channel(stream: Stream, channel: str) -> Finding:
 
 
 def too_few_samples(stream: Stream, channel: str) -> Finding:
-    """The finding that too many samples of a channel are missing for an Allan variance."""
+    """Report that too many samples of a channel are missing for an Allan variance."""
     missing = 0 if stream.mask is None else int(stream.mask[:, stream.channels.index(channel)].sum())
     details = TooFewSamples(missing=missing, samples=stream.grid.n)
     return Finding(details=details, severity="error", channels=(channel,))
 
 
 def constant_channels(stream: Stream) -> list[Finding]:
-    """Channels of a sensor that never change or have no samples. They are found without their curves."""
+    """Report channels of a sensor that never change or have no samples; their curves are not needed."""
     if stream.quantity == "temperature":
         return []
     findings = []
@@ -80,8 +80,8 @@ def constant_channels(stream: Stream) -> list[Finding]:
 def strided(
     curves: Mapping[str, DeviationCurve], stream: str | None = None, *, out_of_memory: bool = False
 ) -> list[Finding]:
-    """Averaging time from which on the clusters of a stream do not begin at every sample. The stream is given by its name
-    and its curves by channel.
+    """Report the averaging time from which the clusters of a stream do not begin at every sample. The stream is given by
+    its name and its curves by channel.
     """
     curve = next(iter(curves.values()))
     if curve.stride is None:
@@ -107,7 +107,7 @@ def compute_curves(
     Raises
     ------
     DataError
-        If samples are missing and `long` is "strided", or memory does not suffice for the choice of overlap.
+        If samples are missing and `long` is "strided", or if there is not enough memory for the selected overlap.
     """
     curves: dict[str, DeviationCurve] = {}
     findings: list[Finding] = []
@@ -141,7 +141,7 @@ def compute_curves(
 def _curves(
     stream: Stream, taus: TauGrid | ArrayLike, overlap: Overlap, counting: Counting, threads: int | None
 ) -> tuple[Mapping[str, DeviationCurve], list[Finding]]:
-    """The curves, and findings of channels without a curve because too many samples are missing."""
+    """Compute the curves, and report channels with too many missing samples for a curve."""
     curves = curves_of_stream(stream, taus=taus, overlap=overlap, counting=counting, threads=threads)
     return curves, [too_few_samples(stream, channel) for channel in stream.channels if channel not in curves]
 

@@ -37,7 +37,7 @@ def keep_facts() -> Iterator[None]:
 
 
 def forget(stream: Stream) -> None:
-    """Drop the facts of a stream that is no longer needed, because they keep its samples in memory."""
+    """Drop the facts of a stream that is no longer needed; they keep its samples in memory."""
     facts, arrays = _FACTS.get(), set(map(id, stream.samples.raw))
     for key, (stream_of_fact, _) in list((facts or {}).items()):
         if facts is not None and not arrays.isdisjoint(map(id, cast("Stream", stream_of_fact).samples.raw)):
@@ -62,7 +62,7 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
                 errors[name] = error
 
     workers_started = [threading.Thread(target=copy_context().run, args=(work,)) for _ in range(workers - 1)]
-    with suppress(RuntimeError):  # if there is no memory for another thread, the existing threads do the work
+    with suppress(RuntimeError):  # without memory for another thread, the existing threads continue
         for thread in workers_started:
             thread.start()
     work()
@@ -70,7 +70,7 @@ def in_threads(function: Callable[[str], T], names: Sequence[str], threads: int 
         if thread.ident is not None:
             thread.join()
     for name in names:
-        if isinstance(errors.get(name), MemoryError):  # without the other threads there may be enough memory
+        if isinstance(errors.get(name), MemoryError):  # there may be enough memory without the other threads
             results[name] = function(name)
         elif name in errors:
             raise errors[name]
@@ -104,7 +104,7 @@ def _remember(compute: Callable[[], T], stream: Stream, key: Hashable) -> T:
     if facts is None:
         return compute()
     if key not in facts:
-        # the stream is kept too: the key consists of addresses, which must not be reused
+        # the entry includes the stream, so that the addresses in the key are not reused
         facts[key] = stream, compute()
     return cast("T", facts[key][1])
 

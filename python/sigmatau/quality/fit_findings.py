@@ -40,20 +40,20 @@ from sigmatau.model.parameters import Parameter
 from sigmatau.quality.drift.without_drifts import drifts
 from sigmatau.record.record import Record
 
-# Degrees of freedom from which on a random walk can be trusted. [1] Derived: its 95 % interval is then within 25 %.
+# Degrees of freedom above which a random walk is reliable. [1] Derived: its 95 % interval is then within 25 %.
 _LEAST_FREEDOM = 30.0
-# Ratio of the coefficients of two models from which on they differ in size. [1] Judgement: more than the usual interval
-# of a slow term.
+# Ratio above which the coefficients of two models count as different. [1] Judgement: more than the usual interval of a
+# slow term.
 _MUCH_LARGER = 1.2
-# Share of missing samples from which on they explain why there are too few averaging times. [1] Judgement: fewer do not
-# shorten the record.
+# Share of missing samples above which they explain a lack of averaging times. [1] Judgement: fewer do not shorten the
+# record.
 _MANY_MISSING = 0.1
-# Shortest averaging time of a fit, over the sample interval, from which on short times count as left out. [1] Derived:
+# Shortest averaging time of a fit, over the sample interval, above which short times count as left out. [1] Derived:
 # the next octave is 2.
 _LONGER_START = 1.5
 # Frequencies of the mains. [Hz] Standard: IEC 60196.
 _MAINS = (50.0, 60.0)
-# Largest half width of a line that may be the mains. [Hz] Judgement: the mains frequency varies by no more.
+# Largest half width of a line that may be the mains. [Hz] Judgement: the mains frequency varies less.
 _MAINS_ERROR = 0.2
 # Lowest frequency of a folded line of the mains. [Hz] Judgement: slow noise has lines below.
 _MAINS_FROM = 0.5
@@ -62,7 +62,7 @@ _MAINS_WANDER = 0.05
 # Relative error of the clock of a log. [1] Judgement: crystals have 10⁻⁵ to 10⁻⁴.
 _CLOCK_ERROR = 1e-4
 # Largest distance of a harmonic from a multiple of the lowest line, over that line. [1] Judgement: two tenths of all
-# frequencies are then near a multiple.
+# frequencies are then close to a multiple.
 _PART_OF_BASE = 0.1
 # Highest multiple that is recognised as a harmonic. [1] Judgement: higher ones match weak lines by chance.
 _HIGHEST_MULTIPLE = 16
@@ -81,9 +81,9 @@ def fit_findings(
     missing : float
         Share of missing samples.
     sample_findings : sequence of Finding
-        Findings about the samples. Held or interpolated samples have the spectrum of a filter, so no filter is reported
-        then. If a disturbance is a warning, no filters, processes and resonances are reported, and a poor fit is not another
-        warning.
+        Findings about the samples. No filter is reported for held or interpolated samples, which have the spectrum of a
+        filter. If a disturbance is a warning, filters, processes and resonances are not reported, and a poor fit is not a
+        further warning.
     """
     disturbed = any(
         finding.code in DISTURBANCES and not finding.left_out
@@ -140,12 +140,12 @@ def _finding(
     unit: str = "",
     spans: tuple[Span, ...] = (),
 ) -> Finding:
-    """A finding about the channel of a fit."""
+    """Build a finding about the channel of a fit."""
     return Finding(details=details, severity=severity, channels=(fitted.channel,), spans=spans, size=size, unit=unit)
 
 
 def _between_samples(channel: str, sample_findings: Sequence[Finding]) -> bool:
-    """Whether the samples of a channel are held or interpolated. Their spectrum is that of a filter."""
+    """Whether the samples of a channel are held or interpolated, so that they have the spectrum of a filter."""
     return any(
         finding.code in ("interpolated", "repeated_samples") and channel in (finding.channels or (channel,))
         for finding in sample_findings
@@ -153,7 +153,7 @@ def _between_samples(channel: str, sample_findings: Sequence[Finding]) -> bool:
 
 
 def _counted_angle(fitted: NoiseFit, sample_findings: Sequence[Finding]) -> list[Finding]:
-    """Quantization noise expected from the step of a counted angle, compared with that of the fit."""
+    """Compare the quantization noise expected from the step of a counted angle with that of the fit."""
     term = fitted.terms.get("quantization")
     for finding in sample_findings:
         steps = finding.details
@@ -188,9 +188,7 @@ def _copy_fields(reason: Reason, kind: Callable[..., Details], fitted: NoiseFit)
 
 
 def _second_explanation(fitted: NoiseFit) -> list[Finding]:
-    """The first other model that explains the record as well, if each of the two models has something that the other
-    lacks.
-    """
+    """Report the first other model that explains the record equally well, if each model has a part that the other lacks."""
     processes = tuple((process.sigma.value, process.time.value) for process in fitted.gauss_markov)
     for explanation in fitted.second:
         if explanation.exponent is not None:
@@ -218,7 +216,7 @@ def _second_explanation(fitted: NoiseFit) -> list[Finding]:
 
 
 def _other_exponent(fitted: NoiseFit, exponent: float, terms: Mapping[str, float]) -> Finding:
-    """A bias instability with another exponent, in place of the terms that the fit has for it."""
+    """Report a bias instability with another exponent, in place of the terms of the fit."""
     replaced = ("bias_instability", "rate_random_walk")
     details = SecondExplanation(
         quantity=fitted.quantity,
@@ -239,7 +237,7 @@ def walk_freedom(fitted: NoiseFit) -> float:
 
 
 def disturbed_findings(fitted: NoiseFit) -> list[Finding]:
-    """Vibration that hides the noise of a fit, and its quietest stretch."""
+    """Report vibration that hides the noise of a fit, and the quietest stretch."""
     return [
         _finding(
             fitted,
@@ -285,7 +283,7 @@ def _is_harmonic(line: FittedSinusoid, first: FittedSinusoid, rate: float) -> bo
 
 def _half_width(line: FittedSinusoid) -> float:
     low, high = line.frequency.low, line.frequency.high
-    return 0.0 if low is None or high is None else (high - low) / 4  # the foot of the line is left out with the line
+    return 0.0 if low is None or high is None else (high - low) / 4  # the excluded band includes the foot of the line
 
 
 def _line(line: FittedSinusoid, rate: float, harmonics: tuple[SpectralLine, ...] = ()) -> SpectralLine:
@@ -360,10 +358,9 @@ def by_channel(fits: Mapping[str, NoiseFit], sample_findings: Sequence[Finding],
 
 
 def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """Remove the findings about samples that the drifts of the fits explain.
-
-    Steps of the mean are removed, because `sigmatau.quality.check.check_fits` looks for them beside the drift. Axes that
-    have only slow noise in common become an info.
+    """Remove findings about samples that the drifts of the fits explain. Steps of the mean are removed, because
+    `sigmatau.quality.check.check_fits` searches for them without the drift. A warning about axes with only slow noise in
+    common becomes an info.
     """
     drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
     remaining = []
@@ -381,7 +378,7 @@ def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFi
 def other_axes_disturbed(fits: Iterable[NoiseFit]) -> list[Finding]:
     """Report the quantified axes of a sensor that has other, disturbed axes: at most one finding.
 
-    If all axes are shaken, it is chance which of them are disturbed too much for a fit: see docs/study/rest.md.
+    If all axes are shaken, chance decides which of them are too disturbed for a fit: see docs/study/rest.md.
     """
     fits = tuple(fits)
     disturbed = tuple(

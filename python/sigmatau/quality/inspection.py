@@ -29,7 +29,7 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 FITTED = 8_000_000
-"""Largest number of samples of all channels that are fitted for the checks, which takes some seconds on one core."""
+"""Largest number of samples of all channels that are fitted for the checks: a few seconds on one core."""
 
 
 @keywords_of(InspectOptions)
@@ -101,7 +101,7 @@ def inspect(path: str | os.PathLike[str], options: InspectOptions) -> Inspection
 def _examined(
     record: Record, bandwidth: Bandwidth | None, keep: Sequence[str], keep_spans: Sequence[Span], bounded: Sequence[str]
 ) -> tuple[Record, tuple[Finding, ...]]:
-    """Examine a record as `sigmatau.analyze` does; only the beginning if it does not fit in memory."""
+    """Examine a record as `sigmatau.analyze` does, or only its beginning if it does not fit in memory."""
     looked_at = LOOKED_AT_BOUNDED if bounded else LOOKED_AT
     examined = examine(
         record, bandwidth=bandwidth, looked_at=looked_at, keep=keep, keep_spans=keep_spans, untouched=bounded

@@ -15,7 +15,7 @@ from sigmatau.results import Plain
 
 @frozen
 class ChannelMean(Plain):
-    """Mean of a channel: its bias, the earth rate and gravity.
+    """Mean of a channel: the sum of bias, earth rate and gravity.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ChannelMean(Plain):
 
 @channel_fact
 def mean_value(stream: Stream, channel: str) -> float:
-    """Mean of the samples that are not missing; NaN if there are none."""
+    """Mean of the present samples; NaN if there are none."""
     total, count = 0.0, 0
     for _, x in pieces(stream, channel):
         part = float(x.sum())

@@ -1,4 +1,4 @@
-"""The options of the checks that need no fit, for `sigmatau.inspect` and `sigmatau.analyze` alike."""
+"""Options of the checks that need no fit, for `sigmatau.inspect` and `sigmatau.analyze`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sigmatau.options import option, same_option
 from sigmatau.quality.selection.exclusion import causes_to_keep, spans_to_keep
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
-"""By channel or stream: bandwidth of the sensor in Hz, and order of its filter if known."""
+"""Bandwidth of the sensor in Hz and order of its filter, if known, by channel or stream."""
 
 
 @frozen

@@ -33,7 +33,7 @@ SENSOR_CLASSES: dict[str, SensorClass] = {
         },
         quietest=20e-9,
     ),
-    # Random walk: datasheets of consumer accelerometers have up to 1 mg/√Hz, and half as much more at low power. Bias
+    # Random walk: datasheets of consumer accelerometers have up to 1 mg/√Hz, and 1.5 mg/√Hz at low power. Bias
     # instability: 2 mg, twice the noisiest. Ramp: a warm-up of 50 mg within 100 s. Quietest: 3 ng/√Hz of a seismic
     # piezoelectric accelerometer at 100 Hz, 37 ng/√Hz at 1 Hz (F. A. Levinzon, in Earthquakes, InTech 2017,
     # doi:10.5772/65925).

@@ -30,7 +30,7 @@ Verdict = Literal[NoiseVerdict, "motion", "offset", "outliers"]
 _NAMES = {MEASUREMENT: "measurement noise", WHITE: "white process noise", SLOW: "slow process noise"}
 _RATE_UNITS = {"gyro": "rad/s", "accel": "m/s²"}
 _LETTERS = {MEASUREMENT: "√R", WHITE: "N", SLOW: "K"}
-_VAGUE = 3.0  # ratio of an end of an interval to its value, from which on the run does not determine the noise
+_VAGUE = 3.0  # ratio of an end of an interval to its value above which the run does not determine the noise
 
 
 @frozen

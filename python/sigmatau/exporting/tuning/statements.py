@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sigmatau.exporting.tuning.result import NoiseFactor, Tuning
 
 UNIT_NIS = 100.0
-"""NIS, or 1 over it, from which on a unit is wrong: all noises are too small or too large by a factor of 10."""
+"""NIS, or 1 over it above which a unit is wrong: all noises are too small or too large by a factor of 10."""
 
 ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
 """Advice for a variance that is a standard deviation."""

@@ -31,7 +31,7 @@ _TRIES = 3  # largest number of attempts for a stretch
 _ANSWER = 20.0  # time within which a scheduler answers [s]
 _AHEAD = 2  # number of waiting tasks per thread of the workers
 _PATIENCE = 0.5  # interval between checks of the clock and the scheduler [s]
-_LARGE = 1 << 26  # size of a log from which on a worker tests whether it must be divided [bytes]
+_LARGE = 1 << 26  # size of a log above which a worker tests whether it must be divided [bytes]
 _UNLIMITED = 4 << 30  # assumed memory of a worker that states no limit [bytes]
 
 _Kind = Literal["batch", "single", "alone", "divide", "stretch"]

@@ -25,7 +25,7 @@ Kind = Literal["production", "ageing"]
 
 _MONTH = 365.2425 / 12  # [days]
 _LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
-_MIN_UNITS_OF_MEDIAN = 6  # units from which on order statistics give a 95 % interval of the median
+_MIN_UNITS_OF_MEDIAN = 6  # units from which order statistics give a 95 % interval of the median
 
 
 @frozen

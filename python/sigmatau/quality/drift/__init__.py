@@ -1,1 +1,1 @@
-"""Checks of slow changes: warm-up, temperature, noise that does not stay the same."""
+"""Checks of slow changes: warm-up, temperature, noise that changes."""

@@ -1,11 +1,10 @@
-"""Stationarity of the noise over the record.
-
-Two tests. Segments: the Allan variances of eight segments at octaves of τ are compared, with the covariance that the fitted
-noise has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν; its cube root is nearly normal
-with variance 2/(9ν) of its squared mean (Wilson & Hilferty). The statistic is therefore a sum of squares of whitened cube
-roots, χ² with 7 degrees of freedom for each octave, or that of the most significant octave alone; docs/study/stability.md
-measures the false alarms. Cusum: the running sum of the sizes of first differences is compared with a straight line; its
-largest distance follows Kolmogorov's law and gives the time of the change.
+"""Stationarity of the noise over the record, by two tests. Segments: the Allan variances of eight segments at octaves of
+τ are compared, with the covariance that the fitted noise has in a segment. An Allan variance is skewed, like χ² over its
+degrees of freedom ν; its cube root is nearly normal with variance 2/(9ν) of its squared mean (Wilson & Hilferty). The
+statistic is therefore the sum of squares of whitened cube roots, χ² with 7 degrees of freedom per octave, over all
+octaves or the most significant one; docs/study/stability.md measures the false alarms. Cusum: the running sum of the
+sizes of first differences is compared with a straight line; its largest distance follows Kolmogorov's law and gives the
+time of the change.
 
 References
 ----------
@@ -36,22 +35,22 @@ _SEGMENTS = 8
 # Smallest number of segments without missing samples. [1] Judgement: half of the segments.
 _LEAST_SEGMENTS = 4
 # Samples in the shortest segment, and the smallest number of blocks of the cusum. [samples] Judgement: an Allan
-# variance of neighbours then has 40 degrees of freedom.
+# variance at one sample then has 40 degrees of freedom.
 _LEAST_SAMPLES = 64
 # Smallest number of degrees of freedom of a variance in a segment. [1] Derived: its cube root is then nearly normal
 # (Wilson and Hilferty).
 _LEAST_FREEDOM = 10.0
-# Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md measures
-# it.
+# Probability of a false alarm of each of the two tests, for one channel. [1] Study: docs/study/stability.md.
 _FALSE_ALARM = 2e-4
-# Smallest ratio of deviations that is reported. [1] Judgement: a long record can show 0.3 %, which does not matter.
+# Smallest ratio of deviations that is reported. [1] Judgement: a long record can show 0.3 %, which is insignificant in
+# practice.
 _MIN_RATIO = 1.05
 # Smallest ratio of deviations that is a warning. [1] Judgement: three times the usual interval.
 _WARNING_RATIO = 1.15
 # Relative misfit of the variance beyond which the law of the fitted model is not used. [1] Judgement: the covariance
 # of the test is then wrong by half.
 _MAX_MISFIT = 0.25
-# Largest number of blocks of the cusum. [1] Judgement: the time of a change is known to a thousandth of the record.
+# Largest number of blocks of the cusum. [1] Judgement: the time of a change then has an error of a thousandth of the record.
 _CUSUM_BLOCKS = 1024
 # Smallest number of samples in a block. [samples] Judgement: neighbouring blocks are then nearly independent.
 _LEAST_IN_BLOCK = 8
@@ -59,14 +58,14 @@ _LEAST_IN_BLOCK = 8
 
 @frozen(eq=False)
 class SegmentTest:
-    """Allan variances of segments, and the test whether they are equal."""
+    """Allan variances of segments, and the test of whether they are equal."""
 
     m: Ints  # cluster sizes tested
     starts: Ints  # first sample of each segment
     avar: Floats  # [unit²]
-    p_value: float  # P-value: probability of such a scatter in stationary noise
-    evidence: Floats  # χ² of each octave alone
-    p_values: Floats  # of each octave alone
+    p_value: float  # p-value of the scatter in stationary noise
+    evidence: Floats  # χ² of each octave
+    p_values: Floats  # p-value of each octave
 
 
 def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding]:
@@ -79,7 +78,7 @@ def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding
     stream : Stream
         Segments with missing samples are left out.
     fits : mapping of str to NoiseFit
-        Determine the law of the segments' variances. A channel without a fit is tested by the cusum only.
+        They determine the distribution of the variances of segments. A channel without a fit is tested by the cusum only.
     """
     findings = []
     for channel in stream.channels:
@@ -102,9 +101,7 @@ def non_stationary(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Finding
 
 
 def _segment_spread(x: Floats, fitted: NoiseFit, grid: Grid) -> SegmentSpread | None:
-    """The significant differences between segments, at the averaging time with the strongest evidence, not the largest
-    ratio.
-    """
+    """Significant difference between segments, at the averaging time with the strongest evidence (not the largest ratio)."""
     tested = segment_test(x, fitted)
     if tested is None or not tested.p_value < _FALSE_ALARM:
         return None
@@ -173,8 +170,8 @@ def segment_test(x: Floats, fitted: NoiseFit) -> SegmentTest | None:
     evidence = np.sum(z**2, axis=0)
     p_values = np.asarray(gamma_above((len(starts) - 1) / 2, evidence / 2))
     together = float(gamma_above(count / 2, float(np.sum(whitened**2)) / 2))
-    # The sum over all octaves is weak for a change at few averaging times, a single octave for a small change at all of
-    # them: the smaller p-value counts twice (Bonferroni).
+    # The sum over all octaves is insensitive to a change at few averaging times, and a single octave to a small change
+    # at all of them. Therefore both are tested, and the smaller p-value is doubled (Bonferroni).
     return SegmentTest(
         m=sizes[use],
         starts=starts,
@@ -229,7 +226,7 @@ class Cusum:
 def cusum(x: Floats) -> Cusum | None:
     """Cusum of squared first differences over blocks; None if the record is too short.
 
-    The scatter is that between neighbouring blocks, which neither correlated samples nor the change itself affect.
+    The scatter is measured between neighbouring blocks, so that neither correlated samples nor the change affect it.
     """
     length = max(-(-len(x) // _CUSUM_BLOCKS), _LEAST_IN_BLOCK)
     count = len(x) // length

@@ -1,6 +1,4 @@
-"""Steps of the mean that a fitted drift hides, or that were mistaken for a drift: they are searched in samples without the
-drift.
-"""
+"""Search for steps of the mean in samples without the fitted drift, which hides steps or was fitted to them."""
 
 from __future__ import annotations
 
@@ -24,8 +22,8 @@ def drifts(fitted: NoiseFit | None) -> bool:
 
 
 def without_drifts(record: Record, stream: Stream, fits: Mapping[str, NoiseFit]) -> Stream:
-    """Subtract the drifts of the fits from a stream of the record, or from its beginning; the same object if there are
-    none.
+    """Subtract the drifts of the fits from a stream of the record, or from its beginning; the same object if there are no
+    drifts.
     """
     if not any(drifts(fits.get(channel)) for channel in stream.channels):
         return stream
@@ -51,7 +49,7 @@ def steps_beside_drifts(stream: Stream, fits: Mapping[str, NoiseFit]) -> list[Fi
     Parameters
     ----------
     stream : Stream
-        Stream from `without_drifts`, without disturbances: a spike at either end looks like a drift.
+        Stream from `without_drifts`, without disturbances, because a spike at either end looks like a drift.
     fits : mapping of str to NoiseFit
     """
     if stream.quantity not in ("angular_rate", "acceleration"):

@@ -15,22 +15,22 @@ from sigmatau.quality.samples.common import present, row_means
 from sigmatau.quality.samples.units import GRAVITY_TOLERANCE
 from sigmatau.units import STANDARD_GRAVITY
 
-# Seconds of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5° of
+# Length of the means whose directions are compared. [s] Judgement: the noise of a mean of 5 s is far below 5° of
 # gravity.
 _BLOCK = 5
-# Number of means in a short record, which are then shorter. [1] Judgement: so that a record of 4 s can be judged.
+# Smallest number of means; in a short record they are shorter. [1] Judgement: a record of 4 s can then be judged.
 _LEAST_BLOCKS = 4
-# Number of means, one minute, over which all directions are compared. [means] Judgement: a hand tilts a sensor within
-# a minute.
+# Number of means (one minute) over which all directions are compared. [means] Judgement: a hand tilts a sensor within a
+# minute.
 _APART = 12
 # Change of direction that no bias can cause, 0.087 g. [rad] Datasheets: a warm-up is up to 50 mg, see `sensor_class`;
 # consumer accelerometers change by 1.5 mg/K, and no sensor at rest warms by 50 K.
 _TILT = math.radians(5.0)
-# Length of a mean vector from which on it is gravity. [m/s^2] Judgement: no bias is half of gravity.
+# Length of a mean vector above which it is gravity. [m/s^2] Judgement: no bias is half of gravity.
 _LEAST_GRAVITY = 0.5 * STANDARD_GRAVITY
-# Length of gravity in g that is read as m/s². [m/s^2] Standard: definition of the unit g.
+# Length of gravity in g if the values are read as m/s². [m/s^2] Standard: definition of the unit g.
 _IN_G = 1.0
-# Smallest ratio of a mean vector to the noise of its axes, for it to have a direction. [1] Judgement: noise turns it by
+# Smallest ratio of a mean vector with a direction to the noise of its axes. [1] Judgement: noise turns the vector by
 # 11° at most.
 _OVER_NOISE = 5.0
 
@@ -48,7 +48,9 @@ def measures_gravity(means: Sequence[OctaveMeans], *, in_si: bool) -> bool:
 
 
 def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
-    """Stretches in which the direction of gravity changes, within a minute or over the whole record, with the motion."""
+    """Find stretches in which the direction of gravity changes, within a minute or over the whole record, with their
+    motion.
+    """
     if not measures_gravity(means, in_si=False):
         return []
     x = np.stack([mean.by_octave[mean.second] for mean in means])
@@ -81,9 +83,7 @@ def gravity_tilts(means: Sequence[OctaveMeans]) -> list[tuple[Span, Motion]]:
 
 
 def _farthest(directions: Floats) -> tuple[int, int]:
-    """Find two directions that are nearly as far apart as any: the first one, and the number of blocks from it to the
-    second.
-    """
+    """Find two directions that are nearly the farthest apart; return the first, and the number of blocks to the second."""
     some = int((directions[:, 0] @ directions).argmin())
     opposite = int((directions[:, some] @ directions).argmin())
     return min(some, opposite), abs(some - opposite)

@@ -1,4 +1,4 @@
-"""Shocks too light or short for a burst, with spikes on several axes at about the same time."""
+"""Shocks that are too light or short for a burst, but cause spikes on several axes at about the same time."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from sigmatau.quality.samples.common import block_rms
 from sigmatau.quality.samples.spikes import spike_mask
 from sigmatau.record.streams import Stream
 
-# Distance of the spikes of a group, at most. [s] Judgement: a knock on a table rings for a quarter of a second.
+# Largest distance between the spikes of a group. [s] Judgement: a knock on a table rings for a quarter of a second.
 _SPIKE_GAP = 0.25
-# Spikes of a group that is a shock. [samples] Derived: single spikes, k a second on each axis, form such groups
-# (k/2)² as often.
+# Smallest number of spikes in a shock. [samples] Derived: single spikes, k per second on each axis, form such groups
+# (k/2)² times as often.
 _LEAST_SPIKES = 3
-# Axes on which they are. [1] Judgement: a shock has a direction, but no axis of a sensor.
+# Smallest number of axes with spikes in a shock. [1] Judgement: a shock has a direction, but no axis of a sensor.
 _LEAST_AXES = 2
-# Rows in which they are. [samples] Judgement: a corrupt row makes spikes in one row only.
+# Smallest number of rows with spikes in a shock. [samples] Judgement: a corrupt row has spikes in one row only.
 _LEAST_ROWS = 2
 # Share of the spikes outside groups beyond which groups form by chance. [1] Judgement: half of them.
 _MOST_SINGLE = 0.5
-# Part of the shock before its first spike. [s] Judgement: what rises below the threshold of spikes.
+# Part of the shock before its first spike. [s] Judgement: the rise is below the threshold of spikes.
 _BEFORE_SPIKES = 0.1
-# Part of the shock after its last spike. [s] Judgement: what rings below the threshold of spikes.
+# Part of the shock after its last spike. [s] Judgement: the ringing falls below the threshold of spikes.
 _AFTER_SPIKES = 0.5
 
 
 @stream_fact
 def light_shocks(stream: Stream) -> list[Burst]:
-    """Shocks: spikes on at least two axes within a quarter of a second and in more than one row. Returns a burst per axis.
+    """Find shocks: spikes on at least two axes within a quarter of a second and in more than one row. Returns one burst
+    per axis.
 
     A corrupt row has spikes on all axes in that row only, whereas a shock rings.
     """

@@ -1,4 +1,4 @@
-"""The means of a channel by octaves of averaging time, and the noise that they have at rest."""
+"""Means of a channel by octaves of averaging time, and their noise at rest."""
 
 from __future__ import annotations
 
@@ -19,49 +19,49 @@ from sigmatau.record.streams import PLAUSIBLE_RATES, Stream
 
 Counts = NDArray[np.int64]
 
-NORMAL_MEDIAN = 0.6745  # median of the sizes of standard normal deviates
+NORMAL_MEDIAN = 0.6745  # median of absolute standard normal deviates
 
 # noise of the noisiest sensors [SI unit/√Hz]
 NOISIEST = {quantity: limits.noisiest["random_walk"] for quantity, limits in SENSOR_CLASSES.items()}
 
 
-# Number of averaging times, each twice the one before: 1/16 s to 4 s. [1] Derived: see `_SHORTEST`.
+# Number of averaging times, each twice the previous one: 1/16 s to 4 s. [1] Derived: see `_SHORTEST`.
 OCTAVES = 7
-# Octave whose noise motion is compared with, 1/4 s. [octaves] Judgement: slower than most filters of sensors.
+# Octave of the reference noise for motion, 1/4 s. [octaves] Judgement: slower than most filters of sensors.
 FLOOR = 2
 # Octave of 1 s. [octaves] Derived: 16 times the shortest.
 SECOND = 4
-# Number of averaging times of a stream that is too slow for means of a second, beginning at its samples. [1] Judgement:
-# the longest means contain 16 samples.
+# Number of averaging times, from one sample on, of a stream that is too slow for means of a second. [1] Judgement: the
+# longest means contain 16 samples.
 _SLOW_OCTAVES = 5
-# The octave that such a stream has in place of 1 s: four samples. [octaves] Judgement: a shorter mean has the noise
-# of single samples.
+# Octave of such a stream that replaces 1 s: four samples. [octaves] Judgement: a shorter mean has the noise of single
+# samples.
 _SLOW_SECOND = 2
-# Second difference that rounding can make, as the deviation of a mean. [steps] Derived: 2/√6 = 0.8 if each mean is
-# moved by half a step; the rest is a margin for uncertain steps.
+# Largest second difference caused by rounding, as the deviation of a mean. [steps] Derived: 2/√6 = 0.8 if each mean is
+# shifted by half a step; the rest is a margin for uncertain steps.
 STEPS = 3.0
 # Smallest number of second differences for a level. [1] Judgement: their median tolerates two disturbed ones.
 LEAST_DIFFERENCES = 5
 # Length of the blocks whose noise is compared. [s] Judgement: 40 means of 1/4 s, a standard error of 11 %.
 _FLOOR_LENGTH = 10.0
-# Share of the blocks that show a quiet sensor. [1] Judgement: a sensor at rest for a tenth of the record has its
-# noise there.
+# Share of the quietest blocks, which show the noise of the sensor. [1] Judgement: a sensor is at rest for at least a
+# tenth of the record.
 _FLOOR_SHARE = 0.1
-# Smallest number of blocks for that share. [1] Derived: one block is a tenth of ten.
+# Smallest number of blocks for that share. [1] Derived: a tenth of ten is one block.
 _LEAST_FLOOR_BLOCKS = 10
-# Smallest correlation of neighbouring means of 1/4 s that white noise does not reach. [1] Judgement: motion has more.
+# Correlation of neighbouring means of 1/4 s above which noise is not white. [1] Judgement: motion has more.
 _CORRELATED = 0.3
-# The same limit in standard errors, for a short record. [1] Derived: probability 1.3·10⁻³.
+# Such a correlation in standard errors, for a short record. [1] Derived: probability 1.3·10⁻³.
 _CORRELATED_ERRORS = 3.0
-# Number of means in the stretches within which a correlation is taken, 5 s. [means] Judgement: drifts over 5 s are
-# small beside the noise of means of 1/4 s.
+# Number of means in the stretches for a correlation, 5 s. [means] Judgement: drifts over 5 s are small compared with
+# the noise of means of 1/4 s.
 _CORRELATED_MEANS = 20
 
 
 class OctaveMeans:
-    """The means of a channel by octaves of averaging time, and the noise that they have at rest.
+    """Means of a channel by octaves of averaging time, and their noise at rest.
 
-    For a stream below 1 Hz the octaves begin at single samples, and the octave of a second is four samples.
+    For a stream below 1 Hz the octaves begin at single samples, and four samples replace the octave of a second.
     """
 
     def __init__(self, stream: Stream, channel: str, base: int, first: int) -> None:
@@ -97,18 +97,18 @@ class OctaveMeans:
         return np.asarray(np.abs(x[:-2] - 2 * x[1:-1] + x[2:]) / math.sqrt(6))
 
     def median_level(self, octave: int, start: float = 0.0, stop: float = math.inf) -> float:
-        """√τ times the deviation of the means of a stretch, from the median; NaN if there are too few. [unit/√Hz]"""
+        """√τ times the deviation of the means of a stretch, estimated from the median; NaN if there are too few means.
+        [unit/√Hz]
+        """
         d = present(self.differences(octave, start, stop))
         return median(d) / NORMAL_MEDIAN * math.sqrt(self.tau(octave)) if len(d) >= LEAST_DIFFERENCES else math.nan
 
     def rounding_level(self, octave: int) -> float:
-        """Median level below which rounding may make the second differences. [unit/√Hz]"""
+        """Median level below which rounding may explain the second differences. [unit/√Hz]"""
         return STEPS * self.step / NORMAL_MEDIAN * math.sqrt(self.tau(octave))
 
     def reach(self, limit: float, edges: Floats) -> Bools:
-        """Whether the median between edges may reach a level at some averaging time, decided by counting second
-        differences.
-        """
+        """Whether the median between edges may reach a level at some averaging time, from counts of second differences."""
         start, stop = edges[:-1], edges[1:]
         reached = np.zeros(len(start), dtype=bool)
         for octave in self.by_octave:
@@ -123,16 +123,16 @@ class OctaveMeans:
         return reached
 
     def _floor(self) -> float:
-        """√τ times the deviation of means in the quiet parts of the record, including what rounding adds. [unit/√Hz]
+        """√τ times the deviation of means in the quiet parts of the record, including rounding. [unit/√Hz]
 
-        A short record need not have a quiet tenth, but medians of its second differences ignore a short motion.
+        In a short record a tenth need not be quiet, but the median of the second differences ignores a short motion.
         """
         octave = max(FLOOR, self.first)
         d, tau = self.differences(octave), self.tau(octave)
         size = min(max(round(_FLOOR_LENGTH / tau), LEAST_DIFFERENCES), max(len(d), 1))
         level = present(row_means((d * d)[: len(d) // size * size].reshape(-1, size)))
         quiet = 0.0
-        if len(level):  # as NumPy's quantile, which imports masked arrays
+        if len(level):  # like NumPy's quantile, which imports masked arrays
             quiet = float(np.interp(_FLOOR_SHARE * (len(level) - 1), np.arange(len(level)), np.sort(level))) * tau
         if len(level) < _LEAST_FLOOR_BLOCKS:
             usual = self.median_level(octave)
@@ -146,7 +146,7 @@ class OctaveMeans:
             self.floor = noisiest
 
     def _is_white(self) -> bool:
-        """Whether neighbouring means of 1/4 s are not correlated, within stretches that no drift moves."""
+        """Whether neighbouring means of 1/4 s are uncorrelated, within stretches too short for drifts."""
         x = self.by_octave[max(FLOOR, self.first)]
         size = min(_CORRELATED_MEANS, len(x))
         if size < LEAST_DIFFERENCES:
@@ -159,7 +159,7 @@ class OctaveMeans:
         return correlation < max(_CORRELATED, _CORRELATED_ERRORS / math.sqrt(max(len(pairs), 1)))
 
     def span(self, start: float, stop: float) -> Span:
-        """Times in the log of a stretch, given from the first sample."""
+        """Convert a stretch, in seconds from the first sample, to times in the log."""
         lead, length = self.stream.grid.lead, self.stream.grid.duration
         return lead + max(start, 0.0), lead + min(stop, length)
 

@@ -27,17 +27,17 @@ from sigmatau.quality.samples.masking import MaskedFinding, in_seconds, mask_fro
 from sigmatau.quality.samples.spikes import spikes_missing
 from sigmatau.record.streams import Stream
 
-# Windows of 1 s in a burst, up to which it is a shock. [windows] Judgement: a knock rings for less than a second, and
-# may lie across two windows.
+# Largest number of windows of 1 s in a shock. [windows] Judgement: a knock rings for less than a second, and may span
+# two windows.
 _SHOCK_WINDOWS = 3
-# Windows of a step whose means before and after it are compared. [windows] Judgement: a median of three tolerates one
-# that is disturbed.
+# Number of windows on each side of a step whose means are compared. [windows] Judgement: a median of three tolerates
+# one disturbed window.
 _SIDE_WINDOWS = 3
-# Change of the mean over the size of an excursion, below which the mean has returned. [1] Judgement: half way between
-# a step and none.
+# Ratio of the change of the mean to the size of an excursion, below which the mean has returned. [1] Judgement: halfway
+# between a step and none.
 _RETURNED = 0.5
-# Sum of two steps over the larger one, below which they are a change of the mean that ends. [1] Judgement: the sizes
-# of steps are known to a tenth or two.
+# Ratio of the sum of two steps to the larger one, below which they cancel. [1] Judgement: the sizes of steps have
+# errors of a tenth or two.
 _CANCELS = 0.3
 
 
@@ -46,7 +46,7 @@ class ShocksAndSteps:
     """Motion and steps found in the channels of a stream."""
 
     bursts: list[Burst]  # bursts and excursions
-    steps: dict[str, list[MeanStep]]  # steps of the mean, for channels that have any
+    steps: dict[str, list[MeanStep]]  # steps of the mean, by channel that has steps
     window: int  # samples in a window
 
 
@@ -77,10 +77,10 @@ def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
     Parameters
     ----------
     stream : Stream
-        Angular rates or accelerations, with their shocks and spikes: across a shock the mean may step. Other signals are not
-        checked.
+        Angular rates or accelerations with their shocks and spikes, because the mean may step across a shock. Other
+        signals are not checked.
     still : Stream, optional
-        The same without them, in which a step must be left.
+        The same stream without shocks and spikes, in which a step must remain.
     """
     if stream.quantity not in ("angular_rate", "acceleration"):
         return []
@@ -92,7 +92,7 @@ def not_static(stream: Stream, *, still: Stream | None = None) -> list[Finding]:
 
 
 def _remains(windows: Windows, step: MeanStep) -> bool:
-    """Whether the mean before a step and after it differ without the shocks beside it."""
+    """Whether the means before and after a step differ without the shocks next to it."""
     place, size = step.sample // windows.length, _SIDE_WINDOWS * step.window // windows.length
     change = _change(present(windows.mean[:place])[-size:], present(windows.mean[place:])[:size])
     return not abs(change) <= _RETURNED * abs(step.size)
@@ -116,7 +116,7 @@ def between_steps(stream: Stream, findings: Sequence[Finding]) -> Stream:
 
 @stream_fact
 def shocks_and_steps(stream: Stream) -> ShocksAndSteps:
-    """Bursts, excursions and steps of the mean of each channel."""
+    """Find bursts, excursions and steps of the mean of each channel."""
     motion = ShocksAndSteps(bursts=[], steps={}, window=summarise_windows(stream, stream.channels[0]).length)
     for channel in stream.channels:
         windows = summarise_windows(stream, channel)
@@ -134,7 +134,7 @@ def shocks_and_steps(stream: Stream) -> ShocksAndSteps:
 
 
 def _mean_without_motion(windows: Windows, moved: Sequence[Burst]) -> Floats:
-    """The mean without motion. At a shock it steps from the mean before to the mean after."""
+    """Remove motion from the mean. At a shock it then steps from the mean before to the mean after."""
     mean = windows.mean.copy()
     for burst in moved:
         first, last = burst.start // windows.length, burst.stop // windows.length
@@ -192,7 +192,7 @@ def _together(stream: Stream, group: Sequence[Burst], window: int) -> MotionBurs
 
 
 def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, beside_drift: bool = False) -> Finding:
-    """Build the finding about steps of the mean: when, how large, and what they add to the rate random walk."""
+    """Build the finding about steps of the mean: their times, sizes and contribution to the rate random walk."""
     grid = stream.grid
     leave_out, keep = _leave_out_or_keep(stream, steps)
     details = NotStatic(
@@ -210,8 +210,8 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
             for step in steps
         ),
         beside_drift=beside_drift,
-        # The squared differences about a step form a triangle; half their mean, Δ²τ/(3T), equals K²τ/3 of eq. (21) for
-        # K² = Δ²/T.
+        # The squared differences at a step form a triangle; half their mean, Δ²τ/(3T), equals K²τ/3 of eq. (21) for K²
+        # = Δ²/T.
         added_walk=math.sqrt(sum(step.size**2 for step in steps) / grid.duration),
         leave_out=leave_out,
         keep=keep,
@@ -229,11 +229,9 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
 def _leave_out_or_keep(
     stream: Stream, steps: Sequence[MeanStep]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """Decide which stretch of a record with steps should be left out, or which should be kept.
-
-    The stretch between two steps that cancel is left out. Otherwise the longest part between steps is kept, because leaving
-    out only the moment of a step would keep both means. Times are from the beginning of the whole record; None stands for
-    its ends. [s]
+    """Choose the stretch of a record with steps to leave out or to keep. The stretch between two steps that cancel is
+    left out. Otherwise the longest part between steps is kept, because leaving out only the moment of a step would keep
+    both means. Times are from the beginning of the whole record; None is one of its ends. [s]
     """
     n = stream.grid.n
     if len(steps) == 2:

@@ -1,4 +1,4 @@
-"""A record that begins near zero and settles at its mean, like the output of a filter that starts from zero."""
+"""Check for a record that begins near zero and settles at its mean, like the output of a filter that starts from zero."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from sigmatau.record.streams import Stream
 # Time within which a filter settles. [s] Judgement: a record that settles later warms up.
 _LONGEST = 10.0
 # Distance of the first sample from the mean of a window that begins 1 s later, over the robust standard deviation of
-# the same all over the record. [1] Derived: the 7 of steps of the mean for a difference that is Gaussian for each of
-# the five terms; the rest is a margin.
+# such distances in the record. [1] Derived: the 7 of `_STEP_SPREADS` in windows.py, for a difference that is Gaussian
+# for each of the five terms, and a margin.
 _SIGMAS = 9.0
 # Largest ratio of the first sample to the mean. [1] Judgement: a filter that starts from zero has settled by less than
 # half after one sample.
 _NEAR_ZERO = 0.5
-# Number of further samples that must be between zero and the mean. [samples] Judgement: a single zero is a lost row.
+# Number of further samples that must be between zero and the mean. [samples] Judgement: a single zero may be a lost row.
 _RISING = 3
 # Distance from the mean, in standard deviations of the noise, within which a sample has settled. [1] Derived: noise
 # exceeds it once in 16 000 samples.
@@ -29,7 +29,7 @@ _SETTLED = 4.0
 
 
 def settled_from(stream: Stream, channel: str) -> int:
-    """Index of the first sample at the mean, for a channel that begins near zero and settles; 0 for any other beginning."""
+    """Index of the first sample at the mean, for a channel that begins near zero and settles; otherwise 0."""
     tau0 = stream.grid.tau0
     w = max(round(WINDOW_LENGTH / tau0), WINDOW)
     count = stream.grid.n // w - 2
@@ -46,8 +46,8 @@ def settled_from(stream: Stream, channel: str) -> int:
         return 0
     x = stream.column(channel)[: (count + 2) * w].reshape(-1, w)
     means = np.nanmean(np.where(np.isfinite(x), x, level), axis=1)
-    away = x[:count, 0] - means[1 : count + 1]
-    differences = present(away[1:])
+    distance = x[:count, 0] - means[1 : count + 1]
+    differences = present(distance[1:])
     if len(differences) < LEAST_WINDOWS:
         return 0
     spread = median_and_spread(differences)[1]

@@ -1,9 +1,9 @@
 """Detection of motion from the means of samples over 1/16 s to 4 s.
 
-The noise of a sensor at rest is white at these averaging times, or falls faster: √τ times the deviation of the means is the
-same at all of them, N. Second differences remove drifts. Motion has its power between 0.1 Hz and 10 Hz: √τ times the
-deviation then rises with the averaging time, beyond the random walk of any sensor. Faster vibration does not raise it, so
-that a sensor on an engine may count as at rest.
+The noise of a sensor at rest is white at these averaging times, or falls faster: √τ times the deviation of the means has
+the same value N at all of them. Second differences remove drifts. Motion has its power between 0.1 Hz and 10 Hz: √τ times
+the deviation then rises with the averaging time, beyond the random walk of any sensor. Faster vibration does not raise
+this product, so that a sensor on an engine may count as at rest.
 """
 
 from __future__ import annotations
@@ -42,51 +42,51 @@ _SHORTEST = 1 / 16
 _BLOCK = 40.0
 # Largest number of blocks. [1] Judgement: limits the time of a long record.
 _MOST_BLOCKS = 128
-# √τ times the deviation of means beyond which a sensor moves if the level also rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz]
-# Study: docs/study/rest.md; existing gyros have up to 0.05 (deg/s)/√Hz, accelerometers 1 mg/√Hz.
+# √τ times the deviation of means above which a sensor moves if this level also rises by `_RISE`. [rad/s/√Hz, m/s^2/√Hz]
+# Study: docs/study/rest.md; existing gyros have up to 0.05 (deg/s)/√Hz, and accelerometers up to 1 mg/√Hz.
 _LEVEL = {"angular_rate": math.radians(0.05), "acceleration": 0.015}
-# The same limit if the level rises by `_RISE_OF_HIGH`: it is beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz]
-# Study: docs/study/rest.md.
+# Limit of that level if it rises by `_RISE_OF_HIGH`: beyond the noise of all sensors. [rad/s/√Hz, m/s^2/√Hz] Study:
+# docs/study/rest.md.
 _HIGH_LEVEL = {"angular_rate": math.radians(0.175), "acceleration": 0.03}
-# Rise of that level over the noise at shorter times, beyond the noise of most sensors. [1] Study: docs/study/rest.md,
+# Ratio of that level to the noise at shorter times, beyond the noise of most sensors. [1] Study: docs/study/rest.md,
 # clean records with Gauss-Markov processes up to 8 times the white noise.
 _RISE = 8.0
-# The same rise, for a level beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
+# Such a ratio for a level beyond `_HIGH_LEVEL`. [1] Study: docs/study/rest.md.
 _RISE_OF_HIGH = 1.6
-# Change of the mean from one 4 s to the next, over the steepest warm-up of a sensor. [1] Judgement: a sensor that warms
-# up has rate random walk too.
+# Change of the mean from one interval of 4 s to the next, over that of the steepest warm-up of a sensor. [1] Judgement:
+# a sensor that warms up has rate random walk too.
 _DRIFT = 2.0
-# Ratio of that change to the noise of the means. [1] Judgement: the median of five changes or more does not reach it by
-# chance.
+# Ratio of that change to the noise of the means. [1] Judgement: the median of at least five changes does not reach it
+# by chance.
 _DRIFT_OVER_NOISE = 5.0
-# A level from the median of n differences is wrong by at most this many times 1/√n. [1] Derived: the median of absolute
+# Largest relative error of a level from the median of n differences, times √n. [1] Derived: the median of absolute
 # normal deviates has a relative error of 1.17/√n; 2.6 standard errors.
 _ERRORS = 3.0
 # Largest mean rate of a gyro at rest. [rad/s] Datasheets: twice the largest zero-rate offset of usual consumer sensors,
 # see `sigmatau.quality.samples.units`.
 _LARGEST_BIAS = math.radians(20)
 # Change of the mean from second to second, as the deviation of a mean, of a hand-held sensor. [rad/s, m/s^2] Judgement:
-# steps and knocks of a table are smaller; docs/study/rest.md lists the windows.
-_HANDLED = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
+# footsteps and knocks on a table are smaller; docs/study/rest.md lists the windows.
+_HAND_CHANGE = {"angular_rate": math.radians(1.0), "acceleration": 0.2}
 # Ratio of that change to the noise of the sensor. [1] Judgement: noise does not reach it by chance.
-_HANDLED_RISE = 10.0
-# Shortest motion that is not just a knock; in a record shorter than a block, a knock counts as motion. [s] Judgement: a
-# knock rings for less.
-_LEAST_HANDLED = 4
-# Departure of a mean of a short record from the median, over `_HANDLED`. It also applies at the ends of the record,
+_HAND_RISE = 10.0
+# Shortest motion that is longer than a knock; in a record shorter than a block, a knock counts as motion. [s]
+# Judgement: a knock rings for less.
+_LEAST_HAND_TIME = 4
+# Departure of a mean from the median of a short record, over `_HAND_CHANGE`; also tested at the ends of the record,
 # where there are no second differences. [1] Judgement: no drift makes twice the change of a hand-held sensor.
 _DEPARTURE = 2.0
-# Octave from which on means depart, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration.
+# Octave from which departures of means are tested, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration.
 _DEPARTS_FROM = 1
-# Shortest stream that is judged; below 1 Hz a second is four samples. [s] Derived: two seconds and a second difference
-# of halves.
+# Shortest stream that is judged; below 1 Hz four samples replace a second. [s] Derived: two seconds and a second
+# difference of half seconds.
 _LEAST_SECONDS = 2
 # Longest rest between two motions that count as one. [s] Judgement: too short a stretch for an analysis.
 _GAP = 4
-# Smallest change of position that makes any motion more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
-_TURNED = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
-# Seconds before and after a motion that show the position. [s] Judgement: a median of five tolerates two disturbed
-# ones.
+# Smallest change of position of a motion that is more than a knock. [rad, m/s^2] Derived: the 5° of `gravity_tilts`.
+_LEAST_TURN = {"angular_rate": math.radians(5), "acceleration": 9.8 * math.radians(5)}
+# Length of the stretches before and after a motion that show the position. [s] Judgement: a median of five seconds
+# tolerates two disturbed seconds.
 _POSITION_LENGTH = 5
 # Largest share of missing samples in a channel that is judged. [1] Judgement: half of the record shows lasting motion.
 _MOST_MISSING = 0.5
@@ -94,7 +94,7 @@ _MOST_MISSING = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """Stretches in which a sensor moves, and the strongest motion that shows it; None if there are none."""
+    """Stretches in which a sensor moves, and the strongest motion; None at rest."""
 
     spans: tuple[Span, ...]  # from the beginning of the log, in order of time [s]
     motion: Motion | None
@@ -103,9 +103,9 @@ class Movement:
 def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> Movement:
     """Find the stretches in which the sensors of a record move, by angular rates and accelerations.
 
-    A second is in motion if its means, or the means of its quarters, depart from those beside them as in a hand-held sensor,
-    for more than a moment or with a change of position. Among the rest, a block of 40 s or more, or the whole record, is in
-    motion if the median of its second differences exceeds the noise at some averaging time.
+    A second is in motion if its means, or the means of its quarters, differ from the neighbouring ones as in a hand-held
+    sensor, for longer than a knock or with a change of position. Outside such seconds, a block of 40 s or more, or the
+    whole record, is in motion if the median of its second differences exceeds the noise at some averaging time.
     """
     by_stream = [_octave_means(stream, threads) for stream in streams]
     means = [axis for axes in by_stream for axis in axes]
@@ -126,7 +126,7 @@ def find_movement(streams: Iterable[Stream], *, threads: int | None = None) -> M
 
 
 def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
-    """Compute the means of the channels of a sensor that can be judged."""
+    """Compute the means of those channels of a sensor that can be judged."""
     if stream.quantity not in SENSOR_CLASSES:
         return ()
     if not has_plausible_values(stream):
@@ -138,7 +138,7 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
     missing = np.zeros(len(stream.channels)) if stream.mask is None else stream.mask.mean(axis=0)
     channels = [channel for channel, share in zip(stream.channels, missing, strict=True) if share <= _MOST_MISSING]
     by_channel = in_threads(lambda channel: OctaveMeans(stream, channel, base, first), channels, threads)
-    means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant is not a measurement
+    means = [axis for axis in by_channel.values() if axis.floor > 0]  # a constant channel is not a measurement
     sure = measures_gravity(means, in_si=True)
     for axis in means:
         axis.unit_is_sure = sure
@@ -147,7 +147,9 @@ def _octave_means(stream: Stream, threads: int | None) -> Sequence[OctaveMeans]:
 
 
 def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
-    """Blocks in motion. All blocks are in motion if the others are so together; drifts are not white over longer means."""
+    """Find blocks in motion. All blocks are in motion if the remaining blocks together are; drifts are not white over
+    longer means.
+    """
     if axis.slow:
         return []
     whole = axis.stream.grid.duration
@@ -171,13 +173,13 @@ def _blocks(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
 
 
 def _may_move(axis: OctaveMeans, edges: Floats) -> Bools:
-    """Whether stretches between edges reach the level that both conditions of `_judged` need."""
+    """Whether stretches between edges reach the level that both conditions of `_judged` require."""
     limit, high_limit = _LEVEL[axis.quantity], _HIGH_LEVEL[axis.quantity]
     return axis.reach(min(high_limit, max(limit, _RISE * axis.floor)), edges)
 
 
 def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
-    """The strongest motion by the median of second differences; None at rest."""
+    """Strongest motion by the median of second differences; None at rest."""
     limit, high_limit = _LEVEL[axis.quantity], _HIGH_LEVEL[axis.quantity]
     lowest = math.inf
     motions: list[Motion] = []
@@ -219,7 +221,7 @@ def _may_drift(axis: OctaveMeans, edges: Floats) -> list[bool]:
 
 
 def _octave_of_drift(axis: OctaveMeans) -> int:
-    """The octave of means over 4 s; a shorter one in a record that has too few of them."""
+    """Octave of means over 4 s, or a shorter one in a record that has too few such means."""
     octave = OCTAVES - 1
     while octave > SECOND and len(axis.by_octave[octave]) <= LEAST_DIFFERENCES:
         octave -= 1
@@ -227,7 +229,7 @@ def _octave_of_drift(axis: OctaveMeans) -> int:
 
 
 def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
-    """A motion with a steady change of the mean that no sensor has, from the median of first differences of means of 4 s."""
+    """Detect a steady change of the mean that no sensor has, from the median of first differences of means of 4 s."""
     octave = _octave_of_drift(axis)
     tau = axis.tau(octave)
     x = axis.by_octave[octave][round(start / tau) : round(stop / tau)]
@@ -241,23 +243,23 @@ def _drift(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
 
 
 def _seconds(axis: OctaveMeans) -> list[tuple[Span, Motion]]:
-    """Stretches of seconds in which the sensor is handled."""
-    limit = _HANDLED[axis.quantity]
+    """Find stretches of seconds in which the sensor is hand-held."""
+    limit = _HAND_CHANGE[axis.quantity]
     second = axis.by_octave[axis.second]
     size, n = axis.tau(axis.second), len(second)
     largest = np.zeros(n)
     for octave in range(max(FLOOR, axis.first), axis.second + 1):
         d, tau = np.nan_to_num(axis.differences(octave)), axis.tau(octave)
-        over_noise = d * math.sqrt(tau) > _HANDLED_RISE * axis.floor
+        over_noise = d * math.sqrt(tau) > _HAND_RISE * axis.floor
         is_large = (d > limit) & over_noise & (d > STEPS * axis.step)
         _raise_seconds(largest, np.where(is_large, d, 0.0), tau, size, first=1)
     is_short = axis.stream.grid.duration < _BLOCK and not axis.slow
     if is_short:
         _raise_by_departures(axis, largest)
     turning = np.abs(np.nan_to_num(second)) if axis.quantity == "angular_rate" else np.zeros(n)
-    turning[turning < max(_LARGEST_BIAS, _HANDLED_RISE * axis.floor / math.sqrt(size))] = 0.0
+    turning[turning < max(_LARGEST_BIAS, _HAND_RISE * axis.floor / math.sqrt(size))] = 0.0
     flagged = (largest > 0) | (turning > 0)
-    least_seconds = 1 if is_short else _LEAST_HANDLED
+    least_seconds = 1 if is_short else _LEAST_HAND_TIME
     moving: list[tuple[Span, Motion]] = []
     for a, b in _groups(flagged):
         if np.count_nonzero(flagged[a:b]) < least_seconds and not _turned(axis, second, a, b):
@@ -284,8 +286,8 @@ def _raise_by_departures(axis: OctaveMeans, largest: Floats) -> None:
         x, tau = axis.by_octave[octave], axis.tau(octave)
         away = np.nan_to_num(np.abs(x - median(present(x))))
         limit = max(
-            _DEPARTURE * _HANDLED[axis.quantity],
-            _HANDLED_RISE * axis.floor / math.sqrt(tau),
+            _DEPARTURE * _HAND_CHANGE[axis.quantity],
+            _HAND_RISE * axis.floor / math.sqrt(tau),
             STEPS * axis.step,
         )
         _raise_seconds(largest, np.where(away > limit, away, 0.0), tau, axis.tau(axis.second), first=0)
@@ -312,6 +314,6 @@ def _turned(axis: OctaveMeans, second: Floats, a: int, b: int) -> bool:
         return False
     levels = median(before), median(after)
     if axis.quantity == "acceleration":
-        return abs(levels[1] - levels[0]) > _TURNED["acceleration"]
+        return abs(levels[1] - levels[0]) > _LEAST_TURN["acceleration"]
     inside = present(second[max(a - 1, 0) : b + 1]) - sum(levels) / 2
-    return abs(float(inside.sum())) * axis.tau(axis.second) > _TURNED["angular_rate"]
+    return abs(float(inside.sum())) * axis.tau(axis.second) > _LEAST_TURN["angular_rate"]

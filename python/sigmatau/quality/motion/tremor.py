@@ -1,4 +1,4 @@
-"""Shaking of a whole sensor: noise on all axes beyond that of any sensor, and the tremor of a hand."""
+"""Detection of shaking: noise on all axes beyond that of any sensor, and the tremor of a hand."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _AXES = 3  # axes of a sensor that shows gravity
 
 @dataclass(frozen=True, slots=True)
 class _LeastRatios:
-    """Smallest ratios of the density in the tremor band: to that below, as a geometric mean over the axes and on each axis,
-    and to that above on each axis.
+    """Smallest ratios of the density in the tremor band to that below (geometric mean over the axes, and each axis) and
+    to that above (each axis).
     """
 
     below_by_mean: float
@@ -31,18 +31,18 @@ class _LeastRatios:
 # Octaves of the means whose noise is judged, 1/4 s and 1/2 s. [octaves] Judgement: fast vibration has averaged out, and
 # a short record still has enough means.
 _OCTAVES = (2, 3)
-# Smallest noise of each axis, over that of the noisiest sensor, for all axes to be loud. [1] Judgement: shaking has a
+# Smallest noise of each axis of a loud sensor, over that of the noisiest sensor. [1] Judgement: shaking has a
 # direction, but reaches all axes.
 _LEAST_SHARE = 0.5
 # Band of the density below the tremor of a hand. [Hz] Derived: between slower motion and the tremor, see `_TREMOR`.
-_BELOW = (2.5, 6.5)
+_BAND_BELOW = (2.5, 6.5)
 # Band of the tremor of a hand. [Hz] Literature: 8 to 12 Hz; R. J. Elble, W. C. Koller, Tremor, Johns Hopkins
 # University Press, 1990.
 _TREMOR = (7.5, 12.5)
 # Band of the density above the tremor. [Hz] Derived: beyond the tremor, see `_TREMOR`, below the corner of most
 # filters.
-_ABOVE = (15.0, 40.0)
-# Band just below the tremor, where a slower motion may hide everything else. [Hz] Derived: the upper part of `_BELOW`.
+_BAND_ABOVE = (15.0, 40.0)
+# Band just below the tremor, where a slower motion may hide everything else. [Hz] Derived: the upper part of `_BAND_BELOW`.
 _VALLEY = (5.0, 6.5)
 # Length of the periodograms. [s] Judgement: four of them are in the shortest record, with ten frequencies in the band
 # of tremor.
@@ -54,34 +54,36 @@ _LEAST_SEGMENTS = 4
 _BELOW_VIBRATION = (0.75, 2.0)
 # Length of the periodograms of that band. [s] Derived: six frequencies in it.
 _LONG_SEGMENT = 4.0
-# Smallest density in that band, over that of the noisiest accelerometer, that is motion. [1] Judgement: the factor of
+# Smallest density in that band that is motion, over that of the noisiest accelerometer. [1] Judgement: the factor of
 # `beyond_class`.
-_BEYOND = 1.25
-# Half the sampling rate from which on a tremor is visible. [Hz] Derived: there are frequencies above 15 Hz, see
-# `_ABOVE`.
+_LEAST_EXCESS = 1.25
+# Half the sampling rate above which a tremor is visible. [Hz] Derived: there are frequencies above 15 Hz, see
+# `_BAND_ABOVE`.
 _LEAST_NYQUIST = 18.0
 # Largest ratio of the density in the band of tremor to that below for which the peaks may be lobes of a moving average.
 # [1] Study: docs/study/rest.md; none of 400 sensors with a moving average is reported as moving.
 _LOBES_BELOW = 0.8
-# The same for the ratio to the density above. [1] Derived: a lobe exceeds the density above by 20 at most; twice that.
+# Largest ratio to the density above for which the peaks may be such lobes. [1] Derived: twice the ratio of a lobe,
+# which is at most 20.
 _LOBES_OVER_ABOVE = 40.0
-# Root mean square in the band of tremor from which on it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
+# Root mean square in the band of tremor above which it may be a hand. [rad/s, m/s^2] Study: docs/study/rest.md;
 # half of the steadiest of the simulated hands.
 _LEAST_TREMOR = {"angular_rate": math.radians(0.04), "acceleration": 0.005}
-# Smallest ratios of medians of the density, which lines do not raise, over all axes. [1] Measured: real and simulated
-# records at rest have up to 1.8 below; lobes of filters and the angle noise of optical gyros up to 3.3 above. Hands
-# have six and more.
-_FAINT = _LeastRatios(2.5, 1.5, 3.0)
+# Smallest ratios of medians of the density, which lines do not raise. [1] Measured: in real and simulated records at
+# rest the ratio to the density below is up to 1.8; with lobes of filters and the angle noise of optical gyros, the
+# ratio to the density above is up to 3.3. For hands they are six or more.
+_RATIOS_OF_MEDIANS = _LeastRatios(2.5, 1.5, 3.0)
 # Smallest ratios of the means of the density, which scatter less, for loud gyros. [1] Derived: a low-pass filter raises
-# the ratio to the density above, and not the one to the density below; in a record of 10 s the mean of three axes
-# scatters by 13 %.
-_LOUD = _LeastRatios(1.5, 0.9, 1.2)
-# Smallest noise of the loudest axis, over that of the noisiest sensor, that is motion if the rate is too low for a
-# tremor. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
+# the ratio to the density above, but not to the density below; in a record of 10 s the mean of three axes scatters by
+# 13 %.
+_RATIOS_OF_LOUD = _LeastRatios(1.5, 0.9, 1.2)
+# Smallest noise of the loudest axis that is motion if the rate is too low for a tremor, over that of the noisiest
+# sensor. [1] Judgement: twice the power, for sensors that are worse than their datasheet.
 _LOUD_WITHOUT_TREMOR = 1.5
 # Number of samples whose density is computed. [samples] Judgement: limits the time; 65 periodograms at 1 kHz.
 _EXAMINED = 1 << 17
-# Number of parts of a record whose noise is compared. [1] Judgement: a hand that comes or goes changes a quarter.
+# Number of parts of a record whose noise is compared. [1] Judgement: a hand that takes or releases the sensor changes a
+# quarter.
 _PARTS = 4
 # Smallest number of means in a part. [means] Derived: a level from the median of 35 differences scatters by 15 %.
 _LEAST_IN_PART = 35
@@ -91,13 +93,11 @@ _UNSTEADY = 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The motion of a sensor with a tremor, or of one whose axes all have noise beyond that of any sensor if the unit is not
-    in doubt.
-
-    The unit is not in doubt if accelerometers are as noisy and measure gravity in the stated unit, if there is a tremor, or
-    if the noise grows or fades within the record. Samples that are too slow for a tremor do not distinguish motion from
-    white noise. For them, and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the
-    unit is in doubt.
+    """Detect a tremor, or noise on all axes beyond that of any sensor in a certain unit. The unit is certain if the
+    accelerometers are as noisy and measure gravity in the stated unit, if there is a tremor, or if the noise grows or
+    fades within the record. A sampling rate too low for a tremor cannot distinguish motion from white noise. At such a
+    rate, and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit is in
+    doubt.
     """
     axes = [axis for axis in means if not axis.slow]
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
@@ -123,7 +123,7 @@ def _loud_without_tremor(motion: Motion | None) -> Motion | None:
 
 
 def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
-    """The noise of the loudest axis, if all axes exceed the noise of any sensor."""
+    """Noise of the loudest axis, if all axes exceed the noise of any sensor."""
     if not means:
         return None
     levels = [_level(axis) for axis in means]
@@ -138,10 +138,10 @@ def _loud_motion(means: Sequence[OctaveMeans]) -> Motion | None:
 def _loud_below_vibration(accelerometers: Sequence[OctaveMeans]) -> Motion | None:
     """The loudest axis whose density below vibration exceeds that of any sensor, if the unit is certain."""
     motions: list[Motion] = []
-    limit = _BEYOND * NOISIEST["acceleration"]
+    limit = _LEAST_EXCESS * NOISIEST["acceleration"]
     for axis in accelerometers:
         if not _level(axis) > NOISIEST["acceleration"]:
-            continue  # its means have more noise than this band
+            continue  # the means have more noise than this band
         density = _densities(axis, (_BELOW_VIBRATION,), segment=_LONG_SEGMENT)
         if density is not None and (level := math.sqrt(density[0])) > limit:
             tau = axis.tau(_OCTAVES[-1])
@@ -173,7 +173,7 @@ def _is_unsteady(means: OctaveMeans) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Peak:
-    """The band of tremor in the density of an axis."""
+    """Tremor band in the density of an axis."""
 
     axis: OctaveMeans
     rms: float  # [unit of the stream]
@@ -185,12 +185,12 @@ class _Peak:
 def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
     """The tremor of a hand: a band of noise at 8 to 12 Hz, where neither a low-pass filter nor a drift has a peak.
 
-    It must be on all axes of gyros and accelerometers. Loud gyros are enough alone, and then on a single axis.
+    It must be on all axes of gyros and accelerometers. For loud gyros a single axis suffices, without accelerometers.
     """
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
-    peaks = _peaks(axes, _FAINT, by_median=True) if len(gyros) >= _AXES else ()
+    peaks = _peaks(axes, _RATIOS_OF_MEDIANS, by_median=True) if len(gyros) >= _AXES else ()
     if not peaks and is_loud:
-        peaks = _peaks(gyros, _LOUD, by_median=False)
+        peaks = _peaks(gyros, _RATIOS_OF_LOUD, by_median=False)
     gyro_peaks = [peak for peak in peaks if peak.axis.quantity == "angular_rate"]
     if not gyro_peaks:
         return None
@@ -199,7 +199,7 @@ def _tremor(axes: Sequence[OctaveMeans], *, is_loud: bool) -> Motion | None:
 
 
 def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool) -> Sequence[_Peak]:
-    """The peaks of all axes, if each stands out from the density above it, and those of each sensor also from that below."""
+    """Peaks of all axes, if each stands out from the density above, and those of each sensor also from the density below."""
     peaks: list[_Peak] = []
     for axis in axes:
         peak = _peak(axis, by_median=by_median)
@@ -213,7 +213,7 @@ def _peaks(axes: Sequence[OctaveMeans], ratios: _LeastRatios, *, by_median: bool
     are_lobes = min(peak.over_above for peak in peaks) <= _LOBES_OVER_ABOVE and any(
         _geometric_mean([peak.over_below for peak in alike]) <= _LOBES_BELOW for alike in by_sensor
     )
-    stand_out = all(_stand_out([peak.over_valley for peak in alike], _FAINT) for alike in by_sensor)
+    stand_out = all(_stand_out([peak.over_valley for peak in alike], _RATIOS_OF_MEDIANS) for alike in by_sensor)
     return peaks if stand_out and not are_lobes else ()
 
 
@@ -230,7 +230,7 @@ def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
         return None
     densities = _densities(
         axis,
-        (_BELOW, _VALLEY, _TREMOR, _ABOVE),
+        (_BAND_BELOW, _VALLEY, _TREMOR, _BAND_ABOVE),
         segment=_SEGMENT,
         by_median=by_median,
     )
@@ -244,10 +244,8 @@ def _peak(axis: OctaveMeans, *, by_median: bool) -> _Peak | None:
 def _densities(
     means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
 ) -> list[float] | None:
-    """Two-sided densities in some bands [Hz], from periodograms of a length [s]; None if there are too few, or if a density
-    is 0.
-
-    The mean over the frequencies of a band, or the median, which lines do not raise.
+    """Two-sided densities in some bands [Hz], from periodograms of a length [s]; None if there are too few periodograms,
+    or if a density is 0. Each is the mean over the frequencies of a band, or the median, which lines do not raise.
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)

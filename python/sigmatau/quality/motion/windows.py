@@ -14,37 +14,36 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import find_step
 from sigmatau.record.streams import CHUNK, Stream
 
-# Length of a window. [s] Judgement: people and vehicles move a sensor for longer.
+# Length of a window. [s] Judgement: people and vehicles move a sensor for a longer time.
 WINDOW_LENGTH = 1.0
 # Smallest number of samples in a window. [samples] Derived: its power has 10 degrees of freedom, see `_BURST_POWER`.
 WINDOW = 16
-# Smallest number of windows for a distribution. [1] Measured: false steps were counted from 24 windows on, see
+# Smallest number of windows for a distribution. [1] Measured: false steps were counted for 24 windows and more, see
 # `_STEP_SPREADS`.
 LEAST_WINDOWS = 24
 # Distance of a burst from the usual cube root of the power of a window, in robust standard deviations; the root is
-# Gaussian to some percent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 in 10⁴
-# windows.
+# Gaussian to a few per cent. [1] Literature: E. B. Wilson, M. M. Hilferty, PNAS 17 (1931); noise reaches 4.5 once in
+# 10⁴ windows.
 _BURST_SPREADS = 8.0
 # Smallest power of a burst, over the usual power. [1] Derived: χ² with 10 degrees of freedom reaches 3.5 times its mean
-# in 10⁴ windows, the spread of the MAD included.
+# once in 10⁴ windows, including the spread of the MAD.
 _BURST_POWER = 4.0
 # Number of the largest changes in a window that are left out of its power. [samples] Derived: two spikes make four
 # changes.
 _PEAKS = 4
 # Distance of a step from the usual difference of windows, in robust standard deviations; differences are Gaussian for
-# each of the five terms. [1] Measured: of n ≥ 24 differences one passes 7·(1 + 12/n) in less than 10⁻⁵ of the
-# records.
+# each of the five terms. [1] Measured: one of n ≥ 24 differences exceeds 7·(1 + 12/n) in less than 10⁻⁵ of the records.
 _STEP_SPREADS = 7.0
 # Number of windows in the factor 1 + 12/n of the distance. [1] Measured: see `_STEP_SPREADS`.
 FEW_WINDOWS = 12.0
-# The same distance across a gap, where there is one difference instead of the largest of n. [1] Measured: 4500 records
-# of white noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
+# Such a distance across a gap, with one difference instead of the largest of n. [1] Measured: 4500 records of white
+# noise, flicker noise and rate random walk, of 100 s to 2000 s with a gap of 2 s to 40 s, reach 3.9.
 _GAP_SPREADS = 5.0
-# Number of lengths of windows that are searched for excursions, each twice the one before. [1] Judgement: longer
+# Number of window lengths that are searched for excursions, each twice the previous one. [1] Judgement: longer
 # excursions appear as two steps.
 _EXCURSION_LENGTHS = 4
-# Smallest part of the largest distance for a window to be in an excursion. [1] Derived: beside an excursion, half of it
-# appears with the opposite sign.
+# Smallest share of the largest distance for a window in an excursion. [1] Derived: half of an excursion appears next to
+# it with the opposite sign.
 _PART_OF_FARTHEST = 0.6
 # Number of windows on either side of a step that distinguish it from a line. [1] Judgement: two parameters are fitted
 # to eight windows.
@@ -57,13 +56,13 @@ _LONGER = 6
 _MOST_GAPS = 16
 # Number of candidates examined at each length of windows. [1] Judgement: limits the time of a record with many steps.
 _MOST_STEPS = 256
-# Change of a difference of two means that rounding can make. [steps] Derived: each mean is moved by half a step at
-# most; the rest is a margin.
+# Change of a difference of two means by rounding. [steps] Derived: each mean is shifted by half a step at most; the
+# rest is a margin.
 _ROUNDING = 1.5
 # Longest pause within a burst. [s] Judgement: a sensor that is handled is not at rest between two pushes.
 _BURST_GAP = 5.0
 # Smallest change between the medians before and after a step, over the step. [1] Judgement: more than the half that
-# appears beside an excursion.
+# appears next to an excursion.
 _LASTS = 0.6
 # Number of half windows in these medians. [1] Judgement: a median of six tolerates two disturbed ones.
 _HALF_WINDOWS = 6
@@ -71,26 +70,26 @@ _HALF_WINDOWS = 6
 
 @dataclass(frozen=True, slots=True)
 class Burst:
-    """A stretch of one channel with motion."""
+    """Stretch of one channel with motion."""
 
     channel: str
-    start: int  # samples, stop not included
+    start: int  # samples, without `stop`
     stop: int
-    # largest root mean square of the changes from sample to sample in a window over the usual one; of an excursion, its
-    # size in standard deviations of the noise
+    # largest root mean square of the changes from sample to sample in a window, over the usual one; for an excursion,
+    # its size in standard deviations of the noise
     ratio: float
-    away: float = 0.0  # how far the mean of a window moves; 0 if the changes show the motion [unit of the stream]
+    away: float = 0.0  # change of the mean of a window; 0 if the sample changes show the motion [unit of the stream]
 
 
 @dataclass(frozen=True, slots=True)
 class MeanStep:
     """A lasting step of the mean."""
 
-    sample: int  # first sample after the step, known to half a window
-    size: float  # new mean less old mean [unit of the stream]
-    window: int  # samples in the windows that show it best
+    sample: int  # first sample after the step, to within half a window
+    size: float  # new mean minus old mean [unit of the stream]
+    window: int  # samples in the windows that show the step best
     ratio: float  # size over the standard deviation of the difference of such windows
-    half_width: int  # of the interval in which the mean changes [samples]
+    half_width: int  # half width of the interval in which the mean changes [samples]
     gradual: bool  # whether a line fits better than two constant parts, as in a warm-up
 
 
@@ -101,13 +100,13 @@ class Windows:
     channel: str
     length: int  # samples in a window
     first: float  # the first sample that is present [unit of the stream]
-    mean: Floats  # mean less `first`; NaN where half of a window is missing [unit of the stream]
-    power: Floats  # mean square of the changes from sample to sample [unit², of the stream]
+    mean: Floats  # mean minus `first`; NaN where half of a window is missing [unit of the stream]
+    power: Floats  # mean square of the changes from sample to sample [unit² of the stream]
 
 
 @channel_fact
 def summarise_windows(stream: Stream, channel: str) -> Windows:
-    """A channel by windows of 1 s, or of 16 samples if that is longer."""
+    """Summarise a channel by windows of 1 s, or of 16 samples if that is longer."""
     w = max(round(WINDOW_LENGTH / stream.grid.tau0), WINDOW)
     c, n = stream.channels.index(channel), stream.grid.n // w * w
     many = max(CHUNK // w, 1) * w
@@ -146,16 +145,17 @@ def _join_pairs(means: Floats) -> Floats:
 
 
 def _without_peaks(values: Floats) -> Floats:
-    """Values in order of size without the largest four, which one or two spikes make."""
+    """Sorted values without the largest four, which may come from one or two spikes."""
     return values[np.argsort(np.abs(values))][:-_PEAKS]
 
 
 def bursts(stream: Stream, windows: Windows) -> list[Burst]:
-    """Stretches in which the samples of a channel change far more than usual, in order of time; none for few windows.
+    """Find stretches in which the samples of a channel change far more than usual, in order of time; none if there are
+    few windows.
 
     The mean square of the changes from sample to sample in each window is compared with its distribution over the record:
-    its cube root in robust standard deviations, and the mean square itself as a ratio to the usual one. One or two spikes
-    are not a burst.
+    its cube root in robust standard deviations, and the mean square as a ratio to the usual one. One or two spikes are
+    not a burst.
     """
     channel, power, w = windows.channel, windows.power, windows.length
     if np.count_nonzero(np.isfinite(power)) < LEAST_WINDOWS:
@@ -167,7 +167,7 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
     if not np.any(root > limit):
         return []
     step, c = find_step(stream, channel), stream.channels.index(channel)
-    # Values that alternate between two steps change by one step at each sample.
+    # Values that alternate between two neighbouring steps change by one step at each sample.
     loud = np.flatnonzero(power > max(limit**3, _BURST_POWER * step**2))
     changes = (_without_peaks(present(np.diff(stream.samples.read(c, i * w, (i + 1) * w)))) for i in loud.tolist())
     loud = loud[[len(d) > 0 and float((d * d).mean()) > limit**3 for d in changes]]
@@ -181,12 +181,13 @@ def bursts(stream: Stream, windows: Windows) -> list[Burst]:
 
 
 def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
-    """Lasting steps of a channel's mean that its noise does not explain, in order of time; none for fewer than 48 windows.
+    """Find lasting steps of the mean of a channel that its noise does not explain, in order of time; none for fewer than
+    48 windows.
 
     Differences of the means of neighbouring windows of 2 s, 4 s, 8 s, … are Gaussian with the variance 2σ²(τ), for a pure
-    rate random walk and for flicker noise as for white noise. A step shows as one of them far beyond all others at the same
-    τ; of several windows that show it, the clearest counts. The windows before and after missing samples are compared with
-    others as far apart, because slow noise continues where nothing is recorded.
+    rate random walk and for flicker noise as for white noise. At a step, one difference is far beyond all others at the
+    same τ; if several windows show the step, the clearest counts. The windows before and after missing samples are
+    compared with windows at the same distance, because slow noise continues in a gap.
     """
     channel, mean, w = windows.channel, windows.mean, windows.length
     candidates: list[MeanStep] = []
@@ -217,16 +218,14 @@ def mean_steps(stream: Stream, windows: Windows) -> list[MeanStep]:
 
 
 def _change(half: Floats, a: int, b: int) -> float:
-    """Change of the median, from the six half windows before `a` to those from `b` on; NaN if one side has only one half
-    window.
-    """
+    """Change of the median from the six half windows before `a` to the six from `b` on; NaN if one side has only one."""
     before = present(half[max(a - _HALF_WINDOWS, 0) : a])
     after = present(half[b : b + _HALF_WINDOWS])
     return median(after) - median(before) if min(len(before), len(after)) > 1 else math.nan
 
 
 def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator[MeanStep]:
-    """Steps of the mean between the two sides of missing half windows of w samples.
+    """Find steps of the mean between the two sides of missing half windows of w samples.
 
     If a gap is too long for a distribution of differences at this distance, the longest lag with a distribution is used: the
     spread of slow noise grows at most with the root of the lag, as for a rate random walk.
@@ -239,7 +238,7 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
             continue
         judged_lag = min(lag, int(np.count_nonzero(np.isfinite(window))) // (LEAST_WINDOWS + 2))
         if judged_lag < 2 or lag > _LONGER * judged_lag:
-            continue  # too long for a distribution from other differences
+            continue  # the gap is too long for a distribution from other differences
         usual = window[judged_lag:] - window[:-judged_lag]
         judged = _departures(stream, channel, usual, _GAP_SPREADS, apart=judged_lag)
         if judged is None:
@@ -257,9 +256,8 @@ def _across_gaps(stream: Stream, channel: str, half: Floats, w: int) -> Iterator
 def _departures(
     stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
 ) -> tuple[Floats, float, float] | None:
-    """Distances of differences from their median, their spread, and the distance that noise and rounding may reach.
-
-    One difference in `apart` is independent.
+    """Compute the distances of differences from their median, their spread, and the distance that noise and rounding may
+    reach. One in `apart` differences is independent.
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
@@ -274,7 +272,7 @@ def _departures(
 
 
 def _gradual(mean: Floats, place: int, half_width: int) -> bool:
-    """Whether a line fits better around a place than two constant parts."""
+    """Whether a line fits better at a place than two constant parts."""
     start = max(place - half_width, 0)
     x, k = mean[start : place + half_width], place - start
     is_present = np.isfinite(x)
@@ -288,11 +286,10 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
 
 
 def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ()) -> list[Burst]:
-    """Stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to sample.
-
-    A rotation or a push, for example. The mean of each window of 1 s, 2 s, 4 s and 8 s, less the mean of the windows beyond
-    its neighbours, is Gaussian for each of the five terms, as are the differences of `mean_steps`, and has the same
-    threshold. Excursions beside one of the `steps` of the channel are ignored.
+    """Find stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to
+    sample, such as a rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s, minus the mean of the windows
+    beyond its neighbours, is Gaussian for each of the five terms, like the differences of `mean_steps`, and has the same
+    threshold. Excursions next to one of the `steps` of the channel are ignored.
     """
     channel, mean, w = windows.channel, windows.mean, windows.length
     c = stream.channels.index(channel)
@@ -305,7 +302,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
         if judged is None:
             break
         distances, spread, limit = judged
-        # Half of an excursion also appears beside it, with the opposite sign.
+        # Half of an excursion also appears next to it, with the opposite sign.
         places = np.flatnonzero(distances > max(limit, _PART_OF_FARTHEST * float(np.nanmax(distances))))
         for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if len(places) else ():
             k = int(group[np.argmax(distances[group])])
@@ -327,7 +324,7 @@ def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ())
 
 
 def _where(mean: Floats, about: int, half_width: int) -> int:
-    """The window of a step, from a least-squares fit of two constant parts around a place."""
+    """Locate the window of a step by a least-squares fit of two constant parts."""
     start = max(about - 2 * half_width, 0)
     x = mean[start : about + 2 * half_width]
     x = np.where(np.isfinite(x), x, median(present(x)))

@@ -16,67 +16,66 @@ from sigmatau.findings.spans import longest_spans
 from sigmatau.quality.facts import stream_fact
 from sigmatau.record.streams import CHUNK, Stream
 
-# Number of evenly spaced stretches from which samples of a channel are taken. [1] Judgement: a changing record is seen
-# as a whole, with few reads.
+# Number of evenly spaced stretches from which samples of a channel are taken. [1] Judgement: they represent a changing
+# record with few reads.
 _STRETCHES = 32
 # Length of the blocks whose powers `block_rms` sorts. [samples] Judgement: short enough that a bad sample spoils few of
 # the blocks.
 _BLOCK = 32
-# Largest starting angle, over the angle covered in the record; the increment of two angles is wrong by one unit in the
-# last place of the angle. [1] Judgement: six bits of a double.
+# Largest starting angle, over the angle covered in the record. [1] Judgement: six bits of a double; the increment of
+# two angles has an error of one unit in the last place of the angle.
 _STARTED = 64.0
-# Share of the usual change below which changes may be rounding errors. [1] Derived: noise makes a share dust·√(2/π) of
-# its changes so small.
+# Share of the usual change below which changes may be rounding errors. [1] Derived: a share dust·√(2/π) of the changes
+# of noise is below it.
 _DUST = 1e-4
-# Share of such changes from which on they are rounding errors. [1] Derived: a hundred times the share of noise, see
+# Share of such changes above which they are rounding errors. [1] Derived: a hundred times the share of noise, see
 # `_DUST`.
 _DUSTY = 0.01
-# Samples by which rounding errors are recognised. [samples] Derived: `_DUSTY` of them are 650 changes.
+# Number of samples used to recognise rounding errors. [samples] Derived: `_DUSTY` of them are 650 changes.
 _EXAMINED = 1 << 16
-# Noise in steps beyond which neighbours are seldom equal by chance. [steps] Derived: a share of 1/(2√π·30), 0.9 %.
+# Noise above which neighbours are rarely equal by chance. [steps] Derived: a share of 1/(2√π·30), 0.9 %.
 _FINE = 30.0
-# Parts of a record whose steps are compared. [1] Judgement: a step that doubles with the angle shows in eighths.
+# Parts of a record whose steps are compared. [1] Judgement: eighths of the record show a step that doubles with the angle.
 _STEP_PARTS = 8
 # Shortest part whose step is determined, and ten times the number of changes needed. [samples] Judgement: the smallest
 # of 25 changes shows a coarse step.
 _LEAST_IN_PART = 250
-# Ratio of the coarsest to the finest step from which on the step grows. [1] Derived: steps of floating-point numbers
+# Ratio of the coarsest to the finest step above which the step grows. [1] Derived: steps of floating-point numbers
 # differ by factors of 2.
 _STEP_GROWTH = 1.5
-# Share of the samples at an end of the range from which on it is not the tail of fine noise. [1] Judgement: noise with
+# Share of the samples at an end of the range above which it is not the tail of fine noise. [1] Judgement: noise with
 # steps of 1 % of its deviation has far fewer at its outermost value.
 _FULL = 5e-3
-# Pairs of clusters below which an Allan variance is no bound on white noise. [1] Derived: its relative error is
-# √(3/200), 12 %.
+# Number of pairs of clusters below which an Allan variance is not a bound on white noise. [1] Derived: its relative
+# error is √(3/200), 12 %.
 _LEAST_PAIRS = 200
 # Number of standard errors, √(3/pairs) for white noise, by which a variance is raised, because the smallest of many
 # variances is likely to have few pairs. [1] Judgement: a 95 % interval.
 _PAIR_ERRORS = 2.0
-# Number of runs from which on their tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
+# Number of runs from which their tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
 _MIN_RUNS = 40
-# Number of runs for each run in the tail. [1] Judgement: the tail of waiting times is exponential in its last tenth.
+# Number of runs per run in the tail. [1] Judgement: the last tenth of waiting times is exponential.
 _TAIL_PART = 10
 # Smallest number of runs in a tail. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %.
 _MIN_TAIL = 20
 # Standard errors that are added to a number expected by chance. [1] Judgement: no record reaches six standard errors by
 # chance.
 SIGMAS = 6.0
-# Ratio of equal or zero rows to the number expected by chance, from which on they are a fault. [1] Judgement: axes with
-# coarse numbers are equal or 0 together without a fault.
+# Ratio of the number of equal or zero rows to that expected by chance, above which they are a fault. [1] Judgement:
+# axes with coarse numbers may be equal or 0 at the same time without a fault.
 TIMES_CHANCE = 10.0
-# Largest noise in steps at which samples may stay at one value without a fault. [steps] Derived: pulses of up to 16
-# counts each.
+# Largest noise in steps at which samples may stay at one value without a fault. [steps] Derived: pulses of up to 16 counts.
 FEW_STEPS = 32.0
 
 
 def beyond_chance(by_chance: float, *, times: float) -> float:
-    """The number of samples from which on there are more than chance makes: some times as many, and 6 standard errors."""
+    """Number of samples above which chance does not explain them: a multiple of that by chance, plus 6 standard errors."""
     return times * by_chance + SIGMAS * math.sqrt(by_chance)
 
 
 def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
-    """Read a channel in consecutive pieces that fit in a processor's cache, each with its start and `overlap` samples
-    more.
+    """Read a channel in consecutive pieces that fit in the cache of a processor, each with its start and `overlap`
+    further samples.
     """
     c, n = stream.channels.index(channel), stream.grid.n
     for start in range(0, n, CHUNK):
@@ -84,7 +83,7 @@ def pieces(stream: Stream, channel: str, *, overlap: int = 0) -> Iterator[tuple[
 
 
 def take_samples(stream: Stream, channel: str, *, count: int) -> Floats:
-    """Take about `count` samples of a channel from evenly spaced stretches; all of them if there are no more."""
+    """Take about `count` samples of a channel from evenly spaced stretches, or all samples if there are fewer."""
     c, n = stream.channels.index(channel), stream.grid.n
     if n <= count:
         return stream.samples.read(c, 0, n)
@@ -99,12 +98,12 @@ def present(x: Floats) -> Floats:
     return x if is_present.all() else x[is_present]
 
 
-_SHORT_ROW = 32  # values in a row below which NumPy is slow, so that its columns are summed
+_SHORT_ROW = 32  # row length below which NumPy is slow, so that columns are summed
 
 
 def row_means(rows: Floats, *, share: float = 0.5) -> Floats:
     """Mean of each row; NaN if less than `share` of its values are present."""
-    # Summed by columns, because NumPy is slow for short rows.
+    # Columns are summed, because NumPy is slow for short rows.
     means = functools.reduce(np.add, rows.T) / rows.shape[1] if rows.shape[1] < _SHORT_ROW else rows.mean(axis=1)
     torn = np.flatnonzero(np.isnan(means))
     if len(torn):
@@ -124,7 +123,7 @@ def block_means(stream: Stream, channel: str, length: int) -> Floats:
 
 
 def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
-    """Means, and means of two neighbours for each further octave of averaging time."""
+    """Compute means by octave of averaging time, each from pairs of the previous means."""
     by_octave = [means]
     while len(by_octave) < octaves:
         means = row_means(means[: len(means) // 2 * 2].reshape(-1, 2))
@@ -133,7 +132,9 @@ def means_by_octave(means: Floats, octaves: int) -> list[Floats]:
 
 
 def block_rms(x: Floats) -> float:
-    """Root mean square by the middle half of blocks of 32: unlike a median it has no steps if x has them; 0 for nothing."""
+    """Root mean square of the middle half of blocks of 32; unlike a median it is not quantized if x is. 0 without
+    samples.
+    """
     block = _BLOCK
     if len(x) < 2 * block:
         x = present(x)
@@ -148,16 +149,16 @@ def block_rms(x: Floats) -> float:
 
 
 def rounding_dust(x: Floats, n: int) -> float:
-    """Largest change of n increments x that rounding of the original angles can make: ε·64·n·rms(x).
+    """Largest change of n increments x by rounding of the original angles: ε·64·n·rms(x).
 
-    In n samples an angle changes by at most n times their root mean square, and its rounding is ε of that.
+    In n samples an angle changes by at most n times their root mean square, and it is rounded to ε of that.
     """
     return _STARTED * float(np.finfo(float).eps) * n * block_rms(x)
 
 
 @stream_fact
 def without_dust(stream: Stream) -> Stream:
-    """Make values equal that differ only by rounding, as the differences of printed angles do."""
+    """Make values equal that differ only by rounding, such as differences of printed angles."""
     columns, changed = [], False
     if stream.samples.transforms[0].kind != "increments":  # counts minus a slow bias differ by more than rounding
         return stream
@@ -168,7 +169,7 @@ def without_dust(stream: Stream) -> Stream:
         some = some[some > 0]
         scale = block_rms(
             some[some > rounding_dust(sample, stream.grid.n)]
-        )  # of coarse counts most changes may be dust
+        )  # most changes of coarse counts may be rounding errors
         if scale > 0 and np.count_nonzero(some < _DUST * scale) > _DUSTY * len(some):
             x, changed = _joined(x, _DUST * scale), True
         columns.append(x)
@@ -177,14 +178,14 @@ def without_dust(stream: Stream) -> Stream:
 
 def _joined(x: Floats, apart: float) -> Floats:
     """Merge values that differ by at most `apart` into one value."""
-    values, which = np.unique(x, return_inverse=True)  # NaN last, and different from all others
+    values, which = np.unique(x, return_inverse=True)  # NaN is last, and differs from all other values
     group = np.concatenate(([0], np.cumsum(~(np.diff(values) <= apart))))
     first = np.flatnonzero(np.diff(group, prepend=-1))
     return np.asarray(values[first][group][which], dtype=np.float64)
 
 
 def growing_step(x: Floats) -> float:
-    """The coarsest step in any part of a record, if it is coarse against the noise and not the same in all parts; else 0.
+    """Coarsest step in any part of a record, if it is large compared with the noise and differs between parts; otherwise 0.
 
     The step of a single-precision angle or velocity doubles with its size; the common step of all values is the first one.
     """
@@ -204,7 +205,7 @@ def growing_step(x: Floats) -> float:
 
 
 def full_ends(x: Floats) -> list[float]:
-    """The largest and the smallest value, if more samples have it than the next value inwards, which no tail does."""
+    """Largest and smallest value, each if more samples have it than the next inner value, which does not occur in a tail."""
     low, high = float(np.fmin.reduce(x)), float(np.fmax.reduce(x))
     ends = []
     for end, sign in ((low, 1.0), (high, -1.0)):
@@ -219,7 +220,7 @@ def full_ends(x: Floats) -> list[float]:
 
 
 def white_level(x: Floats, tau0: float) -> tuple[float, int]:
-    """The smallest τ·σ²(τ) and its number of samples: N² if the record shows white noise, else an upper bound of it.
+    """Smallest τ·σ²(τ) and its number of samples: N² if the record shows white noise, otherwise an upper bound of N².
 
     Every other term only adds to τ·σ²: 3Q²/τ, (2 ln 2/π)B²τ, K²τ²/3, R²τ³/2 (eqs. (15) to (25) of the paper).
     """
@@ -233,8 +234,8 @@ def white_level(x: Floats, tau0: float) -> tuple[float, int]:
 
 
 def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
-    """The length that the longest of these runs exceeds with probability `false_alarm`, from the other runs; 0 if there are
-    too few.
+    """Length that the longest of these runs exceeds with probability `false_alarm`, estimated from the other runs; 0 if
+    there are too few.
 
     The tail of waiting times is exponential. The m runs beyond a length u exceed it by a median of e·ln 2, and the longest
     exceeds u + e·ln(m/p) with probability p. A median is used so that faulty runs do not raise the limit.
@@ -248,7 +249,7 @@ def longest_of_tail(lengths: Ints, *, false_alarm: float) -> float:
 
 
 def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:
-    """True in runs of n samples that do not overlap, given by first samples and lengths; shape (n,)."""
+    """Mask of n samples that is True in runs that do not overlap, given by first samples and lengths; shape (n,)."""
     mask = np.zeros(n, dtype=bool)
     before = np.cumsum(lengths) - lengths
     mask[np.repeat(first - before, lengths) + np.arange(int(lengths.sum()))] = True
@@ -256,16 +257,16 @@ def mask_of_runs(n: int, first: Ints, lengths: Ints) -> Bools:
 
 
 def spans_of_runs(stream: Stream, first: Ints, lengths: Ints) -> tuple[tuple[Span, ...], int]:
-    """Runs of samples as `longest_spans`, from the beginning of the whole record. [s]"""
+    """Convert runs of samples to `longest_spans`, from the beginning of the whole record. [s]"""
     grid = stream.grid
     return longest_spans(grid.lead + first * grid.tau0, grid.lead + (first + lengths) * grid.tau0)
 
 
 def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
-    """Merge the findings of several axes, each given with the size of its effect, into one.
+    """Merge the findings of several axes, each with the size of its effect, into one.
 
     The result has the channels and spans of all axes, and is a warning if one of them is. Details, size and factors are
-    those of the axis with the largest effect, which the field `strongest` of the details names.
+    those of the axis with the largest effect, the field `strongest` of the details.
     """
     if len(findings) < 2:
         return [finding for _, finding in findings]
@@ -282,7 +283,7 @@ def merged_axes(findings: Sequence[tuple[float, Finding]]) -> list[Finding]:
 
 
 def united(spans: Iterable[Span], *, gap: float = 0.0) -> tuple[Span, ...]:
-    """Spans in order of time. They are joined if they overlap or if at most a gap [s] separates them."""
+    """Sort spans by time, and join those that overlap or are separated by at most a gap [s]."""
     joined: list[Span] = []
     for start, stop in sorted(spans):
         if joined and start <= joined[-1][1] + gap:

@@ -1,4 +1,4 @@
-"""Stretches that a record contains twice: a buffer written again, or a log that was joined with a part of itself."""
+"""Stretches that a record contains twice: a buffer written twice, or a log joined with a part of itself."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from sigmatau.quality.samples.common import present
 from sigmatau.quality.samples.resolution import equal_by_chance
 from sigmatau.record.streams import Stream
 
-_CHUNK = 1 << 16  # samples whose keys are computed at a time, so that they stay in the cache
-_MIX = 0x9E3779B97F4A7C15  # odd, from the golden ratio: Fibonacci hashing
+_CHUNK = 1 << 16  # samples whose keys are computed together, so that they stay in the cache
+_MIX = 0x9E3779B97F4A7C15  # odd multiplier from the golden ratio: Fibonacci hashing
 _TURN, _HIGH = 7, 40  # shift of the second sample of a pair, and shift to the well-mixed high bits [bits]
 
 
@@ -25,23 +25,22 @@ _LEAST_ROWS = 64
 # Probability that a record of noise contains equal stretches of that length. [1] Judgement: one false alarm in 10⁶
 # records.
 _FALSE_ALARM = 1e-6
-# Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more
-# precise than that.
+# Smallest probability of equal samples on an axis. [1] Judgement: counts of equal samples of noise are not more precise.
 _LEAST_CHANCE = 1e-3
 # Number of samples whose bits form a key. [samples] Judgement: eight samples of coarse noise seldom recur by chance.
 _KEY = 8
-# One of this many keys is examined. The value of the key decides, so the same places are examined in a stretch and in
-# its copy. [1] Derived: `_LEAST_ROWS` contains seven of them on average.
+# Number of keys per examined key. The value of a key decides, so that the same places are examined in a stretch and its
+# copy. [1] Derived: `_LEAST_ROWS` contains seven of them on average.
 _PART_OF_KEYS = 8
 # Number of distances between equal keys that are examined, the most frequent first. [1] Judgement: limits the time.
 _LAGS = 8
-# Samples from which the axis with the most distinct values is chosen. [samples] Judgement: a few thousand show the
-# order of the axes.
+# Number of samples used to choose the axis with the most distinct values. [samples] Judgement: a few thousand are
+# enough to rank the axes.
 _EXAMINED = 4096
 
 
 def copied_stretches(stream: Stream) -> list[Finding]:
-    """Find the longest stretch of rows that equal, on all axes, rows elsewhere in the stream. At most one finding.
+    """Find the longest stretch of rows that are repeated, on all axes, elsewhere in the stream. At most one finding.
 
     A copy of L rows is reported if n²·∏p_c^L < 1e-6, where p_c is the share of the samples of axis c that equal another
     sample by chance. A stretch that overlaps its copy belongs to a periodic signal and is not reported.
@@ -91,12 +90,14 @@ def _frequent_lags(x: Floats) -> list[int]:
 
 def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
     """Places of the examined keys in the stream, and the keys; `start` is the place of x[0]."""
-    mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # whole numbers wrap
+    mixed = np.ascontiguousarray(x).view(np.uint64) * np.uint64(_MIX)  # integers wrap around
     pairs = mixed[:-1] ^ (mixed[1:] >> np.uint64(_TURN))
     # pairs of coarse values recur too often
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)
     places = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_PART_OF_KEYS - 1) == 0)
-    places = places[(x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])]  # neither stuck nor missing
+    places = places[
+        (x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])
+    ]  # keys of samples that are neither stuck nor missing
     keys = fours[places]
     for k in range(4, _KEY):
         keys = (keys ^ mixed[places + k]) * np.uint64(_MIX)
@@ -104,7 +105,7 @@ def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uin
 
 
 def _longest_equal(stream: Stream, lag: int) -> tuple[int, int]:
-    """First row and length of the longest run of rows that equal those `lag` later."""
+    """First row and length of the longest run of rows that equal the rows `lag` later."""
     equal = np.ones(stream.grid.n - lag, dtype=bool)
     for channel in stream.channels:
         x = stream.column(channel)

@@ -31,50 +31,49 @@ _HUMP_FROM = 5.0
 # Smallest ratio of the number of samples beyond 5 to the number from 4 to 5. [1] Derived: Laplace's law has 0.4,
 # Student's of 4 degrees 0.8, of 3 degrees 1.2; spikes of 6 standard deviations have 5.
 _HUMP_RATIO = 2.0
-# Share of noise among the spikes found. [1] Judgement: it is 1e-4 where the scale of the noise is known to 7 % only.
+# Share of noise among the detected spikes. [1] Judgement: it is 1e-4 if the scale of the noise has an error of 7 %.
 _FALSE_SHARE = 1e-5
-# The same share if more than `_NEAR_SHARE` of the spikes exceed that threshold by less than `_NEAR_WIDTH`. [1]
-# Judgement: otherwise spikes below the threshold would be missed, which costs more.
+# Share of noise if more than `_NEAR_SHARE` of the spikes exceed the threshold by less than `_NEAR_WIDTH`. [1]
+# Judgement: otherwise spikes below the threshold would be missed, which is worse.
 _NEAR_FALSE_SHARE = 1e-2
 # Distance above the threshold within which spikes are near it. [standard deviations] Judgement: see
 # `_NEAR_FALSE_SHARE`.
 _NEAR_WIDTH = 1.0
 # Smallest share of the spikes near the threshold. [1] Judgement: see `_NEAR_FALSE_SHARE`.
 _NEAR_SHARE = 0.05
-# Spikes remain if there are more samples beyond this distance than noise has. [standard deviations] Derived: of 24 000
-# samples of Gaussian noise 11 are beyond it.
+# Distance beyond which additional samples, compared with noise, show that spikes remain. [standard deviations] Derived:
+# of 24 000 samples of Gaussian noise 11 are beyond it.
 _REMAINING = 3.5
-# Share of spikes beyond which half of the neighbours are often spikes. [1] Derived: of four neighbours two are in 1.4
-# % of the cases.
+# Share of spikes above which half of the neighbours are often spikes. [1] Derived: two of four neighbours are spikes in
+# 1.4 % of the cases.
 _MANY_SPIKES = 0.05
-# Share of spikes beyond which the scale of the noise is unknown. [1] Judgement: the median of the residuals of such a
+# Share of spikes above which the scale of the noise is unknown. [1] Judgement: the median of the residuals of such a
 # record is not that of its noise.
 _MAX_SHARE = 0.25
-# Shortest distance to another spike at which spikes are counted, to test whether they are independent. [samples]
-# Judgement: a filtered spike has two samples or three.
+# Shortest distance to the next spike in the test of whether spikes are independent. [samples] Judgement: a filtered
+# spike has two or three samples.
 _APART = 3
-# Longest such distance. [samples] Judgement: a swell of the noise lasts longer.
+# Longest distance in that test. [samples] Judgement: a swell of the noise lasts longer.
 _REACH = 16
-# Number of these spikes, over that by chance, beyond which the noise swells. [1] Judgement: independent spikes have a
-# ratio of one.
+# Ratio of the number of such spikes to that by chance, above which the noise swells. [1] Judgement: independent spikes
+# have a ratio of one.
 _CLUSTERED = 2.0
-# Factor over the scatter of its neighbours that a spike must exceed. [1] Judgement: a short swell of the noise does
-# not.
+# Smallest ratio of a spike to the scatter of its neighbours. [1] Judgement: a short swell of the noise stays below.
 _SCATTER_FACTOR = 3.0
-# The same factor if half of the neighbours may be spikes. [1] Judgement: their scatter is then larger.
+# Smallest such ratio if half of the neighbours may be spikes. [1] Judgement: their scatter is then larger.
 _SCATTER_FACTOR_MANY = 2.0
-# Share of the residual that a spike must have against either side. [1] Derived: at a step of the mean a sample is far
+# Smallest distance of a spike from either side, over its residual. [1] Derived: at a step of the mean a sample is far
 # from one side only.
 _ONE_SIDE = 0.5
-# Samples below the threshold by less than this are examined again without the spikes beside them. [standard deviations]
-# Judgement: a spike beside another moves the median by up to this much.
-_ALMOST = 1.5
+# Distance below the threshold within which samples are examined again without neighbouring spikes. [standard
+# deviations] Judgement: a neighbouring spike moves the median by up to this distance.
+_RECHECKED = 1.5
 # Number of these further rounds. [1] Judgement: each round finds one more spike on either side of a group.
-_ALMOST_ROUNDS = 4
-# Smallest number of residuals in the tail. [samples] Judgement: their scale is known to 4 %.
+_RECHECK_ROUNDS = 4
+# Smallest number of residuals in the tail. [samples] Judgement: their scale has an error of 4 %.
 _LEAST_RESIDUALS = 512
-# Length of the blocks. A spike is compared with the scale of the noisiest of three. [samples] Judgement: a median of
-# this many is known to 7 %.
+# Length of the blocks; a spike is compared with the noisiest of three blocks. [samples] Judgement: a median of one
+# block has an error of 7 %.
 _SCALE_BLOCK = 128
 
 
@@ -84,12 +83,12 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Tail:
-    """Residuals of a part of a record in standard deviations."""
+    """Residuals of a part of a record, in standard deviations."""
 
     side: int  # number of neighbours on either side whose median is subtracted
     usual: float  # median of the absolute residuals [unit of the samples]
     scale: float  # standard deviation outside the tail over the median residual of a block
-    share: float  # share of samples in the tail minus that of noise [1]
+    share: float  # share of samples in the tail, minus that of noise [1]
     heights: Floats  # sizes of the samples beyond `remaining` without a large neighbour
     count: int  # number of residuals
     clustered: bool  # whether the largest residuals are closer to each other than by chance
@@ -99,7 +98,7 @@ class _Tail:
 
 
 def dense_spikes(x: Floats, step: float) -> Bools | None:
-    """Samples in a hump of the tail, more than 4 to 6 standard deviations from the median about them; None without a hump.
+    """Find samples in a hump of the tail, more than 4 to 6 standard deviations from the local median; None without a hump.
 
     A record has a hump if at least 12 of 24 000 samples are beyond 5 standard deviations, and twice as many as between 4 and
     5. The standard deviation is that of the samples outside the tail, or the local one where the noise is stronger for 128
@@ -121,9 +120,9 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
     rest, quantile = x.copy(), 0.5 if share < _MANY_SPIKES else 0.25
     candidates = np.flatnonzero(strength > threshold)
     heights = _heights(x, candidates, tail.side)
-    below = np.flatnonzero(strength > threshold - _ALMOST)
+    below = np.flatnonzero(strength > threshold - _RECHECKED)
     sd = _heights(x, below, tail.side) / strength[below]  # one standard deviation at each of them
-    for _ in range(_ALMOST_ROUNDS):
+    for _ in range(_RECHECK_ROUNDS):
         alone = _stands_alone(rest, candidates, tail.side, heights, quantile, _SCATTER_FACTOR_MANY)
         new, quantile = candidates[alone], 0.5
         if len(new) == 0:
@@ -138,7 +137,7 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
 
 
 def hidden(rest: Floats, step: float) -> bool:
-    """Whether the remaining samples have more outliers than noise makes, so that smaller spikes remain."""
+    """Whether the remaining samples have more outliers than noise, so that smaller spikes remain."""
     tail = _tail(rest, step)
     if tail is None:
         return False
@@ -153,7 +152,7 @@ def _threshold(false_share: float) -> float:
 def _tail(x: Floats, step: float) -> _Tail | None:
     """The tail of a part of the record, with the number of neighbours that gives the smallest residual.
 
-    Many neighbours are better for white noise, and few for a random walk.
+    More neighbours are better for white noise, fewer for a random walk.
     """
     parts = stretches(x)
     best: tuple[float, int, list[Floats]] | None = None
@@ -190,7 +189,7 @@ def _tail(x: Floats, step: float) -> _Tail | None:
 
 
 def _is_in_company(places: Ints) -> Bools:
-    """Indices that have another one near, but not next to them."""
+    """Mark indices with another index close by, but not adjacent."""
     first, last = _APART, _REACH
 
     def count_to(index: Ints, side: Literal["left", "right"]) -> Ints:
@@ -201,7 +200,7 @@ def _is_in_company(places: Ints) -> Bools:
 
 
 def _is_clustered(in_company: Bools, n: int) -> bool:
-    """Whether more spikes have another near than independent spikes have."""
+    """Whether more spikes have another spike close by than independent spikes would."""
     chance = 1 - (1 - min(len(in_company) / n, 1.0)) ** (2 * (_REACH - _APART + 1))
     expected = len(in_company) * chance
     limit = _CLUSTERED * expected + SIGMAS * math.sqrt(expected + 1)
@@ -209,7 +208,7 @@ def _is_clustered(in_company: Bools, n: int) -> bool:
 
 
 def _scale(ordered: Floats) -> tuple[float, float]:
-    """Standard deviation of the residuals outside the tail, and the share of samples in the tail beyond that of noise."""
+    """Standard deviation of the residuals outside the tail, and the share of samples in the tail minus that of noise."""
     share, n = 0.0, len(ordered)
     chance = 2 * _NORMAL.cdf(-_REMAINING)
     for _ in range(20):
@@ -220,8 +219,8 @@ def _scale(ordered: Floats) -> tuple[float, float]:
 
 
 def _residual(x: Floats, side: int, step: float) -> Floats:
-    """Samples less the median of their neighbours on both sides; NaN if more than half of these are missing. Steps are
-    blurred.
+    """Samples minus the median of their neighbours on both sides; NaN if more than half of these are missing. Dither
+    blurs the steps of the numbers.
     """
     result: Floats = x - neighbour_medians(x, side, side)
     if step > 0:
@@ -230,7 +229,7 @@ def _residual(x: Floats, side: int, step: float) -> Floats:
 
 
 def _local(sizes: Floats, usual: float) -> Floats:
-    """The median residual of the noisiest of a block and its two neighbours, at least the usual one, for each sample."""
+    """Median residual of the noisiest of a block and its two neighbours, for each sample; never below the usual one."""
     length = _SCALE_BLOCK
     blocks = max(-(-len(sizes) // length), 1)
     rows = np.append(sizes, np.full(blocks * length - len(sizes), np.nan)).reshape(blocks, length)
@@ -242,7 +241,7 @@ def _local(sizes: Floats, usual: float) -> Floats:
 
 
 def _strength(x: Floats, start: int, tail: _Tail, step: float) -> Floats:
-    """Residuals of a piece of the record in standard deviations; 0 where there is none."""
+    """Residuals of a piece of the record, in standard deviations; 0 where there is no residual."""
     before = min(start, _SCALE_BLOCK)
     sizes = np.abs(_residual(x[start - before : start + CHUNK + _SCALE_BLOCK], tail.side, step))
     strength = sizes / (_local(sizes, tail.usual) * tail.scale)

@@ -1,4 +1,4 @@
-"""Disturbances: samples that are clearly not noise of the sensor, by cause, and the removal of these samples."""
+"""Disturbances: samples that are clearly not noise of the sensor, by cause, and their exclusion."""
 
 from __future__ import annotations
 
@@ -34,14 +34,13 @@ CAUSES: dict[str, Callable[[Stream], list[MaskedFinding]]] = {
     "shocks": shocks,
     "spikes": spikes,
 }
-"""Causes by the names that `keep` uses, in the order of the search. Each search ignores the samples found before."""
+"""Causes by their names in `keep`, in the order of the search. Each search ignores the samples of previous causes."""
 
 _TO_ROUNDING = 1e-6  # rounding tolerance [samples]
 _EQUAL = ("dropouts", "saturation", "stuck", "copies")  # causes that compare samples for equality
 
 
-# Largest share of a channel that a disturbance can have. [1] Judgement: otherwise less than the disturbance would
-# remain.
+# Largest share of a channel that a disturbance can have. [1] Judgement: at least half of the samples must remain.
 _MOST_LEFT_OUT = 0.4
 
 
@@ -76,7 +75,7 @@ def masked_by(stream: Stream, disturbed: Iterable[Disturbance]) -> Stream:
 
 
 def disturbances_outside(stream: Stream, spans: Collection[Span]) -> tuple[Disturbance, ...]:
-    """The disturbances of a stream, with no sample in some spans of time from the beginning of the record. [s]"""
+    """Find the disturbances of a stream outside some spans of time from the beginning of the record. [s]"""
     if not spans:
         return disturbances(stream)
     inside = np.zeros(stream.grid.n, dtype=bool)
@@ -90,14 +89,14 @@ def disturbances_outside(stream: Stream, spans: Collection[Span]) -> tuple[Distu
 
 
 def first_sample_from(stream: Stream, time: float) -> int:
-    """The first sample of a stream at a time from the beginning of the record, or after it. [s]"""
+    """Index of the first sample of a stream at or after a time from the beginning of the record. [s]"""
     index = (time - stream.grid.lead) / stream.grid.tau0 - _TO_ROUNDING
     return math.ceil(min(max(index, 0), stream.grid.n))
 
 
 def without(stream: Stream, *, keep: Iterable[str] = (), spans: Collection[Span] = ()) -> tuple[Stream, list[Finding]]:
-    """The stream without its disturbances, except for the causes to `keep` and those in some `spans` of time, and the
-    findings about all of them. [s]
+    """Exclude the disturbances of a stream, except for the causes to `keep` and those in some `spans` of time [s]; return
+    the stream and the findings about all of them.
     """
     causes, disturbed = set(keep), disturbances_outside(stream, spans)
     findings = []

@@ -14,24 +14,24 @@ from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.quality.samples.stuck_samples import held, zero_rate, zero_runs
 from sigmatau.record.streams import Stream
 
-# Distance of 0 from the mean of a channel that noise does not reach. [standard deviations] Judgement: no tail of a
-# sensor's noise reaches so far.
+# Distance of 0 from the mean that the noise of a channel does not reach. [standard deviations] Judgement: beyond the
+# tail of any sensor.
 _BEYOND_NOISE = 12.0
-# Distance from which on zeros are lost samples if no tail reaches them: there are ten times as many zeros as samples
+# Distance above which zeros are lost samples if no tail reaches them: there are ten times as many zeros as samples
 # within one standard deviation of 0. [standard deviations] Derived: for noise at an end of its range the ratio is 0.02.
 _BEYOND_TAIL = 4.0
-# Smallest number of rows in which all axes are 0; fewer are reported only if chance makes less than `_NO_CHANCE`.
-# [samples] Judgement: one or two may be true zeros.
+# Smallest number of rows in which all axes are 0; fewer are reported only if less than `_NO_CHANCE` are expected by
+# chance. [samples] Judgement: one or two may be true zeros.
 _MIN_ROWS = 3
-# Expected number of zero rows by chance up to which one or two are reported. [1] Judgement: one false alarm in 1000
+# Expected number of zero rows by chance below which one or two are reported. [1] Judgement: one false alarm in 1000
 # such records.
 _NO_CHANCE = 1e-3
-# Samples from which the chance of a zero is computed. [samples] Judgement: limits the time.
+# Number of samples used to compute the probability of a zero. [samples] Judgement: limits the time.
 _EXAMINED = 1 << 17
 
 
 def zero_rows(stream: Stream) -> Bools | None:
-    """Samples that are 0 on all axes of a stream at once, if there are more than by chance; else None.
+    """Samples that are 0 on all axes of a stream at the same time, if chance does not explain their number; otherwise None.
 
     The chance of a 0 on one axis is at most q/(√(2π)·s) for steps q and noise of standard deviation s. A stream with one
     channel is judged if 0 is more than 12 standard deviations from its mean.
@@ -50,7 +50,7 @@ def zero_rows(stream: Stream) -> Bools | None:
     chances = [_chance_of_zero(stream, channel) for channel in stream.channels]
     if len(stream.channels) == 1 and chances[0] > 0:
         return None
-    # Beside rows that are 0 on all axes: those of a range that ends at 0 are 0 together by chance.
+    # Zeros outside of such rows: axes with a range that ends at 0 may be 0 together by chance.
     elsewhere = [(each - count) / max(len(together) - count, 1) for each in counts]
     by_chance = len(together) * max(math.prod(chances), math.prod(elsewhere))
     if count < beyond_chance(by_chance, times=TIMES_CHANCE) or count > len(together) / 2:
@@ -61,7 +61,7 @@ def zero_rows(stream: Stream) -> Bools | None:
 
 
 def _chance_of_zero(stream: Stream, channel: str) -> float:
-    """The largest part of a channel's samples that can be 0 without a fault."""
+    """Largest share of the samples of a channel that can be 0 without a fault."""
     x = present(take_samples(stream, channel, count=_EXAMINED))
     if len(x) < 2:
         return 1.0
@@ -77,7 +77,7 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
         if lost >= _MIN_ROWS and lost > beyond_chance(about, times=TIMES_CHANCE):
             return 0.0
     if steps is None:
-        # If half of n numbers occur once, no number has a share of more than some 1/n.
+        # If half of n numbers occur once, no number has a share of much more than 1/n.
         return 1.0 if 2 * len(np.unique(x)) < len(x) else min(4 / len(x), 1.0)
     scale = block_rms(x - middle)
     chance = steps.step / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
@@ -85,7 +85,9 @@ def _chance_of_zero(stream: Stream, channel: str) -> float:
 
 
 def dropouts(stream: Stream) -> list[MaskedFinding]:
-    """Zeros for lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one finding."""
+    """Report zeros in place of lost samples: rows that are 0 on all axes, and runs of zeros of one axis. At most one
+    finding.
+    """
     rows = zero_rows(stream)
     masks = [mask_of_runs(stream.grid.n, *zero_runs(stream, channel)) for channel in stream.channels]
     mask = np.stack(masks if rows is None else [runs | rows for runs in masks], axis=1)

@@ -1,4 +1,4 @@
-"""Rows that occur twice in a row: written again, or written in place of a lost one."""
+"""Consecutive duplicate rows: written twice, or written in place of a lost row."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _MIN_ROWS = 3
 # Largest share of rows in which neighbours on the finest axis are equal by chance. [1] Judgement: coarser axes stay at
 # one value together.
 _MAX_CHANCE = 1e-3
-# Longest run of copies that is reported here. [samples] Judgement: longer ones are stuck samples.
+# Longest run of copies that is reported as such. [samples] Judgement: longer runs are stuck samples.
 _MAX_RUN = 3
 
 
 def copied_rows(stream: Stream) -> Bools | None:
-    """Samples that equal the one before on all axes of a stream, if there are more than by chance; else None.
+    """Samples that equal the previous one on all axes of a stream, if chance does not explain their number; otherwise None.
 
     If neighbours on axis c are equal by chance in a share p_c of all rows, they are equal on all axes in ∏p_c.
     `sigmatau.quality.samples.repeated_samples` judges a stream with one axis.
@@ -55,7 +55,7 @@ def copied_rows(stream: Stream) -> Bools | None:
 
 
 def copies(stream: Stream) -> list[MaskedFinding]:
-    """Report rows that are in the log twice, if they are too few for a sensor slower than its log. At most one finding."""
+    """Report duplicate rows, if they are too few for a sensor that is slower than its log. At most one finding."""
     rows = copied_rows(stream)
     if rows is None or repeats(stream) is not None:
         return []

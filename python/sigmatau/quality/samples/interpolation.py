@@ -1,4 +1,4 @@
-"""Interpolation: samples that are on straight lines between others."""
+"""Interpolation: samples on straight lines between other samples."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from sigmatau.quality.samples.repeated_samples import runs_of_places
 from sigmatau.quality.samples.straight_lines import TOO_COARSE, Filled, filled, tolerance
 from sigmatau.record.streams import Stream
 
-# Factor of the random walk, or of 1/σ at one sample, from which on filled samples are a warning. [1] Judgement: the
-# usual interval is 5 %.
+# Factor of the random walk, or of 1/σ at one sample, above which filled samples are a warning. [1] Judgement: the usual
+# interval is 5 %.
 _WARN_FACTOR = 1.02
-# Smallest share of second differences that are zero, beyond three times chance. [1] Judgement: a resampled record has
-# far more.
+# Smallest share of second differences that are zero, beyond three times that by chance. [1] Judgement: a resampled
+# record has far more.
 _MIN_SHARE = 0.05
-# Share from which on a channel is a line, and not interpolated. [1] Judgement: no sensor has 1/200 of the rate of its
-# log.
+# Share above which a channel is a straight line instead of interpolated. [1] Judgement: no sensor has 1/200 of the rate
+# of its log.
 _MAX_SHARE = 0.995
-# Averaging time from which on σ is correct. [samples of the sensor] Judgement: interpolation changes σ within a few
+# Averaging time from which σ is correct. [samples of the sensor] Judgement: interpolation changes σ within a few
 # samples.
-_RIGHT_FROM = 8
-# Samples from which a channel is judged. [samples] Judgement: a share of 5 % is known to 0.1 %.
+_CORRECT_FROM = 8
+# Number of samples used to judge a channel. [samples] Judgement: a share of 5 % then has an error of 0.1 %.
 _EXAMINED = 1 << 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Upsampling:
-    """How a channel was interpolated."""
+    """Interpolation of a channel."""
 
-    factor: float  # rate of the log over that of the sensor
+    factor: float  # rate of the log over the rate of the sensor
     aligned: bool  # whether the sensor's samples are among those of the log
     share: float  # share of the samples that are on the line through their neighbours
 
@@ -53,9 +53,9 @@ class Upsampling:
 
 
 def upsampling(stream: Stream, channel: str) -> Upsampling | None:
-    """Detect linear interpolation of a channel from second differences that are zero to rounding; None if there is none.
-
-    None also for a ratio of rates below 2 whose samples are not aligned, because no three samples are then on a line.
+    """Detect linear interpolation of a channel from second differences that are zero to rounding; None without
+    interpolation. It is not detected for a ratio of rates below 2 without aligned samples, because no three samples are
+    then on a line.
     """
     x = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, x)
@@ -64,7 +64,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     first, second = np.diff(x), np.diff(x, n=2)
     is_present = np.isfinite(second)
     count = int(np.count_nonzero(is_present))
-    # Counts to which a slow bias was added have no common step, but as many changes of zero as lines.
+    # Counts with an added slow bias have no common step, but changes of zero as often as lines.
     chance = max(zero.chance, float(np.count_nonzero(np.abs(first) <= zero.largest)) / count)
     if chance > TOO_COARSE:
         return None
@@ -74,8 +74,7 @@ def upsampling(stream: Stream, channel: str) -> Upsampling | None:
         return None
     knots = np.flatnonzero(is_present & ~straight)
     runs = np.diff(np.concatenate(([-1], np.flatnonzero(np.diff(knots) > 1), [len(knots) - 1])))
-    # A sensor's sample bends the line at one sample of the log if it is one of them, and at two if it lies between
-    # them.
+    # A sample of the sensor bends the line at one sample of the log if both coincide, otherwise at two.
     samples = int(np.sum((runs + 1) // 2))
     return Upsampling(factor=count / samples, aligned=median(runs) < 1.5, share=share)
 
@@ -105,10 +104,11 @@ def filled_outages(stream: Stream) -> list[MaskedFinding]:
 
 
 def interpolated(stream: Stream) -> list[Finding]:
-    """Report channels with linearly interpolated samples: all from a lower rate, or some in place of lost ones. One finding.
+    """Report channels with linear interpolation: of all samples, from a lower rate, or in place of lost samples. One
+    finding.
 
-    If all samples come from a lower rate, `factors` contains the random walk read at one sample over that of the sensor; at
-    long τ it is correct.
+    If all samples come from a lower rate, `factors` is the ratio of the random walk read at one sample to that of the
+    sensor; at long τ σ is correct.
     """
     gaps = {c: f for c in stream.channels if (f := filled(stream, c)) is not None}
     upsampled = {c: u for c in stream.channels if c not in gaps and (u := upsampling(stream, c)) is not None}
@@ -126,7 +126,7 @@ def _from_lower_rate(stream: Stream, upsampled: dict[str, Upsampling]) -> Findin
         log_rate=stream.grid.rate,
         aligned=first.aligned,
         sigma_one_sample=first.shortest,
-        right_from=_RIGHT_FROM / rate,
+        right_from=_CORRECT_FROM / rate,
     )
     details = Interpolated(strongest=strongest, share=first.share, upsampled=how)
     factors = (("random_walk", first.shortest),)

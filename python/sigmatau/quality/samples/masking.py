@@ -15,11 +15,11 @@ MaskedFinding = tuple[Finding, Bools | None]
 """A finding and a mask of its samples, shape (n, n_channels); None if leaving them out would not help."""
 
 
-# Longest gap that is bridged. [samples] Judgement: enough for spikes and lost rows; the filling of a longer gap would
-# show in the spectrum.
+# Longest gap that is bridged. [samples] Judgement: enough for spikes and lost rows; a longer filled gap would show in
+# the spectrum.
 _SHORT = 4
-# Distance of the good sample that replaces a missing one. [samples] Judgement: not an adjacent sample, so that the
-# noise stays equally rough.
+# Distance of the good sample that replaces a missing one. [samples] Judgement: an adjacent sample would make the noise
+# smoother.
 _APART = 7
 
 
@@ -36,7 +36,7 @@ def masked(stream: Stream, mask: Bools) -> Stream:
 def bridged(stream: Stream) -> Stream:
     """Replace up to four consecutive missing samples by good samples nearby, because spectra cannot use such gaps.
 
-    The seventh good sample before is used. It is not adjacent, so that the noise stays equally rough.
+    The seventh good sample before the gap is used: an adjacent one would make the noise smoother.
     """
     if stream.mask is None:
         return stream

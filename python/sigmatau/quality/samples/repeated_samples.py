@@ -16,61 +16,61 @@ from sigmatau.quality.samples.common import FEW_STEPS, SIGMAS, block_rms, full_e
 from sigmatau.quality.samples.resolution import equal_by_chance, find_step, resolution
 from sigmatau.record.streams import Stream
 
-# Smallest share of repeated samples beyond chance. [1] Derived: samples that count twice raise N² by twice their share,
-# N by 2 %.
+# Smallest share of repeated samples beyond chance. [1] Derived: samples that occur twice raise N² by twice their share,
+# here N by 2 %.
 _MIN_SHARE = 0.02
-# Smallest number of equal neighbours. [samples] Judgement: their number is known to a quarter.
+# Smallest number of equal neighbours. [samples] Judgement: the number then has an error of a quarter.
 _MIN_EQUAL = 20
-# Largest share of equal neighbours by the step of a channel. [1] Judgement: beyond it chance and repetition cannot be
-# distinguished.
+# Largest share of equal neighbours expected from the step of a channel. [1] Judgement: above it, chance and repetition
+# cannot be distinguished.
 _MAX_CHANCE = 0.5
-# Smallest size of the changes for a channel to be judged. [steps] Judgement: coarser numbers repeat without a fault.
+# Smallest size of the changes of a channel that is judged. [steps] Judgement: coarser numbers repeat without a fault.
 _MIN_STEPS = 3.0
-# Number of copies in the stretches in which they are counted. [samples] Judgement: their number by chance is known to a
-# quarter.
+# Number of copies in a stretch in which they are counted. [samples] Judgement: their number varies by a quarter by chance.
 _COPIES_IN_STRETCH = 20
-# Number of such stretches below which copies count as regular. [1] Judgement: a spread of 20 is known to a sixth.
+# Number of such stretches below which copies count as regular. [1] Judgement: the spread of 20 numbers has an error of
+# a sixth.
 _MIN_STRETCHES = 20
-# Largest spread of regular copies, over that of chance. [1] Judgement: half way between a clock and chance.
+# Largest spread of regular copies, over that by chance. [1] Judgement: halfway between a clock and chance.
 _MAX_SPREAD = 0.5
 # Smallest share of copies among values other than the most frequent one, over that among all. [1] Judgement: a sensor
 # that is slower than its log repeats all values equally.
-_ALIKE = 0.9
-# Number of parts of the record, of which more than half must have copies. [1] Judgement: a sensor that is slower than
+_LEAST_SHARE_RATIO = 0.9
+# Number of parts of the record; more than half of them must have copies. [1] Judgement: a sensor that is slower than
 # its log is slow all the time.
 _PARTS = 8
 # Largest relative distance of the mean number of copies from an integer. [1] Judgement: two clocks differ by less than
 # 1 %.
-_WHOLE = 0.01
-# Factor of the random walk from which on it is reported. [1] Judgement: the usual interval is 5 %.
+_INTEGER_TOLERANCE = 0.01
+# Factor of the random walk above which repetition is reported. [1] Judgement: the usual interval is 5 %.
 _MIN_FACTOR = 1.01
-# Shortest averaging time from which on σ is correct. [samples] Judgement: copies change σ within a few samples.
-_RIGHT_FROM = 8
-# The same averaging time, per repetition. [samples] Judgement: see `_RIGHT_FROM`.
-_RIGHT_FROM_TIMES = 4
+# Shortest averaging time from which σ is correct. [samples] Judgement: copies change σ within a few samples.
+_CORRECT_FROM = 8
+# Shortest such averaging time per repetition. [samples] Judgement: see `_CORRECT_FROM`.
+_CORRECT_FROM_TIMES = 4
 
 
 @dataclass(frozen=True, slots=True)
 class Repeats:
-    """How samples of a stream repeat."""
+    """Repetition of the samples of a stream."""
 
     channels: tuple[str, ...]  # channels whose samples repeat
-    share: float  # share of the samples that are copies of the one before
+    share: float  # share of the samples that are copies of the previous one
     shortest: int  # number of repetitions of a sample, ignoring the rarest 2.5 % at either end
     longest: int
-    # mean over the rows of how often the sample of a row is there: N² of the rows, taken at their rate, over that of a
-    # sensor at this rate
+    # mean over the rows of the number of copies of their sample: N² of the rows over that of a sensor at the rate of
+    # the rows
     squares: float
-    regular: bool  # whether copies are as evenly spaced as from a sensor at a lower rate, and not random
+    regular: bool  # whether copies are evenly spaced, as from a sensor at a lower rate, and not random
 
     @property
     def times(self) -> float:
-        """Mean number of times that a sample occurs."""
+        """Mean number of occurrences of a sample."""
         return 1 / (1 - self.share)
 
 
 def runs_of_equal(x: Floats, *, shortest: int = 2) -> Runs:
-    """First samples and lengths of all runs of at least `shortest` equal samples; NaN equals nothing."""
+    """First samples and lengths of all runs of at least `shortest` equal samples; NaN differs from all values."""
     return _runs(x[1:] == x[:-1], shortest)
 
 
@@ -96,7 +96,7 @@ def _runs(equal: Bools, shortest: int) -> Runs:
 
 @stream_fact
 def repeats(stream: Stream) -> Repeats | None:
-    """Find repeated samples, on all channels at once or on some; None if there are none, or if this cannot be decided.
+    """Find repeated samples on all channels at the same time, or on some; None if there are none or if it cannot be decided.
 
     On several channels: if a part h of all samples is copied on all of them at once, and neighbours of channel c are
     equal by chance with probability p_c, then f_c = h + (1-h)·p_c are equal on one and A = h + (1-h)·∏p_c on all:
@@ -104,7 +104,7 @@ def repeats(stream: Stream) -> Repeats | None:
     """
     together: Bools | None = None
     inside: Bools | None = None
-    equals: dict[str, Bools] = {}  # of the channels that repeat and change
+    equals: dict[str, Bools] = {}  # channels that repeat and change
     alone: dict[str, float] = {}
     whole = True
     for channel in stream.channels:
@@ -141,7 +141,9 @@ def repeats(stream: Stream) -> Repeats | None:
 
 
 def _in_all_parts(columns: list[Bools], share: float) -> bool:
-    """Whether most parts of the record show it: the step of single precision grows with an angle, on all axes at once."""
+    """Whether most parts of the record have copies: the step of single precision grows with an angle, on all axes at the
+    same time.
+    """
     parts = 0
     edges = np.linspace(0, len(columns[-1]), _PARTS + 1).astype(int).tolist()
     for a, b in pairwise(edges):
@@ -151,9 +153,7 @@ def _in_all_parts(columns: list[Bools], share: float) -> bool:
 
 
 def _inside(x: Floats) -> Bools | None:
-    """Mask of samples inside the range; None for everywhere. Samples at an end of the range may be equal without being
-    copies.
-    """
+    """Mask of samples inside the range; None if all are. Samples at an end of the range may be equal without a fault."""
     ends = full_ends(x)
     if not ends:
         return None
@@ -171,8 +171,8 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
     part = np.cumsum(counts) / counts.sum()
     shortest, longest = (int(np.searchsorted(part, level)) for level in (0.025, 0.975))
     whole = round(1 / (1 - share))
-    if shortest == whole and abs((1 - share) * whole - 1) < _WHOLE:
-        longest = whole  # what is longer is equal by chance
+    if shortest == whole and abs((1 - share) * whole - 1) < _INTEGER_TOLERANCE:
+        longest = whole  # longer runs are equal by chance
     rows = single + int(lengths.sum())
     squares = (single + float(lengths.astype(float) @ lengths)) / rows
     if whole == longest and shortest == longest:
@@ -181,7 +181,7 @@ def _repeats(channels: tuple[str, ...], share: float, equal: Bools) -> Repeats:
 
 
 def _evenly(equal: Bools, share: float) -> bool:
-    """Whether the number of copies in stretches with twenty of them varies by less than half of what chance makes."""
+    """Whether the number of copies in stretches with about twenty of them varies by less than half as much as by chance."""
     size = max(math.ceil(_COPIES_IN_STRETCH / min(share, 1 - share)), 1)
     count = len(equal) // size
     if count < _MIN_STRETCHES:
@@ -194,7 +194,7 @@ def _evenly(equal: Bools, share: float) -> bool:
 
 
 def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: Bools | None) -> float:
-    """Share of copies on a channel beyond those expected by chance; 0 if chance may explain it."""
+    """Share of copies on a channel beyond those expected by chance; 0 if chance may explain them."""
     counted = equal if inside is None else equal[inside]
     n = len(counted)
     differences = np.diff(x[: 1 << 18])
@@ -208,20 +208,20 @@ def _share_alone(stream: Stream, channel: str, x: Floats, equal: Bools, inside: 
     share = (int(np.count_nonzero(counted)) / (n + 1) - chance) / (1 - chance)
     if not share > _MIN_SHARE + chance + SIGMAS * math.sqrt(chance / n):
         return 0.0
-    # A stuck part of the record is not a repetition: inside the runs samples must repeat too.
+    # A stuck part of the record is not a repetition: samples must repeat in most parts of the record.
     by_part = sorted(np.count_nonzero(part) / max(len(part), 1) for part in np.array_split(counted, 8))
     spread_out = by_part[2] > chance + (1 - chance) * share / 3
     return share if spread_out and _repeats_beside_mode(stream, channel, x, equal, share) else 0.0
 
 
 def _repeats_beside_mode(stream: Stream, channel: str, x: Floats, equal: Bools, share: float) -> bool:
-    """Whether values other than the most frequent one repeat as often. A counter stays at one value between its pulses."""
+    """Whether values other than the most frequent one repeat as often; a counter rests at one value between its pulses."""
     steps = resolution(stream, channel)
     if steps is None or steps.ratio >= FEW_STEPS:
         return True
     values, counts = np.unique(x[: 1 << 16], return_counts=True)
     moving = x[:-1] != values[np.argmax(counts)]
-    return int(np.count_nonzero(equal & moving)) > _ALIKE * share * int(np.count_nonzero(moving))
+    return int(np.count_nonzero(equal & moving)) > _LEAST_SHARE_RATIO * share * int(np.count_nonzero(moving))
 
 
 def _share_together(shares: list[float], all_at_once: float, n: int) -> float:
@@ -248,7 +248,7 @@ def _solved(shares: list[float], all_at_once: float) -> float:
 
 
 def repeated_samples(stream: Stream) -> list[Finding]:
-    """Samples that are copies of the one before: sample and hold, duplicated messages. At most one finding.
+    """Report samples that are copies of the previous one: sample and hold, duplicated messages. At most one finding.
 
     `factors` has terms other than the random walk only if the user gave the rate, which may then be the sensor's.
     """
@@ -256,8 +256,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
     if how is None:
         return []
     k, rate, may_be_sensors = how.times, stream.grid.rate, stream.grid.source.given_alone
-    # Some samples count more often: N² of the rows over that of a sensor is Σw²/n at the same rate, and Σw²/(n·k) at a
-    # lower one.
+    # Samples have weights w: N² of the rows over that of a sensor is Σw²/n at the same rate, and Σw²/(n·k) at a lower rate.
     at_log_rate, at_sensor_rate = math.sqrt(how.squares), math.sqrt(how.squares / k)
     factors: tuple[tuple[str, float], ...] = ()
     if not how.regular:
@@ -278,7 +277,7 @@ def repeated_samples(stream: Stream) -> list[Finding]:
         sensor_rate=rate / k,
         rate_given=may_be_sensors,
         sigma_one_sample=1 / k,
-        right_from=max(_RIGHT_FROM, math.ceil(_RIGHT_FROM_TIMES * k)),
+        right_from=max(_CORRECT_FROM, math.ceil(_CORRECT_FROM_TIMES * k)),
         walk_at_log_rate=at_log_rate,
         walk_at_sensor_rate=at_sensor_rate,
     )

@@ -1,4 +1,4 @@
-"""Resolution: the step of the numbers, compared with the noise that should blur it."""
+"""Resolution: the step of the numbers, compared with the noise."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sigmatau.quality.samples.common import block_rms, present, rounding_dust, t
 from sigmatau.quality.samples.counts import rounding_by_sums, steps_a_sample
 from sigmatau.record.streams import Stream
 
-# Samples in which the step is searched. [samples] Judgement: enough for each step of a channel with 10⁵ steps in a
+# Number of samples in which the step is searched. [samples] Judgement: enough for a channel with 10⁵ steps in a
 # standard deviation.
 _EXAMINED = 16384
 # Largest distance of a value from a multiple of the common step. [steps] Derived: by chance a value is within it with
@@ -23,25 +23,25 @@ _EXAMINED = 16384
 _MAX_OFF = 0.15
 # Smallest number of values with a common step. [1] Derived: see `_MAX_OFF`.
 _MIN_VALUES = 30
-# Factor of the random walk from which on rounding is reported. [1] Judgement: a tenth of the usual interval.
+# Factor of the random walk above which rounding is reported. [1] Judgement: a tenth of the usual interval.
 _REPORT_FACTOR = 1.005
-# Factor of the random walk from which on the finding is a warning. [1] Judgement: the usual interval is 5 %.
+# Factor of the random walk above which the finding is a warning. [1] Judgement: the usual interval is 5 %.
 _WARN_FACTOR = 1.05
 # Observed noise below which rounding errors are no longer white or independent of the signal. [steps] Study:
 # docs/study/coarse.md; the noise that they add depends on the position of the mean between two steps: at 0.3 the
-# standard deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 at any mean; 0.2
-# steps show anything up to 0.5.
+# standard deviation of the excess is as large as its mean. Rounded noise of 0.5 steps shows 0.577 at any mean; noise of
+# 0.2 steps shows any value up to 0.5.
 _MIN_NOISE_STEPS = 0.54
 # Largest noise for which rounding is reported. [steps] Derived: rounding then adds 0.5 % to N at most.
 _MAX_NOISE_STEPS = 3.0
-# Factor of the random walk beyond which the contribution of rounding is not known. [1] Judgement: three quarters of the
+# Factor of the random walk above which the contribution of rounding is unknown. [1] Judgement: three quarters of the
 # power would be subtracted.
 _MAX_FACTOR = 2.0
-# Variance of sums of increments from which on the rounding of the angle is white from sum to sum. [steps²] Derived:
-# the rounding has 0.25 of it, and noise of half a step the rest, which leaves exp(-2π²/4) = 0.7 % of its correlation;
-# docs/study/disturbed.md.
+# Variance of sums of increments above which the rounding of the angle is white from sum to sum. [steps²] Derived: 0.25
+# of it is due to rounding, and the rest to noise of half a step, which leaves exp(-2π²/4) = 0.7 % of the correlation of
+# the rounding; docs/study/disturbed.md.
 _WHITE_FROM = 0.5
-# Number of sums from which on their variance is known to a quarter. [1] Derived: √(2/32).
+# Number of sums whose variance has an error of a quarter. [1] Derived: √(2/32).
 _MIN_SUMS = 32
 # Smallest number of sums of coarse increments whose likelihood is used. [1] Study: docs/study/disturbed.md; in 167 of
 # 170 simulated records the interval of the random walk contained the truth.
@@ -55,19 +55,18 @@ _LARGEST_STEP = 2.0
 _STEPS_TRIED = 400
 # Number of changes that are compared with a step. [samples] Judgement: limits the time.
 _CHANGES = 4096
-# Numbers of changes, and mean cosine from which on a step is tried with more of them. [1] Derived: of changes that
-# are whole steps but for a tenth the mean cosine is 0.8; most steps are refused by few changes, with 0.8 less four
-# standard errors.
+# Numbers of changes, and mean cosine above which a step is tested with more changes. [1] Derived: for changes that are
+# whole steps to within a tenth the mean cosine is 0.8; few changes exclude most steps, at 0.8 minus four standard
+# errors.
 _STAGES = ((64, 0.4), (256, 0.6), (4096, 0.8))
-# Steps of at least this share of the largest are about the same step. [1] Judgement: the next one, half as large, is
-# not.
+# Smallest ratio of two steps that count as the same step. [1] Judgement: half a step is another step.
 _SAME_STEP = 0.8
-# Distance of two samples that are compared, longer than any hold. [samples] Judgement: a prime, so that it is no
-# multiple of a counter's period.
+# Distance of two samples that are compared, longer than any hold. [samples] Judgement: a prime is not a multiple of the
+# period of a counter.
 _LAG = 251
-# Number of blocks of which the median is taken. [1] Judgement: fewer than half of them are stuck or lost.
+# Number of blocks for the median. [1] Judgement: fewer than half of them are stuck or lost.
 _BLOCKS = 32
-# Samples from which the white level is estimated. [samples] Judgement: it is then known to 0.3 %, which decides
+# Number of samples used to estimate the white level. [samples] Judgement: its error is then 0.3 %, which suffices for
 # `_REPORT_FACTOR`.
 _LEVEL_FROM = 1 << 18
 
@@ -77,7 +76,7 @@ class Resolution:
     """Step of the numbers of a channel, and its noise."""
 
     channel: str
-    step: float  # common step of all values, of the rate [unit of the stream]
+    step: float  # common step of all rates [unit of the stream]
     # standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
     # noise that is coarser than the step, its own [unit of the stream]
     noise: float
@@ -90,10 +89,10 @@ class Resolution:
 
 
 def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
-    """Find the step q of numbers a + k·q with integers k, each known to a fraction of q; None if there is none.
+    """Find the step q of numbers a + k·q with integers k, each with an error of a fraction of q; None without a step.
 
     Offsets and scales do not matter, nor does rounding after scaling (printed decimals, float32): the step is that of the
-    counts, by regression of the values on their integers. Values closer than `rounding` count as one.
+    counts, by regression of the values on their integers. Values closer than `rounding` count as equal.
     """
     x = present(x)
     values = np.sort(x)
@@ -119,16 +118,15 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
 
 
 def white_sum(increments: Floats) -> int | None:
-    """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two.
-
-    If an angle moves by much less than a step between samples, its rounding is nearly the same in both samples, and no term
-    has the resulting spectrum. None if no sum that occurs often enough is long enough.
+    """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two. If an angle
+    moves by much less than a step between samples, its rounding is nearly the same in both, and no term has the resulting
+    spectrum. None if there are too few sums of sufficient length.
     """
     previous, size = False, 1
     while len(increments) // size >= _MIN_SUMS:
         whole = len(increments) // size * size
         sums = np.diff(increments[:whole].reshape(-1, size).sum(axis=1))
-        # A steady rate of half a step a sum has the same variance: then sums of twice the size have none.
+        # A steady rate of half a step per sum has the same variance; sums of twice the size then have no variance.
         white = float(np.nanmean(sums * sums)) / 2 >= _WHITE_FROM if np.isfinite(sums).any() else False
         if white and previous:
             return size // 2
@@ -140,7 +138,7 @@ def white_sum(increments: Floats) -> int | None:
 def resolution(stream: Stream, channel: str) -> Resolution | None:
     """Step and noise of a channel; None if its values have no detectable common step."""
     x = take_samples(stream, channel, count=_EXAMINED)
-    # Rates may have been made outside of differences of angles: no step is so small beside the noise.
+    # Rates may be differences of angles, made by another program; their rounding errors are not steps.
     rounding = max(_rounding(stream, channel), rounding_dust(x, stream.grid.n))
     step = common_step(x, rounding=rounding) or step_of_changes(np.diff(x))
     if not step:
@@ -164,7 +162,7 @@ def step_of_changes(changes: Floats) -> float:
     if len(size) < _MIN_VALUES:
         return 0.0
     usual = median(size)
-    size = size[size > usual / 4] / usual  # less is the compensation
+    size = size[size > usual / 4] / usual  # smaller changes are the compensation
     steps = np.geomspace(_LARGEST_STEP, _SMALLEST_STEP, _STEPS_TRIED)
     whole = steps
     for count, mean_cosine in _STAGES:
@@ -178,9 +176,8 @@ def step_of_changes(changes: Floats) -> float:
 
 @channel_fact
 def equal_by_chance(stream: Stream, channel: str) -> float:
-    """Share of the samples that equal another one far away, as coarse noise does without a fault.
-
-    A median of blocks, so that a stuck or lost part of the record does not matter.
+    """Share of the samples that equal a distant sample, as in coarse noise without a fault. It is the median over blocks,
+    which ignores a stuck or lost part of the record.
     """
     x = stream.column(channel)
     lag = min(_LAG, len(x) // 4)
@@ -189,7 +186,7 @@ def equal_by_chance(stream: Stream, channel: str) -> float:
 
 
 def usual_value(stream: Stream, channel: str) -> float:
-    """The largest share of the samples that have one value, from the share of equal ones: Σp² of normal noise is p/√2."""
+    """Largest share of the samples with the same value, from the share of equal pairs: Σp² of normal noise is p/√2."""
     equal = equal_by_chance(stream, channel)
     return min(math.sqrt(2) * equal, math.sqrt(equal))
 
@@ -212,11 +209,12 @@ def rounded(finding: Finding) -> bool:
 
 
 def coarse_resolution(stream: Stream) -> list[Finding]:
-    """Report channels whose step is so coarse against their noise that rounding shows in a coefficient; one finding each.
+    """Report channels whose step is so coarse compared with their noise that rounding affects a coefficient; one finding
+    each.
 
-    Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise. Rounding of an angle
-    is quantization noise, also in a log of rates: see `sigmatau.quality.samples.counts`. Below half a step of noise it is
-    not known how much the rounding of a rate adds.
+    Rounding of a rate by q adds q²/12 to the variance of each sample, N_add² = q²·τ₀/12: white noise. Rounding of an
+    angle is quantization noise, also in a log of rates: see `sigmatau.quality.samples.counts`. For noise below half a
+    step, the contribution of the rounding of a rate is unknown.
     """
     findings = (_coarse(stream, channel) for channel in stream.channels)
     return [finding for finding in findings if finding is not None]
@@ -262,7 +260,7 @@ def _coarse(stream: Stream, channel: str) -> Finding | None:
 
 
 def _counted(stream: Stream, channel: str, step: float) -> bool:
-    """Whether the angle was rounded. If sums do not show it, angles count as rounded, and rates do not."""
+    """Whether the angle was rounded, from sums of samples; if they do not decide it, from whether the log has rates."""
     by_sums = rounding_by_sums(stream.column(channel) / step)
     if by_sums is not None:
         return by_sums == "of_sums"
@@ -285,7 +283,7 @@ def _rounding(stream: Stream, channel: str) -> float:
         largest = float(np.nanmax(np.abs(some), initial=0.0))
     if not math.isfinite(largest):
         return 0.0
-    # One unit in the last place is a step that a log may have; its rounding is half of that.
+    # One unit in the last place may be the step of a log; its rounding is half of that.
     epsilon = float(np.finfo(raw.dtype).eps) if raw.dtype.itemsize < 8 else 8 * float(np.finfo(float).eps)
     factor = abs(t.scale * t.factor) / (1.0 if t.kind == "rate" else stream.grid.tau0)
     return 0.4 * epsilon * largest * factor

@@ -1,4 +1,4 @@
-"""Saturation: a channel that touches an end of its range again and again."""
+"""Saturation: a channel that repeatedly reaches an end of its range."""
 
 from __future__ import annotations
 
@@ -21,33 +21,34 @@ from sigmatau.record.streams import Stream
 _NORMAL = NormalDist()
 
 
-# Number of outermost values that are compared. [1] Derived: in the tail of any noise about a slowly moving level an
-# outer value is rarer than the next one inwards. Of T visits to all of them, at most T/levels are to the outermost one.
+# Number of outermost values that are compared. [1] Derived: in the tail of any noise around a slowly changing mean, an
+# outer value is rarer than the next inner one. Of T visits to these values, at most T/levels are to the outermost one.
 _LEVELS = 4
 # Probability that noise visits an end as often as in a reported record. [1] Derived: P(c of T) ≤ exp(−T·KL(c/T, 1/4)),
 # Chernoff; the probability is a judgement.
 _FALSE_ALARM = 1e-8
-# Noise from which on a channel has a tail. [steps] Derived: all values of coarser channels are extremes.
+# Noise above which a channel has a tail. [steps] Derived: all values of coarser channels are extremes.
 _MIN_NOISE_STEPS = 0.5
 # Distance of the ends beyond which no pulse of a counter is divided between neighbours. [steps] Judgement: pulses of up
 # to 16 counts in each direction need 32.
 _PULSE_STEPS = 40.0
-# Increments in the sums by which a rounded angle is recognised. [samples] Judgement: the rounding of an angle is in
-# one of eight of them.
+# Number of increments in the sums that identify a rounded angle. [samples] Judgement: the rounding of an angle affects
+# one of eight.
 _SUMMED = 8
 # Power of such sums, over that of independent increments, below which the samples are the changes of a rounded angle.
 # [1] Derived: white noise has 1, rounding alone 1/8.
 _LEAST_OF_SUMS = 0.5
-# Smallest number of clipped samples in each tenth of the record, over the mean, for them to be spread over it. [1]
+# Smallest number of clipped samples in each tenth of the record, over the mean, if they are spread over the record. [1]
 # Judgement: slow noise moves the mean.
 _MIN_PART_OF_MEAN = 0.3
-# Largest share of clipped samples that are spread over the record. [1] Judgement: beyond it there is no noise to judge.
+# Largest share of clipped samples that are spread over the record. [1] Judgement: with more, too little noise is left
+# to judge.
 _MAX_SHARE = 0.9
 
 
 def saturation(stream: Stream) -> list[MaskedFinding]:
-    """Report channels that are at their largest or smallest value more often than a tail of noise. At most one finding for
-    each end.
+    """Report channels that are at their largest or smallest value more often than the tail of noise. At most one finding
+    per end.
 
     Stretches at an end of the range can be left out. If noise touches an end throughout the record, leaving out would remove
     its tail; `factors` then contains the effect of clipping on white noise.
@@ -98,7 +99,7 @@ def _too_often(x: Floats, end: float, step: float) -> bool:
     visits = [_visits(np.flatnonzero((x >= first) & (x <= last))) for first, last in outer]
     samples = [int(np.count_nonzero((x >= first) & (x <= last))) for first, last in outer]
     total = sum(visits)
-    # A long stay counts as one visit. But if other values stay as long, as between the pulses of a counter, all samples
+    # A long stay counts as one visit. But if other values last as long, as between the pulses of a counter, all samples
     # count.
     part = min(visits[0] / total, samples[0] / sum(samples))
     if part <= 1 / _LEVELS:
@@ -110,7 +111,7 @@ def _too_often(x: Floats, end: float, step: float) -> bool:
 
 
 def _is_rounded_angle(x: Floats) -> bool:
-    """Whether samples are for the most part the changes of a rounded angle: what one has more, its neighbours have less."""
+    """Whether samples are mostly changes of a rounded angle, in which the neighbours of a large sample are smaller."""
     sums = present(x[: len(x) // _SUMMED * _SUMMED].reshape(-1, _SUMMED).sum(axis=1))
     independent = 2 * _SUMMED * block_rms(present(x) - median(present(x))) ** 2
     return block_rms(np.diff(sums)) ** 2 < _LEAST_OF_SUMS * independent

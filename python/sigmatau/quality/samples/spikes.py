@@ -34,44 +34,44 @@ from sigmatau.quality.samples.spike_scale import (
 from sigmatau.quality.samples.tails import TailReading, read_small_spikes, read_tail
 from sigmatau.record.streams import Stream
 
-# Height that is added for rounding. [steps] Derived: a step q moves a sample and a median by q/2 each.
+# Height that is added for rounding. [steps] Derived: a step q shifts a sample and a median by q/2 each.
 _STEPS = 1.0
-# Noise below it leaves no trace in the scatter of numbers with this step. [steps] Study: docs/study/coarse.md; noise
-# of 0.2 steps shows 0.06 to 0.5.
+# Noise that may not be visible in the scatter of numbers with this step. [steps] Study: docs/study/coarse.md; noise of
+# 0.2 steps shows 0.06 to 0.5.
 _UNSEEN = 0.3
-# Scale of blocks over that of the median beyond which most blocks of 32 residuals contain a spike. [1] Derived: from
-# some 2 % of spikes on.
+# Ratio of the scale from blocks to that from the median, above which most blocks of 32 residuals contain a spike. [1]
+# Derived: for about 2 % of spikes or more.
 _SPOILED = 2.0
-# Number of further searches of the rest. [1] Judgement: spikes beside each other hide each other.
+# Number of further searches in the remaining samples. [1] Judgement: adjacent spikes hide each other.
 _ROUNDS = 8
-# Samples that have all four neighbours before them, below which samples with two of these count too. [samples]
-# Judgement: their scale is known to 2 %.
+# Number of samples with all four preceding neighbours, below which samples with two of these are used too. [samples]
+# Judgement: their scale then has an error of 2 %.
 _MIN_RESIDUALS = 1024
-# Samples from which a scale can be taken. [samples] Judgement: one block of `block_rms`.
+# Smallest number of samples with a scale. [samples] Judgement: one block of `block_rms`.
 _MIN_SAMPLES = 32
-# Neighbours on either side whose scatter a spike must exceed too. [samples] Judgement: in a shock all samples are
-# large.
+# Number of neighbours on either side whose scatter a spike must also exceed. [samples] Judgement: in a shock all
+# samples are large.
 _SCATTER_SIDE = 32
 # Fourth differences, over 6, in units of the residual, below which noise is smooth: medians of neighbours then follow
-# slopes, but no extremes, which are not spikes. [1] Derived: 0.8 for white noise and 0.53 for a random walk; a spike
-# beyond the threshold then has 15 standard deviations of it.
+# slopes but not extremes, which are not spikes. [1] Derived: 0.8 for white noise and 0.53 for a random walk; a spike
+# beyond the threshold then has 15 standard deviations of the fourth differences.
 _SMOOTH = 0.4
 
 
-_BATCH = 1 << 16  # samples per batch, for memory: 16 neighbours of each
-_MIDDLE = 6.0  # factor of a single spike in the middle of its fourth difference: 6 of (1, 4, 6, 4, 1)
+_BATCH = 1 << 16  # samples per batch, to limit memory: each has 16 neighbours
+_MIDDLE = 6.0  # weight of a single spike in its fourth difference: 6 of (1, 4, 6, 4, 1)
 
 
 def find_spikes(x: Floats) -> Bools:
     """Samples that stand out from the medians of the four samples before and of the four samples after them; shape (n,).
 
-    If spikes make a hump in the tail, from a thousandth of all samples on, the threshold is six standard deviations of the
-    noise, see `sigmatau.quality.samples.dense_spikes`. If most blocks of 32 samples contain spikes, the scale is that of the
-    median residual and the medians are over 16 samples: up to 20 % of spikes are found. The other samples are searched again
-    without the spikes found.
+    If spikes form a hump in the tail (a thousandth of all samples or more), the threshold is six standard deviations of
+    the noise, see `sigmatau.quality.samples.dense_spikes`. If most blocks of 32 samples contain spikes, the scale is that
+    of the median residual and the medians are over 16 samples: up to 20 % of spikes are found. The remaining samples are
+    then searched again.
 
-    The threshold is at least six standard deviations of that residual, plus one step of the numbers, so that Gaussian noise
-    of any of the five terms makes less than 0.001 spikes per record, whatever its length. The standard deviation is a median
+    The threshold is at least six standard deviations of that residual, plus one step of the numbers, so that Gaussian
+    noise of any of the five terms has less than 0.001 spikes per record of any length. The standard deviation is a median
     over blocks, which spikes cannot move. If the neighbours scatter more than the record as a whole, as in a shock, their
     scatter is used. In noise smoother than a random walk, a spike must stand out in the fourth differences too. A step of
     the mean is not a spike. No spikes are found with fewer than 32 samples that can be judged.
@@ -100,7 +100,7 @@ def find_spikes(x: Floats) -> Bools:
         if rest is x:
             rest = x.copy()
         rest[new] = np.nan
-        quantile = 0.25 if scale.side == WIDE else 0.5  # where half of the changes about a spike may be to others
+        quantile = 0.25 if scale.side == WIDE else 0.5  # where half of the changes at a spike may be to other spikes
     return is_spike
 
 
@@ -113,14 +113,14 @@ def spike_mask(stream: Stream, channel: str) -> Bools:
 
 
 def more_below(rest: Floats) -> bool:
-    """Whether the remaining samples have more outliers than noise makes, so that smaller spikes remain."""
+    """Whether the remaining samples have more outliers than noise, so that smaller spikes remain."""
     scale = _scale(rest)
     return not scale.smooth and hidden(rest, scale.step)
 
 
 @stream_fact
 def spikes(stream: Stream) -> list[MaskedFinding]:
-    """Spikes of each channel: number, time and height; at most one finding a channel."""
+    """Report the spikes of each channel: number, time and height. At most one finding per channel."""
     findings: list[MaskedFinding] = []
     for k, channel in enumerate(stream.channels):
         is_spike = spike_mask(stream, channel)
@@ -169,14 +169,14 @@ def _finding(stream: Stream, channel: str, is_spike: Bools) -> Finding:
 
 
 def _multiple(n: int) -> float:
-    """Threshold in standard deviations: six, more for long records, and for short ones, whose scale is uncertain."""
+    """Threshold in standard deviations: six; more for long records, and for short records, whose scale is uncertain."""
     needed = -NormalDist().inv_cdf(FALSE_SPIKES / (2 * n))
     used = min(n, STRETCH * STRETCHES)
     return max(LEAST_HEIGHT, needed) * (1 + 2 / math.sqrt(used / _SCATTER_SIDE))
 
 
 def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
-    """Distance of spikes from the median of the good samples beside them; of all good samples if none are beside them."""
+    """Distance of spikes from the median of the adjacent good samples, or of all good samples if there are none."""
     heights = np.empty(len(places))
     for start in range(0, len(places), _BATCH):
         some = places[start : start + _BATCH]
@@ -190,18 +190,18 @@ def _heights(x: Floats, clean: Floats, places: Ints) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """The noise with which a sample is compared."""
+    """Noise to which a sample is compared."""
 
     noise: float  # standard deviation of the residual against one side
     step: float  # step of the numbers
     side: int  # number of neighbours on either side
     in_tail: int  # number of residuals in the tail
     fourth: float  # standard deviation of the fourth differences, over 6
-    smooth: bool  # whether that is small, because a low-pass filter is far below the sampling rate
+    smooth: bool  # whether the noise is smooth, because a low-pass filter is far below the sampling rate
 
 
 def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> Ints:
-    """In smooth noise, keep only the samples that also stand out in the fourth differences; else keep all."""
+    """In smooth noise, keep only the samples that also stand out in the fourth differences; otherwise keep all."""
     if len(places) == 0 or not scale.smooth:
         return places
     places_present = np.flatnonzero(np.isfinite(x))
@@ -212,7 +212,7 @@ def _beyond_smooth(x: Floats, places: Ints, scale: _Scale, multiple: float) -> I
 
 
 def _scale(x: Floats) -> _Scale:
-    """The noise of a part of the record."""
+    """Estimate the noise of a part of the record."""
     parts, side = stretches(x), SIDE
     rows = np.stack(parts)
     dust = rounding_dust(rows.ravel(), len(x))
@@ -228,7 +228,7 @@ def _scale(x: Floats) -> _Scale:
             return _Scale(math.nan, 0.0, side, 0, math.inf, smooth=False)
     step = max(float(changes.min()), step_of_changes(changes)) if len(changes) else 0.0
     scale = block_rms(residual)
-    # A median of |residuals| is an integer number of half steps, so that much noise may be hidden.
+    # A median of |residuals| is an integer number of half steps, and may hide noise of that size.
     usual = median(np.abs(present(residual))) / NORMAL_QUARTILE
     in_tail = int(np.count_nonzero(np.abs(residual) > TAIL_FROM * min(scale, usual + step / 2)))
     fourth = present(np.abs(np.diff(rows, n=4, axis=1)).ravel())
@@ -240,7 +240,7 @@ def _scale(x: Floats) -> _Scale:
 
 
 def _where_two_are(x: Floats) -> Floats:
-    """Residuals of samples with at least two of the four samples before them. If most are missing, those of the whole
+    """Residuals of samples with at least two of the four preceding samples; if most are missing, residuals of the whole
     record.
     """
     places_present = np.flatnonzero(np.isfinite(x))
@@ -252,7 +252,7 @@ def _where_two_are(x: Floats) -> Floats:
 
 
 def _median(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Medians of four numbers each: half the sum without the extremes. NaN if one is missing."""
+    """Medians of four numbers: half the sum without the extremes. NaN if one is missing."""
     low = np.minimum(np.maximum(a, b), np.maximum(c, d))
     high = np.maximum(np.minimum(a, b), np.minimum(c, d))
     return np.asarray((low + high) / 2)

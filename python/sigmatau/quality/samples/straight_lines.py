@@ -16,91 +16,91 @@ from sigmatau.record.streams import Stream
 
 # Probability of a reported outage in a record of noise alone. [1] Judgement: one false alarm in 10⁴ channels.
 _FALSE_ALARM = 1e-4
-# Smallest share of single samples that is reported, beyond chance. [1] Judgement: fewer change no coefficient.
+# Smallest share of single samples that is reported, beyond chance. [1] Judgement: fewer do not change a coefficient.
 _MIN_SHARE = 0.004
 # Multiple of the share by chance that is added. [1] Judgement: intermittent noise has more differences near zero than
 # its mean shows.
 _TIMES_CHANCE = 3.0
-# Shortest line by which the tail of the others is judged. [samples] Judgement: three samples are on a line by chance
+# Shortest line in the tail by which other lines are judged. [samples] Judgement: three samples are on a line by chance
 # more often than an exponential tail predicts.
-_IN_TAIL = 4
-# Share of samples on lines beyond which too little noise is left for a comparison. [1] Judgement: a tenth of the record
-# is noise.
+_LEAST_IN_TAIL = 4
+# Share of samples on lines above which too little noise is left for a comparison. [1] Judgement: a tenth of the record
+# must be noise.
 _MAX_SHARE = 0.9
-# Length from which on a line is an outage instead of interpolated single samples. [samples] Judgement: a radio link
+# Length above which a line is an outage instead of interpolated single samples. [samples] Judgement: a radio link
 # loses a few samples at a time.
 _MIN_STRETCH = 16
-# Share of second differences that are 0 by chance, beyond which chance and lines cannot be distinguished. [1]
-# Judgement: a line of 5 samples is then one in 10⁴.
+# Share of second differences that are 0 by chance, above which chance and lines cannot be distinguished. [1] Judgement:
+# a line of 5 samples is then one in 10⁴.
 TOO_COARSE = 0.15
-# Rounding of a second difference, as a share of the samples. [1] Derived: four samples of half a unit in the last place
-# each, and their unit conversion.
+# Rounding of a second difference, relative to the samples. [1] Derived: half a unit in the last place of each of four
+# samples, and of their unit conversion.
 _ROUNDING = 16 * float(np.finfo(float).eps)
 # Share of the usual second difference that counts as 0, because of single precision and printed decimals. [1] Derived:
 # noise is below it in one of 1250 cases.
-_NOTHING = 1e-3
-# Smallest number of differences for a share. [1] Judgement: a share is then known to 0.06.
+_ZERO_SHARE = 1e-3
+# Smallest number of differences for a share. [1] Judgement: a share then has an error of 0.06.
 _MIN_DIFFERENCES = 64
-# Samples that decide which differences are 0. [samples] Derived: 52 are below `_NOTHING` by chance, a share that is
-# known to a seventh.
+# Number of samples that decide which differences are 0. [samples] Derived: 52 are below `_ZERO_SHARE` by chance, with
+# an error of a seventh.
 _EXAMINED = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The size up to which second differences of a channel count as 0."""
+    """Size up to which second differences of a channel count as 0."""
 
     rounding: float  # rounding of a second difference by double precision [unit of the stream]
     largest: float  # second differences up to this are 0 [unit of the stream]
-    scale: float  # root mean square of those that are not 0 to rounding [unit of the stream]
+    scale: float  # root mean square of the second differences that are not 0 to rounding [unit of the stream]
     chance: float  # share of second differences that are 0 in noise; 1 if there is no noise
 
 
 def tolerance(stream: Stream, channel: str, some: Floats) -> Tolerance | None:
-    """The second differences that are 0 in some samples of a channel; None if there are too few."""
+    """Tolerance for zero second differences, from some samples of a channel; None if there are too few."""
     second = np.diff(some, n=2)
     if np.count_nonzero(np.isfinite(second)) < _MIN_DIFFERENCES:
         return None
     rounding = _ROUNDING * float(np.abs(some[np.isfinite(some)]).max())
     scale = block_rms(second[np.abs(second) > rounding])
-    # Four numbers rounded by up to q/2 each leave 2q.
-    largest = rounding + _NOTHING * scale + 2.01 * find_step(stream, channel)
+    # Rounding of four numbers by up to q/2 each adds up to 2q.
+    largest = rounding + _ZERO_SHARE * scale + 2.01 * find_step(stream, channel)
     chance = 2 * largest / (math.sqrt(2 * math.pi) * scale) if scale > 0 else 1.0
     return Tolerance(rounding, largest, scale, chance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StraightParts:
-    """Which samples lie on the line through their neighbours."""
+    """Samples on the line through their neighbours."""
 
     # the samples on a line
-    places: Ints  # the same as above
-    chance: float  # share of all samples that noise puts on a line
-    # change of second differences from sample to sample over their size; 1.8 of white noise, little behind a filter
+    places: Ints  # indices of these samples
+    chance: float  # share of all samples that are on a line in noise
+    # change of second differences from sample to sample, over their size: 1.8 for white noise, small after a filter
     smooth: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Filled:
-    """Samples that were filled in with straight lines where others were lost."""
+    """Lost samples that were filled in with straight lines."""
 
-    first: Ints  # first sample and length of each run of them
+    first: Ints  # first sample and length of each run of filled samples
     lengths: Ints
-    min_stretch: int  # length of a run from which on it is an outage
-    singles: float  # share of the samples in shorter runs, minus what chance puts on lines
-    # N at long τ over the sensor's own: samples beside a loss count for it too. Runs of 16 samples or more not counted
+    min_stretch: int  # length of a run above which it is an outage
+    singles: float  # share of the samples in shorter runs, minus that on lines by chance
+    # N at long τ over that of the sensor: samples next to a gap have more weight. Runs of 16 samples or more are ignored
     random_walk: float
     short: float  # σ at one sample over that of the sensor
 
     @property
     def outages(self) -> Runs:
-        """First samples and lengths of the runs that are outages and not single samples."""
+        """First samples and lengths of the runs that are outages."""
         long = self.lengths >= self.min_stretch
         return self.first[long], self.lengths[long]
 
 
 def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
-    """Samples on the line through their neighbours, to rounding; None if steps so coarse, or too few samples, hide lines."""
+    """Find samples on the line through their neighbours, to rounding; None if coarse steps or too few samples hide lines."""
     some = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, some)
     if zero is None or zero.chance > TOO_COARSE:
@@ -113,10 +113,11 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
         on = size[small] <= zero.largest
         beyond += len(small) - int(np.count_nonzero(on))
         places.append(small[on] + start + 1)
-    # Noise has nearly the same density a little beyond; intermittent noise has more near zero than its mean predicts.
+    # Noise has nearly the same density just beyond the tolerance; intermittent noise is near zero more often than its
+    # mean predicts.
     chance = max(zero.chance, beyond / (2 * max(stream.grid.n, 1)))
-    # Counts to which a slow bias was added have no common step, but changes of nearly zero as often as lines; of white noise
-    # changes are √3 times as often near zero as second differences, which are so much larger.
+    # Counts with an added slow bias have no common step, but changes of nearly zero as often as lines. In white noise,
+    # changes are near zero √3 times as often as second differences, which are √3 times larger.
     second = np.diff(some, n=2)
     second = second[np.isfinite(second)]
     equal = float(np.count_nonzero(np.abs(np.diff(some)) <= zero.largest)) / len(second)
@@ -127,12 +128,12 @@ def straight_parts(stream: Stream, channel: str) -> StraightParts | None:
 
 @channel_fact
 def filled(stream: Stream, channel: str) -> Filled | None:
-    """Samples of a channel that were filled in with straight lines, where others were lost.
+    """Find lost samples of a channel that were filled in with straight lines.
 
-    A line of L samples is reported if n·p^L < 1e-4, where p is the share of samples on lines in white noise; a longer one is
-    required if the changes of second differences are small. Single samples are reported if more than 0.4 % are on lines
-    beyond three times chance and the samples between them change as noise does: in a record interpolated from another rate
-    all samples are on lines.
+    A line of L samples is reported if n·p^L < 1e-4, where p is the share of samples on lines in white noise; a longer one
+    is required if the changes of second differences are small. Single samples are reported if more than 0.4 % are on
+    lines, beyond three times the share by chance, and the samples between them change like noise: in a record
+    interpolated from another rate all samples are on lines.
     """
     parts = straight_parts(stream, channel)
     if parts is None or not len(parts.places):
@@ -145,7 +146,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     longest = math.log(n / _FALSE_ALARM) / -math.log(max(share, parts.chance)) * max(1.0, 1 / max(parts.smooth, 1e-3))
     steps = resolution(stream, channel)
     if steps is not None and steps.ratio < FEW_STEPS:
-        longest = max(longest, longest_of_tail(lengths[lengths >= _IN_TAIL], false_alarm=_FALSE_ALARM))
+        longest = max(longest, longest_of_tail(lengths[lengths >= _LEAST_IN_TAIL], false_alarm=_FALSE_ALARM))
     long = lengths >= max(_MIN_STRETCH, longest)
     single = lengths < _MIN_STRETCH
     chance = parts.chance
@@ -155,7 +156,7 @@ def filled(stream: Stream, channel: str) -> Filled | None:
     if not (long | single).any():
         return None
     x = stream.column(channel)
-    # Samples that are all equal are stuck, and not on a line.
+    # Equal samples are stuck and not on a line.
     moves = np.cumsum(np.concatenate(([False, False], x[1:] != x[:-1])))
     level = moves[first + lengths] == moves[first]
     long &= ~level
@@ -181,8 +182,9 @@ def filled(stream: Stream, channel: str) -> Filled | None:
 def _noise_between(x: Floats, straight: Ints) -> bool:
     """Whether adjacent changes away from the lines belong to different lines, as in noise.
 
-    Interpolation to less than 2.5 times the rate makes a correlation of +0.2; white noise has −1/2, noise after a filter up
-    to 1. Then the number of samples between lines decides: between lines through samples of a lower rate it is even, or one.
+    Interpolation to less than 2.5 times the rate has a correlation of +0.2, white noise −1/2, and noise after a filter up
+    to 1. If the correlation does not decide, the number of samples between lines does: for a lower rate it is even, or
+    one.
     """
     between = np.ones(len(x), dtype=bool)
     between[straight] = False
@@ -201,11 +203,9 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
 
 
 def _effect_of_lost(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
-    """N at long τ and σ at one sample, both over those of the sensor.
-
-    A gap of g samples adds g/2 of weight to each of the two samples beside it: N² is proportional to the mean of the squared
-    weights over all rows. Each of the g + 1 changes across it is (b − a)/(g + 1), so that their squares sum to a (g + 1)⁻¹
-    share instead of g + 1.
+    """N at long τ and σ at one sample, both over those of the sensor. A gap of g samples adds a weight of g/2 to each of
+    the two adjacent samples: N² is proportional to the mean of the squared weights over all rows. Each of the g + 1
+    changes across the gap is (b − a)/(g + 1), so that their squares sum to a (g + 1)⁻¹ share instead of g + 1.
     """
     weight = np.ones(n + 2)
     gone = np.zeros(n + 2, dtype=np.int8)

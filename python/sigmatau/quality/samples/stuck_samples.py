@@ -25,36 +25,36 @@ from sigmatau.quality.samples.repeated_samples import repeats, runs_of_equal, ru
 from sigmatau.quality.samples.resolution import resolution, usual_value
 from sigmatau.record.streams import Stream
 
-# Probability of a reported run in a record of noise alone. [1] Judgement: one false alarm in 10⁴ channels.
+# Probability of a reported run in a record of noise only. [1] Judgement: one false alarm in 10⁴ channels.
 _FALSE_ALARM = 1e-4
 # Shortest run that is reported. [samples] Measured: logs of real sensors have triples without a fault.
 _MIN_RUN = 5
-# Observed noise from which on runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may stay at one
+# Observed noise above which runs are judged. [steps] Derived: rounded noise of 0.15 steps, which may stay at one
 # value, shows 0 to 0.5 steps, depending on the position of its mean between two steps.
 _MIN_NOISE_STEPS = 0.6
 # Power of the second differences, over that of the first differences, below which noise is smooth. [1] Derived: a
 # random walk has 2.
 _SMOOTH = 1.0
-# Smallest change beside a run of smooth noise, for the run to be a fault. [steps] Judgement: noise that stays at a
-# value leaves it by a step or two.
+# Smallest change next to a faulty run of smooth noise. [steps] Judgement: noise that stays at a value leaves it by a
+# step or two.
 _JUMP = 2.5
-# The same change, over the white part of the noise. [1] Judgement: see `_JUMP`.
+# Smallest such change, over the white part of the noise. [1] Judgement: see `_JUMP`.
 _TIMES_NOISE = 1.0
 # Smallest share of the visits to zero that are in runs. [1] Judgement: single samples of a sensor whose range ends at
 # zero, or whose numbers are coarse, are zero too.
 _MIN_SHARE_IN_RUNS = 0.95
-# Samples that decide whether the noise is smooth. [samples] Judgement: a power is then known to 1 %.
+# Number of samples that decide whether the noise is smooth. [samples] Judgement: a power then has an error of 1 %.
 _EXAMINED = 1 << 14
 
 
 @channel_fact
 def stuck_runs(stream: Stream, channel: str) -> Runs:
-    """First samples and lengths of the runs of equal samples of a channel that are longer than the noise can explain.
+    """Find runs of equal samples of a channel that are longer than the noise can explain; return first samples and lengths.
 
-    A run is too long if n·p^length < 1e-4, where p is the largest probability that a sample of the white part of the noise
-    falls into one step, the middle one. Noise after a low-pass filter stays at one value at its extremes; beside a faulty
-    run it jumps. No run is reported if the numbers show less than 0.6 steps of noise: the mean may then be near the border
-    of a step, and the noise may stay at one value when the mean is in the middle of another.
+    A run is too long if n·p^length < 1e-4, where p is the largest probability that a sample of the white part of the
+    noise falls into one step, the middle one. Noise after a low-pass filter stays at one value at its extremes; next to a
+    faulty run it jumps. No run is reported if the numbers show less than 0.6 steps of noise: with the mean near the
+    border of a step they show noise, but with the mean in the middle of a step the noise may stay at one value.
     """
     x = stream.column(channel)
     first, lengths = runs_of_equal(x, shortest=_MIN_RUN)
@@ -70,12 +70,12 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         if resolved is not None:
             if resolved.ratio < _MIN_NOISE_STEPS:
                 return math.inf
-            # Rounding adds q²/12 to the visible noise; neighbours differ in quantization noise by 3/2 of what they do
-            # in white noise.
+            # Rounding adds q²/12 to the visible noise; the differences of neighbours are 3/2 as large in quantization
+            # noise as in white noise.
             variance = (resolved.noise**2 * times - resolved.step**2 / 12) / 1.5
             stay = 2 * NormalDist().cdf(resolved.step / (2 * math.sqrt(variance))) - 1
         longest = longest_by_chance(max(stay, usual))
-        # Irregular repetition has runs of twice its mean, and rarely more.
+        # Irregular repetition has runs of up to twice its mean, and rarely longer ones.
         return max(_MIN_RUN, longest) * (1 if times <= 1 else 2 * times)
 
     is_stuck = lengths > limit(1.0)
@@ -84,7 +84,7 @@ def stuck_runs(stream: Stream, channel: str) -> Runs:
         if held is not None and channel in held.channels:
             is_stuck = lengths > limit(max(held.times, held.longest / 2))
     if is_stuck.any() and resolved is not None and resolved.ratio < FEW_STEPS:
-        for value in np.unique(x[first[is_stuck]]):  # on which a counter rests between its pulses
+        for value in np.unique(x[first[is_stuck]]):  # value of a counter between its pulses
             runs, (_, visits) = x[first] == value, runs_of_places(np.flatnonzero(x == value))
             usual = int(visits.sum() - lengths[runs & is_stuck].sum()) / len(x)
             tails = (longest_of_tail(group, false_alarm=_FALSE_ALARM) for group in (visits, lengths[runs]))
@@ -104,7 +104,9 @@ def _is_smooth(x: Floats) -> bool:
 
 
 def zero_rate(stream: Stream, channel: str) -> float | None:
-    """The rate that the number 0 of the log means; None for accumulated values, whose rate is 0 while they are constant."""
+    """Rate that corresponds to the number 0 in the log; None for accumulated values, whose rate is 0 while they are
+    constant.
+    """
     transform = stream.samples.transforms[stream.channels.index(channel)]
     if transform.kind == "accumulated":
         return None
@@ -113,8 +115,8 @@ def zero_rate(stream: Stream, channel: str) -> float | None:
 
 
 def zero_runs(stream: Stream, channel: str) -> Runs:
-    """The runs in which the log contains only the number 0; none if single samples are 0 too (coarse numbers, or a range
-    from 0 on).
+    """Runs in which the log contains only the number 0; none if single samples are also 0 (coarse numbers, or a range
+    that begins at 0).
     """
     first, lengths = stuck_runs(stream, channel)
     if len(first) == 0:
@@ -149,7 +151,7 @@ def stuck_samples(stream: Stream) -> list[MaskedFinding]:
 
 
 def held(kind: type[Dropout | StuckSamples], stream: Stream, mask: Bools) -> list[MaskedFinding]:
-    """One finding about samples of a mask; none if it is empty."""
+    """Build one finding about the samples of a mask; none if it is empty."""
     if not mask.any():
         return []
     counts = np.count_nonzero(mask, axis=0)

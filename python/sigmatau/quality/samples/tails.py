@@ -1,4 +1,4 @@
-"""The random walk with the spikes that belong to a continuous tail, and without small spikes that remain in the noise."""
+"""Random walk with the spikes that belong to a continuous tail, and without small spikes that remain in the noise."""
 
 from __future__ import annotations
 
@@ -12,32 +12,31 @@ from sigmatau.frozen import frozen
 from sigmatau.quality.samples.common import beyond_chance, present
 from sigmatau.quality.samples.spike_scale import FALSE_SPIKES, TIMES
 
-# Exponent α of the heaviest tail that ends without a gap. [1] Derived: Student's t with 3 degrees of freedom. Of the
-# k largest samples the ratio of the smallest to the next smaller one exceeds r with probability r^-kα.
+# Exponent α of the heaviest tail that ends without a gap. [1] Derived: Student's t with 3 degrees of freedom. The ratio
+# of the k-th largest sample to the next smaller one exceeds r with probability r^-kα.
 _TAIL_EXPONENT = 3.0
-# Height of small spikes, which stand alone. [standard deviations] Derived: noise is beyond it once in 150 000
-# samples.
+# Height of small, isolated spikes. [standard deviations] Derived: noise is beyond it once in 150 000 samples.
 _SMALL = 4.5
 # Largest ratio of the variance of the other samples of the block and of its neighbours to the usual variance. [1]
 # Derived: χ² with 31 degrees of freedom reaches 2 times its mean once in 1000 blocks.
 _QUIET = 2.0
 # Length of the stretches whose mean is subtracted. [samples] Judgement: slower noise is not part of the white level.
 _MEAN_BLOCK = 32
-# Smallest number of samples in a block. [samples] Derived: the variance of one is not defined.
+# Smallest number of samples in a block. [samples] Derived: one sample has no variance.
 _MIN_PRESENT = 2
 
 
 @frozen
 class TailReading:
-    """The random walk with all samples of a tail.
+    """Random walk with all samples of a tail.
 
     Attributes
     ----------
     factor : float
         Random walk with the spikes that belong to the tail, over that without them; 1 if no spike does. [1]
     error : float
-        Relative standard error of the random walk with these spikes, from the kurtosis of all samples of the tail, and from
-        the variance of a tail beyond the samples of the record. [1]
+        Relative standard error of the random walk with these spikes, from the kurtosis of all samples of the tail and the
+        variance of a tail beyond the samples of the record. [1]
     """
 
     factor: float
@@ -45,7 +44,7 @@ class TailReading:
 
 
 def read_tail(clean: Floats, heights: Floats) -> TailReading:
-    """Random walk with the spikes of a continuous tail: those below the gaps in the sizes of spikes.
+    """Compute the random walk with the spikes of a continuous tail, those below all gaps in the sizes of spikes.
 
     White noise has N² = σ²τ₀, so the factor is the root of the ratio of the variances. The relative variance of N² from n
     samples with the excess kurtosis κ is (2 + κ)/n; the interval of the fit includes the first term. The kurtosis of a
@@ -57,7 +56,7 @@ def read_tail(clean: Floats, heights: Floats) -> TailReading:
     clean : ndarray, shape (n,)
         Samples without the spikes, which are NaN. [any unit]
     heights : ndarray, shape (k,)
-        Spikes less the median of their neighbours. [unit of `clean`]
+        Spikes minus the median of their neighbours. [unit of `clean`]
     """
     squares = present(_squares(clean).ravel())
     if len(squares) == 0:
@@ -70,7 +69,7 @@ def read_tail(clean: Floats, heights: Floats) -> TailReading:
         return TailReading(factor=1.0, error=0.0)
     fourth = (float((squares * squares).sum()) + float((tail * tail).sum())) / count
     kurtosis = max(fourth / variance**2 - 3, 0.0)
-    # Half of the tail is above its median, so that one sample of the record is expected beyond m (k/2)^(1/α).
+    # Half of the tail is above its median m, so that one sample of the record is expected beyond m (k/2)^(1/α).
     highest = median(tail) * (len(tail) / 2) ** (2 / _TAIL_EXPONENT)
     beyond = _TAIL_EXPONENT / (_TAIL_EXPONENT - 2) * highest / (variance * count)
     return TailReading(
@@ -91,7 +90,7 @@ def _without_gap(sizes: Floats, largest: float) -> Floats:
 
 
 def read_small_spikes(clean: Floats) -> float:
-    """Random walk of all samples over that without small spikes; 1 if no more samples stand out alone than noise makes.
+    """Random walk of all samples over that without small spikes; 1 if there are no more isolated outliers than in noise.
 
     Parameters
     ----------
@@ -114,7 +113,7 @@ def read_small_spikes(clean: Floats) -> float:
 
 
 def _squares(x: Floats) -> Floats:
-    """Squares of the samples less the mean of their block, with the variance of the samples; one row per block."""
+    """Squares of the samples minus the mean of their block, scaled to the variance of the samples; one row per block."""
     blocks = x[: len(x) // _MEAN_BLOCK * _MEAN_BLOCK].reshape(-1, _MEAN_BLOCK)
     finite = np.isfinite(blocks)
     count = finite.sum(axis=1)

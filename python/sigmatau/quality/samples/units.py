@@ -1,4 +1,4 @@
-"""Check of units: gravity against the mean, and noise, mean and steps against those of existing sensors."""
+"""Check of units: compares the mean with gravity, and noise, mean and steps with those of existing sensors."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _EARTH_RATE = 7.292115e-5  # IERS [rad/s]
 
 
 # Relative difference from gravity that bias and scale errors explain. [1] Datasheets: consumer accelerometers have a
-# bias of 100 mg and scale errors of some percent.
+# bias of 100 mg and scale errors of a few per cent.
 GRAVITY_TOLERANCE = 0.12
 # Gravity on the ground. [m/s^2] Literature: 9.764 (Huascarán) to 9.834 m/s² (Arctic Ocean); J. Hirt et al., GRL 40
 # (2013).
@@ -68,7 +68,7 @@ _ON_GROUND = (9.75, 9.85)
 # Allan variance is useful.
 _WITHOUT_GRAVITY = 0.5
 # Steps of known gyros. [deg/s] Datasheets: InvenSense MPU and ICM (131 to 16.4 LSB per deg/s), Bosch BMI (262.144 to
-# 16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that a rounded decimal could have too are left out.
+# 16.384), ST LSM and L3G (4.375 to 70 mdps). Steps that may also come from rounded decimals are left out.
 _KNOWN_STEPS = (
     *(1 / 131 * k for k in (1, 131 / 65.5, 131 / 32.8, 131 / 16.4)),
     *(2.0**k / 262.144 for k in range(5)),
@@ -76,7 +76,7 @@ _KNOWN_STEPS = (
     8.75e-3,
     17.5e-3,
 )
-# Relative difference of a step from a known one. [1] Judgement: the step of a log is known to about that.
+# Largest relative difference of a step from a known step. [1] Judgement: about the error of the step of a log.
 _SAME_STEP = 1e-4
 # Relative difference of the factor of a channel from that of a unit. [1] Judgement: typed factors have seven digits.
 _SAME_FACTOR = 1e-6
@@ -92,28 +92,28 @@ _TIMES_NOISIEST = 2.0
 _EARTH_NOISE = 5e-4 * DEGREE / 60
 # Relative difference of the mean from the Earth's rate. [1] Judgement: axes that are not orthogonal.
 _EARTH_TOLERANCE = 0.3
-# White noise below which a gyro is optical and has a bias of at most some deg/h: 0.01 deg/√h. [rad/s/√Hz] Judgement:
+# White noise below which a gyro is optical and has a bias of at most a few deg/h: 0.01 deg/√h. [rad/s/√Hz] Judgement:
 # MEMS gyros have more.
 _OPTICAL_NOISE = 0.01 * DEGREE / 60
 # Mean rate that is too large for the bias of an optical gyro. [rad/s] Derived: three times the Earth's rate; MEMS
 # gyros have 100 to 10⁵ deg/h.
 _MIN_MEMS_BIAS = 45 * DEGREE / 3600
-# Samples from which the noise is estimated. [samples] Judgement: it is compared with factors of two and more.
+# Number of samples used to estimate the noise. [samples] Judgement: it is compared with factors of two or more.
 _EXAMINED = 1 << 17
-# Averaging time below which an Allan variance of few pairs is used too. [samples] Judgement: a short record has few
+# Averaging time below which Allan variances of few pairs are used too. [samples] Judgement: a short record has few
 # pairs at longer times.
 _SHORT = 64
-# Smallest number of pairs of clusters at the other times. [1] Derived: a relative error of √(3/200), 12 %.
+# Smallest number of pairs of clusters at longer times. [1] Derived: a relative error of √(3/200), 12 %.
 _LEAST_PAIRS = 200
 
 
 def implausible_unit(stream: Stream) -> list[Finding]:
-    """Check whether the samples are in another unit than stated: at most one finding, with one factor for all terms.
+    """Check whether the samples are in a unit other than the stated one: at most one finding, with one factor for all terms.
 
-    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros noisier than any gyro are in
-    deg/s or are raw counts. Gyros with a bias that gyros with so little noise do not have are in rad/s. A step that
-    datasheets state for the other unit distinguishes the two as well. Sensors quieter than the quietest are in a larger unit
-    than stated. So are gyros that are quiet enough to measure the Earth's rotation but have another mean.
+    An accelerometer triad at rest measures gravity: if |mean| is near 1, the unit is g. Gyros noisier than any existing
+    gyro are in deg/s or are raw counts. Gyros whose bias is too large for their low noise are in rad/s. A step that
+    datasheets state for the other unit also distinguishes the two. Sensors quieter than the quietest are in a larger unit
+    than stated; so are gyros that are quiet enough to measure the Earth's rotation but have another mean.
     """
     if not has_plausible_values(stream):
         return []
@@ -130,10 +130,8 @@ def implausible_unit(stream: Stream) -> list[Finding]:
 
 
 def gravity(stream: Stream) -> list[Finding]:
-    """The mean of an orthogonal accelerometer triad at rest, where it is not 9.75 to 9.85 m/s²; at most one finding.
-
-    An info for biases and scale errors, and where gravity has been removed; a warning for other values
-    that no mistaken unit explains.
+    """Report the mean of an orthogonal accelerometer triad at rest if it is not 9.75 to 9.85 m/s²; at most one finding.
+    It is an info for biases, scale errors and removed gravity; a warning for other values that no mistaken unit explains.
     """
     if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):
         return []
@@ -160,7 +158,7 @@ def is_gravity(acceleration: float) -> bool:
 
 
 def mean_rate(stream: Stream) -> list[Finding]:
-    """Report a mean of gyros above the zero-rate offset of usual gyros, or a steady rotation: at most one warning."""
+    """Report a mean of gyros above the zero-rate offset of usual gyros (offset or steady rotation): at most one warning."""
     if stream.quantity != "angular_rate" or not _is_measured(stream):
         return []
     mean = mean_vector(stream)
@@ -229,7 +227,7 @@ def _by_noise(stream: Stream) -> list[Finding]:
 
 
 def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
-    """Reason why a sensor cannot have so little white noise; None if it can."""
+    """Reason why the white noise is too low for the sensor; None if it is plausible."""
     is_gyro_triad = stream.quantity == "angular_rate" and len(stream.channels) == _AXES
     if is_gyro_triad and abs(mean_vector(stream) / _EARTH_RATE - 1) < _EARTH_TOLERANCE:
         return None
@@ -239,7 +237,7 @@ def _quiet_evidence(stream: Stream, highest: float) -> Evidence | None:
 
 
 def _louder_unit(stream: Stream, noise: float) -> str:
-    """The likeliest larger unit in which the noise is that of an existing sensor; empty if there is none."""
+    """Most likely larger unit in which the noise is that of an existing sensor; empty if there is none."""
     limits = SENSOR_CLASSES[stream.quantity]
     stated = _stated(stream)
     for likely in _MISTAKES.get(stated, ()):
@@ -277,7 +275,7 @@ def _finding(
 
 
 def _stated(stream: Stream) -> str:
-    """The unit of `_MISTAKES` in which all channels were read; empty for another unit, or several."""
+    """Unit of `_MISTAKES` in which all channels were read; empty for another unit or several units."""
     factors = [transform.factor for transform in stream.samples.transforms]
     units = (unit for unit in _MISTAKES if find(unit).si == stream.unit)
     alike = (unit for unit in units if all(abs(f / to_si(1.0, unit) - 1) < _SAME_FACTOR for f in factors))

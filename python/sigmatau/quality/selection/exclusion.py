@@ -1,6 +1,6 @@
 """Exclusion of stretches of a record: their samples count as missing, and the grid stays as it is.
 
-A window is one piece; several short stretches can be left out from the middle of a record without losing the rest.
+Unlike a window, it can leave out several short stretches from the middle of a record.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     ----------
     record : Record
     stretches : str or sequence of str
-        ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record, the end
-        not included; units ms, s, min, h, d.
+        ``"720s:722s"``, ``"720s:722s,1080s:1083s"``, ``":10s"``, ``"2h:"``: times from the beginning of the record,
+        without the end; units ms, s, min, h, d.
 
     Raises
     ------
     OptionError
-        For any other text, for a stretch beyond the record, or if fewer than 4 samples are left.
+        For any other text, for a stretch beyond the record, or if fewer than 4 samples remain.
     """
     parts = _parts(stretches)
     if not parts:
@@ -55,7 +55,7 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
     spans = [_span(part, end, "leave_out") for part in parts]
     streams, left_out = [], list[LeftOutOfStream]()
     for stream in record.streams:
-        if stream.quantity == "temperature":  # a disturbance of the sensors does not reach it
+        if stream.quantity == "temperature":  # not affected by a disturbance of the sensors
             streams.append(stream)
             continue
         bad = np.zeros(stream.grid.n, dtype=bool)
@@ -86,9 +86,8 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
 
 
 def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
-    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` stands for all of them.
-
-    Times among them are those of `spans_to_keep`.
+    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` means all causes. Times
+    in the text are ignored; `spans_to_keep` reads them.
     """
     names = [part for part in _parts(keep) if ":" not in part]
     for name in names:
@@ -101,14 +100,14 @@ def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def spans_to_keep(keep: str | Sequence[str]) -> tuple[tuple[float, float], ...]:
-    """Times in which no disturbance is left out, ``"12s:12.5s"``, beside the causes of `causes_to_keep`; raises
+    """Times in which no disturbance is left out, ``"12s:12.5s"``, in a text that may also name causes. Raises
     `OptionError`. [s]
     """
     return tuple(_span(part, math.inf, "keep") for part in _parts(keep) if ":" in part)
 
 
 def _parts(texts: str | Sequence[str]) -> list[str]:
-    """The parts of texts that commas separate."""
+    """Split texts at commas."""
     listed = [texts] if isinstance(texts, str) else list(texts)
     return [part.strip() for text in listed for part in text.split(",") if part.strip()]
 

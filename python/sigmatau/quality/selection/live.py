@@ -31,7 +31,7 @@ _MOST_BLOCK = 1 << 18
 class LiveStretches:
     """Running sums of live samples, separate for stretches at rest and in motion.
 
-    A block is summed only when the next block is complete, because a motion shows in the seconds before it too.
+    A block is summed only when the next block is complete, because a motion also affects the preceding seconds.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class LiveStretches:
         self._number = 0  # number of waiting samples
         self._moving = False
         self._current = self._new(0)
-        self._longest: dict[bool, Accumulator] = {}  # by whether the sensor moves: the longest stretch that has ended
+        self._longest: dict[bool, Accumulator] = {}  # longest ended stretch, by whether the sensor moves
         # first and last sample of each ended stretch, and whether the sensor moves in it
         self._stretches: list[tuple[int, int, bool]] = []
 
@@ -98,7 +98,7 @@ class LiveStretches:
 
     @property
     def first_block(self) -> float:
-        """Length of the record from which on there are sums. [s]"""
+        """Length of the record from which there are sums. [s]"""
         return 2 * self._block / self.rate if self.judged else 0.0
 
     @property
@@ -131,7 +131,7 @@ class LiveStretches:
         return Rest(verdict=verdict, still=still, motion=self.motion)
 
     def findings(self) -> list[Finding]:
-        """The finding about motion; empty at rest."""
+        """Report motion; empty at rest."""
         resting, spans = self.rest(), self._spans()
         length = spans[-1][1] if spans else 0.0
         start, stop = self.sums.start / self.rate, (self.sums.start + self.sums.n) / self.rate
@@ -155,8 +155,8 @@ class LiveStretches:
         stretches = [*self._stretches, *([(first, last, self._moving)] if last > first else [])]
         return [(a / self.rate, b / self.rate, moves) for a, b, moves in stretches]
 
-    def _add_block(self, block: Floats, behind: Floats) -> None:
-        motion = self._motion(block, behind)
+    def _add_block(self, block: Floats, following: Floats) -> None:
+        motion = self._motion(block, following)
         if motion is not None and (self.motion is None or motion.times > self.motion.times):
             self.motion = motion
         moving = motion is not None and not self.assumed
@@ -175,9 +175,9 @@ class LiveStretches:
             self._current = self._new(ended.start + ended.n)
         self._moving = moving
 
-    def _motion(self, block: Floats, behind: Floats) -> Motion | None:
+    def _motion(self, block: Floats, following: Floats) -> Motion | None:
         """The strongest motion of a block, judged with both neighbours; None if the whole block is at rest."""
-        x = np.concatenate([self._before, block, behind])
+        x = np.concatenate([self._before, block, following])
         if len(x) < MIN_SAMPLES:
             return None
         columns = dict(zip(self.channels, x.T.copy(), strict=True))

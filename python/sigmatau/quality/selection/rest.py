@@ -1,7 +1,7 @@
-"""The verdict on a record: at rest, partly at rest, not at rest, too short to tell; and the part that is analysed.
+"""Verdict on a record (at rest, partly at rest, not at rest, too short to tell), and the part that is analysed.
 
-A record that is partly at rest is cut to the longest stretch at rest. If a sensor has the same mean before and after a
-motion, to within its drift, only the motion is left out: its samples count as missing.
+A record that is partly at rest is cut to the longest stretch at rest. If the mean of a sensor is the same before and
+after a motion, to within its drift, only the motion is left out: its samples count as missing.
 """
 
 from __future__ import annotations
@@ -41,33 +41,34 @@ _NO_COEFFICIENTS = {
 _REASONS = {"not_at_rest": "not at rest", "too_short_to_tell": "too short to tell rest from motion"}
 
 
-# Shortest stretch at rest that is worth an analysis. [s] Judgement: as the shortest record with accelerometers alone,
-# see `_SHORTEST`.
+# Shortest stretch at rest that is analysed. [s] Judgement: as the shortest record with accelerometers alone, see
+# `_SHORTEST`.
 _LEAST_STILL = 20.0
-# Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: a moving sensor is at rest
-# for less by chance.
+# Smallest share of the longest stretch in a record that is partly at rest. [1] Judgement: by chance, a moving sensor is
+# at rest for a shorter time.
 _LEAST_SHARE = 0.25
-# The same for the sum of all stretches. [1] Judgement: a record in several positions.
+# Smallest share of all stretches in a record that is partly at rest. [1] Judgement: allows for a record in several
+# positions.
 _LEAST_SUM = 0.5
 # Number of stretches at rest that a finding about motion lists. [1] Judgement: the longest are enough to choose from.
 _LISTED = 3
-# Share of the record whose loss is only an info. [1] Judgement: intervals become 5 % wider.
-_LITTLE = 0.1
+# Largest loss of a record that is only an info, as a share. [1] Judgement: intervals become 5 % wider.
+_MINOR_LOSS = 0.1
 # Longest means that are compared before and after a motion. [s] Judgement: the drift over a minute is small.
 _MEAN = 60.0
-# The same over the longer of both stretches. [1] Judgement: each stretch then has several differences.
-_PART_OF_STRETCH = 0.1
-# Difference of the means before and after a motion, over the root mean square of differences without motion, from
-# which on the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
+# Longest such means, over the longer of the two stretches. [1] Judgement: each stretch then has several differences.
+_MEAN_SHARE = 0.1
+# Difference of the means before and after a motion, over the root mean square of differences without motion above
+# which the position has changed. [1] Derived: noise exceeds it in 0.3 % of the cases.
 _OTHER_POSITION = 3.0
-# Smallest number of differences without motion. [1] Judgement: their root mean square is known to a quarter.
+# Smallest number of differences without motion. [1] Judgement: their root mean square then has an error of a quarter.
 _LEAST_DIFFERENCES = 8
 # Length of the shortest record that can be judged. [s] Study: docs/study/rest.md lists the shares of moving records
 # that shorter records hide.
 _SHORTEST = {"angular_rate": 10.0, "acceleration": 20.0}
-# The same in samples. [samples] Study: docs/study/rest.md.
+# Length of the shortest record that can be judged. [samples] Study: docs/study/rest.md.
 _LEAST_SAMPLES = 150
-# Share of that length that is long enough. [1] Judgement: a record of 10 s may lack its last samples.
+# Smallest share of that length that counts as long enough. [1] Judgement: a record of 10 s may lack its last samples.
 _LONG_ENOUGH = 0.99
 
 
@@ -96,7 +97,7 @@ class Rest:
 
     @property
     def is_usable(self) -> bool:
-        """Whether the record, or a part of it, is at rest, so that there are coefficients."""
+        """Whether the record or a part of it is at rest, so that there are coefficients."""
         return self.verdict in ("at_rest", "partly_at_rest")
 
     @property
@@ -106,8 +107,8 @@ class Rest:
 
     @property
     def unit_in_doubt(self) -> bool:
-        """Whether the only sign of motion is a rate beyond any bias or noise beyond any gyro, which a wrong unit explains
-        too.
+        """Whether the only sign of motion is a rate or a noise beyond that of any gyro, which a wrong unit would also
+        explain.
         """
         return self.motion is not None and self.motion.kind in ("turns", "loud")
 
@@ -122,9 +123,8 @@ class Rest:
 
 
 def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str:
-    """Why a result has no fit: motion, a record that is too short to tell, or coefficients that were only read off.
-
-    Empty if it has one.
+    """Reason why a result has no fit: motion, a record that is too short to tell, or coefficients that were only read
+    off. Empty if it has a fit.
     """
     reason = "" if rest is None else _NO_COEFFICIENTS.get(rest.verdict, "")
     if has_read_off:
@@ -144,7 +144,7 @@ def rest(record: Record, *, threads: int | None = None) -> Rest:
     """
     begins, ends = _ends(record)
     movement = find_movement(record.streams, threads=threads)
-    if movement.spans:  # bad samples shift means too
+    if movement.spans:  # bad samples also shift means
         movement = find_movement(map(_without_faults, record.streams), threads=threads)
     spans, motion = movement.spans, movement.motion
     if motion is None:
@@ -165,7 +165,7 @@ def partly(still: Sequence[Span], duration: float) -> bool:
 
 
 def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Record, list[Finding]]:
-    """The part of a record that is analysed, and the finding about it; no finding for a record at rest.
+    """Select the part of a record that is analysed, and report it; no finding for a record at rest.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
     resting : Rest
         Verdict on the record.
     assumed : bool
-        Whether the record is analysed as it is, whatever the verdict.
+        Whether the whole record is analysed regardless of the verdict.
     """
     if not resting.is_usable or resting.motion is None or assumed:
         begins, ends = _ends(record)
@@ -202,17 +202,17 @@ def at_rest_only(record: Record, resting: Rest, *, assumed: bool) -> tuple[Recor
 def rest_findings(
     resting: Rest, *, assumed: bool, duration: float, parts: tuple[KeptOfStream, ...] = (), moved: tuple[Span, ...] = ()
 ) -> list[Finding]:
-    """The finding about a verdict; none for a record at rest.
+    """Report the verdict; no finding for a record at rest.
 
     Parameters
     ----------
     resting : Rest
     assumed : bool
-        Whether the record is analysed as it is, whatever the verdict.
+        Whether the whole record is analysed regardless of the verdict.
     duration : float
         Duration of the record. [s]
     parts : tuple of KeptOfStream
-        What is analysed of each stream of a record partly at rest.
+        Analysed parts of the streams, for a record partly at rest.
     moved : tuple of (float, float)
         Stretches in motion. [s]
     """
@@ -229,7 +229,7 @@ def rest_findings(
         return [Finding(details=details, severity="error")]
     lost = 1 - min(part.share for part in parts)
     partly_at_rest = PartlyAtRest(motion=resting.motion, moved=moved, kept=parts)
-    severity: Severity = "info" if lost < _LITTLE else "warning"
+    severity: Severity = "info" if lost < _MINOR_LOSS else "warning"
     return [Finding(details=partly_at_rest, severity=severity, spans=moved, size=lost)]
 
 
@@ -240,12 +240,12 @@ def _ends(record: Record) -> Span:
 
 
 def _without_faults(stream: Stream) -> Stream:
-    """Remove bad samples, but keep shocks and the start of a filter, which may be motion."""
+    """Remove bad samples, but keep shocks and start transients, which may be motion."""
     return without(stream, keep=("start", "shocks", "copies"))[0]
 
 
 def _still_part(stream: Stream, still: Sequence[Span], longest: Span) -> Stream:
-    """The longest stretch at rest, extended by its neighbours as long as the stream has the same mean in them."""
+    """Select the longest stretch at rest, extended by neighbouring stretches with the same mean."""
     stretches = [(_sample_index(stream, start), _sample_index(stream, stop)) for start, stop in still]
     stretches = [(a, b) for a, b in stretches if b - a >= MIN_SAMPLES]
     k = min(range(len(stretches)), key=lambda i: abs(stretches[i][0] - _sample_index(stream, longest[0])))
@@ -268,9 +268,9 @@ def _sample_index(stream: Stream, time: float) -> int:
 
 
 def _same_level(stream: Stream, stretches: Sequence[tuple[int, int]], k: int) -> bool:
-    """Whether every channel has the same mean after the motion between stretches k and k + 1 as before it."""
+    """Whether the mean of every channel is the same before and after the motion between stretches k and k + 1."""
     (a, b), (c, d) = stretches[k], stretches[k + 1]
-    length = min(_MEAN / stream.grid.tau0, _PART_OF_STRETCH * max(b - a, d - c), b - a, d - c)
+    length = min(_MEAN / stream.grid.tau0, _MEAN_SHARE * max(b - a, d - c), b - a, d - c)
     w = max(int(length), 1)
     lag = w + c - b
     for channel in range(len(stream.channels)):
@@ -289,7 +289,7 @@ def _mean(stream: Stream, channel: int, start: int, stop: int) -> float:
 
 
 def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, lag: int) -> Floats:
-    """Differences of means of w samples about `lag` samples apart: `lag` is rounded to a whole number of means."""
+    """Differences of means of w samples that are `lag` samples apart, rounded to a whole number of means."""
     n = (stop - start) // w
     apart = max(round(lag / w), 1)
     if n <= apart:
@@ -300,9 +300,8 @@ def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, la
 
 
 def shortest_record(streams: Sequence[Stream]) -> float:
-    """Length from which a record can be judged, by the sensor that needs the shortest. [s]
-
-    0 without a gyro or an accelerometer: no other quantity is judged.
+    """Shortest record that can be judged, for the sensor that needs the least. [s] 0 without a gyro or an accelerometer:
+    other quantities are not judged.
     """
     return min(
         (shortest_length([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0
@@ -316,7 +315,7 @@ def shortest_length(quantities: Iterable[str], tau0: float) -> float:
 
 
 def judged_length(streams: Sequence[Stream]) -> float:
-    """Length of the samples that are present, in the stream with the most. [s]"""
+    """Total length of the present samples, in the stream with the most. [s]"""
     return max(map(_present_length, filter(_is_judged, streams)), default=0.0)
 
 

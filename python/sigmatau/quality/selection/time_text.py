@@ -1,4 +1,4 @@
-"""Times in the text of an option: ``600s``, ``10min``, ``0``; of some options also plain seconds."""
+"""Times in the text of an option: ``600s``, ``10min``, ``0``; for some options also plain seconds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ _ZERO = re.compile(r"\s*0+(?:\.0*)?\s*")
 
 
 def parse_time(text: str, whole: str, *, option: str, forms: str) -> float:
-    """A time with its unit, ``"600s"`` or ``"2 h"``, in seconds; 0 needs no unit. OptionError for anything else.
+    """Convert a time with its unit, ``"600s"`` or ``"2 h"``, to seconds; 0 needs no unit. Raises OptionError for other
+    texts.
 
     `whole`, `option` and `forms` are for the error: the text and the name of the option, and the forms that it allows.
     """
@@ -26,7 +27,7 @@ def parse_time(text: str, whole: str, *, option: str, forms: str) -> float:
 
 
 def parse_seconds(text: str, *, option: str) -> float:
-    """A time in seconds, ``"0.5"``, or with its unit, ``"10min"``; OptionError for anything else."""
+    """Convert a time without a unit, ``"0.5"``, or with one, ``"10min"``, to seconds. Raises OptionError for other texts."""
     try:
         return float(text)
     except ValueError:

@@ -1,9 +1,10 @@
 """Selection of a part of a record by time, or of its most stable part.
 
-The paper analyses the best two hours of four. If the window with the least scatter of the measured noise is chosen, it shows
-less of this noise: of a rate random walk, half of its Allan variance at a quarter of the window (docs/study/selection.md).
-The criterion is therefore independent of the noise if possible: the temperature, or for gyros the accelerometers, and for
-accelerometers the gyros. Their noise is independent, and causes that disturb both (motion, temperature, supply) still show.
+The paper analyses the best two hours of four. A window chosen for the least scatter of the measured noise underestimates
+this noise: for a rate random walk, half of the Allan variance at a quarter of the window is missing
+(docs/study/selection.md). The criterion is therefore independent of the noise if possible: the temperature, or the
+accelerometers for gyros and the gyros for accelerometers. Their noise is independent, and disturbances of both (motion,
+temperature, supply) still show.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ from sigmatau.results import seconds
 _FORMS = "give two times such as 600s:7800s, one such as 10min: or :2h, or most-stable=2h"
 
 
-# Length of the means that are compared. [s] Judgement: white noise has averaged out, drifts have not.
+# Length of the means that are compared. [s] Judgement: white noise averages out, drifts do not.
 _BLOCK = 60.0
 # Smallest number of means in a window; the means in a short window are shorter. [1] Judgement: their standard deviation
-# is known to a quarter.
+# then has an error of a quarter.
 _LEAST_BLOCKS = 10
-# Smallest length of a mean, in samples of the stream that is the criterion. [1] Derived: one sample has no scatter.
+# Smallest length of a mean of the deciding stream. [1] Derived: one sample has no scatter.
 _LEAST_WINDOWS = 2
 # Share of the blocks in a window that may have no mean. [1] Judgement: a window with more is not stable.
 _MOST_EMPTY = 0.1
@@ -43,13 +44,13 @@ _MOST_EMPTY = 0.1
 class Criterion:
     """Criterion by which the window of a stream is chosen."""
 
-    # least range of a temperature; least scatter of the other kind of sensor; least scatter of the stream itself
+    # smallest range of a temperature; smallest scatter of the other kind of sensor; smallest scatter of the stream itself
     kind: Literal["temperature", "other", "own"]
     stream: Stream  # the stream whose values decide
 
 
 def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
-    """Cut the part of a record that ``--window`` names, and report the finding ``"window_chosen"`` of `most_stable`.
+    """Cut a record to the part that ``--window`` selects, with the finding ``"window_chosen"`` of `most_stable`.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def choose(record: Record, text: str) -> tuple[Record, list[Finding]]:
 
 
 def wanted_length(text: str) -> float | None:
-    """The length in ``"most-stable=2h"`` [s]; None for two times."""
+    """Length in ``"most-stable=2h"`` [s]; None for a text with two times."""
     name, equals, value = text.partition("=")
     if not equals:
         return None
@@ -99,7 +100,7 @@ def cut(record: Record, text: str) -> Record:
 
 
 def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
-    """Cut the most stable window of a length [s], for each stream by a criterion that is independent of its noise if
+    """Cut a record to its most stable window of a length [s]; the criterion of each stream is independent of its noise if
     possible.
 
     With a temperature: for all streams, the window in which the range of its means over 60 s is smallest. Without a
@@ -121,7 +122,7 @@ def most_stable(record: Record, length: float) -> tuple[Record, list[Finding]]:
                 f"most-stable={seconds(length)}s: {stream.name} is {seconds(total)} s long", option="window"
             )
         start, relative = _most_stable_start(by, length)
-        # In the clock of the log, so that streams on different grids are cut alike.
+        # Times are in the clock of the log, so that streams on different grids are cut alike.
         begin = max(by.stream.grid.start + start, stream.grid.start)
         begin = min(begin, stream.grid.start + total - length)
         streams.append(_between(stream, begin, begin + length, f"most-stable={seconds(length)}s"))
@@ -165,7 +166,7 @@ def block_length(length: float, tau0: float) -> int:
 def scatter(means: Floats, size: int) -> Floats:
     """Logarithm of the standard deviation of block means in each window of `size` blocks, summed over channels.
 
-    Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite with more than a tenth missing.
+    Means of shape (..., n_channels, n_blocks) give (..., n_blocks − size + 1); infinite if more than a tenth is missing.
     """
     is_present = ~np.isnan(means)
     centred = np.where(is_present, means - np.nanmean(means, axis=-1, keepdims=True), 0.0)

@@ -20,13 +20,13 @@ _WIDEST = 1e6
 
 
 def aliasing(stream: Stream, bandwidth: tuple[float, int | None]) -> list[Finding]:
-    """One finding ``aliasing`` for the stream: a warning or an info.
+    """Report ``aliasing`` of a stream: a warning or an info.
 
     Parameters
     ----------
     stream : Stream
     bandwidth : (float, int or None)
-        The sensor's bandwidth from its data sheet, and the order of its filter if known. Without an order the finding
+        Bandwidth of the sensor from its datasheet, and the order of its filter if known. Without an order the finding
         states both the first and the second, and the first decides. [Hz]
 
     Raises

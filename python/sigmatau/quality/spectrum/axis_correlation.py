@@ -1,9 +1,9 @@
 """Correlation of the noise of the axes of a stream.
 
-Each pair of axes is measured by two kinds of correlation. That of first differences shows fast common noise: vibration, a
-line, a common converter. That of differences of means over 1 s, 4 s, 16 s and so on shows slow common noise: supply,
-temperature, a rate random walk that white noise hides in shorter means. Differences are used because random walks and drifts
-are correlated by chance.
+Each pair of axes is measured by two kinds of correlation. The correlation of first differences shows fast common noise:
+vibration, a line, a common converter. The correlation of differences of means over 1 s, 4 s, 16 s and so on shows slow
+common noise: supply, temperature, a rate random walk that white noise hides in shorter means. Differences are used
+because random walks and drifts are correlated by chance.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from sigmatau.findings.spectrum import AxisPair, CorrelatedAxes, IdenticalAxes
 from sigmatau.quality.samples.common import row_means
 from sigmatau.record.streams import Stream
 
-# Probability of a finding for a stream with independent axes; divided among its pairs and its measures. [1]
+# Probability of a finding for a stream with independent axes, divided among its pairs of axes and its measures. [1]
 # Judgement: one false alarm in 10⁴ records.
 _FALSE_ALARM = 1e-4
 # Smallest correlation that is reported. [1] Derived: a smaller one has no consequence; the variance of the mean of
 # two Allan variances grows by the factor 1 + r².
 _REPORTED = 0.05
-# Smallest number of means whose correlation is measured. [1] Judgement: it is known to 0.13.
+# Smallest number of means whose correlation is measured. [1] Judgement: its error is then 0.13.
 _LEAST_MEANS = 60
 # Factor from one length of means to the next; the last is the longest with `_LEAST_MEANS` means. [1] Judgement: slow
 # common noise shows within two octaves.
@@ -35,19 +35,17 @@ _LONGER = 4
 # Derived: Bartlett 1935. First differences of white noise (ρ = −1/2 at lag 1) give 1.5; those of quantization noise
 # (−2/3 and 1/6) give 1.944, the maximum over all mixtures of the five terms.
 INFLATION = 1 + 2 * (4 / 9 + 1 / 36)
-# Number of stretches. The spread of their correlations, by Student's t, shows how much fast differences scatter if
-# neighbouring samples are correlated. [1] Judgement: the spread is known to an eighth.
+# Number of stretches, whose spread gives the error of the correlation of fast differences, by Student's t, if
+# neighbouring samples are correlated. [1] Judgement: the spread has an error of an eighth.
 _STRETCHES = 32
-# Samples whose fast differences are used, in evenly spaced stretches. [samples] Judgement: limits the time.
+# Number of samples for fast differences, in evenly spaced stretches. [samples] Judgement: limits the time.
 _MOST_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream) -> list[Finding]:
-    """Correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
-
-    It informs the designer of a filter, which needs the covariance of the axes; the intervals of each axis remain valid.
-    Identical axes are a separate warning. If there are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly
-    spaced parts.
+    """Report correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``. A filter then needs
+    the covariance of the axes; the intervals of each axis remain valid. Identical axes are a separate warning. If there
+    are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly spaced parts.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []
@@ -64,7 +62,7 @@ def cross_axis(stream: Stream) -> list[Finding]:
             copies = IdenticalAxes(samples=len(columns[first]))
             identical.append(Finding(details=copies, severity="warning", channels=(first, second)))
             continue
-        # Squares of extreme values overflow or vanish; another check reports a channel in the wrong unit.
+        # The squares of extreme values overflow or vanish; another check reports such a channel.
         with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
             r, mean_length = _by_stretches(fast[first], fast[second], level), 0
             for length, means in zip(lengths, slow, strict=True):
@@ -122,8 +120,8 @@ def _slow(column: Floats, length: int) -> Floats:
 
 
 def _centred(d: Floats) -> Floats:
-    """Subtract the mean of the differences: it is a ramp, which axes have in common by chance. Missing differences become
-    0.
+    """Subtract the mean of the differences, which is a ramp that axes may have in common by chance. Missing differences
+    become 0.
     """
     mean = float(np.sum(d)) / max(int(d.size), 1)
     if not np.isnan(mean):

@@ -1,4 +1,4 @@
-"""Common part of the parameter files of autopilots: numbers for one step of a filter, in documented ranges."""
+"""Parameters of autopilots: numbers for one step of a filter, within documented ranges."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.hints import Hint
 
 STEP = Hint("step")
-_LONGEST_STEP = 1.0  # longest step: no filter of a vehicle predicts less often [s]
+_LONGEST_STEP = 1.0  # longest step: filters of vehicles predict at least this often [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +23,7 @@ class AutopilotParameter:
     sensor: str
     kind: str
     unit: str
-    low: float  # The documented range, which ground stations may enforce
+    low: float  # Documented range, which ground stations may enforce
     high: float
     cut: float = 1.0  # Largest value that the filter uses
 
@@ -48,7 +48,7 @@ def parameter_rows(
 
 
 def choose_step(numbers: Numbers, default: float) -> float:
-    """The step of the filter; raises `OptionError` for milliseconds given as seconds. [s]"""
+    """Choose the step of the filter; raise `OptionError` for milliseconds given as seconds. [s]"""
     step = numbers.choices.step or default
     if step > _LONGEST_STEP:
         raise OptionError(

@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
-    """The names of x, y and z of a sensor; raises `OptionError` if one is not there."""
+    """Names of x, y and z of a sensor. Raises `OptionError` if a channel is missing."""
     names = [f"{sensor}_{axis}" for axis in "xyz"]
     missing = [name for name in names if name not in channels]
     if missing:
@@ -26,7 +26,7 @@ def three_axes(sensor: str, channels: Iterable[str]) -> list[str]:
 
 
 def by_axis(numbers: Numbers, sensor: str, evaluate: Callable[[Numbers], T]) -> tuple[T, T, T]:
-    """Apply `of` to x, y and z of a sensor, or once for all axes unless ``axes="each"``, and return three values."""
+    """Evaluate x, y and z of a sensor if ``axes="each"``, otherwise all axes together; return three values."""
     channels = numbers.channels(sensor)
     if numbers.choices.axes != "each":
         value = evaluate(numbers)

@@ -21,7 +21,7 @@ Criterion = Literal["horizon", "bias"]
 KINDS = {"gyro": "gyros", "accel": "accelerometers"}
 
 _QUANTITIES = {"gyro": ("angular_rate", "rad/s"), "accel": ("acceleration", "m/s^2")}
-# Numbers out of these ranges are typing errors, and their squares and products would overflow.
+# Numbers outside these ranges are typing errors; their squares and products would overflow.
 RANGES = {
     "horizon": (1e-9, 1e12, " s"),
     "noise_factor": (1e-6, 1e6, ""),
@@ -36,14 +36,14 @@ _OPTIONS = {**_TERMS, "names": "name"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unplaced:
-    """A choice that a target has no use for.
+    """A choice that a target does not use.
 
     Attributes
     ----------
     choice : str
         The attribute of `Choices`.
     key : str or None
-        For ``names``, the key.
+        Key, if the choice is ``names``.
     why : str
         Message of the error.
     """
@@ -54,16 +54,16 @@ class Unplaced:
 
     @property
     def option(self) -> str:
-        """The option of an `OptionError`."""
+        """Option that the `OptionError` names."""
         return _OPTIONS.get(self.choice, self.choice)
 
     def error(self) -> OptionError:
-        """The error for this choice."""
+        """Build the error for this choice."""
         return OptionError(self.why, option=self.option)
 
 
 def not_of_a_log(rate: float) -> OptionError:
-    """The error for a sampling rate of a log, where only the rate of the filter can be given."""
+    """Build the error for the sampling rate of a log where only the rate of the filter can be given."""
     return OptionError(
         f"{{option}} is the sampling rate of a log; the rate of the filter is {Hint('filter_rate', value=rate)}",
         option="rate",
@@ -78,7 +78,7 @@ class Choices:
     Raises
     ------
     OptionError
-        For an invalid value; names the attribute.
+        For an invalid value; the error names the attribute.
 
     See Also
     --------
@@ -299,7 +299,7 @@ def _between(value: object, low: float, high: float) -> bool:
 
 
 def _in_si(name: str, chosen: object, words: tuple[str, ...]) -> dict[str, str | float]:
-    """Choices by sensor, with texts converted to SI; raises `OptionError`."""
+    """Convert choices by sensor from text to SI. Raises `OptionError`."""
     spelled = _TERMS[name]
     if not isinstance(chosen, Mapping):
         raise OptionError(

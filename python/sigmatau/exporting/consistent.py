@@ -1,7 +1,7 @@
-"""K for which a filter with N and K states its errors correctly, and its misstatement at other times.
+"""K for which a filter with N and K states its errors correctly, and how wrong its statement is at other times.
 
-No K is consistent for flicker noise at all horizons. The default K is correct after the horizon of use, and the file states
-the error at other times and that of the bias.
+No K is consistent for flicker noise at all horizons. The default K is correct at the horizon of use; the file gives the
+error at other times, and that of the bias.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from sigmatau.navigation.reference_filter import (
 from sigmatau.noise.terms import SLOW
 
 HORIZON = 60.0
-"""Default time after which a filter has to state its error correctly: a minute without the other sensor. [s]"""
+"""Default time at which a filter has to state its error correctly: a minute without the other sensor. [s]"""
 
 _TIMES = (1 / 6, 1.0, 10.0)  # times at which a file states the error, in horizons: 10 s, 60 s and 10 min
 
 
 @frozen(eq=False)
 class AssumedNoise:
-    """The noise of a channel that a filter meets: the observed terms, and by a policy the others.
+    """Noise of a channel in use: the observed terms and, by a policy, the others.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class AssumedNoise:
 
 
 def assume_noise(model: ChannelModel, policy: Unobserved) -> AssumedNoise:
-    """Assume the noise of a channel, with a policy for terms that were not observed."""
+    """Build the assumed noise of a channel, with a policy for terms that were not observed."""
     terms = assume_terms(model, policy)
     possible = {**model.terms, **model.limits}
     return AssumedNoise(
@@ -66,14 +66,14 @@ def assume_noise(model: ChannelModel, policy: Unobserved) -> AssumedNoise:
 def consistent_walk(
     truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, criterion: Criterion
 ) -> ConsistentWalk:
-    """K of one channel beside N = `noise`."""
+    """Consistent K of one channel for N = `noise`."""
     return find_consistent_walk(truth.noise, noise=noise, aiding=AIDING[sensor], horizon=horizon, criterion=criterion)
 
 
 def judge_pair(
     truths: Sequence[AssumedNoise], *, sensor: str, noise: float, walk: float, horizon: float, mean: bool
 ) -> PairConsistency:
-    """How a filter with N = `noise` and K = `walk` states its errors, for the worst axis or the mean square of the axes."""
+    """Errors stated by a filter with N = `noise` and K = `walk`, for the worst axis or the mean square of the axes."""
     assumed = FilterModel(noise=noise, walk=walk)
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean)
 
@@ -81,26 +81,26 @@ def judge_pair(
 def consistent_process(
     truth: AssumedNoise, *, sensor: str, noise: float, horizon: float, time: float
 ) -> ConsistentProcess:
-    """The Gauss-Markov bias of one channel beside N = `noise`."""
+    """Consistent Gauss-Markov bias of one channel for N = `noise`."""
     return find_consistent_process(truth.noise, noise=noise, aiding=AIDING[sensor], horizon=horizon, time=time)
 
 
 def judge_process(
     truths: Sequence[AssumedNoise], process: GaussMarkov, *, sensor: str, noise: float, horizon: float, mean: bool
 ) -> PairConsistency:
-    """How a filter with a Gauss-Markov bias states its errors, for the worst axis or the mean square of the axes."""
+    """Errors stated by a filter with a Gauss-Markov bias, for the worst axis or the mean square of the axes."""
     assumed, run = FilterModel(noise=noise, process=process), run_of_process(horizon, process.time)
     return _stated([truth.noise for truth in truths], assumed, sensor=sensor, horizon=horizon, mean=mean, run=run)
 
 
 def third_state(model: ChannelModel, *, sensor: str, horizon: float) -> FilterModel:
-    """A walk and a Gauss-Markov process for a filter that can have a third state."""
+    """Walk and Gauss-Markov process for a filter that can have a third state."""
     noise = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
     return find_third_state(noise, noise=model.terms["random_walk"], aiding=AIDING[sensor], horizon=horizon)
 
 
 def judge_third_state(model: ChannelModel, assumed: FilterModel, *, sensor: str, horizon: float) -> PairConsistency:
-    """How a filter with a third state states its errors."""
+    """Errors stated by a filter with a third state."""
     truth = TrueNoise(terms=model.terms, gauss_markov=model.gauss_markov, resonance=model.resonance)
     return _stated([truth], assumed, sensor=sensor, horizon=horizon, mean=False)
 
@@ -114,7 +114,7 @@ def _stated(
     mean: bool,
     run: float | None = None,
 ) -> PairConsistency:
-    """How a filter states its errors, up to ten times the horizon."""
+    """Errors stated by a filter, up to ten times the horizon."""
     times = [share * horizon for share in _TIMES]
     judged = judge_filter(truths, assumed, aiding=AIDING[sensor], times=times, mean=mean, run=run)
     stated = tuple(StatedError(time=error.time, share=error.stated / error.real) for error in judged.coasting)

@@ -73,13 +73,13 @@ def export(
     Returns
     -------
     str or bytes
-        The content of the file, with unit and origin of each number in comments; bytes only for a `path` with the
-        extension of a binary form. `prepare` also returns findings about it.
+        Content of the file, with the unit and origin of each number in comments; bytes only for a `path` with the
+        extension of a binary form. `prepare` also returns findings about the file.
 
     Raises
     ------
     OptionError
-        For an unknown target, or a missing choice, such as the value of a rate random walk that was not observed.
+        For an unknown target, or a missing choice such as the value of a rate random walk that was not observed.
     DataError
         If the model lacks data that the target needs, or the file cannot be written.
 
@@ -104,7 +104,7 @@ def export(
     return prepared.content
 
 
-_SAME_RATE = 1e-3  # relative difference
+_SAME_RATE = 1e-3  # largest relative difference of equal rates
 # Extensions of binary formats.
 _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet", ".bin", ".zip", ".gz", ".pdf", ".png"))
 
@@ -113,10 +113,10 @@ _BINARY = frozenset((".npz", ".npy", ".mat", ".h5", ".hdf5", ".pkl", ".parquet",
 class Prepared(Printed):
     """The content of a file for another program."""
 
-    to: str  # The target
+    to: str  # Target
     path: Path | None  # File that `write` writes
     content: str | bytes
-    findings: tuple[Finding, ...]  # Findings about the file; comments in the file state them too
+    findings: tuple[Finding, ...]  # Findings about the file, which its comments state too
 
     def write(self) -> None:
         """Write the file atomically; raises `DataError` if it cannot be written."""
@@ -134,7 +134,7 @@ class Prepared(Printed):
 
 
 def prepare(model: object, *, to: str, path: str | Path | None = None, choices: Choices | None = None) -> Prepared:
-    """Content and findings of the file that `export` writes; parameters and errors as there."""
+    """Prepare the content and findings of the file that `export` writes; parameters and errors are those of `export`."""
     try:
         file = None if path is None else Path(path)
     except TypeError:
@@ -145,7 +145,7 @@ def prepare(model: object, *, to: str, path: str | Path | None = None, choices: 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placed:
-    """The choices that a target has a field for, and the others."""
+    """Choices that a target has a field for, and the other choices."""
 
     choices: Choices
     unplaced: tuple[Unplaced, ...]
@@ -174,7 +174,7 @@ def _refuse_everywhere(unplaced: Mapping[str, Sequence[Unplaced]]) -> None:
 
 
 def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed) -> Prepared:
-    """As `prepare`, with the choices of `place_choices`; each choice without a field becomes a finding."""
+    """Like `prepare`, with the choices from `place_choices`; each choice without a field becomes a finding."""
     wanted = target(to)
     if path is not None:
         check_path(wanted, path)
@@ -186,7 +186,7 @@ def prepare_placed(model: object, *, to: str, path: Path | None, placed: Placed)
     return Prepared(to=to, path=path, content=content, findings=(*findings, *notes))
 
 
-_LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that a log may not have
+_LACKING = {"both": 0, "either": 1, "any": 2}  # sensors that may be missing in a log
 
 
 def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str, Mapping[str, float]]) -> None:
@@ -199,7 +199,7 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
         Files by target.
     choices : Choices
     rates : mapping of str to mapping of str to float
-        Sampling rates by channel, by sensor: ``"gyro"`` and ``"accel"``. [Hz]
+        By sensor, ``"gyro"`` and ``"accel"``: sampling rates by channel. [Hz]
     """
     channels = {name: rate for by_channel in rates.values() for name, rate in by_channel.items()}
     for name in files:
@@ -210,12 +210,14 @@ def check_record(files: Mapping[str, Path], choices: Choices, rates: Mapping[str
 
 
 def _check_needs(wanted: Target, choices: Choices, rates: Mapping[str, float]) -> None:
-    """Raise `OptionError` for a sensor, an axis, a rate or a step that a target declares to need."""
+    """Raise `OptionError` for a missing sensor, axis, rate or step that a target requires."""
     sensors = {stream_name(name) for name in rates}
     lacking = [kind for sensor, kind in KINDS.items() if sensor not in sensors]
     if len(lacking) > _LACKING[wanted.sensors]:
-        what = f"the log has no {' and no '.join(lacking)}, which this target requires; state-space takes any sensor"
-        raise OptionError(what, option="export")
+        requirement = (
+            f"the log has no {' and no '.join(lacking)}, which this target requires; state-space takes any sensor"
+        )
+        raise OptionError(requirement, option="export")
     takes_fastest = wanted.has_rate_field and have_several_rates(sensor_rates(rates))
     if (wanted.needs_rate or wanted.may_need_rate) and not takes_fastest:
         filter_rate(rates, choices)
@@ -232,7 +234,7 @@ def check_all(names: Iterable[str], choices: Choices) -> None:
 
 
 def find_unplaced(target: Target, choices: Choices, source: Source | None = None) -> list[Unplaced]:
-    """The choices that a target declares no field for. Without a source, only those that do not depend on it."""
+    """List the choices that a target has no field for. Without a source, only those that do not depend on the source."""
     name, default = target.name, Choices()
     listed = ", ".join(target.names) or "none"
     unplaced = [
@@ -270,7 +272,7 @@ def find_unplaced(target: Target, choices: Choices, source: Source | None = None
 
 
 def _uses_horizon(target: Target, choices: Choices) -> bool:
-    """Whether a walk in the file, or a statement about a filter, depends on the horizon."""
+    """Whether a walk or a statement in the file depends on the horizon."""
     return target.has_walk or "horizon" in choices.walk.values()
 
 
@@ -331,7 +333,9 @@ def _written(
 
 
 def _doubts(wanted: Target, source: Source) -> list[Finding]:
-    """A finding for all channels whose fit is not adequate, and one for other channels that are not to be used."""
+    """Report the channels whose fit is not adequate, and other channels that should not be used: at most one finding
+    each.
+    """
     every = wanted.every_axis or wanted.name == "model"
     written = {
         name: channel
@@ -346,9 +350,8 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
 
 
 def _fastest_rate(wanted: Target, source: Source, choices: Choices) -> FastestRate | None:
-    """The highest rate of the sensors, for a file that has one field for it, if their rates differ and none was chosen.
-
-    A filter takes both sensors at common times. Drivers of cameras interpolate the slower sensor for that.
+    """Highest rate of the sensors, for a file with one field for the rate, if their rates differ and none was chosen. A
+    filter reads both sensors at common times; drivers of cameras interpolate the slower sensor.
     """
     if choices.filter_rate is not None or not wanted.has_rate_field:
         return None
@@ -360,7 +363,7 @@ def _fastest_rate(wanted: Target, source: Source, choices: Choices) -> FastestRa
 
 
 def _other_rate(source: Source, choices: Choices) -> Finding | None:
-    """A finding if the given rate is not that of the record."""
+    """Report a given rate that differs from that of the record."""
     if choices.filter_rate is None or not source.rates:
         return None
     recorded = common_rate(source.rates)

@@ -1,7 +1,7 @@
-"""The bias as one first-order Gauss-Markov process, for targets without other slow noise.
+"""Bias as one first-order Gauss-Markov process, for targets without other slow noise.
 
-The process is that of the model, or approximates its flicker noise around one averaging time, or a rate random walk up
-to one averaging time. The comment beside the number states which, and the error elsewhere.
+The process is that of the model, or it approximates flicker noise near one averaging time, or a rate random walk up to
+one averaging time. The comment on the number states which, and the error at other times.
 """
 
 from __future__ import annotations
@@ -31,31 +31,35 @@ from sigmatau.noise.terms import SLOW, TERMS, display_units
 from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 
-# The averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)
+# Averaging time of the largest Allan variance of a Gauss-Markov process, in correlation times (IEEE Std 952)
 PEAK_TIME = 1.8926178329250187668
 
 # Standard deviation of the process whose maximum Allan deviation is the plateau of flicker noise with B = 1
 SIGMA_OF_FLICKER = 1.0759975729152142369
 WALK_TIME = 10.0
-"""Correlation time of a process that approximates a walk, in horizons: its Allan deviation is 3.6 % low there."""
+"""Correlation time of a process that approximates a walk, in horizons: its Allan deviation at the horizon is 3.6 % too
+low.
+"""
 
 
 _HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process [decades]
-_MOST_SLOW_NOISE = 1.1  # Allan deviation of all slow noise over that of the process, above which there is a finding
+_MOST_SLOW_NOISE = (
+    1.1  # ratio of the Allan deviation of all slow noise to that of the process, above which there is a finding
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Process:
-    """A first-order Gauss-Markov process in SI, before the conversion of a target."""
+    """First-order Gauss-Markov process in SI, before the conversion of a target."""
 
     sigma: float  # Standard deviation, including the factor. [rad/s or m/s²]
     time: float  # Correlation time. [s]
-    origin: str  # The noise that it approximates, for a comment
-    fit: str  # Averaging time at which it is exact, and errors elsewhere, for a comment
+    origin: str  # Approximated noise, for a comment
+    fit: str  # Averaging time at which the process is exact, and errors at other times, for a comment
     place: str  # Name of this averaging time
-    omitted: str = ""  # The noise that it does not include, for a comment
+    omitted: str = ""  # Omitted noise, for a comment
     walk: bool = False  # Whether it approximates a random walk, up to a tenth of its correlation time
-    is_modelled: bool = False  # Whether it is a process of the model, which no horizon affects
+    is_modelled: bool = False  # Whether it is a process of the model, which does not depend on a horizon
 
     @property
     def words(self) -> str:
@@ -64,22 +68,24 @@ class Process:
 
     @property
     def density(self) -> float:
-        """Root of the density of the white noise that drives it, σ·√(2/time). [rad/s²/√Hz or m/s³/√Hz]"""
+        """Root of the density of the driving white noise, σ·√(2/time). [rad/s²/√Hz or m/s³/√Hz]"""
         return self.sigma * math.sqrt(2 / self.time)
 
     @property
     def match(self) -> float:
-        """Averaging time at which its Allan deviation must be exact. [s]"""
+        """Averaging time at which the Allan deviation must be exact. [s]"""
         return self.time / WALK_TIME if self.walk else PEAK_TIME * self.time
 
     def approximated(self, tau: float) -> float:
-        """Allan deviation at `tau` of what it approximates: a random walk, a process of the model, or a flicker plateau."""
+        """Allan deviation at `tau` of the approximated noise: a random walk, a process of the model, or a flicker
+        plateau.
+        """
         if self.walk:
             return self.density * math.sqrt(tau / 3)
         return self.sigma * math.sqrt(relative_avar((tau if self.is_modelled else self.match) / self.time))
 
     def with_time(self, time: float) -> Process:
-        """The process with another correlation time, and the σ that keeps its Allan deviation at `match`."""
+        """Change the correlation time, and σ so that the Allan deviation at `match` remains."""
         if math.isclose(time, self.time, rel_tol=1e-9):
             return replace(self, time=time)
         sigma = self.approximated(self.match) / math.sqrt(relative_avar(self.match / time))
@@ -101,8 +107,8 @@ def relative_avar(x: float) -> float:
 
 
 def process(numbers: Numbers, sensor: str) -> Process:
-    """One process for all axes of a sensor: the one with the largest σ, or the root mean square with the geometric mean of
-    the times.
+    """One process for all axes of a sensor: that with the largest σ, or the root mean square of the axes with the
+    geometric mean of the times.
     """
     channels = numbers.channels(sensor)
     if sensor in numbers.choices.walk:
@@ -136,7 +142,7 @@ def _with_excess(numbers: Numbers, sensor: str, written: Process) -> Process:
 
 
 def _mean(processes: Mapping[str, Process]) -> Process:
-    """The root mean square of processes, with the geometric mean of their times."""
+    """Root mean square of processes, with the geometric mean of their times."""
     every = list(processes.values())
     first, same = every[0], len({(p.walk, p.is_modelled) for p in every}) == 1
     time = math.exp(sum(math.log(p.time) for p in every) / len(every))
@@ -168,7 +174,7 @@ def _mean(processes: Mapping[str, Process]) -> Process:
 def noises_and_processes(
     numbers: Numbers,
 ) -> dict[str, tuple[tuple[Number, Number, Number], tuple[Process, Process, Process]]]:
-    """N and process of x, y and z by sensor."""
+    """N and process of x, y and z, by sensor."""
     return {s: (noises(numbers, s), by_axis(numbers, s, partial(process, sensor=s))) for s in ("gyro", "accel")}
 
 
@@ -186,8 +192,8 @@ OWN_PROCESSES = Unused(
 
 
 def bottom(model: Mapping[str, float]) -> float | None:
-    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] The
-    terms 3Q²/τ² + N²/τ fall and K²τ/3 + R²τ²/2 rise with τ: one root of the derivative is positive.
+    """Averaging time of the minimum Allan deviation of all terms except flicker noise; None without a minimum. [s] 3Q²/τ²
+    + N²/τ falls and K²τ/3 + R²τ²/2 rises with τ, so the derivative has one positive root.
     """
     powers = np.zeros(1 + max(term.interval_power for term in TERMS.values()))  # derivative times τ³, by power of τ
     for name, term in TERMS.items():
@@ -266,13 +272,13 @@ def _walk_process(numbers: Numbers, sensor: str) -> Process:
 
 
 def _walk_horizon(numbers: Numbers, sensor: str) -> float | None:
-    """The averaging time up to which a process follows a walk: the horizon, else the length of the record. [s]"""
+    """Averaging time up to which a process approximates a walk: the horizon, or by default the length of the record. [s]"""
     length = 0.0 if numbers.choices.strict else max(m.duration for m in numbers.channels(sensor).values())
     return numbers.choices.horizon or length or None
 
 
 def find_exact_time(numbers: Numbers, name: str) -> tuple[float | None, str]:
-    """The averaging time at which a process is exact for flicker noise, and the name of this time. [s]"""
+    """Averaging time at which a process is exact for flicker noise [s], and its name."""
     model = numbers.model.channels[name]
     if numbers.choices.horizon:
         return numbers.choices.horizon, "the horizon"
@@ -286,8 +292,8 @@ def find_exact_time(numbers: Numbers, name: str) -> tuple[float | None, str]:
 
 
 def replaced_noise(numbers: Numbers) -> list[str]:
-    """Remarks, one per sensor, on observed slow noise that a chosen random walk replaces; adds a finding for each. A
-    walk that matches the Allan variance at a horizon replaces nothing: it approximates all slow noise.
+    """Build one remark per sensor on observed slow noise that a chosen random walk replaces, and add a finding for each.
+    A walk that matches the Allan variance at a horizon approximates all slow noise and replaces none.
     """
     sentences = []
     for sensor, wanted in numbers.choices.walk.items():
@@ -315,7 +321,7 @@ def replaced_noise(numbers: Numbers) -> list[str]:
 
 
 def omitted_by_process(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
-    """Remarks on the noise that a format with N and a Gauss-Markov bias has no field for, except for slow noise."""
+    """Build remarks on noise without a field in a format with N and a Gauss-Markov bias, except for slow noise."""
     return [
         sentence
         for sensor in KINDS
@@ -339,7 +345,7 @@ def _resonances(model: ChannelModel) -> list[str]:
 
 
 def _values(model: ChannelModel, *terms: str) -> list[str]:
-    """Names and coefficients of those of the terms that the channel has."""
+    """Names and coefficients of the terms of a channel."""
     texts = []
     for term in terms:
         if term in model:
@@ -349,7 +355,7 @@ def _values(model: ChannelModel, *terms: str) -> list[str]:
 
 
 def _value_text(model: ChannelModel, value: float, size: float) -> str:
-    """A bias instability in a unit, with its interval if the model has one."""
+    """Bias instability in a unit, with its interval if the model has one."""
     if "bias_instability" not in model.intervals:
         return f"{value:.4g}"
     return round_to_error(value, *(end / size for end in model.intervals["bias_instability"])).text

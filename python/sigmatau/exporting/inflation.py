@@ -1,4 +1,4 @@
-"""Ratio of the noise of a sensor beside running motors to that at rest: the inflation that a filter needs."""
+"""Ratio of the noise of a sensor with running motors to that at rest: the inflation that a filter needs."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ from sigmatau.results import Printed, plain, wrapped
 
 Cause = Literal["white vibration", "lines", "slow noise", "smaller", "not shown"]
 
-_SMALLER = 0.9  # factor of a random walk below which chance and temperature do not explain it
-_LARGER = 1.1  # factor up to which no filter is judged differently, as in the agreement of two S
+_SMALLER = 0.9  # factor below which chance and temperature do not explain a smaller random walk
+_LARGER = 1.1  # factor that is too small to matter to a filter, as in the agreement of two S
 _TERMS = ("random_walk", "bias_instability", "rate_random_walk")
-_LINES = 1.5  # ratio of the factor of a sample to that of N, above which lines dominate the noise of a sample
+_LINES = 1.5  # ratio of the factor on a sample to that on N, above which lines dominate the noise of a sample
 
 
 @frozen
 class Factor:
-    """A coefficient in the second record over that in the first."""
+    """Ratio of a coefficient in the second record to that in the first."""
 
     channel: str
     term: str  # Key of `sigmatau.noise.terms.TERMS`, or ``"sample"``: standard deviation of a sample, with all lines
     value: float | None  # None if neither record shows the coefficient
-    low: float | None = None  # Interval; one end alone if one record shows an upper limit only
+    low: float | None = None  # Interval; only one end if one record has only an upper limit
     high: float | None = None
 
     @property
     def is_larger(self) -> bool:
-        """Whether the coefficient is larger in the second record, beyond chance and by more than a filter notices."""
+        """Whether the coefficient is significantly larger in the second record, and by enough to matter to a filter."""
         if self.value is None or (self.low is None and self.high is not None):
             return False
         return self.value > _LARGER and (self.low is None or self.low > 1)
 
     @property
     def is_smaller(self) -> bool:
-        """Whether the coefficient is clearly smaller in the second record."""
+        """Whether the coefficient is significantly smaller in the second record."""
         return self.value is not None and (self.high or self.value) < _SMALLER
 
     def to_dict(self) -> dict[str, Any]:
@@ -64,16 +64,16 @@ class Factor:
 
 @frozen
 class ChannelCause:
-    """Why a channel has more noise beside motors than at rest, with the factor.
+    """Cause of the additional noise of a channel with running motors, with its factor.
 
     Attributes
     ----------
     channel : str
     cause : {"white vibration", "lines", "slow noise", "smaller", "not shown"}
-        Kind of the cause: N is larger; a sample is larger than N explains; bias instability or K is larger; N is smaller; a
-        record does not show N.
+        Kind of the cause: N is larger; the noise of a sample is larger than N explains; bias instability or K is larger;
+        N is smaller; a record does not show N.
     factor : Factor
-        Factor of the coefficient that is larger.
+        Factor of that coefficient.
     frequency : float or None
         Frequency of the largest line that only the second record has. [Hz]
     """
@@ -89,7 +89,7 @@ class ChannelCause:
 
     @property
     def text(self) -> str:
-        """The cause, and what to do."""
+        """The cause and the action."""
         times = self.factor.text.removeprefix("x ")
         if self.cause == "white vibration":
             return f"{self.channel}: vibration is white noise for a filter; multiply N by {times}"
@@ -120,9 +120,7 @@ class Inflation(Printed):
 
     @property
     def causes(self) -> tuple[ChannelCause, ...]:
-        """The coefficients that are larger beside motors, and why, by channel. Channels with the noise at rest are left
-        out.
-        """
+        """Causes of larger coefficients with running motors, by channel. Channels with unchanged noise are omitted."""
         by_term = {(factor.channel, factor.term): factor for factor in self.factors}
         causes: list[ChannelCause] = []
         for channel in dict.fromkeys(factor.channel for factor in self.factors):
@@ -161,7 +159,7 @@ class Inflation(Printed):
         return largest
 
     def statements(self) -> tuple[str, ...]:
-        """Sentences on what is larger beside motors, why, and what to do; also if nothing is larger."""
+        """Sentences on the larger coefficients, their causes and the actions; also if no coefficient is larger."""
         causes = self.causes
         loud = {cause.channel for cause in causes}
         quiet = [name for name in dict.fromkeys(factor.channel for factor in self.factors) if name not in loud]
@@ -178,7 +176,7 @@ class Inflation(Printed):
         return plain(self, "factors causes")
 
     def head(self) -> tuple[str, ...]:
-        """Lines for the head of a file whose numbers are those of the running sensor."""
+        """Lines for the head of a file with the numbers for running motors."""
         by_channel: dict[str, list[str]] = {}
         for factor in self.factors:
             if factor.value is not None and factor.term != "bias_instability":
@@ -187,7 +185,7 @@ class Inflation(Printed):
         return tuple(f"{channel} over the record at rest: {', '.join(texts)}" for channel, texts in by_channel.items())
 
     def doubt(self) -> str:
-        """A warning if the noise at short times is clearly smaller in the second record; else empty."""
+        """Warning if the noise at short times is significantly smaller in the second record; otherwise empty."""
         smaller = [cause for cause in self.causes if cause.cause == "smaller"]
         return min(smaller, key=lambda cause: cause.factor.value or 1.0).text if smaller else ""
 
@@ -213,12 +211,12 @@ class Inflation(Printed):
 
 
 def inflation(rest: Source, running: Source) -> Inflation:
-    """Factors of the coefficients of a running sensor over those at rest, for the channels of both.
+    """Compute the ratios of the coefficients with running motors to those at rest, for the channels of both records.
 
     Parameters
     ----------
     rest, running : Source
-        Of results of `sigmatau.analyze`: a log with motors off, and one with motors on.
+        Sources from results of `sigmatau.analyze`: a log with motors off, and a log with motors on.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The random walk that has the Allan variance of slow noise at a horizon."""
+"""Random walk with the Allan variance of slow noise at a horizon."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.noise.terms import SLOW
 
 _SLOW = (*SLOW, "gauss_markov", "resonance")
-_SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if no rate is known: flicker noise is then exact to 4e-12
+_SAMPLES_WITHOUT_RATE = 10**6  # samples per horizon if the rate is unknown: flicker noise is then exact to 4e-12
 
 
 def matching_walk(model: ChannelModel, *, horizon: float, rate: float | None) -> float:
     """K of the random walk that has the Allan variance of the slow noise at a horizon; 0 without slow noise.
 
-    Slow noise is bias instability, rate random walk, ramp, Gauss-Markov processes and resonances: K² = 3·σ²(T)/T of these.
-    Random walk, quantization and sinusoids are excluded: the Allan variance of a sinusoid at T depends on its phase there,
-    and the bias state of a filter does not follow it.
+    Slow noise is bias instability, rate random walk, ramp, Gauss-Markov processes and resonances: K² = 3·σ²(T)/T with
+    their Allan variance σ²(T). Random walk, quantization and sinusoids are excluded: the Allan variance of a sinusoid at
+    T depends on its phase there, and the bias state of a filter does not follow it.
 
     `horizon`: averaging time; rounded to whole samples, see `sampled` [s]; `rate`: sampling rate; without one the
     horizon is not rounded [Hz]; the result is in rad/s²/√Hz or m/s³/√Hz.
@@ -32,7 +32,7 @@ def slow_avar(model: ChannelModel, *, tau: float, rate: float | None) -> float:
 
 
 def sampled(horizon: float, rate: float | None) -> float:
-    """The horizon rounded to whole samples, at least one: the averaging time that is matched. [s]"""
+    """Averaging time that is matched: the horizon rounded to whole samples, at least one. [s]"""
     m, tau0 = _samples(horizon, rate)
     return m * tau0
 

@@ -1,4 +1,4 @@
-"""The source of an export from the parts of an analysis: model, filters, variances of samples, and the head of a file."""
+"""Source of an export from the parts of an analysis: model, filters, variances of samples, and head of the file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sigmatau.record.record import Provenance, stream_name
 from sigmatau.results import duration_text
 
 _KINDS_IN_HEAD = 8  # largest number of kinds of findings in the head of a file
-# shortest means [samples]; shorter means leave noise at the minimum of the curve out of the variance
+# shortest means; with shorter means the variance lacks the noise at the minimum of the curve [samples]
 _SHORTEST_MEANS = 32
 
 
@@ -28,7 +28,7 @@ def source_of_analysis(
     origin: Provenance,
     version: str,
 ) -> Source:
-    """The source of the model of an analysis; `version` of the program that made it."""
+    """Build the source of the model of an analysis; `version`: that of the program that wrote the analysis."""
     names = tuple(model.channels)
     every = tuple(findings)
     filters = [finding for finding in every if finding.code == LowPassFilter.code and finding.size is not None]
@@ -48,8 +48,8 @@ def source_of_analysis(
 
 
 def _sample_variance(curve: DeviationCurve) -> Sample | None:
-    """The variance of a sample, from the Allan variances up to the minimum of the curve; None if the curve lacks an octave
-    or ends before means of 32 samples.
+    """Variance of a sample, from the Allan variances up to the minimum of the curve; None if an octave is missing, or if
+    the curve ends before means of 32 samples.
 
     A record minus its means of 2ᵏ samples is the sum of the differences of neighbouring means of 1, 2, 4 … 2ᵏ⁻¹ samples
     (Haar's decomposition), so its variance is half the sum of their Allan variances. It includes filtered noise, lines and
@@ -63,7 +63,7 @@ def _sample_variance(curve: DeviationCurve) -> Sample | None:
     if not all(m in adev for m in octaves) or not octaves[-1] >= _SHORTEST_MEANS:
         return None
     last = octaves[-1]
-    means = adev[last] ** 2 / 2  # variance of the means, if their noise is white
+    means = adev[last] ** 2 / 2  # variance of the means if their noise is white
     time = 2 * last * float(curve.tau[0])
     return Sample(variance=sum(adev[m] ** 2 for m in octaves) / 2 + means, time=time)
 
@@ -80,7 +80,9 @@ def _origin_line(origin: Provenance, fit: NoiseFit, version: str) -> str:
 
 
 def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
-    """One line per verdict, and ``trust: gyro good, accel_x poor``. A sensor whose axes have one grade is named once."""
+    """Lines with the verdicts, and ``trust: gyro good, accel_x poor``. A sensor whose axes have the same trust is named
+    once.
+    """
     by_verdict: dict[str, list[str]] = {}
     sensors: dict[str, dict[str, str]] = {}
     for name, fit in fits.items():
@@ -95,7 +97,7 @@ def _fit_lines(fits: Mapping[str, NoiseFit]) -> list[str]:
 
 
 def _lines(findings: Iterable[Finding], fits: Mapping[str, NoiseFit]) -> list[str]:
-    """The findings about the numbers, one line per kind: the largest, and the axes of the others."""
+    """Findings about the numbers, one line per kind: the largest finding, and the other axes."""
     kinds: dict[str, list[Finding]] = {}
     for finding in findings:
         channels = finding.channels

@@ -1,4 +1,4 @@
-"""Rate and step of the filter, given by the user or taken from the record."""
+"""Rate and step of the filter, given by the user or derived from the record."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def known_filter_rate(rates: Mapping[str, float], choices: Choices) -> float | N
 
 
 def filter_step(rates: Mapping[str, float], choices: Choices) -> float:
-    """Step of the filter, given by the user or one over the rate of all channels. Raises `OptionError` if it is unknown.
-    [s]
+    """Step of the filter, given by the user or the inverse of the rate of all channels. Raises `OptionError` if it is
+    unknown. [s]
     """
     if choices.step is not None:
         return choices.step

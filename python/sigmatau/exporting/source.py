@@ -1,9 +1,9 @@
-"""`Source`: noise model with sampling rates and sample variances, of an analysis, a model file or a YAML file.
+"""`Source`: noise model with sampling rates and sample variances, from an analysis, a model file or a YAML file.
 
-YAML is ``imu.yaml`` of Kalibr or a result of imu_utils. The file of Kalibr has one number for three axes, in the units of a
-model. imu_utils writes two numbers per axis with misleading names: ``gyr_n`` is the standard deviation of a sample, √f times
-the density; ``gyr_w`` is the minimum of the Allan deviation, 0.664 times the bias instability if there is any, in rad/s and
-not in rad/s²/√Hz. The first is converted, the second is omitted, each with a finding.
+YAML is ``imu.yaml`` of Kalibr or a result of imu_utils. The file of Kalibr has one number for three axes, in the units of
+a model. imu_utils writes two numbers per axis with misleading names: ``gyr_n`` is the standard deviation of a sample, √f
+times the density; ``gyr_w`` is the minimum of the Allan deviation, 0.664 times the bias instability if there is any, in
+rad/s instead of rad/s²/√Hz. The first is converted and the second omitted, each with a finding.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import Printed
 from sigmatau.units import find
 
-_SAME_RATE = 1e-3  # relative difference of rates: two sensors of one unit, each with its own stamps
+_SAME_RATE = 1e-3  # largest relative difference of rates of two sensors of one unit with separate time stamps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,7 @@ class Sample:
     variance : float
         Variance about the mean over `time`. [(rate unit)²]
     time : float
-        Averaging time of this mean. [s]
+        Averaging time of the mean. [s]
     """
 
     variance: float
@@ -59,9 +59,9 @@ class Source(Printed):
     samples : mapping of str to Sample
         Measured variance of a sample, by channel.
     names : mapping of str to str
-        Fields of the file beside the noise parameters, such as a topic.
+        Fields of the file besides the noise parameters, such as a topic.
     poor : tuple of str
-        Channels whose coefficients the analysis says not to use.
+        Channels whose coefficients should not be used, according to the analysis.
     head : tuple of str
         Lines about the source for the head of a file.
 
@@ -81,7 +81,7 @@ class Source(Printed):
 
     @classmethod
     def of_model(cls, model: NoiseModel) -> Source:
-        """The source of a model; the sampling rate is known if the model is from a fit.
+        """Build the source of a model; the sampling rate is known if the model is from a fit.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Source(Printed):
         Parameters
         ----------
         channels : iterable of str
-            Which channels.
+            Names of the channels.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Source(Printed):
 
 
 def make_source(noise: object) -> Source:
-    """The source of a model or an analysis; raises `OptionError` for other types."""
+    """Build the source of a model or an analysis. Raises `OptionError` for other types."""
     if isinstance(noise, Source):
         return noise
     if isinstance(noise, NoiseModel):
@@ -135,8 +135,8 @@ def make_source(noise: object) -> Source:
 def read_file(path: Path, *, rate: float | None = None) -> Source:
     """Read a model file (.toml), or a YAML file of Kalibr or imu_utils.
 
-    `rate`: sampling rate of the record, for a YAML file, which does not state it [Hz]. Raises `OptionError` for a rate of
-    another file.
+    `rate`: sampling rate of the record, for a YAML file, which does not state it [Hz]. Raises `OptionError` for a rate
+    with another kind of file.
     """
     head = (f"from {path.name}",)
     if path.suffix.lower() not in (".yaml", ".yml"):
@@ -159,7 +159,7 @@ def have_several_rates(rates: Mapping[str, float]) -> bool:
 
 
 def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
-    """The highest sampling rate of each gyro and accelerometer, by sensor; of the other signals if there are none. [Hz]"""
+    """Highest sampling rate by sensor: gyro and accelerometer, or the other signals if there are neither. [Hz]"""
     highest: dict[str, float] = {}
     for channel, rate in rates.items():
         sensor = stream_name(channel)
@@ -168,7 +168,7 @@ def sensor_rates(rates: Mapping[str, float]) -> dict[str, float]:
 
 
 def common_rate(rates: Mapping[str, float]) -> float | None:
-    """The sampling rate of gyros and accelerometers; None if it is not known, or if they have several. [Hz]"""
+    """Sampling rate of gyros and accelerometers; None if it is unknown or not unique. [Hz]"""
     relevant = {name: rate for name, rate in rates.items() if stream_name(name) in ("gyro", "accel")} or dict(rates)
     return None if not relevant or have_several_rates(relevant) else next(iter(relevant.values()))
 
@@ -192,7 +192,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 def read_yaml(text: str, *, rate: float | None = None) -> Source:
-    """The model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; detected from the keys.
+    """Read the model of an ``imu.yaml`` of Kalibr, OpenVINS or EuRoC, or of a result of imu_utils; the keys show which.
     `rate`: sampling rate of the record; required for imu_utils, whose file does not contain it [Hz].
     """
     values = _values(text)
@@ -292,7 +292,7 @@ def _understood(path: tuple[str, ...]) -> None:
 
 
 def _unit(block: str, text: str, si: str) -> float:
-    """A unit of imu_utils in SI; raises `DataError` for an unknown unit or another quantity."""
+    """Convert a unit of imu_utils to SI. Raises `DataError` for an unknown unit or another quantity."""
     symbol = text.strip("\"' \t")
     try:
         unit = find(symbol)
@@ -304,7 +304,7 @@ def _unit(block: str, text: str, si: str) -> float:
 
 
 def _nearly(keys: Iterable[str], expected: Iterable[str]) -> str:
-    """``; 'Gyr_n': did you mean gyr_n?`` for misspelled keys, or empty."""
+    """Hint ``; 'Gyr_n': did you mean gyr_n?`` for misspelled keys, or an empty text."""
     names = {name.lower(): name for name in expected}
     suggestions = []
     for key in dict.fromkeys(keys):
@@ -315,10 +315,9 @@ def _nearly(keys: Iterable[str], expected: Iterable[str]) -> str:
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:
-    """Values of the nested block mappings of a YAML file, by their path of keys; lists are skipped.
-
-    These files do not use other parts of YAML. A value may follow a tab, stand on the next line, or continue there: deeper
-    lines belong to the key above. Raises `DataError` for a duplicate key.
+    """Read the values of the nested block mappings of a YAML file, by their path of keys; lists are skipped. These files
+    do not use other parts of YAML. A value may follow a tab, or be on or continue on the next line: deeper lines belong
+    to the key above. Raises `DataError` for a duplicate key.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []

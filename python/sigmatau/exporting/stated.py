@@ -1,4 +1,6 @@
-"""Exports of stated values. If a datasheet states no slow noise, a walk is matched at a horizon, and the file says so."""
+"""Exports of stated values. If a datasheet states no slow noise, a walk is matched at a horizon, with a remark in the
+file.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,8 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import seconds
 
 HORIZON = 10.0
-"""Default averaging time at which a walk is matched to the random walk: the time for which a filter with cameras or
-satellites relies on a bias before other sensors correct it. [s]
+"""Default averaging time at which the rate random walk is matched to the random walk: the time for which a filter with
+cameras or satellites relies on a bias before other sensors correct it. [s]
 
 A process is matched where random walk and bias instability are equal.
 """
@@ -29,11 +31,11 @@ A process is matched where random walk and bias instability are equal.
 def prepare_stated(
     model: NoiseModel, *, to: str, path: Path | None = None, choices: Choices, origins: Iterable[str]
 ) -> Prepared:
-    """The file of a target for a model of stated values.
+    """Prepare the file of a target for a model of stated values.
 
     If a bias instability is stated, the rate random walk is that of a consistent filter, as for a measured sensor. If no
-    slow noise is stated, the walk has the Allan variance of the random walk at the horizon: a larger one would show there in
-    the stated random walk.
+    slow noise is stated, the walk has the Allan variance of the random walk at the horizon: a larger walk would be
+    visible in the stated random walk.
 
     Parameters
     ----------
@@ -42,9 +44,9 @@ def prepare_stated(
     path : Path or None
         File to write, as for `prepare`.
     choices : Choices
-        Chosen walks are kept. With `strict`, a walk that is not stated has to be chosen.
+        Chosen walks have priority. With `strict`, a walk that is not stated has to be chosen.
     origins : iterable of str
-        Lines for the head of the file: where the values come from.
+        Lines for the head of the file: the sources of the values.
     """
     wanted = target(to)
     horizon = choices.horizon or (not wanted.has_walk and _minimum(model)) or HORIZON
@@ -55,7 +57,7 @@ def prepare_stated(
         if choices.strict or not lacking or sensor in walks or not (wanted.has_walk or wanted.has_process):
             continue
         if any(map(Numbers(model, choices).has_slow_noise, names)):
-            continue  # the target has a consistent walk, or a process, for it
+            continue  # the target has a consistent walk or a process for bias instability
         noise = max(model.channels[name].get("random_walk", 0.0) for name in names)
         if not noise:
             continue
@@ -66,7 +68,7 @@ def prepare_stated(
             " of the random walk, as no bias instability is stated"
         )
     source = replace(Source.of_model(model), head=tuple(reasons))
-    # A consistent walk has a separate default.
+    # The horizon of a consistent walk has a separate default.
     keeps_horizon = wanted.has_walk or (wanted.has_consistent and not matched)
     chosen = replace(choices, walk=walks, horizon=choices.horizon if keeps_horizon else horizon)
     unplaced = {each.choice for each in find_unplaced(wanted, chosen, source)}
@@ -76,7 +78,7 @@ def prepare_stated(
 
 
 def _minimum(model: NoiseModel) -> float | None:
-    """The averaging time at which the Allan deviation reaches the stated bias instability: N²/τ is 2 ln 2/π·B². [s]"""
+    """Averaging time at which the Allan deviation reaches the stated bias instability: N²/τ = 2 ln 2/π·B². [s]"""
     both = [
         (c["random_walk"], c["bias_instability"]) for c in model.values() if {"random_walk", "bias_instability"} <= {*c}
     ]

@@ -1,4 +1,4 @@
-"""Remarks of a file with N and K only: the noise that it leaves out, and how a filter with its numbers states its errors."""
+"""Remarks in a file with N and K only: the omitted noise, and the errors that a filter with these numbers states."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limi
 
 
 def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
-    """Remarks of a target with fields for N and K only: the terms that it leaves out, and how its filter states its errors.
-
-    `has_turn_on`: whether it has a field for the turn-on bias.
+    """Remarks for a target with fields for N and K only: the omitted terms, and the errors that its filter states.
+    `has_turn_on`: whether the target has a field for the turn-on bias.
     """
     remarks = []
     for sensor in KINDS:
@@ -38,10 +37,8 @@ def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
 
 
 def omitted_noise(numbers: Numbers, sensor: str, *, written: Collection[str], has_turn_on: bool = False) -> list[str]:
-    """A remark on the noise of a sensor that a format has no field for: terms that are not `written`, bandwidth, sinusoids,
-    turn-on bias. No remark if there is nothing to omit.
-
-    `has_turn_on`: whether it has a field for the turn-on bias.
+    """Remark on noise of a sensor without a field in a format: terms that are not `written`, bandwidth, sinusoids,
+    turn-on bias. Empty if no noise is omitted. `has_turn_on`: whether the format has a field for the turn-on bias.
     """
     models = numbers.sensors.get(sensor, {}).values()
     stated = {name for model in models for name in model.terms}.difference(written)
@@ -56,7 +53,7 @@ def omitted_noise(numbers: Numbers, sensor: str, *, written: Collection[str], ha
 
 
 def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
-    """A remark on how a filter with the numbers of a sensor states its errors; it becomes a finding too."""
+    """Remark on the errors that a filter with the numbers of a sensor states; also added as a finding."""
     truths = numbers.truths(names)
     if numbers.choices.axes == "each":
         pairs = [
@@ -90,7 +87,7 @@ def _states(numbers: Numbers, sensor: str, names: list[str]) -> list[str]:
 
 
 def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> AssumedNoise:
-    """Multiply N and all slow noise by the factors measured beside motors."""
+    """Multiply N and all slow noise by the factors measured with running motors."""
     fast, slow = (numbers.factor(term, sensor) for term in ("random_walk", "rate_random_walk"))
     noise = truth.noise
     terms = {name: value * (fast if name == "random_walk" else slow) for name, value in noise.terms.items()}
@@ -99,7 +96,9 @@ def _with_factors(numbers: Numbers, sensor: str, truth: AssumedNoise) -> Assumed
 
 
 def worst_of_axes(numbers: Numbers, judged: Sequence[PairConsistency]) -> PairConsistency:
-    """The axis whose filter states the smallest part of its error at the horizon. Adds a finding if that is not correct."""
+    """Select the axis whose filter states the smallest part of its error at the horizon, and add a finding if that is
+    wrong.
+    """
     worst = min(judged, key=lambda pair: pair.stated[1].share)
     if not worst.is_honest():
         severity: Severity = "warning" if worst.is_overconfident() else "info"
@@ -108,7 +107,7 @@ def worst_of_axes(numbers: Numbers, judged: Sequence[PairConsistency]) -> PairCo
 
 
 def factors_remark(numbers: Numbers, sensor: str) -> str:
-    """A sentence on the noise that the filter meets, if the file has factors on the numbers of a sensor."""
+    """Sentence on the noise in use, if the file has factors on the numbers of a sensor."""
     has_factors = any(numbers.factor(term, sensor) != 1 for term in ("random_walk", "rate_random_walk"))
     return " This is for the noise of the sensor without the factors of the file." * has_factors
 
@@ -127,12 +126,12 @@ def _judged(
 
 
 def _add_quantization(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
-    """Add a finding if quantization makes the noise of a sample much larger than N does."""
+    """Add a finding if quantization makes the noise of a sample much larger than N."""
     rate = numbers.known_rate()
     ratios: dict[str, float] = {}
     for name, model in channels.items():
         terms = model.terms
-        # with a limit the ratio is the smallest possible
+        # with a limit it is the smallest possible ratio
         noise = terms.get("random_walk", model.limits.get("random_walk"))
         if rate is not None and noise and "quantization" in terms:
             ratios[name] = math.sqrt(2 * rate) * terms["quantization"] / noise

@@ -11,7 +11,7 @@ from sigmatau.exporting.values import Numbers
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unused:
-    """Choices that a target has no field for."""
+    """Choices without a field in a target."""
 
     choices: tuple[str, ...]  # attributes of `Choices`
     why: str
@@ -22,29 +22,37 @@ class Unused:
 class Target:
     """A target of ``sigmatau export``."""
 
-    name: str  # Name as it is typed, which is that of its module
-    program: str = ""  # In the tables of docs/how-to/README.md; empty for a target that is not in them
+    name: str  # Name as it is typed: that of its module
+    program: str = ""  # Program in the tables of docs/how-to/README.md; empty for a target that is not listed there
     columns: tuple[str, str] = (
         "",
         "",
-    )  # Cells of that table: form of N and of K; for other targets, the content and what it needs
+    )  # Cells of that table: form of N and of K; for other targets, the content and the requirements
     aliases: tuple[str, ...] = ()  # Other names of the same program
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
     write: Callable[[Numbers], str | bytes]  # Writes `Numbers` as the text of the file; bytes if the file is binary
-    sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, one of them, or any signals
+    sensors: Literal["both", "either", "any"] = (
+        "both"  # Required sensors: gyro and accelerometer, one of them, or any signals
+    )
     needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
-    needs_step: bool = False  # Whether the file depends on a step that only the record or the user states
-    may_need_rate: bool = False  # Whether some noise needs the rate of the filter, so that it is asked for beforehand
+    needs_step: bool = False  # Whether the file depends on a step from the record or the user
+    may_need_rate: bool = (
+        False  # Whether some noise needs the rate of the filter, so that it is checked before the analysis
+    )
     needs_rate: bool = False  # Whether the file depends on the rate of the filter
-    has_rate_field: bool = False  # Whether this rate is only a field of the file: its densities do not depend on it
+    has_rate_field: bool = False  # Whether this rate is only a field of the file and does not affect its densities
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
-    has_unobserved: bool = False  # Whether the file depends on `Choices.unobserved`, beside one with N and K
+    has_unobserved: bool = (
+        False  # Whether the file depends on `Choices.unobserved`, although it does not have N and K only
+    )
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
-    has_consistent: bool = False  # Whether this process is that of a consistent filter, if the user chooses no walk
+    has_consistent: bool = (
+        False  # Whether this process is that of a consistent filter if the user does not choose a walk
+    )
     has_horizon: bool = False  # Whether the file depends on ``horizon`` even without ``walk="horizon"``
-    unused: tuple[Unused, ...] = ()  # Further choices without a field, and why
+    unused: tuple[Unused, ...] = ()  # Further choices without a field, with reasons
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen
     every_axis: bool = False  # Whether the file always has each axis separately
     # Writers of other forms of the file, by extension, from `Numbers` to bytes
@@ -52,5 +60,5 @@ class Target:
     text: str = ""  # Text of a target that is a template, see `sigmatau.exporting.template`
     # Fields besides the noise parameters, with their defaults: ``{"topic": "/imu0"}``
     names: Mapping[str, str] = field(default_factory=dict)
-    # Allowed values of those that have only a few
+    # Allowed values of fields that have only a few
     name_values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -1,15 +1,13 @@
-"""Targets whose file is a short YAML with one number for three axes: its text, with a place in braces for each value.
-
-Places are:
+"""Targets whose file is a short YAML with one number for three axes: its text, with a placeholder in braces for each value:
 
 ``{gyro N}``, ``{accel K*sqrt(rate)}``
     A sensor and one of `FORMS`: the number in this form, with its unit and origin in a comment.
 ``{omitted}``
     Remarks on the noise that the format has no field for, with the indent of this line.
 ``{rate}``
-    Rate of the filter [Hz]; it is then needed. Forms that contain ``rate`` need it too.
+    Rate of the filter [Hz], which is then required, as for forms that contain ``rate``.
 ``{gyro turn-on 0.01}``
-    Standard deviation of the bias at turn-on; the number is written if it is not known. The names of the target then need
+    Standard deviation of the bias at turn-on; the number is its default. The names of the target then need
     `TURN_ON_NAMES`.
 ``{topic}``, ``{gravity}``
     A name that the user can give with ``--name``.
@@ -32,7 +30,7 @@ from sigmatau.units import STANDARD_GRAVITY
 
 
 class Form(NamedTuple):
-    """How a program takes a coefficient."""
+    """Form in which a program reads a coefficient."""
 
     # Converts a coefficient [SI] and the sampling rate [Hz] to the number of the file
     convert: Callable[[float, float], float]
@@ -40,7 +38,7 @@ class Form(NamedTuple):
     symbol: str  # Symbol in the documentation
 
 
-# N and K as continuous two-sided densities; as standard deviations of a sample; as variances of a sample.
+# N and K as continuous two-sided densities, as standard deviations of a sample, and as variances of a sample.
 FORMS = {
     "N": Form(lambda n, _: n, "N, {}/sqrt(Hz)", "N"),
     "K": Form(lambda k, _: k, "K, {}/sqrt(Hz)", "K"),
@@ -66,7 +64,7 @@ def template(
     names: Mapping[str, str] | None = None,
     aliases: tuple[str, ...] = (),
 ) -> Target:
-    """Build the target of a template. Its text shows what it needs. `names`: defaults of the names that the user can
+    """Build the target of a template, with the requirements of its text. `names`: defaults of the names that the user can
     give.
     """
     places = PLACE.findall(text)
@@ -124,7 +122,7 @@ def _coefficient(numbers: Numbers, sensor: str, form: str) -> str:
 
 
 def _turn_on_field(numbers: Numbers, sensor: str, default: str) -> str:
-    """The uncertainty of the initial bias of a sensor, or the number of the program's sample file."""
+    """Uncertainty of the initial bias of a sensor, or the number in the sample file of the program."""
     unit = _UNITS[sensor]["N"]
     start = turn_on(numbers, sensor)
     if start is None:

@@ -1,4 +1,4 @@
-"""Text for files of other programs: numbers with the digits they deserve, and names that cannot escape their quotes."""
+"""Text for files of other programs: numbers with significant digits, and names that cannot break out of their quotes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import MARK_BEGIN, worded
 from sigmatau.results import ASCII
 
-# significant digits of a coefficient, whose interval is seldom narrower than 1 %; None: all digits
+# significant digits of a coefficient, whose interval is rarely narrower than 1 %; None: all digits
 DIGITS: int | None = 4
-LARGEST = 1e9  # Largest value of a constant beside the noise, in any unit
+LARGEST = 1e9  # Largest value of a constant other than the noise, in any unit
 _LONGEST = 2000  # longest comment [characters]; the YAML reader of OpenCV had a buffer of 4096 per line
 # pattern of numbers, because float() also accepts 9_8 and digits of other alphabets
 _NUMBER = r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"
 
 
 def digits(value: float, significant: int | None = None) -> str:
-    """A number in a form that YAML 1.1 accepts as a number: one that reads back to the same bits, or with some significant
-    digits. Raises `DataError` for a value that is not finite, or too small for full precision.
+    """Format a number for YAML 1.1: so that it reads back to the same bits, or with a number of significant digits.
+    Raises `DataError` for a value that is not finite, or too small for full precision.
     """
     double = _written(float(value), value, "double")
     text = repr(double if significant is None else float(f"{double:.{significant}g}"))
@@ -37,12 +37,12 @@ def digits(value: float, significant: int | None = None) -> str:
 
 
 def measured(value: float) -> str:
-    """A coefficient with its significant digits."""
+    """Format a coefficient with its significant digits."""
     return digits(value, DIGITS)
 
 
 def comment(words: str) -> str:
-    """Text for the rest of a comment line: printable ASCII without line ends, with options in words."""
+    """Convert text for a comment: printable ASCII without line ends, with options in words."""
     words = worded(words) if MARK_BEGIN in words else words
     for character, plain in ASCII.items():
         words = words.replace(character, plain)
@@ -56,7 +56,7 @@ def remark(words: str) -> str:
 
 
 def with_head(content: str, ending: str, sentences: Iterable[str]) -> str:
-    """A file with sentences as comments at its head; unchanged if the format has no comments."""
+    """Add sentences as comments at the head of a file; unchanged if the format has no comments."""
     if ending == ".json":
         return content
     marks = {".m": ("% ", ""), ".sdf": ("<!-- ", " -->"), ".txt": ("", "")}
@@ -65,28 +65,30 @@ def with_head(content: str, ending: str, sentences: Iterable[str]) -> str:
     if ending == ".sdf":  # an XML comment must not contain two hyphens
         lines = (re.sub("--+", "-", line) for line in lines)
     head = "".join(f"{before}{line}{after}\n" for line in lines) + ("\n" if ending == ".txt" else "")
-    first = re.match(r"%YAML.*\n|<\?xml.*\n", content)  # a line that must be the first of a file
+    first = re.match(r"%YAML.*\n|<\?xml.*\n", content)  # a line that must be the first line of a file
     cut = first.end() if first else 0
     return content[:cut] + head + content[cut:]
 
 
 def number_with_comment(value: float, words: str) -> str:
-    """A number of YAML with its unit and origin in a comment."""
+    """Format a YAML number with its unit and origin in a comment."""
     return f"{measured(value)}  # {comment(words)}"
 
 
 def joined(words: Iterable[str]) -> str:
-    """Comment for several numbers; identical texts appear once."""
+    """Join the comments on several numbers; identical texts appear once."""
     return comment(" | ".join(dict.fromkeys(words)))
 
 
 def quoted(text: str) -> str:
-    """A string in double quotes, ASCII only, as JSON, YAML and MATLAB's jsondecode read it."""
+    """Quote a string in ASCII so that JSON, YAML and the jsondecode of MATLAB read it."""
     return json.dumps(text, ensure_ascii=True)
 
 
 def plain_name(text: str, key: str) -> str:
-    """A name that is written without quotes. Raises `OptionError` unless it has only letters, digits and ``_ . / ~ -``."""
+    """Check a name that is written without quotes. Raises `OptionError` unless it has only letters, digits and ``_ . / ~
+    -``.
+    """
     if not re.fullmatch(r"[A-Za-z0-9_./~-]{1,255}", text, flags=re.ASCII):
         raise OptionError(
             f"{{option}} {key}={text[:80]!r}: only letters, digits, _ . / ~ and - are allowed", option="name"
@@ -95,9 +97,7 @@ def plain_name(text: str, key: str) -> str:
 
 
 def topic(text: str) -> str:
-    """A ROS topic in quotes; raises `OptionError` for an invalid name. Quotes alone are not enough: YAML readers
-    support different escapes.
-    """
+    """Quote a ROS topic. Raises `OptionError` for an invalid name, because YAML readers support different escapes."""
     if not re.fullmatch(r"[A-Za-z0-9_~/]{1,255}", text):
         raise OptionError(
             f"{{option}} topic={text[:80]!r}: a topic has only letters, digits, _ and /, e.g. topic=/imu0",
@@ -107,7 +107,7 @@ def topic(text: str) -> str:
 
 
 def number(text: str, key: str, *, low: float = 0.0, high: float = LARGEST) -> float:
-    """A number that the user gave as a name; raises `OptionError` unless it is from `low` to `high`."""
+    """Read a number that the user gave as a name. Raises `OptionError` unless it is from `low` to `high`."""
     value = float(text) if re.fullmatch(_NUMBER, text, flags=re.ASCII) else math.nan
     if not low <= value <= high:
         raise OptionError(
@@ -118,7 +118,7 @@ def number(text: str, key: str, *, low: float = 0.0, high: float = LARGEST) -> f
 
 
 def single(value: float, name: str) -> str:
-    """A number in single precision without an exponent, as autopilots store a parameter.
+    """Format a number in single precision without an exponent, as autopilots store a parameter.
 
     Raises a `DataError` with the name of the parameter for a value that is out of range of single precision.
     """
@@ -131,7 +131,7 @@ def single(value: float, name: str) -> str:
 def _written(
     stored: float, value: float, precision: str, name: str = "", smallest: float = sys.float_info.min
 ) -> float:
-    """The value that a file keeps; raises `DataError` if it is infinite, or too small for full precision."""
+    """Value that a file stores. Raises `DataError` if it is infinite, or too small for full precision."""
     if not math.isfinite(stored) or (value and abs(stored) < smallest):
         raise DataError(
             f"{name}{value:.3g} cannot be written in {precision} precision, where it is {stored:.3g}: check the units of the"

@@ -1,6 +1,5 @@
-"""The turn-on bias of a sensor for targets that have a field for the uncertainty of the initial bias.
-
-It is the spread between power-ups of the model, or the value of the user. No record at rest shows it.
+"""Turn-on bias of a sensor, for targets that have a field for the uncertainty of the initial bias. It is the spread
+between power-ups in the model, or the value of the user. A single record at rest does not show it.
 """
 
 from __future__ import annotations
@@ -19,18 +18,18 @@ from sigmatau.model.turn_on import is_wide
 
 _SMALLEST = 1e-9  # Smallest turn-on bias that the user can give [rad/s or m/s²]
 TURN_ON_NAMES = {"gyro_turn_on_bias": "", "accel_turn_on_bias": ""}
-"""Names of a target with a field for the turn-on bias: a value given by the user, in rad/s or m/s²."""
+"""Names of a target with a field for the turn-on bias; their values, given by the user, are in rad/s or m/s²."""
 
 
 def turn_on_key(sensor: str) -> str:
-    """The key of the turn-on bias among the names of a target."""
+    """Key of the turn-on bias among the names of a target."""
     return f"{sensor}_turn_on_bias"
 
 
 def turn_on(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> Number | None:
     """Standard deviation of the bias at turn-on for all axes of a sensor; None if it is not known. [rad/s or m/s²]
 
-    `minimum`: smallest value that the user can give; a filter with 0 would treat its first bias as exact.
+    `minimum`: smallest value that the user can give, because a filter with 0 would treat its first bias as exact.
     """
     axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number):
@@ -42,7 +41,9 @@ def turn_on(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> Num
 
 
 def turn_on_axes(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -> tuple[Number, Number, Number] | None:
-    """The same for x, y and z. For ``axes="each"``, an axis without a known spread gets the largest of the others."""
+    """Standard deviations of the bias at turn-on for x, y and z. For ``axes="each"``, an axis without a known spread gets
+    the largest of the others.
+    """
     axes = _collect_spreads(numbers, sensor, minimum)
     if axes is None or isinstance(axes, Number) or numbers.choices.axes != "each":
         every = turn_on(numbers, sensor, minimum=minimum)
@@ -53,7 +54,7 @@ def turn_on_axes(numbers: Numbers, sensor: str, *, minimum: float = _SMALLEST) -
 
 
 def unknown_turn_on(sensor: str) -> str:
-    """The remark of a file on a turn-on bias that is not known."""
+    """Remark of a file on an unknown turn-on bias."""
     return (
         f"turn-on bias of the {KINDS[sensor]}: not visible in one record; sigmatau compare measures it from several"
         f" power-ups, {Hint('names', turn_on_key(sensor), 'VALUE')} sets it"
@@ -61,7 +62,7 @@ def unknown_turn_on(sensor: str) -> str:
 
 
 def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | dict[str, Number] | None:
-    """The number given by the user, or those of the channels that have a spread."""
+    """Number given by the user, or the numbers of the channels with a spread."""
     key = turn_on_key(sensor)
     if key in numbers.choices.names:
         return Number(value=number(numbers.choices.names[key], key, low=minimum), words="turn-on bias, given")
@@ -79,7 +80,7 @@ def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | 
 
 
 def _add_wide(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
-    """Add a finding if the spread of some channels is from a few power-ups."""
+    """Add a finding if the spread of any channel is from few power-ups."""
     wide = {name: model.turn_on for name, model in channels.items() if model.turn_on and is_wide(model.turn_on)}
     ratios = [spread.high / spread.sigma for spread in wide.values() if spread.high and spread.sigma]
     counts = [spread.power_ups for spread in wide.values() if spread.power_ups is not None]
@@ -89,7 +90,7 @@ def _add_wide(numbers: Numbers, channels: Mapping[str, ChannelModel]) -> None:
 
 
 def _worst(axes: Mapping[str, Number], channels: Mapping[str, ChannelModel]) -> Number:
-    """The largest of the axes; says which have none."""
+    """Largest of the axes; the comment names axes without a number."""
     worst = max(axes.values(), key=lambda axis: axis.value)
     lacking = [name for name in channels if name not in axes]
     words = f"worst of {len(axes)} axes, {worst.words}" if len(axes) > 1 else worst.words

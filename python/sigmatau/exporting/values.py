@@ -31,12 +31,12 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import duration_text, seconds
 
 _CHOICES = {"random_walk": "noise", "rate_random_walk": "walk"}  # attribute of `Choices` by term
-_SAME_TIME = 1e-3  # relative: smaller differences of a time are not visible in print
+_SAME_TIME = 1e-3  # largest relative difference of a time that is not visible in print
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Number:
-    """A number in SI, before the conversion of a target."""
+    """Number in SI, before the conversion of a target."""
 
     value: float  # Estimate times factor
     words: str  # Origin, as one line for a comment
@@ -44,17 +44,17 @@ class Number:
 
 
 class Numbers:
-    """Numbers of a source for one target, after the choices of the user."""
+    """Numbers from a source for one target, after the choices of the user."""
 
     def __init__(self, source: Source | NoiseModel, choices: Choices, *, pair: bool = False) -> None:
-        self.pair = pair  # Whether they are N and K of a filter without other slow noise
+        self.pair = pair  # whether the numbers are N and K of a filter without other slow noise
         self.source: Source = source if isinstance(source, Source) else Source.of_model(source)
         self.choices = choices
         self.whole: NoiseModel = self.source.model  # model with all channels; `model` may have only one
-        self.findings: list[Finding] = []  # about the written file; targets add to it
-        # by term, the channels whose upper limit is written without a request
+        self.findings: list[Finding] = []  # findings about the written file; targets add theirs
+        # channels whose upper limit is written without a request, by term
         self.limits: dict[str, dict[str, None]] = {}
-        self.missing: dict[tuple[str, str], str] = {}  # by sensor and term, why a coefficient must be chosen
+        self.missing: dict[tuple[str, str], str] = {}  # reason why a coefficient must be chosen, by sensor and term
         self._truths: dict[str, AssumedNoise] = {}  # by channel
         self._consistent: dict[str, Number] = {}  # K by channel
         self._sensor = {name: stream_name(name) for name in self.model.channels}
@@ -89,7 +89,7 @@ class Numbers:
         return sensor in self.sensors
 
     def channels(self, sensor: str) -> dict[str, ChannelModel]:
-        """The channels of a sensor; raises `DataError` if there is none."""
+        """Channels of a sensor. Raises `DataError` if there are none."""
         if sensor not in self.sensors:
             raise DataError(f"the model has no {KINDS[sensor]}, which this target requires")
         return dict(self.sensors[sensor])
@@ -114,11 +114,11 @@ class Numbers:
         return {name: doubt_text(model) for name, model in self.model.channels.items() if not model.adequate}
 
     def rate_text(self) -> str:
-        """The sampling rate for a file: as given, or with four digits of that of the record."""
+        """Sampling rate for a file: as given, or that of the record with four digits."""
         return digits(self.rate()) if self.choices.filter_rate is not None else measured(self.rate())
 
     def name(self, key: str, default: str) -> str:
-        """A name or constant, given by the user, else by the source, else the default."""
+        """Name or constant from the user, the source or the default, in this order."""
         return self.choices.names.get(key, self.source.names.get(key, default))
 
     def factor(self, term: str, sensor: str) -> float:
@@ -127,7 +127,7 @@ class Numbers:
         return chosen if isinstance(chosen, int | float) else chosen.get(sensor, 1.0)
 
     def doubt(self, channel: str) -> str:
-        """End of a comment for a channel whose fit is not adequate; else empty."""
+        """End of a comment for a channel whose fit is not adequate; otherwise empty."""
         doubt = self._doubts.get(channel)
         return f"; {doubt}" if doubt else ""
 
@@ -159,24 +159,24 @@ class Numbers:
         return self._noted(self._channel_number(channel, "rate_random_walk"), "rate_random_walk")
 
     def _noted(self, number: Number, term: str) -> Number:
-        """Note the upper limits that a number was computed from."""
+        """Record the upper limits from which a number was computed."""
         if number.limits:
             self.limits.setdefault(term, {}).update(dict.fromkeys(number.limits))
         return number
 
     def limits_written(self) -> tuple[Finding, ...]:
-        """A finding for each term whose upper limits are written without a request."""
+        """Report each term whose upper limits are written without a request."""
         return tuple(
             Finding(severity="info", channels=self._in_order(channels), details=LimitWritten(term=term))
             for term, channels in self.limits.items()
         )
 
     def _in_order(self, channels: Iterable[str]) -> tuple[str, ...]:
-        """Sort channels as in the model, so that files that use them in another order have equal findings."""
+        """Sort channels as in the model, so that findings do not depend on the order in a file."""
         return tuple(sorted(channels, key=list(self.whole.channels).index))
 
     def not_used(self) -> tuple[Finding, ...]:
-        """Choices for a coefficient that was observed on every axis, or for a sensor that the model does not have."""
+        """Report choices for a coefficient that was observed on every axis, or for a sensor that the model does not have."""
         findings = []
         for term, chosen in (("random_walk", self.choices.noise), ("rate_random_walk", self.choices.walk)):
             for sensor, wanted in chosen.items():
@@ -193,8 +193,8 @@ class Numbers:
     def _sensor_number(self, sensor: str, term: str) -> Number:
         """One number for a sensor.
 
-        If nothing was chosen, it is computed from the axes that have the coefficient or an upper limit of it. Axes with
-        neither are ignored, unless `strict` raises an error.
+        Without a choice, it is computed from the axes with the coefficient or an upper limit. Axes with neither are
+        ignored, unless `strict` raises an error.
         """
         names = list(self.channels(sensor))
         wanted = self._chosen(sensor, term)
@@ -220,7 +220,7 @@ class Numbers:
         return replace(number, words=number.words + remark)
 
     def _limit(self, channel: str, term: str) -> float | None:
-        """The upper limit that is written without a request; None if that is not allowed, or if there is none."""
+        """Upper limit that is written without a request; None if there is none, or if this is not allowed."""
         return None if self.choices.strict else self.model.channels[channel].limits.get(term)
 
     def _channel_number(self, channel: str, term: str) -> Number:
@@ -266,7 +266,7 @@ class Numbers:
         return self._missing(sensor, term)
 
     def _is_consistent(self, sensor: str) -> bool:
-        """Whether K is that of a consistent filter: it was chosen, or nothing else was and the slow noise is known."""
+        """Whether K is that of a consistent filter: chosen, or the default with known slow noise."""
         wanted = self.choices.walk.get(sensor)
         if wanted is None and self.pair and not self.choices.strict:
             return any(map(self._may_have_slow_noise, self.channels(sensor)))
@@ -276,17 +276,17 @@ class Numbers:
         return self._truth(channel).slow
 
     def truths(self, channels: Iterable[str]) -> list[AssumedNoise]:
-        """The noise of channels that a filter meets."""
+        """Noise of channels in use."""
         return [self._truth(name) for name in channels]
 
     def _truth(self, channel: str) -> AssumedNoise:
-        """The noise of a channel with the terms that were not observed, by `Choices.unobserved`."""
+        """Noise of a channel, including terms that were not observed by the policy `Choices.unobserved`."""
         if channel not in self._truths:
             self._truths[channel] = assume_noise(self.model.channels[channel], self.choices.unobserved)
         return self._truths[channel]
 
     def _consistent_number(self, channel: str) -> Number:
-        """K of one channel for which a filter is consistent."""
+        """K of one channel with which a filter is consistent."""
         if channel in self._consistent:
             return self._consistent[channel]
         sensor, model = self._sensor[channel], self.model.channels[channel]
@@ -310,13 +310,13 @@ class Numbers:
 
     @cached_property
     def _right_error(self) -> str:
-        """The error that a filter with the consistent walk states correctly."""
+        """Words for the error that a filter with the consistent walk states correctly."""
         if self.choices.consistent == "bias":
             return "its bias"
         return f"its error after {duration_text(self.choices.horizon or HORIZON)}"
 
     def _missing(self, sensor: str, term: str) -> Number:
-        """Note a coefficient that must be chosen for all axes of a sensor that lack it; any number stands for it."""
+        """Record that a coefficient must be chosen for all axes of a sensor that lack it; return a placeholder."""
         every = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         lacking = {name: model for name, model in every.items() if term not in model}
         model = next(iter(lacking.values()))
@@ -337,7 +337,7 @@ class Numbers:
         return Number(value=1.0, words="")
 
     def _valid_choices(self, sensor: str, term: str, *, limit: bool, horizon: bool = True) -> list[str]:
-        """The valid choices for a coefficient that was not observed."""
+        """Valid choices for a coefficient that was not observed."""
         choice = _CHOICES[term]
         channels = {name: model for name, model in self.whole.channels.items() if stream_name(name) == sensor}
         si = next(iter(channels.values())).unit_of(term)
@@ -399,7 +399,7 @@ class Numbers:
 
 
 def _number(estimate: float, words: str, factor: float) -> Number:
-    """The number with its factor; the words state estimate and factor separately."""
+    """Multiply an estimate by its factor; the words state both separately."""
     low, high = RANGES["walk_factor"][:2]
     if not SMALLEST * low <= factor * estimate <= LARGEST * high:  # an upper limit can be so small that its square is 0
         raise DataError(f"{words}: {factor * estimate:.3g} in SI is out of range, from {SMALLEST:g} to {LARGEST:g}")

@@ -156,7 +156,7 @@ class Contradiction:
 
 
 def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradiction | None:
-    """Find the log that contradicts the others the most; None for a single log, or if the p-value is not below
+    """Find the log that contradicts the remaining the most; None for a single log, or if the p-value is not below
     `significant`.
     """
     count, freedom = len(logs.spectra), 1 + best.filter.count + best.form.converter
@@ -164,19 +164,19 @@ def contradiction(logs: Logs, best: FilterFit, significant: float) -> Contradict
         return None
     falls = []
     for k in range(count):
-        single, others = _separated(logs, k)
-        falls.append(best.fit.deviance - _refitted(single, best).fit.deviance - _refitted(others, best).fit.deviance)
+        single, remaining = _separated(logs, k)
+        falls.append(best.fit.deviance - _refitted(single, best).fit.deviance - _refitted(remaining, best).fit.deviance)
     k = int(np.argmax(falls))
     p = min(count * float(chi2_above(freedom, max(falls[k], 0.0))), 1.0)
     if p >= significant:
         return None
     # To quantify the difference, this log is fitted with the filter of the other logs.
-    single, others = _separated(logs, k)
-    fit_of_others = best_fits(others)[0]
-    level = float(single.fit_levels(fit_of_others.form, fit_of_others.numbers).levels[0] / fit_of_others.fit.levels[0])
+    single, remaining = _separated(logs, k)
+    remaining_fit = best_fits(remaining)[0]
+    level = float(single.fit_levels(remaining_fit.form, remaining_fit.numbers).levels[0] / remaining_fit.fit.levels[0])
     return Contradiction(
         name=logs.spectra[k].name, chi2=falls[k], freedom=freedom, p_value=p, ratio=math.sqrt(max(level, _SMALLEST_RATIO)),
-        bandwidth_ratio=_ratio_of_bandwidths((single, _refitted(single, fit_of_others)), (others, fit_of_others)),
+        bandwidth_ratio=_ratio_of_bandwidths((single, _refitted(single, remaining_fit)), (remaining, remaining_fit)),
     )  # fmt: skip
 
 

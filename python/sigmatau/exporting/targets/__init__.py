@@ -1,6 +1,6 @@
 """The targets of an export, one module each. Its `TARGET` declares the fields of the file.
 
-A module is imported when its target is asked for. The name of a target is that of its module, with hyphens.
+A module is imported when its target is used. The name of a target is that of its module, with hyphens.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NAMES = tuple(sorted(module.name.replace("_", "-") for module in iter_modules(__
 
 
 def target(name: str) -> Target:
-    """Find a target by its name, in any case, or by that of its program. Raises an `OptionError` that lists the names."""
+    """Find a target by its name or that of its program, in any case. Raises an `OptionError` that lists the names."""
     if not isinstance(name, str):
         raise OptionError(
             f"{{option}} must be the name of a target, not {name!r}; targets: {', '.join(NAMES)}", option="to"

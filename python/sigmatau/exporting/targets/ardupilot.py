@@ -1,7 +1,8 @@
 """ArduPilot: process noise of EKF3, as a parameter file that ground stations load.
 
-The states of EKF3 are angle and velocity increments: a step adds (dt·p)² to the variance of the angle and (dt²·p)² to that
-of the bias times dt, which are N²·dt and K²·dt·dt² for p = N/√dt and p = K/√dt. The numbers hold for one step dt.
+The states of EKF3 are angle and velocity increments: a step adds (dt·p)² to the variance of the angle, and (dt²·p)² to
+the variance of the bias times dt. These are N²·dt for p = N/√dt, and K²·dt·dt² for p = K/√dt. The numbers hold for one
+step dt.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from sigmatau.exporting.text import remark, single
 from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
-# Samples are summed until the sum covers 12 ms less half a loop (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
+# Samples are summed until the sum covers 12 ms minus half a loop (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
 _STEP = 0.0125  # s
 _PARAMETERS = (
     AutopilotParameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),

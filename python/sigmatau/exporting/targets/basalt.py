@@ -1,7 +1,7 @@
 """Basalt: the noise of its calibration file, JSON with an array of x, y and z for each value.
 
 Continuous-time densities: Basalt multiplies noise by √imu_update_rate itself, and divides the difference of two biases by
-σ·√dt. JSON has no comments: what a number is stands under ``about``, which Basalt does not read.
+σ·√dt. JSON has no comments, so the key ``about``, which Basalt ignores, describes the numbers.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _ROWS = (
     ("accel_bias_std", "accel", "K", "m/s^3/sqrt(Hz)"),
     ("gyro_bias_std", "gyro", "K", "rad/s^2/sqrt(Hz)"),
 )
-# Weights of the priors of the first biases. Basalt exchanges them: sqrt_keypoint_vio.cpp puts vio_init_ba_weight on
-# states 9 to 11, which are the bias of the gyros.
+# Weights of the priors of the first biases. Basalt exchanges them: sqrt_keypoint_vio.cpp applies vio_init_ba_weight to
+# states 9 to 11, the bias of the gyros.
 _PRIORS = (("gyro", "config.vio_init_ba_weight"), ("accel", "config.vio_init_bg_weight"))
 
 

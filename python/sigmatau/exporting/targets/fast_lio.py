@@ -1,7 +1,7 @@
 """FAST-LIO and FAST-LIO2: lines of their configuration.
 
 A step adds (F_w*dt)*Q*(F_w*dt)^T, which is N^2*dt for Q = N^2*f. UndistortPcl predicts from the last sample to the end of
-the scan, r*dt, and begins the next scan with (1 - r)*dt: r^2 + (1 - r)^2, 2/3 on average, in place of one step.
+the scan, r*dt, and begins the next scan with (1 - r)*dt: it adds r^2 + (1 - r)^2, 2/3 on average, instead of one step.
 """
 
 from sigmatau.exporting.template import template

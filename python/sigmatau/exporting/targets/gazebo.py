@@ -1,8 +1,8 @@
 """Gazebo: a model in SDF with the noise of its IMU, and the parameters of the plugins of RotorS and PX4's SITL.
 
-Its biases are first-order Gauss-Markov processes. Its sensor takes the standard deviation of a sample, N·√rate, and drives
+Its biases are first-order Gauss-Markov processes. Its sensor uses the standard deviation of a sample, N·√rate, and drives
 its bias with white noise of density ``dynamic_bias_stddev``², so that the bias has the standard deviation
-dynamic_bias_stddev·√(time/2). The plugins take densities.
+dynamic_bias_stddev·√(time/2). The plugins use densities.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def write(numbers: Numbers) -> str:
 
 
 def _turn_on_words(unit: str, axes: tuple[Number | None, ...]) -> list[str]:
-    """The comment of a turn-on bias that is known."""
+    """Comment on a known turn-on bias."""
     words = joined(number.words for number in axes if number is not None)
     return [f"bias_stddev: {unit}, turn-on bias, which decays with the correlation time; {words}"] if words else []
 

@@ -1,4 +1,4 @@
-"""GTSAM: a Python module that makes ``PreintegrationCombinedParams``, with the same in C++ as comments."""
+"""GTSAM: a Python module that builds ``PreintegrationCombinedParams``, with the C++ equivalent in comments."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _AXES = "xyz"
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the module: densities; the module squares them for the covariances."""
+    """Text of the module: densities, which the module squares for the covariances."""
     rows = [
         ("ACCELEROMETER_NOISE", "accel", numbers.noise, numbers.channel_noise, "N, m/s^2/sqrt(Hz)"),
         ("GYROSCOPE_NOISE", "gyro", numbers.noise, numbers.channel_noise, "N, rad/s/sqrt(Hz)"),
@@ -35,7 +35,7 @@ def write(numbers: Numbers) -> str:
 
 
 def _prior(numbers: Numbers) -> tuple[list[str], str]:
-    """Lines with the turn-on biases, and the function that makes a prior of them; without one of them only a remark."""
+    """Lines with the turn-on biases and the function that builds a prior; only a remark if a turn-on bias is unknown."""
     starts = {sensor: turn_on_axes(numbers, sensor) for sensor in ("accel", "gyro")}
     lacking = [KINDS[sensor] for sensor, axes in starts.items() if axes is None]
     if lacking:
@@ -55,7 +55,7 @@ def _axes(
     channel_number: Callable[[str], Number],
     unit: str,
 ) -> list[str]:
-    """A line per axis: one number for all, or for ``axes="each"`` that of the axis if the model has it."""
+    """One line per axis: a common number, or with ``axes="each"`` that of the axis if the model has it."""
     if numbers.choices.axes != "each":
         number = sensor_number(sensor)
         first, *repeated = [f"    {measured(number.value)}," for _ in _AXES]

@@ -72,7 +72,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
         for text, size in units:
             bounds = (None, None) if low is None or high is None else (low / size, high / size)
             shown, interval = round_to_error(value / size, *bounds).cells
-            if not interval and not model.duration:  # stated, and not of a fit
+            if not interval and not model.duration:  # stated value, not from a fit
                 shown = f"{value / size:.6g}"
             percent = _interval_text(model, term, interval, size)
             rows.append((letter, label, f"{shown} {text}", percent, f"{measured(value)} {si}"))
@@ -89,7 +89,9 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
 
 
 def _interval_text(model: ChannelModel, term: str, interval: str, size: float) -> str:
-    """The interval of a value with its level, the limit of one that the record does not show alone, or why it has none."""
+    """Interval of a value with its level, the limit of a value that the record does not determine alone, or the reason
+    for neither.
+    """
     if interval or (term in model.limits and model.adequate):
         text = interval or f"or less: {limit_text(model.limits[term] / size)}"
         return f"{text} ({100 * model.level:g} %)"
@@ -148,7 +150,7 @@ def _process_rows(model: ChannelModel) -> list[tuple[str, str, str, str, str]]:
 
 
 def _turn_on_row(spread: TurnOn, text: str, size: float, si: str) -> tuple[str, str, str, str, str]:
-    """The turn-on repeatability of the bias, 1 σ."""
+    """Turn-on repeatability of the bias, 1 σ."""
     low, high = (None if end is None else end / size for end in (spread.low, spread.high))
     shown, interval = round_to_error(spread.sigma / size, low, high).cells
     how = f"{interval} ({100 * spread.level:g} %), {spread.power_ups} power-ups" if interval else "stated"

@@ -1,6 +1,6 @@
 """Kalibr: ``imu.yaml``.
 
-Kalibr divides by sqrt(1/update_rate) itself, and rejects what is not above 0.
+Kalibr divides by sqrt(1/update_rate) itself, and rejects numbers that are not above 0.
 """
 
 from sigmatau.exporting.template import template

@@ -1,8 +1,8 @@
 """KF-GINS: the block ``imunoise`` of its configuration.
 
-The biases are first-order Gauss-Markov processes with one correlation time for all, driven by noise of density 2σ²/corrtime.
-KF-GINS is a filter: σ is that with which it states its error after the horizon right, as the consistent K of a filter with a
-walk. KF-GINS converts the units of the file itself.
+The biases are first-order Gauss-Markov processes with a common correlation time, driven by noise of density 2σ²/corrtime.
+KF-GINS is a filter: with the written σ it states its error at the horizon correctly, like a filter with a consistent K.
+KF-GINS converts the units of the file itself.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _is_consistent(numbers: Numbers, sensor: str) -> bool:
 
 
 def _consistent(numbers: Numbers, sensor: str, time: float) -> Process:
-    """The consistent process of a sensor: the largest of its axes, or their root mean square."""
+    """Consistent process of a sensor: the largest of its axes, or their root mean square."""
     names = list(numbers.channels(sensor))
     slow = [name for name, truth in zip(names, numbers.truths(names), strict=True) if truth.slow]
     factor, horizon = numbers.factor("rate_random_walk", sensor), numbers.choices.horizon or HORIZON
@@ -111,7 +111,7 @@ def _noise(numbers: Numbers, sensor: str, names: Iterable[str]) -> float:
 
 
 def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
-    """A sentence on how a filter with the numbers of a sensor states its errors."""
+    """Sentence on the errors that a filter with the numbers of a sensor states."""
     names, horizon = list(numbers.channels(sensor)), numbers.choices.horizon or HORIZON
     each = numbers.choices.axes == "each"
     judged = [
@@ -136,9 +136,7 @@ def _states(numbers: Numbers, sensor: str, biases: Iterable[Process]) -> str:
 
 
 def _initial_lines(numbers: Numbers) -> list[str]:
-    """Keys beside the block for the initial biases, if the model has turn-on biases. KF-GINS uses gbstd and abstd
-    otherwise.
-    """
+    """Further keys for the initial biases, if the model has turn-on biases; otherwise KF-GINS uses gbstd and abstd."""
     lines = []
     for key, sensor, unit in (("initbgstd", "gyro", "deg/h"), ("initbastd", "accel", "mGal")):
         axes = turn_on_axes(numbers, sensor)
@@ -150,7 +148,7 @@ def _initial_lines(numbers: Numbers) -> list[str]:
 
 
 def _time(numbers: Numbers, consistent: list[str], processes: list[Process]) -> float:
-    """The one correlation time. [s]"""
+    """Common correlation time. [s]"""
     if "corrtime" in numbers.choices.names:
         return 3600 * number(numbers.choices.names["corrtime"], "corrtime", low=1e-6, high=1e6)
     if consistent:
@@ -170,15 +168,13 @@ def _time_words(numbers: Numbers, consistent: list[str]) -> str:
 
 
 def _has_horizon_without_use(numbers: Numbers) -> bool:
-    """Whether all processes are those of the model and no σ is that of a consistent filter, so that the horizon is not
-    used.
-    """
+    """Whether the horizon is not used: all processes are those of the model, and no σ is that of a consistent filter."""
     when = OWN_PROCESSES.when
     return not any(_is_consistent(numbers, sensor) for sensor in KINDS) and when is not None and when(numbers)
 
 
 def _is_approximated(numbers: Numbers) -> bool:
-    """Whether no σ is that of a consistent filter, so that terms that were not observed do not count."""
+    """Whether no σ is that of a consistent filter, so that terms that were not observed have no effect."""
     return not any(_is_consistent(numbers, sensor) for sensor in KINDS)
 
 

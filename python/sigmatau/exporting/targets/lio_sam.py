@@ -1,6 +1,6 @@
 """LIO-SAM: lines of ``params.yaml``.
 
-The code squares the noise for GTSAM, and multiplies that of the biases by the root of the time between key frames.
+The code squares the noise for GTSAM, and multiplies the noise of the biases by the root of the time between key frames.
 """
 
 from sigmatau.exporting.template import GRAVITY, template

@@ -1,10 +1,10 @@
 """MATLAB: ``gyroparams`` and ``accelparams`` of its IMU simulator, as a script.
 
-``IMUSensorSimulator.m`` of R2023b with ``NoiseType`` single-sided makes white noise of NoiseDensity·√rate and a random walk
-of RandomWalk/√rate per sample, so that the two-sided N and K are written unchanged. The default, double-sided, has
-√(rate/2) instead of √rate: the noise is √2 smaller and the walk √2 larger. BiasInstability drives the filter
-``BiasInstabilityCoefficients`` with B per sample. The default, ``fractalcoef`` with one pole, has a memory of two samples
-and makes white noise; P poles make 1/f noise with B of IEEE Std 952 up to P samples.
+``IMUSensorSimulator.m`` of R2023b with ``NoiseType`` single-sided generates white noise of NoiseDensity·√rate and a
+random walk of RandomWalk/√rate per sample, so that the two-sided N and K are written unchanged. The default,
+double-sided, uses √(rate/2) instead of √rate: the noise is √2 smaller and the walk √2 larger. BiasInstability drives the
+filter ``BiasInstabilityCoefficients`` with B per sample. The default, ``fractalcoef`` with one pole, has a memory of two
+samples and generates white noise; P poles generate 1/f noise with B of IEEE Std 952 up to P samples.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SENSORS = (("gyro", "gyroparams", "rad/s"), ("accel", "accelparams", "m/s^2"))
 
 
 def write(numbers: Numbers) -> str:
-    """The text of the script; ``gyro`` and ``accel`` are what imuSensor takes."""
+    """Text of the script; ``gyro`` and ``accel`` are the arguments of imuSensor."""
     present = [row for row in _SENSORS if numbers.has(row[0])]
     if not present:
         raise DataError("the model has neither gyros nor accelerometers; imuSensor needs one of them")
@@ -53,14 +53,14 @@ def write(numbers: Numbers) -> str:
 
 
 def _omitted(numbers: Numbers, sensor: str) -> list[str]:
-    """A remark on the noise without a field; a walk that is right at a horizon approximates all slow noise."""
+    """Remark on the noise without a field; a walk that is correct at a horizon approximates all slow noise."""
     is_approximated = numbers.choices.walk.get(sensor) == "horizon"
     slow = SLOW if is_approximated else ("bias_instability", "rate_random_walk")
     return omitted_noise(numbers, sensor, written=("random_walk", *slow))
 
 
 def _has_flicker(numbers: Numbers, sensor: str) -> bool:
-    """Whether any axis has bias instability that no chosen random walk replaces."""
+    """Whether any axis has bias instability that is not replaced by a chosen random walk."""
     shown = any("bias_instability" in model for model in numbers.channels(sensor).values())
     return shown and numbers.choices.walk.get(sensor) != "horizon"
 
@@ -85,7 +85,7 @@ def _bias(numbers: Numbers, sensor: str, unit: str) -> list[str]:
 
 
 def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
-    """Number of poles of the 1/f filter, one per sample of the time up to which it is accurate, and this time."""
+    """Number of poles of the 1/f filter, one per sample up to the longest accurate time, and this time."""
     time = numbers.choices.horizon
     if time is None:
         bottoms = [
@@ -113,7 +113,7 @@ def _poles(numbers: Numbers, sensor: str) -> tuple[int, float]:
 
 
 def _combine_bias(numbers: Numbers, sensor: str) -> Number:
-    """B of the channels that have it, by `Choices.axes`; 0 if none has."""
+    """B of the channels with bias instability, by `Choices.axes`; 0 without such channels."""
     values = {n: m["bias_instability"] for n, m in numbers.channels(sensor).items() if "bias_instability" in m}
     factor = numbers.factor("rate_random_walk", sensor)
     if not values:
@@ -146,7 +146,7 @@ def _has_walk(numbers: Numbers, sensor: str) -> bool:
 
 
 def _combine_walk(numbers: Numbers, sensor: str) -> Number:
-    """K; 0 for an axis without K if other axes have it and nothing was chosen."""
+    """K by `Choices.axes`; 0 for an axis without K if other axes have K and no value was chosen."""
     channels = numbers.channels(sensor)
     if not _has_walk(numbers, sensor):
         return Number(value=0.0, words=f"{', '.join(channels)}: not observed, 0")

@@ -1,6 +1,6 @@
 """OpenVINS: ``kalibr_imu_chain.yaml``.
 
-OpenCV's reader, which OpenVINS uses, needs the first line.
+The YAML reader of OpenCV, which OpenVINS uses, needs the first line.
 """
 
 from sigmatau.exporting.template import template

@@ -1,7 +1,7 @@
 """PX4: process noise of EKF2, as a parameter file that ground stations load.
 
-EKF2 adds (dt·p)² to the variance of the angle (velocity) at each prediction, and (dt·p)² to that of the bias, so that N²·dt
-and K²·dt are p = N/√dt and p = K/√dt. The numbers hold for one step dt.
+At each prediction EKF2 adds (dt·p)² to the variance of the angle (velocity) and to that of the bias. These are N²·dt for
+p = N/√dt, and K²·dt for p = K/√dt. The numbers hold for one step dt.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
 _STEP = 0.01  # default of EKF2_PREDICT_US [s]
-_PARAMETERS = (  # the first releases of EKF2 replace smaller values by the smallest one
+_PARAMETERS = (  # the first releases of EKF2 raise smaller values to the minimum
     AutopilotParameter(name="EKF2_GYR_NOISE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
     AutopilotParameter(name="EKF2_ACC_NOISE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0),
     AutopilotParameter(name="EKF2_GYR_B_NOISE", sensor="gyro", kind="walk", unit="rad/s^2", low=0.0, high=0.01),
@@ -27,7 +27,7 @@ _INITIAL = (("EKF2_GBIAS_INIT", "gyro", "rad/s", 0.2), ("EKF2_ABIAS_INIT", "acce
 
 
 def write(numbers: Numbers) -> str:
-    """Vehicle, component, name, value and type (9: single precision), with tabs between."""
+    """Lines of vehicle, component, name, value and type (9: single precision), separated by tabs."""
     ids = [_identity(numbers, key) for key in ("vehicle", "component")]
     step = choose_step(numbers, _STEP)
     lines = [

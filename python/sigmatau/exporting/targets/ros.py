@@ -1,8 +1,8 @@
 """ROS: the covariances of ``sensor_msgs/Imu``, row by row, as YAML.
 
-They are covariances of one sample: measured, if the source is a record (see `Source.samples`), else from the model.
-Unfiltered white noise of density N² has N²·rate; behind a low-pass filter the variance is smaller and samples are
-correlated, which the message cannot express. All zeros mean unknown, −1 in the first place means no such data.
+They are covariances of one sample: measured if the source is a record (see `Source.samples`), otherwise from the model.
+Unfiltered white noise of density N² has the variance N²·rate; after a low-pass filter the variance is smaller and samples
+are correlated, which the message cannot express. All zeros mean unknown; −1 as the first element means no such data.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _FIELDS = (
 )
 _ABSENT = [-1.0, *[0.0] * 8]
 _INDEPENDENT = "assumes independent samples"
-_SAME_RATE = 1e-3  # relative difference
-_INDEPENDENT_RATIO = 1.2  # variance over N²·rate, or its inverse, up to which samples count as independent
+_SAME_RATE = 1e-3  # largest relative difference of equal rates
+_INDEPENDENT_RATIO = 1.2  # largest ratio of the variance to N²·rate, or its inverse, for independent samples
 
 
 def write(numbers: Numbers) -> str:
@@ -85,7 +85,7 @@ def _variance(numbers: Numbers, *, sensor: str) -> Number:
 
 
 def _channel_variance(numbers: Numbers, name: str) -> Number:
-    """Variance of a sample of one channel: measured, if the source is a record, else from the model."""
+    """Variance of a sample of one channel: measured if the source is a record, otherwise from the model."""
     measured = _measured(numbers, name)
     model = numbers.model.channels[name]
     if measured is None:
@@ -105,7 +105,7 @@ def _channel_variance(numbers: Numbers, name: str) -> Number:
 
 
 def _has_value_of_white_noise(numbers: Numbers, name: str) -> bool:
-    """Whether the variance of white noise is stated beside that of the samples, from which it differs."""
+    """Whether the variance of white noise is also stated, because it differs from that of the samples."""
     model = numbers.model.channels[name]
     return "random_walk" in model if _measured(numbers, name) is not None else model.bandwidth is not None
 
@@ -120,7 +120,7 @@ def _measured(numbers: Numbers, name: str) -> float | None:
 
 
 def _parts(numbers: Numbers, name: str) -> str:
-    """The contributions to the variance of the model."""
+    """Contributions to the variance of the model."""
     model = numbers.model.channels[name]
     noise = numbers.channel_noise(name)
     parts = "N^2*rate" if model.bandwidth is None else "variance behind the low-pass filter"
@@ -145,7 +145,7 @@ def _correlated(numbers: Numbers, name: str, value: float, independent: float) -
 
 
 def _filtered(numbers: Numbers, name: str) -> str:
-    """Remark and finding on a low-pass filter that the analysis found and the model does not have."""
+    """Build the remark and the finding on a low-pass filter that the analysis detected and the model lacks."""
     model, corner = numbers.model.channels[name], numbers.source.corners.get(name)
     if corner is None or model.bandwidth is not None:
         return ""
@@ -162,7 +162,7 @@ def _shared(numbers: Numbers, sensor: str) -> bool:
 
 
 def _quantization(numbers: Numbers, name: str) -> float:
-    """Variance of the quantization in one sample, the difference of two errors of the angle over the interval."""
+    """Variance of quantization in one sample: the difference of two errors of the angle, over the interval."""
     q = numbers.factor("random_walk", stream_name(name)) * numbers.model.channels[name].get("quantization", 0.0)
     return 2 * (q * numbers.rate()) ** 2
 

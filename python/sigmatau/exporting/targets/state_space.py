@@ -1,6 +1,7 @@
 """State-space matrices of each channel for any filter, as JSON, ``.npz`` or ``.mat``.
 
-x' = F·x + G·w, cov w = Qd; y = H·x + v, var v = R; cov x₀ = P0, every dt; flicker noise as a few Gauss-Markov states.
+x' = F·x + G·w, cov w = Qd; y = H·x + v, var v = R; cov x₀ = P0, with the step dt; flicker noise is a sum of a few
+Gauss-Markov states.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from sigmatau.statespace.state_space import Output, StateSpace, state_space
 
 MATRICES = ("F", "G", "H", "Qd", "R", "P0")
 
-_MAT_TEXT = 116  # bytes of text at the beginning of a .mat, by its format
+_MAT_TEXT = 116  # length of the text at the beginning of a .mat, fixed by its format [bytes]
 _ABOUT = "x' = F x + G w, cov w = Qd; y = H x + v, var v = R; cov x0 = P0; every dt_s seconds"
 
 
@@ -88,7 +89,7 @@ def _json(value: object) -> str:
 
 
 _FORMS = ("channels", "joint", "third-state")
-"""Contents of a file: a system for each channel, one of all, or one with a third state."""
+"""Contents of a file: a system for each channel, one for all channels, or one with a third state."""
 
 
 def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
@@ -105,13 +106,13 @@ def _content(numbers: Numbers) -> dict[str, dict[str, Any]]:
 
 
 def _noted(numbers: Numbers, channels: list[str]) -> dict[str, str]:
-    """A note if coefficients of a system are from a fit that is not adequate, or a walk has another explanation."""
+    """Note that coefficients of a system are from a fit that is not adequate, or that a walk has another explanation."""
     doubts = {name: doubt_text(numbers.model.channels[name]) for name in channels}
     notes = [f"{name}: {doubt}" for name, doubt in doubts.items() if doubt]
     alike = {name: numbers.model.channels[name].alike_from for name in channels}
     notes += [f"{name}: {alike_text(process.time)}" for name, process in alike.items() if process is not None]
     for name in channels:
-        # Chosen processes are in the system because they were chosen.
+        # Chosen processes need no note.
         terms = set(_chosen_terms(numbers, name))
         lacking = [term for term in find_unobserved(numbers.model.channels[name]) if term not in terms]
         notes += [f"{name}: {unobserved_text(lacking, _policy(numbers))}"] if lacking else []
@@ -123,7 +124,7 @@ def _systems(numbers: Numbers) -> dict[str, StateSpace]:
 
 
 def _make_system(numbers: Numbers, model: ChannelModel) -> StateSpace:
-    """The system of a model, by the step and the output that were chosen."""
+    """Build the system of a model for the chosen step and output."""
     rates = {name: numbers.source.rates[name] for name in numbers.whole.channels if name in numbers.source.rates}
     dt = filter_step(rates, numbers.choices)
     output = numbers.name("output", "rate")
@@ -152,7 +153,7 @@ def _policy(numbers: Numbers) -> Unobserved:
 
 
 def _chosen_terms(numbers: Numbers, name: str) -> dict[str, float]:
-    """The coefficients that were not observed and are chosen, with their factors."""
+    """Chosen values of coefficients that were not observed, with their factors."""
     model, choices = numbers.model.channels[name], numbers.choices
     sensor = stream_name(name)
     terms: dict[str, float] = {}
@@ -233,8 +234,8 @@ def _term(name: str) -> str:
 
 
 def _joint(numbers: Numbers, systems: Mapping[str, StateSpace]) -> dict[str, Any]:
-    """All channels in one system, with the covariance of correlated noise. A term has the same dynamics in two channels
-    with the same step, so that ρ·(c_b/c_a) times the covariance of the first is the cross-covariance.
+    """Combine all channels in one system, with the covariance of correlated noise. A term has the same dynamics in two
+    channels with the same step, so that the cross-covariance is ρ·(c_b/c_a) times the covariance of the first.
     """
     names = list(systems)
     every = list(systems.values())
@@ -295,7 +296,7 @@ def _is_without_slow_noise(numbers: Numbers) -> bool:
 
 def _is_without_flicker(numbers: Numbers) -> bool:
     if numbers.choices.names.get("form") == "third-state":
-        return False  # which is fitted up to the horizon
+        return False  # flicker noise is fitted up to the horizon
     return not any("bias_instability" in _chosen(numbers, name).terms for name in numbers.model.channels)
 
 

@@ -1,6 +1,6 @@
 """VINS-Mono and VINS-Fusion: lines of their configuration.
 
-The code propagates by the mid-point rule and takes the two halves of a step, dt/2 each, for independent: a step adds
+The code propagates by the mid-point rule and treats the two halves of a step, dt/2 each, as independent: a step adds
 2*(dt/2)^2*n^2 = dt^2*n^2/2, which is N^2*dt for n = N*sqrt(2f). A bias adds (dt*w)^2, which is K^2*dt for w = K*sqrt(f).
 """
 

@@ -1,1 +1,1 @@
-"""Test of a filter by its innovations: which of its noises is wrong, and by which factor."""
+"""Test of a filter by its innovations: finds the wrong noise and its factor."""

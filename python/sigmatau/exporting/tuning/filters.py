@@ -1,4 +1,4 @@
-"""Filters whose innovations are judged: any by its matrices, or a bias filter by its N and K."""
+"""Filters whose innovations are judged: any filter given by its matrices, or a bias filter given by N and K."""
 
 from __future__ import annotations
 
@@ -21,16 +21,15 @@ SLOW = "slow"
 AGREEMENT = 1.1
 """Ratio of the stated S to that of the matrices above which they belong to different filters."""
 
-_LEAST_SHARE = 1e-9  # smallest share of R in S; a smaller one does not show in the innovations
-_BISECTIONS = 60  # bisections of the share of R in S, to 1e-15 of the decades above
+_LEAST_SHARE = 1e-9  # smallest share of R in S that is visible in the innovations
+_BISECTIONS = 60  # bisections of the share of R in S, to 1e-15 of its decades
 
 
 @frozen(eq=False)
 class FilterMatrices:
-    """A Kalman filter by its matrices.
-
-    Matrices with a first axis of `n` are those of each innovation; F and Q lead from it to the next one. Constant F and Q
-    are of the median interval, and are repeated over a gap of several intervals.
+    """A Kalman filter given by its matrices. Matrices with a first axis of `n` belong to each innovation; F and Q lead
+    from it to the next one. Constant F and Q are for the median interval, and are repeated over a gap of several
+    intervals.
 
     Attributes
     ----------
@@ -39,10 +38,10 @@ class FilterMatrices:
     H : ndarray, shape (n_states,), (n_measurements, n_states) or (n, n_measurements, n_states)
         The measurement matrix H, with one or several rows. [of the states]
     Q : mapping of str to ndarray, shape (n_states, n_states) or (n, n_states, n_states)
-        Covariance that a step adds, for each noise whose factor is estimated: ``{"white": Q1, "slow": Q2}``. [of the states]
+        Covariance added by a step, for each noise whose factor is estimated: ``{"white": Q1, "slow": Q2}``. [of the states]
     R : float or ndarray, shape (n_measurements,), optional
-        Variance of the measurement. Default: the one that gives the stated S, for a filter that adapts R. [square of the
-        measurement]
+        Variance of the measurement. Default: that which results in the stated S, for a filter that adapts R. [square of
+        the measurement]
 
     Raises
     ------
@@ -52,7 +51,7 @@ class FilterMatrices:
 
     See Also
     --------
-    BiasFilter : an integrated rate and its bias, by N and K.
+    BiasFilter : an integrated rate and its bias, given by N and K.
     tune : takes both.
 
     Examples
@@ -119,7 +118,7 @@ class FilterMatrices:
 
     @property
     def steps(self) -> Steps:
-        """The matrices with a first axis of steps."""
+        """Matrices with a first axis of steps."""
         rows = np.atleast_2d(self.H)
         return Steps(
             transition=_stack(self.F),
@@ -129,7 +128,7 @@ class FilterMatrices:
 
     @property
     def is_constant(self) -> bool:
-        """Whether no matrix changes from step to step, and R is known."""
+        """Whether all matrices are constant, and R is known."""
         steps = self.steps
         lengths = {len(values) for values in (steps.transition, steps.rows, *steps.process.values())}
         return lengths == {1} and self.R is not None
@@ -151,7 +150,7 @@ class FilterMatrices:
         Raises
         ------
         OptionError
-            If the S of the filter is not the stated one.
+            If the S of the filter differs from the stated S.
         """
         ratio = stated / self.innovation_variance
         if not 1 / AGREEMENT < ratio < AGREEMENT:
@@ -194,7 +193,7 @@ class BiasFilter:
     walk : float
         K of its bias. [rad/s²/√Hz or m/s³/√Hz]
     deviation : float or None
-        Standard deviation of its measurement. Default: the one that gives the stated S. [rad or m/s]
+        Standard deviation of its measurement. Default: that which results in the stated S. [rad or m/s]
 
     Raises
     ------
@@ -203,7 +202,7 @@ class BiasFilter:
 
     See Also
     --------
-    FilterMatrices : any filter, by its matrices.
+    FilterMatrices : any filter, given by its matrices.
     tune : takes both.
 
     Examples
@@ -227,7 +226,7 @@ class BiasFilter:
                 raise OptionError(f"{{option}} must be a positive number in SI, not {value!r}", option=name)
 
     def matrices(self, *, interval: float, stated: float) -> FilterMatrices:
-        """The matrices, in units of the stated deviation of the innovation.
+        """Build the matrices, in units of the stated deviation of the innovation.
 
         Parameters
         ----------
@@ -239,12 +238,12 @@ class BiasFilter:
         Returns
         -------
         FilterMatrices
-            Units: the stated standard deviation, and that over an interval.
+            The units are the stated standard deviation, and that per interval.
 
         Raises
         ------
         OptionError
-            If N and K alone make a larger S, or the S of the filter is not the stated one.
+            If S is too small for N and K, or the S of the filter differs from the stated S.
         """
         white = self.noise**2 * interval / stated
         slow = self.walk**2 * interval**3 / stated
@@ -287,7 +286,7 @@ def _array(value: ArrayLike, name: str) -> Floats:
 
 
 def _covariance(value: ArrayLike, name: str, n: int) -> Floats:
-    """A read-only covariance of n states, or one of each step."""
+    """Read-only covariance of n states, constant or for each step."""
     array = np.atleast_2d(_array(value, "Q"))
     if array.ndim > 3 or array.shape[-2:] != (n, n):
         raise OptionError(f"`Q` of {name!r} has the shape {array.shape}; it must be ({n}, {n})", option="Q")

@@ -13,14 +13,14 @@ from sigmatau.frozen import frozen
 FEWEST = 100
 """Smallest number of innovations for a test: their mean square then has an error of 14 %."""
 
-_LARGEST = 1e9  # largest innovation in stated standard deviations; a larger one is in another unit
+_LARGEST = 1e9  # largest innovation in stated standard deviations; larger ones are in another unit
 _LARGE_NIS = 9.0  # NIS of a filter whose deviations are all wrong by a factor of 3
 _ASYMMETRY = 1e-6  # largest relative asymmetry of a stated covariance that rounding explains
 
 
 @frozen(eq=False)
 class Innovations:
-    """Innovations of a filter, each with the variance that the filter states.
+    """Innovations of a filter, each with its variance as stated by the filter.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class Innovations:
     innovation : ndarray, shape (n,) or (n, n_measurements)
         Measurement minus its prediction. NaN where one of several measurements is absent. [rad or m/s, or any unit]
     variance : ndarray, shape (n,), (n, n_measurements) or (n, n_measurements, n_measurements)
-        S, the stated variance of the innovation. For several measurements the full S, or in the second shape the variances
-        of measurements that never occur together. [square of that unit]
+        S, the stated variance of the innovation. For several measurements, the full S, or the variances (second shape) of
+        measurements that never occur together. [square of that unit]
     rate : ndarray, shape (n,) or (n, n_measurements), optional
-        Rate of motion at the time of the measurement: the angular rate for an angle, the acceleration for a velocity. With
-        it a delay and a scale error are estimated. [unit of the innovation per second]
+        Rate of motion at the time of the measurement: the angular rate for an angle, the acceleration for a velocity. It
+        is required to estimate a delay and a scale error. [unit of the innovation per second]
     measurements : tuple of str
         Names of several measurements; empty for one.
 
@@ -112,8 +112,8 @@ class Innovations:
 
     @property
     def has_root_of_variance(self) -> bool:
-        """Whether `variance` seems to be √S: the innovations over it have a variance of 1, and over its root a very
-        different one.
+        """Whether `variance` seems to be √S: the innovations divided by it have a variance of 1, unlike those divided by
+        its root.
         """
         if self.variance.ndim > 1:
             return False
@@ -148,7 +148,7 @@ class Innovations:
         Parameters
         ----------
         skip : float
-            Time from the first innovation that is left out. [s]
+            Length of the start of the run that is left out. [s]
 
         Returns
         -------
@@ -170,7 +170,7 @@ def join_measurements(channels: Mapping[str, Innovations]) -> Innovations:
     Parameters
     ----------
     channels : mapping of str to Innovations
-        With one measurement each. Updates at the same time are in the order of the channels.
+        Innovations with one measurement each. Updates at the same time are in the order of the channels.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def join_measurements(channels: Mapping[str, Innovations]) -> Innovations:
 
 
 def _check(data: Innovations) -> None:
-    """Raise an error for data that no filter writes."""
+    """Raise an error for data that cannot be from a filter."""
     n = data.time.size
     shape = data.innovation.shape
     for name, shapes in (

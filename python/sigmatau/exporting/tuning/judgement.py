@@ -1,4 +1,4 @@
-"""Find the wrong noise of a filter from the spectrum of its innovations, and the share of them that motion explains."""
+"""Find the wrong noise of a filter from the spectrum of its innovations, and their part that motion explains."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from sigmatau.exporting.tuning.run import FilterRun
 from sigmatau.frozen import frozen
 
 CHANCE = 0.04
-"""Largest probability that a correct filter is called wrong."""
+"""Largest probability that a correct filter is judged wrong."""
 
 _REJECTION = 0.01  # probability that the true single cause is rejected
-_MISFIT = 0.003  # probability that a filter with wrong factors only is called not explained
-_IMMATERIAL = 1.05  # factor of a standard deviation that changes no filter, however certain it is
-_EVIDENCE = 6.0  # rise of the deviance by which the second best single cause is worse: a likelihood ratio of 20
-_ROUNDS = 3  # number of rounds in which motion and noises are estimated in turn, each with the last values of the other
+_MISFIT = 0.003  # probability of the verdict "not explained" for a filter with wrong factors only
+_IMMATERIAL = 1.05  # factor of a standard deviation that is insignificant for a filter in practice
+_EVIDENCE = 6.0  # smallest rise of the deviance from the best to the second best single cause: a likelihood ratio of 20
+_ROUNDS = 3  # number of rounds in which motion and noises are estimated alternately
 
 
 @frozen(eq=False)
 class RunSpectra:
-    """The run of a filter, and the shares of its noises in the bins of the periodogram.
+    """Run of a filter, and the shares of its noises in the bins of the periodogram.
 
     Attributes
     ----------
     run : FilterRun
     fine, wide : ndarray, shape (n_noises, n_bins, n_measurements, n_measurements)
-        Shares in the bins of the likelihood, and in those of the test of a misfit.
+        Shares in the bins of the likelihood, and in those of the misfit test.
     counts : ndarray, shape (n_measurements,)
-        Innovations of each measurement.
+        Number of innovations of each measurement.
     """
 
     run: FilterRun
@@ -48,13 +48,13 @@ class RunSpectra:
 
 
 class Runs:
-    """The runs of filters. Each is reconstructed once for all channels with the same times and S."""
+    """Runs of filters. Each is reconstructed once for all channels with the same times and S."""
 
     def __init__(self) -> None:
         self._runs: dict[object, RunSpectra] = {}
 
     def reconstruct(self, filter_: Filter, data: Innovations, first: int) -> RunSpectra:
-        """The run of a filter whose matrices have some steps before the innovations."""
+        """Reconstruct the run of a filter whose matrices may begin before the innovations."""
         arrays = (data.time, data.variance, data.is_present)
         key = (id(filter_), first, *(values.tobytes() for values in arrays))
         if key not in self._runs:
@@ -73,12 +73,12 @@ class Runs:
 
 @frozen(eq=False)
 class Judgement:
-    """What the spectrum of the innovations shows about the noises.
+    """Result of the spectrum of the innovations for the noises.
 
     Attributes
     ----------
     explained : ndarray, shape (n, n_measurements)
-        Whitened innovations that the motion causes.
+        Whitened innovations due to motion.
     factors, causes, verdict, p_value, p_misfit
         See `Tuning`.
     slowest : ndarray, shape (n_measurements, n_measurements), or None
@@ -103,9 +103,9 @@ class _NoiseFit:
     best : Fit
     p_misfit : float
     density : ndarray, shape (n_bins, n_measurements, n_measurements)
-        The fitted density, or the measured one if no factors explain it.
+        Fitted density, or the measured one if factors do not explain it.
     process : ndarray, of the same shape
-        Part of the density that is process noise; as the filter states it if no factors explain the density.
+        Part of the density that is process noise; as stated by the filter if factors do not explain the density.
     """
 
     def __init__(self, series: Floats, spectra: RunSpectra) -> None:
@@ -134,7 +134,7 @@ def judge(
         Whitened, 0 where a measurement is absent.
     spectra : RunSpectra
     assumed : mapping of str to float
-        What the filter assumes, by noise.
+        Assumed size, by noise.
     level : float
 
     Returns
@@ -147,7 +147,7 @@ def judge(
     responses = respond_to_motion(data, spectra.run)
     periodogram = Periodogram.compute(nothing, counts=spectra.counts)
     density = periodogram.restrict(spectra.fine.sum(axis=0))  # as the filter states it
-    whole_fit = _NoiseFit(series, spectra)  # the process noise is also in the rate of the sensor
+    whole_fit = _NoiseFit(series, spectra)  # the rate of the sensor contains the process noise too
     for _ in range(_ROUNDS):
         motion, explained = fit_motion(data, responses, series, periodogram, density, whole_fit.process, level)
         fit = _NoiseFit(series - explained, spectra)
@@ -192,7 +192,7 @@ def _judge_noises(
 
 
 def _is_immaterial(part: FactorInterval) -> bool:
-    """Whether a factor is too near to 1 to change a filter, or is not determined."""
+    """Whether a factor is too close to 1 to matter, or is not determined."""
     differs = part.low > 1 or (part.high is not None and part.high < 1)
     return not differs or (part.low > 1 / _IMMATERIAL and (part.high or math.inf) < _IMMATERIAL)
 
@@ -208,7 +208,7 @@ def _significance(unchanged: float, alone: Floats, best: float) -> float:
 
 
 def _single_causes(alone: Floats, best: float) -> list[int]:
-    """The noises of which each alone explains the innovations; the best of them if the others are much worse."""
+    """Noises that each explain the innovations alone; only the best if the others are much worse."""
     rise = float(chi2_quantile_above(len(alone) - 1, _REJECTION)) if len(alone) > 1 else math.inf
     accepted = [k for k, deviance in enumerate(alone) if deviance - best < rise]
     if len(accepted) > 1:

@@ -1,8 +1,8 @@
 """Estimation of factors on the variances of a filter, by the likelihood of its innovations.
 
-The periodogram of whitened innovations has an exponential distribution about their density; the matrix of several
-measurements has a Wishart distribution (Whittle). Leakage is small, because the innovations are almost white. Bins of many
-frequencies have a gamma distribution about the density at their centre.
+The periodogram of whitened innovations is exponentially distributed with their density as mean; for several measurements
+its matrix has a Wishart distribution (Whittle). Leakage is small, because the innovations are almost white. Bins of many
+frequencies have a gamma distribution with the density at their centre as mean.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from sigmatau.frozen import frozen
 
 Matrices = NDArray[Any]  # complex for several series, real for one
 
-_SINGLE = 16  # number of lowest frequencies, each of which is a bin
-_BIN_RATIO = 1.1  # ratio of the ends of a bin above these
+_SINGLE = 16  # number of lowest frequencies, each a separate bin
+_BIN_RATIO = 1.1  # ratio of the ends of a bin at higher frequencies
 _LARGEST = 2 * math.log(1e3)  # logarithm of the largest factor of a variance: 1000 on a standard deviation
 _ITERATIONS = 60
-# smallest step of the logarithm of a variance, at which the search for the end of an interval begins
+# first step of the logarithm of a variance in the search for the end of an interval
 _FIRST_REACH = 0.05
-_STEPS = 30  # largest number of interpolations for an end of an interval; three are usual
+_STEPS = 30  # largest number of interpolations for an end of an interval; usually three suffice
 _NARROWEST = 0.02  # smallest share of a bracket that an interpolation removes
 _TOLERANCE = 2e-4  # relative tolerance of the distance of an end
 _CONVERGED = 1e-9  # tolerance of the deviance
@@ -42,13 +42,13 @@ class Periodogram:
     Attributes
     ----------
     frequency : ndarray, shape (n_bins,)
-        Middle of each bin. [cycles a sample]
+        Middle of each bin. [cycles per sample]
     power : ndarray, shape (n_bins, n_series, n_series)
-        Mean in each bin; the identity for white series with variance 1.
+        Mean in each bin; the identity matrix for white series with variance 1.
     number : ndarray, shape (n_bins,)
-        Frequencies in each bin.
+        Number of frequencies in each bin.
     is_used : ndarray, shape (n_bins, n_series)
-        Number of samples of each series. A shorter series has fewer independent frequencies, the lowest ones.
+        Whether a series is used: a shorter series has fewer independent frequencies, the lowest ones.
     """
 
     frequency: Floats
@@ -76,7 +76,7 @@ class Periodogram:
         ).restricted()
 
     def restricted(self) -> Periodogram:
-        """The periodogram with unit power in what is not used."""
+        """Periodogram with unit power where a series is not used."""
         return replace(self, power=self.restrict(self.power))
 
     def restrict(self, density: Matrices) -> Matrices:
@@ -92,7 +92,7 @@ class Periodogram:
         return float(2 * np.sum(self.number * (logarithm + trace_of_product(inverse, self.power))))
 
     def misfit(self, density: Matrices, fitted: int) -> float:
-        """p-value of the deviance from the density, after a fit of some parameters."""
+        """P-value of the deviance from the density, after a fit of some parameters."""
         root = np.linalg.inv(np.linalg.cholesky(density))
         ratio = np.diagonal(root @ self.power @ root.conj().swapaxes(1, 2), axis1=1, axis2=2).real
         w, series = self.number, self.is_used.sum(axis=1)
@@ -106,7 +106,7 @@ class Periodogram:
 
 
 def _bins(n: int, ratio: float, single: int) -> tuple[NDArray[np.int64], Floats]:
-    """First frequency of each bin, and how many it has, of a series of n samples."""
+    """First frequency of each bin and its number of frequencies, for a series of n samples."""
     last = (n - 1) // 2
     edges = [*range(min(single, last))]
     while edges[-1] < last:
@@ -115,7 +115,7 @@ def _bins(n: int, ratio: float, single: int) -> tuple[NDArray[np.int64], Floats]
 
 
 def coarse(series: Floats, counts: Ints | None = None) -> Periodogram:
-    """The periodogram in wide bins, for a test of a misfit."""
+    """Compute the periodogram in wide bins, for the misfit test."""
     return Periodogram.compute(series, counts=counts, ratio=_COARSE, single=2)
 
 
@@ -157,7 +157,7 @@ class FactorInterval:
     low : float
         0 if the innovations do not show the noise.
     high : float or None
-        None if it is not bounded.
+        None without an upper bound.
     """
 
     value: float
@@ -178,7 +178,7 @@ class Shares:
         return self.data.restrict(np.asarray(np.tensordot(np.exp(logs), self.shares, 1)))
 
     def fit(self, free: Sequence[int], start: Floats | None = None) -> Fit:
-        """Maximise the likelihood over some factors, by Fisher's scoring; the others are those of the start, or 1."""
+        """Maximise the likelihood over some factors by Fisher's scoring; the others keep their start values, or 1."""
         logs = np.zeros(len(self.shares)) if start is None else start.copy()
         index = np.array(free, dtype=int)
         best = self.data.deviance(self.density(logs))
@@ -217,7 +217,7 @@ class Shares:
         return slope, np.array(curvature)
 
     def interval(self, best: Fit, part: int, level: float) -> FactorInterval:
-        """Profile likelihood of one factor: the others are fitted anew at each value."""
+        """Interval of one factor from its profile likelihood, in which the others are fitted at each value."""
         free = [k for k in range(len(self.shares)) if k != part]
         rise = float(chi2_quantile_above(1, 1 - level))
 

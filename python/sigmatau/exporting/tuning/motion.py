@@ -1,6 +1,6 @@
 """Delay and scale error of a filter, from the regression of its innovations on the motion.
 
-A measurement that is late by δ lags the motion by δ·rate. A sensor whose scale is wrong by ε leads it by ε times the
+A measurement that is late by δ lags the motion by δ·rate. A sensor with a scale error ε leads the motion by ε times the
 integral of the rate. The filter treats both as errors of the measurement, and its gain turns them into innovations. Their
 sizes are estimated by least squares, weighted at each frequency by the density of the innovations.
 """
@@ -24,18 +24,18 @@ from sigmatau.results import Printed, plain
 _CHANCE = 0.002  # probability of a false effect
 _NAMES = {"scale": "scale error", "delay": "delay"}
 _GOALS = {"scale": 1e-3, "delay": 1e-3}  # sizes that a calibration can correct, 0.1 % and 1 ms [1, s]
-# information about an effect beside all others, over that about it alone, below which it is not determined
+# ratio of the information about an effect with and without the others, below which it is not determined
 _DEGENERATE = 1e-10
-# largest share of an effect that is noise of the sensor in the rate; beyond it the rate contains no motion
+# largest share of an effect that may come from sensor noise in the rate; above it, the rate contains no motion
 _LARGEST_SHIFT = 0.5
-_LONG_GAP = 5.0  # interval without a rate, beyond which the motion is unknown [intervals]
-_MOST_GAPS = 30  # number of such gaps that are modelled, the longest ones
+_LONG_GAP = 5.0  # longest time without a rate over which the motion is known [intervals]
+_MOST_GAPS = 30  # number of longer gaps that are modelled, the longest first
 _TINY = 1e-300
 
 
 @frozen
 class MotionEffect(Printed):
-    """Delay of a measurement, or scale error of the sensor against it.
+    """Delay of a measurement, or scale error of the sensor relative to the measurement.
 
     Attributes
     ----------
@@ -62,22 +62,22 @@ class MotionEffect(Printed):
 
     @property
     def resolution(self) -> float:
-        """Half of the interval. [1 or s]"""
+        """Half width of the interval. [1 or s]"""
         return (self.high - self.low) / 2
 
     @property
     def is_shown(self) -> bool:
-        """Whether the motion determines the effect to the size that a calibration can correct: 0.1 %, or 1 ms."""
+        """Whether the motion determines the effect to within the error that a calibration can correct: 0.1 %, or 1 ms."""
         return self.resolution <= _GOALS[self.effect]
 
     @property
     def needed(self) -> float:
-        """Factor by which a motion of the same kind must be stronger to determine 0.1 %, or 1 ms. [1]"""
+        """Factor by which such a motion must be stronger to determine 0.1 %, or 1 ms. [1]"""
         return self.resolution / _GOALS[self.effect]
 
     @property
     def name(self) -> str:
-        """Its name in a table and in a sentence."""
+        """Name of the effect in tables and sentences."""
         place = f" of {self.measurement}" if self.measurement else ""
         return f"{_NAMES[self.effect]}{place}"
 
@@ -92,7 +92,7 @@ class MotionEffect(Printed):
 
     @property
     def limit(self) -> str:
-        """Half of the interval, with its unit."""
+        """Half width of the interval, with its unit."""
         factor, unit = self._unit
         return f"{two_digits(factor * self.resolution)} {unit}"
 
@@ -109,7 +109,7 @@ class MotionEffect(Printed):
 
 @frozen(eq=False)
 class MotionResponses:
-    """Whitened innovations that the motion causes, and those of its unknown parts.
+    """Whitened innovations due to motion, and to its unknown parts.
 
     Attributes
     ----------
@@ -124,12 +124,12 @@ class MotionResponses:
 
 
 def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
-    """Compute the innovations that a scale error and a delay of each measurement cause.
+    """Compute the innovations due to a scale error and a delay of each measurement.
 
     Parameters
     ----------
     data : Innovations
-        With the rate.
+        Innovations with the rate of motion.
     run : FilterRun
 
     Returns
@@ -143,7 +143,7 @@ def respond_to_motion(data: Innovations, run: FilterRun) -> MotionResponses:
     slope = travelled[-1] / (data.time[-1] - data.time[0])
     errors = np.zeros((n, m, 2 * m))
     for j in range(m):
-        # A constant rate makes a ramp and an offset of the measurement, which the bias absorbs.
+        # A constant rate causes a ramp and an offset of the measurement, which the bias absorbs.
         errors[:, j, 2 * j] = -(travelled[:, j] - slope[j] * (data.time - data.time[0]))
         errors[:, j, 2 * j + 1] = -(rate[:, j] - slope[j])
     gaps = np.flatnonzero(steps > _LONG_GAP * data.interval) + 1
@@ -189,18 +189,18 @@ def fit_motion(
     series : ndarray, shape (n, n_measurements)
         Whitened innovations.
     periodogram : Periodogram
-        Whose bins the densities have.
+        Periodogram with the bins of the densities.
     density : ndarray, shape (n_bins, n_measurements, n_measurements)
         Density of the whitened innovations without the motion.
     process : ndarray, of the same shape
-        The part in it that is noise of the sensor, which may be in the rate too.
+        Part of the density that is noise of the sensor, which the rate may also contain.
     level : float
 
     Returns
     -------
     effects : tuple of MotionEffect
     explained : ndarray, shape (n, n_measurements)
-        Whitened innovations that the effects make.
+        Whitened innovations due to the effects.
     """
     columns = np.concatenate([responses.effects, responses.unknown], axis=2)
     n, count = len(series), responses.effects.shape[2]
@@ -222,7 +222,7 @@ def fit_motion(
         values = inverted @ np.einsum("fjm,fm->j", weighted, measured).real
         errors = np.sqrt(n * np.diag(inverted)[:count] / 2)
         shifts = n * inverted[:count, :count] @ _noise_in_rate(data, density, process, periodogram)
-        if float(np.abs(shifts[::2]).max()) > _LARGEST_SHIFT:  # the rate contains noise of the sensor, and no motion
+        if float(np.abs(shifts[::2]).max()) > _LARGEST_SHIFT:  # the rate contains only noise of the sensor, no motion
             is_shown, values, errors, shifts = False, np.zeros(len(size)), np.full(count, math.inf), np.zeros(count)
     usual, wide = (float(normal_quantile(chance)) for chance in ((1 + level) / 2, 1 - _CHANCE / 2))
     low = values[:count] - np.maximum(shifts, 0.0)
@@ -248,12 +248,12 @@ def fit_motion(
 
 
 def _noise_in_rate(data: Innovations, density: Matrices, process: Matrices, periodogram: Periodogram) -> Floats:
-    """Product of response and innovations that the noise of the sensor makes if it is in the rate too, by effect."""
+    """Product of response and innovations due to sensor noise in the rate, by effect."""
     m = density.shape[-1]
     inverse, _ = invert(density)
     before = np.exp(-2j * np.pi * periodogram.frequency)
     result = np.empty(2 * m)
-    # Weights of the integral over an interval of the rates at its ends and beside them.
+    # Weights of the rates at the ends of an interval and next to them, in the integral over the interval.
     integral = (13 + 13 * before - before.conj() - before**2) / 24
     for j in range(m):
         part = (inverse @ process)[:, j, j]

@@ -1,4 +1,4 @@
-"""Reconstruction of the run of a filter from its innovations: with constant matrices if its S is constant, else step by
+"""Reconstruction of the run of a filter from its innovations: with constant matrices if S is constant, otherwise step by
 step.
 """
 
@@ -14,18 +14,18 @@ from sigmatau.exporting.tuning.filters import AGREEMENT, SLOW, WHITE, BiasFilter
 from sigmatau.exporting.tuning.innovations import Innovations
 from sigmatau.exporting.tuning.run import FilterRun, Steps, constant_run, varying_run
 
-_VARIATION = 1.1  # ratio of the quantiles of S, or of the intervals, above which the gain of the filter is not constant
-_TAILS = (0.01, 0.99)  # these quantiles, so that a rare gap does not matter
+_VARIATION = 1.1  # largest ratio of the quantiles of S, or of the intervals, for a constant gain of the filter
+_TAILS = (0.01, 0.99)  # quantiles that ignore rare gaps
 _JITTER = 0.25  # largest deviation of a time from a multiple of the interval [intervals]
 
 
 def reconstruct_run(filter_: Filter, data: Innovations) -> FilterRun:
-    """Compute what each noise adds to the innovations of a run.
+    """Reconstruct the run of a filter, with the contribution of each noise to its innovations.
 
     Parameters
     ----------
     filter_ : BiasFilter or FilterMatrices
-        With matrices of these innovations.
+        Filter with the matrices of these innovations.
     data : Innovations
 
     Returns
@@ -35,9 +35,9 @@ def reconstruct_run(filter_: Filter, data: Innovations) -> FilterRun:
     Raises
     ------
     OptionError
-        If the S of the filter is not the stated one, or the matrices are of another run.
+        If the S of the filter differs from the stated S, or the matrices are from another run.
     DataError
-        If measurements that come together have correlated noise.
+        If simultaneous measurements have correlated noise.
     """
     count = data.columns.shape[1]
     if isinstance(filter_, BiasFilter):
@@ -71,7 +71,7 @@ def reconstruct_run(filter_: Filter, data: Innovations) -> FilterRun:
 
 
 def _matrices_by_step(filter_: BiasFilter, data: Innovations) -> FilterMatrices:
-    """The matrices of an integrated rate and its bias over each interval."""
+    """Build the matrices of an integrated rate and its bias over each interval."""
     steps = np.append(np.diff(data.time), data.interval)
     zero = np.zeros_like(steps)
     count = data.columns.shape[1]
@@ -99,7 +99,7 @@ def _is_stationary(data: Innovations) -> bool:
 
 
 def _steps_of_run(matrices: FilterMatrices, data: Innovations) -> Steps:
-    """The matrices of each step, repeated over gaps if they are constant."""
+    """Build the matrices of each step, repeated over gaps if they are constant."""
     steps, n = matrices.steps, len(data.time)
     lengths = {len(values) for values in (steps.transition, steps.rows, *steps.process.values())} - {1}
     if lengths - {n}:
@@ -120,7 +120,7 @@ def _steps_of_run(matrices: FilterMatrices, data: Innovations) -> Steps:
 
 
 def _repeat_over_gaps(steps: Steps, numbers: Ints) -> Steps:
-    """Transition and noise over the number of intervals between two measurements."""
+    """Compute transition and noise over the intervals between two measurements."""
     (transition,), n = steps.transition, len(numbers)
     whole = np.empty((n, *transition.shape))
     process = {name: np.broadcast_to(noise, whole.shape).copy() for name, noise in steps.process.items()}

@@ -1,5 +1,5 @@
-"""Result of `sigmatau.tune`: whether innovations have the stated covariance, and which noise of the filter is wrong by which
-factor.
+"""Result of `sigmatau.tune`: whether innovations have the stated covariance, and the wrong noises of the filter with
+their factors.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class NoiseFactor(Printed):
         ``"measurement"``, ``"white"``, ``"slow"``, or the name of a matrix Q; of several measurements
         ``"measurement gnss"``.
     value : float
-        Factor to multiply the standard deviation with; that of its variance is the square. [1]
+        Factor by which to multiply the standard deviation; the factor on the variance is its square. [1]
     low : float
         Lower end of its interval; 0 if the innovations do not show this noise. [1]
     high : float or None
         Upper end; None if it is not bounded. [1]
     assumed : float or None
-        What the filter assumes: √R, N or K; None for a matrix. [SI]
+        Value that the filter assumes: √R, N or K; None for a matrix. [SI]
     """
 
     noise: str
@@ -60,7 +60,7 @@ class NoiseFactor(Printed):
 
     @property
     def direction(self) -> Literal["too small", "too large"]:
-        """In which direction the noise of the filter is wrong, if it is."""
+        """Direction in which the noise of the filter is wrong, if it is."""
         return "too small" if self.value > 1 else "too large"
 
     @property
@@ -84,7 +84,7 @@ class NoiseFactor(Printed):
 
     @property
     def name(self) -> str:
-        """Its name in a sentence, with its letter."""
+        """Name of the noise in a sentence, with its letter."""
         if self.noise.startswith(f"{MEASUREMENT} "):
             measurement = self.noise if self.noise.split()[-1].isdigit() else self.noise.removeprefix(f"{MEASUREMENT} ")
             return f"{_NAMES[MEASUREMENT]} √R of {measurement}"
@@ -97,7 +97,7 @@ class NoiseFactor(Printed):
 
 @frozen(eq=False)
 class Whiteness(Printed):
-    """Allan deviation of the normalised innovations over that of white noise with variance 1, 1/√m.
+    """Ratio of the Allan deviation of the normalised innovations to that of white noise with variance 1, 1/√m.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Whiteness(Printed):
     tau : ndarray, shape (n_tau,)
         Averaging time. [s]
     ratio, low, high : ndarray, shape (n_tau,)
-        1 in a consistent filter, with its interval from the χ² of white noise. [1]
+        Ratio, 1 for a consistent filter, with its interval from the χ² of white noise. [1]
     """
 
     m: Floats
@@ -120,7 +120,7 @@ class Whiteness(Printed):
 
     @property
     def is_outside(self) -> Bools:
-        """Where the interval excludes 1."""
+        """Mask of averaging times whose interval excludes 1."""
         return np.asarray((self.low > 1) | (self.high < 1))
 
     def to_dict(self) -> dict[str, Any]:
@@ -138,38 +138,39 @@ class Tuning(Printed):
     n : int
         Number of innovations.
     duration : float
-        Time from the first to the last. [s]
+        Time from the first to the last innovation. [s]
     interval : float
-        Median time between two. [s]
+        Median time between two innovations. [s]
     measurements : tuple of str
         Names of several measurements; empty for one.
     means : tuple of float
         Mean of the normalised innovations of each measurement. [1]
     has_offset : bool
-        Whether one of them is not 0.
+        Whether one of the means is not 0.
     nis, nis_low, nis_high : float
-        Mean of the squared normalised innovations, the NIS, with its interval, which counts their correlation. 1 in a
+        Mean of the squared normalised innovations (NIS), with an interval that allows for their correlation. 1 for a
         consistent filter. [1]
     whiteness : Whiteness
     factors : tuple of NoiseFactor
         Factors on each noise of the filter; empty without a filter.
     causes : tuple of NoiseFactor
-        Noises that are wrong; with the noise verdict ``"ambiguous"``, those of which one is wrong.
+        Noises that are wrong; with the noise verdict ``"ambiguous"``, candidates of which one is wrong.
     motion : tuple of MotionEffect
         Scale error and delay of each measurement; empty without the rate of motion, or without a filter.
     has_rate : bool
         Whether the innovations have the rate of motion.
     has_root_of_variance : bool
-        Whether the stated variance seems to be its root.
+        Whether the stated variance seems to be a standard deviation.
     verdict : {"consistent", "wrong", "ambiguous", "not explained", "motion", "offset", "outliers", "inconsistent"}
-        Nothing found; `causes` are wrong; one of `causes` is wrong; no factors explain the innovations; they follow the
-        motion; their mean is not zero; some are far beyond all others; not as stated, and no filter is known.
+        In this order: no error found; all `causes` are wrong; one of `causes` is wrong; no factors explain the
+        innovations; the innovations follow the motion; their mean is not zero; some are outliers; they are not as stated,
+        and the filter is unknown.
     noise_verdict : {"consistent", "wrong", "ambiguous", "not explained", "inconsistent"}
-        The same verdict about the noises alone, without the effect of the motion and without the mean.
+        Verdict on the noises alone, without the effects of the motion and of the mean.
     outliers : int
         Number of innovations beyond 7 standard deviations of the others.
     first_outlier : float or None
-        Time of the first of them. [s]
+        Time of the first outlier. [s]
     p_value : float
         P-value of the innovations if the filter is correct. [1]
     p_misfit : float or None
@@ -223,7 +224,7 @@ class Tuning(Printed):
 
     @property
     def common_factor(self) -> float | None:
-        """One factor that explains all wrong noises; None if they need different factors, or if none is wrong. [1]"""
+        """Common factor that explains all wrong noises; None if they need different factors, or if none is wrong. [1]"""
         low = max((factor.low for factor in self.causes), default=0.0)
         high = min((factor.high or 0.0 for factor in self.causes), default=0.0)
         is_joint = self.noise_verdict == "wrong" and len(self.causes) == len(self.factors) > 1
@@ -257,7 +258,7 @@ class Tuning(Printed):
         return Tunings({self.channel: self}).plot(ax=ax)
 
     def statements(self) -> tuple[str, ...]:
-        """What is wrong, in which direction, and what to do, in sentences."""
+        """Sentences on the errors of the filter, their direction and the action."""
         return statements_of_tuning(self)
 
     def __repr__(self) -> str:

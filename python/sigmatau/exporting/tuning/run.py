@@ -1,9 +1,9 @@
-"""The run of a filter, reconstructed from its matrices and the stated S: what each noise adds to its innovations.
+"""Run of a filter, reconstructed from its matrices and the stated S: the contribution of each noise to its innovations.
 
-With a gain K the error x of the prediction evolves as x' = F·(I − K·H)·x − F·K·v + w, and the innovation is H·x + v, for the
-noise v of the measurement and w of the process. A constant gain gives the density of the innovations in closed form. If S,
-the interval or the measurements vary, the gain of each step follows from the stated S, and the density is the mean power of
-the periodogram, computed by the adjoint recursion.
+With a gain K the error x of the prediction evolves as x' = F·(I − K·H)·x − F·K·v + w, and the innovation is H·x + v, with
+the noise v of the measurement and w of the process. A constant gain gives the density of the innovations in closed form.
+If S, the interval or the measurements vary, the gain of each step follows from the stated S, and the density is the mean
+power of the periodogram, computed by the adjoint recursion.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ Complex = NDArray[np.complex128]
 
 MEASUREMENT = "measurement"
 
-_PASSES = 3  # passes over the run, each from the mean covariance of the last one
-_NEGATIVE_SHARE = 0.01  # share of the steps in which S may be below H·P·Hᵀ because of rounding
+_PASSES = 3  # number of passes over the run, each from the mean covariance of the previous pass
+_NEGATIVE_SHARE = 0.01  # largest share of the steps in which S may be below H·P·Hᵀ by rounding
 _SMALLEST_R = 1e-9  # smallest R, over S
-_LARGEST_SHARE = 0.5  # largest H·P·Hᵀ in the first S, for a P that is a mean over the run
+_LARGEST_SHARE = 0.5  # largest share of H·P·Hᵀ in the first S, if P is a mean over the run
 _TINY = 1e-300
-_CORRELATION = 0.1  # correlation of the noises of two measurements, above which their factors are not separate
-_CHUNK = 1 << 22  # number of complex numbers of the adjoint in memory
+_CORRELATION = 0.1  # correlation of the noises of two measurements above which their factors cannot be separated
+_CHUNK = 1 << 22  # number of complex values of the adjoint in memory
 
 
 @frozen(eq=False)
 class Steps:
-    """Matrices of a filter for each of its measurements, or one for all.
+    """Matrices of a filter for each of its measurements, or one set for all.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Steps:
 
 @frozen(eq=False)
 class FilterRun:
-    """A filter along its run.
+    """Filter during its run.
 
     Attributes
     ----------
@@ -84,19 +84,19 @@ class FilterRun:
     presence: Floats
 
     def respond(self, errors: Floats, start: Floats | None = None) -> Floats:
-        """Innovations that errors of the measurement and of the first state cause.
+        """Compute the innovations due to errors of the measurement and of the first state.
 
         Parameters
         ----------
         errors : ndarray, shape (n, n_measurements, k)
             Errors in the unit of the measurement.
         start : ndarray, shape (n_states, k), optional
-            In the units of the states. Default: 0.
+            Errors of the first state, in the units of the states. Default: 0.
 
         Returns
         -------
         ndarray, shape (n, n_measurements, k)
-            In the same unit.
+            Innovations in the unit of the measurement.
         """
         n = len(errors)
         state = np.zeros((self.closed.shape[1], errors.shape[2])) if start is None else start
@@ -110,19 +110,19 @@ class FilterRun:
     def shares(self, frequency: Floats) -> Complex:
         """Cross-spectral density of the whitened innovations by noise.
 
-        On the diagonal, their sum is the share of the steps with each measurement.
+        On the diagonal, the sum over the noises is the share of the steps with each measurement.
 
         Parameters
         ----------
         frequency : ndarray, shape (n_f,)
-            Up to 1/2. [cycles a step]
+            Frequencies up to 1/2. [cycles per step]
 
         Returns
         -------
         ndarray, shape (n_noises, n_f, n_measurements, n_measurements)
         """
         shares = self._constant_shares(frequency) if len(self.closed) == 1 else self._mean_shares(frequency)
-        # Only the mean of the run's start is known; a correct filter is white at all frequencies.
+        # Only the mean over the start of the run is known; a correct filter is white at all frequencies.
         root = np.linalg.inv(np.linalg.cholesky(shares.sum(axis=0)))
         root = np.sqrt(self.presence)[:, None] * root
         return np.asarray(root @ shares @ root.conj().swapaxes(-1, -2))
@@ -181,12 +181,12 @@ class FilterRun:
 
 
 def constant_run(matrices: Steps, covariance: Floats, measured: Floats) -> FilterRun:
-    """The run of a filter with constant matrices and a constant gain.
+    """Build the run of a filter with constant matrices and a constant gain.
 
     Parameters
     ----------
     matrices : Steps
-        One for all measurements.
+        One set for all measurements.
     covariance : ndarray, shape (n_states, n_states)
         Covariance of the state before a measurement.
     measured : ndarray, shape (n_measurements,)
@@ -212,7 +212,7 @@ def constant_run(matrices: Steps, covariance: Floats, measured: Floats) -> Filte
 
 
 def varying_run(matrices: Steps, data: Innovations) -> FilterRun:
-    """The run of a filter whose gain follows from its matrices and the stated S of each step.
+    """Build the run of a filter whose gain follows from its matrices and the stated S of each step.
 
     Parameters
     ----------
@@ -226,9 +226,9 @@ def varying_run(matrices: Steps, data: Innovations) -> FilterRun:
     Raises
     ------
     OptionError
-        If the matrices make a larger S than the stated one.
+        If the S of the matrices is larger than the stated S.
     DataError
-        If the noises of measurements that come together are correlated.
+        If the noises of simultaneous measurements are correlated.
     """
     n, m = data.columns.shape
     present, stated = data.is_present, np.nan_to_num(data.covariance)
@@ -271,7 +271,7 @@ def varying_run(matrices: Steps, data: Innovations) -> FilterRun:
 
 
 def noise_names(measurements: tuple[str, ...], count: int) -> Iterator[str]:
-    """Names of the noises of the measurements: ``"measurement"`` of one, ``"measurement gnss"`` of several."""
+    """Names of the noises of the measurements: ``"measurement"`` for one, ``"measurement gnss"`` for several."""
     if count == 1:
         yield MEASUREMENT
         return

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from sigmatau.exporting.tuning.result import NoiseFactor, Tuning
 
 UNIT_NIS = 100.0
-"""NIS, or 1 over it above which a unit is wrong: all noises are too small or too large by a factor of 10."""
+"""NIS, or its inverse, above which a unit is wrong: all noises are too small or too large by a factor of 10."""
 
 ROOT_OF_VARIANCE = "looks like a standard deviation. Give its square S, or name the column std"
 """Advice for a variance that is a standard deviation."""
 
 
 def statements_of_tuning(tuning: Tuning) -> tuple[str, ...]:
-    """What is wrong, in which direction, and what to do, in sentences."""
+    """Sentences on the errors of the filter, their direction and the action."""
     if tuning.verdict == "outliers":
         number = f"{tuning.outliers} innovations are" if tuning.outliers > 1 else "One innovation is"
         return (
@@ -79,7 +79,7 @@ def _noise_statements(tuning: Tuning, *, follows_motion: bool) -> list[str]:
 
 
 def _limit_of_motion(tuning: Tuning) -> str:
-    """Which scale error and delay the motion could not determine, and which motion would."""
+    """Sentence on the scale errors and delays that the motion does not determine, and on the required motion."""
     hidden = [effect for effect in tuning.motion if not effect.has_error and not effect.is_shown]
     if not hidden:
         return ""
@@ -92,7 +92,7 @@ def _limit_of_motion(tuning: Tuning) -> str:
 
 
 def _place(tuning: Tuning) -> str:
-    """Where the innovations are not as stated, without a filter."""
+    """Averaging times at which the innovations are not as stated, without a filter."""
     curve = tuning.whiteness
     places = [(k, "larger") for k in np.flatnonzero(curve.low > 1)] + [
         (k, "smaller") for k in np.flatnonzero(curve.high < 1)

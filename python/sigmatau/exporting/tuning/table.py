@@ -1,4 +1,4 @@
-"""Innovations from a table of text: columns by their names, or as stated."""
+"""Innovations from a text table, with columns identified by name or by the user."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ _VARIANCE = {"s", "variance", "var", "variances", "cov", "covariance"}
 _DEVIATION = {"std", "sigma", "stddev", "deviation"}
 _RATE = {"rate", "omega"}
 _NORMALISED = {"normalised", "normalized", "nis", "nees", "whitened"}
-# In brackets: [(m/s)^2] or ((m/s)^2), but not an index [0].
+# Unit in brackets: [(m/s)^2] or ((m/s)^2), but not an index [0].
 _UNIT = re.compile(r"\s*(?:\[(?!\d+\])([^\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$")
 _SENSORS = {"sensor", "channel", "id", "source", "measurement", "type", "axis", "name", "label"}
-_MOST_SENSORS = 16  # largest number of distinct values of a column that names sensors and does not count
+_MOST_SENSORS = 16  # largest number of distinct values of a column that names sensors instead of counting
 _SECONDS = ("s", "ms", "us", "µs", "ns")
-_LONGEST_INTERVAL = 1e4  # longest interval [s]; times with a longer one are in another unit
-_UNNAMED = "innovation"  # name of a channel whose columns have no name
+_LONGEST_INTERVAL = 1e4  # longest interval; times with longer intervals are in another unit [s]
+_UNNAMED = "innovation"  # name of a channel without names of columns
 _LISTED = 12  # largest number of columns in a message
 
 
 @frozen
 class _Columns:
-    """The columns of a channel."""
+    """Columns of a channel."""
 
     innovation: int
     variance: int
@@ -44,19 +44,19 @@ class _Columns:
 
 @frozen(eq=False)
 class _Table:
-    """A table: names of columns and their units, and values; NaN where a cell is empty."""
+    """Names, units and values of the columns of a table; NaN where a cell is empty."""
 
     place: Path
     names: tuple[str, ...]
     units: tuple[str, ...]
     values: Floats
     lines: tuple[int, ...]
-    start: Floats  # the first row, of any sensor, whose time is 0; shape (1, n_columns)
-    sensors: tuple[str, ...] = ()  # sensor of each row, if a column names it; this column is not in the table
+    start: Floats  # first row of all sensors, the origin of the time; shape (1, n_columns)
+    sensors: tuple[str, ...] = ()  # sensor of each row, from a column that is not part of the table
 
     @property
     def listed(self) -> str:
-        """The columns, for a message."""
+        """List the columns for a message."""
         return ", ".join(self.names[:_LISTED]) + (", …" if len(self.names) > _LISTED else "")
 
     def index(self, name: str, option: str) -> int:
@@ -76,10 +76,10 @@ def read_innovations(
     Parameters
     ----------
     place : Path
-        Text with a header, separated by commas, semicolons, tabs or blanks.
+        Text file with a header; columns are separated by commas, semicolons, tabs or blanks.
     columns : mapping of str to str, optional
-        By channel the columns of innovation, variance and optionally the rate of motion, ``"nu:S:rate"``. Default: by
-        their names.
+        Columns of innovation, variance and optionally the rate of motion by channel, ``"nu:S:rate"``. Default: by their
+        names.
     time : str, optional
         Column of the time. Default: by its name.
 
@@ -90,7 +90,7 @@ def read_innovations(
     Raises
     ------
     DataError
-        For a table that cannot be read, or innovations that no filter writes.
+        For a table that cannot be read, or innovations that cannot be from a filter.
     OptionError
         For columns that are not recognised, or do not exist.
     """
@@ -102,7 +102,7 @@ def read_innovations(
 
 
 def _by_sensor(table: _Table) -> dict[str, _Table]:
-    """Split the rows by sensor, if a column names it; else all rows, without a name."""
+    """Split the rows by sensor if a column names it; otherwise return all rows without a name."""
     if not table.sensors:
         return {"": table}
     named = np.array(table.sensors)
@@ -116,7 +116,7 @@ def _by_sensor(table: _Table) -> dict[str, _Table]:
 
 
 def _read_channels(table: _Table, columns: Mapping[str, str] | None, time: str | None) -> dict[str, Innovations]:
-    """The innovations of all channels of a table of one sensor, or with a pair of columns for each."""
+    """Read the innovations of all channels of a table of one sensor, or with a pair of columns per channel."""
     place = table.place
     times = _times(table, time)
     chosen = _stated(table, columns) if columns else _recognised(table)
@@ -221,25 +221,25 @@ def _read(place: Path) -> _Table:
 
 
 def _sensor_names(column: str, sensors: Sequence[str]) -> list[str]:
-    """Names of channels of the sensors: their words, or the name of the column with their number."""
+    """Channel names of the sensors: their texts, or the name of the column with their number."""
     return [
         "_".join(_words(sensor)) if _number(sensor) is None else f"{_words(column)[0]}_{sensor}" for sensor in sensors
     ]
 
 
 def _number(cell: str) -> float | None:
-    """The number of a cell, NaN of an empty one; None for anything else."""
+    """Convert a cell to a number; NaN for an empty cell, None for other text."""
     if not cell:
         return float("nan")
     try:
         number = float(cell)
     except ValueError:
         return None
-    return number if number == number else float("inf")  # a written NaN is wrong, an empty cell is not
+    return number if number == number else float("inf")  # only an empty cell may be NaN
 
 
 def _times(table: _Table, name: str | None) -> Floats:
-    """Times in seconds from the first row of the file; raises `OptionError` for a unit that is not known."""
+    """Convert times to seconds from the first row of the file. Raises `OptionError` for an unknown unit."""
     if name is not None:
         k = table.index(name, "time")
     else:
@@ -274,7 +274,7 @@ def _times(table: _Table, name: str | None) -> Floats:
 
 
 def _recognised(table: _Table) -> dict[str, _Columns]:
-    """Pairs of columns by their names: a word for the innovation or its variance, and the channel."""
+    """Recognise pairs of columns by their names, which contain a word for innovation or variance, and the channel."""
     innovations: dict[str, int] = {}
     variances: dict[str, tuple[int, bool]] = {}
     rates: dict[str, int] = {}
@@ -351,14 +351,14 @@ def _words(name: str) -> Sequence[str]:
 
 
 def _squares(unit: str) -> set[str]:
-    """The spellings of the square of a unit: (m/s)^2, m^2/s^2, rad^2."""
+    """Spellings of the square of a unit: (m/s)^2, m^2/s^2, rad^2."""
     plain = unit.replace(" ", "")
     parts = "/".join(f"{part}^2" for part in plain.split("/"))
     return {f"({plain})^2", f"{plain}^2", parts}
 
 
 def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
-    """Factors to SI of the innovation and of its variance; raises `OptionError` if one of both has a unit."""
+    """Factors to SI of the innovation and of its variance. Raises `OptionError` if only one of them has a unit."""
     unit, stated = table.units[chosen.innovation], table.units[chosen.variance]
     names = table.names[chosen.innovation], table.names[chosen.variance]
     if not unit and not stated:
@@ -376,7 +376,7 @@ def _scales(table: _Table, chosen: _Columns) -> tuple[float, float]:
 
 
 def _read_rate(table: _Table, chosen: _Columns) -> Floats:
-    """Read the rate in SI. Raises `OptionError` if its unit is not that of the innovation per second."""
+    """Read the rate in SI. Raises `OptionError` unless its unit is that of the innovation per second."""
     assert chosen.rate is not None
     values = table.values[:, chosen.rate]
     unit, stated = table.units[chosen.innovation], table.units[chosen.rate]

@@ -22,13 +22,15 @@ from sigmatau.exporting.tuning.statements import ROOT_OF_VARIANCE
 from sigmatau.hints import Hint
 from sigmatau.noise.uncertainty import chi2_factors, degrees_of_freedom
 
-_CLUSTERS = 8  # smallest number of independent averages; with fewer the interval is wider than a factor of 3
+_CLUSTERS = 8  # smallest number of independent averages; with fewer, the interval is wider than a factor of 3
 _LOWEST = 5  # number of frequencies whose mean power is the density at 0 if no filter explains the innovations
 _OFFSET = 0.001  # probability that a mean is reported for innovations without an offset
 _TAILS = (0.05, 0.95)  # quantiles of S
-_VARIATION = 1.5  # ratio of these quantiles above which S alternates or decreases
-_BEGINNING = 10  # the first tenth of the run, in which a filter converges
-_OUTLYING = 7.0  # deviations from the others; of 1e6 Gaussian innovations one reaches this with probability 3e-6
+_VARIATION = 1.5  # ratio of these quantiles above which S alternates or falls
+_BEGINNING = 10  # share of the run in which a filter may converge
+_OUTLYING = (
+    7.0  # size of an outlier; one of 1e6 Gaussian innovations reaches it with probability 3e-6 [standard deviations]
+)
 
 
 def tune(
@@ -38,16 +40,16 @@ def tune(
     skip: float = 0.0,
     level: float = 0.95,
 ) -> Tunings:
-    """Judge a filter by its innovations: which noise that it assumes is wrong, and by which factor.
+    """Judge a filter by its innovations: find the assumed noise that is wrong, and its factor.
 
     Parameters
     ----------
     innovations : Innovations or mapping of str to Innovations
-        Of one channel, or by channel. The filter has converged.
+        Innovations of one channel, or by channel, of a converged filter.
     filters : BiasFilter, FilterMatrices, or mapping of str to these, optional
-        The filter, for all channels or by channel. Default: unknown; then only the NIS and the whiteness are judged.
+        Filter for all channels, or by channel. Default: unknown; then only the NIS and the whiteness are judged.
     skip : float
-        Time at the beginning that is left out, in which the filter converges. [s]
+        Length of the beginning that is left out because the filter converges. [s]
     level : float
         Confidence level of the intervals.
 
@@ -59,25 +61,25 @@ def tune(
     Raises
     ------
     OptionError
-        For anything but `Innovations`, a filter of a channel that does not exist, a filter whose S is not the stated one,
-        a `skip` that is negative, or a level outside 0 … 1.
+        For data other than `Innovations`, a filter of a channel that does not exist, a filter whose S differs from the
+        stated S, a negative `skip`, or a level outside 0 … 1.
     DataError
-        For an S that falls because the filter converges, one that takes turns as if rows of two sensors alternate, or a
-        standard deviation in place of S.
+        For an S that falls because the filter converges, an S that alternates as for rows of two sensors, or a standard
+        deviation in place of S.
     RecordTooShortError
-        If fewer than 100 innovations are left.
+        If fewer than 100 innovations remain.
 
     See Also
     --------
     Innovations : the data.
     BiasFilter : an integrated rate and its bias.
-    FilterMatrices : any filter, by its matrices; constant, or one of each step.
+    FilterMatrices : any filter, given by matrices that are constant or vary by step.
 
     Notes
     -----
-    In a filter that is right, innovations over their stated standard deviations are white with variance 1. Their density is
-    otherwise the sum of the shares of each noise, times its factor. The factors maximise Whittle's likelihood, with
-    intervals by its profile. A single noise is the cause if it alone explains the innovations, and no other does.
+    For a correct filter, innovations over their stated standard deviations are white with variance 1. Otherwise their
+    density is the sum of the shares of each noise, times its factor. The factors maximise Whittle's likelihood, with
+    intervals from its profile. A noise is the cause if it explains the innovations alone, and no other noise does.
 
     References
     ----------
@@ -188,9 +190,8 @@ def _tune(
 
 
 def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, float]:
-    """Means of the measurements, and the smallest p-value of them times their number.
-
-    n·mean² is χ² about the density at frequency 0, or Student's t² about that of the lowest ones.
+    """Means of the measurements, and their smallest p-value times their number. n·mean² over the density at frequency 0
+    is χ², or Student's t² with the density of the lowest frequencies.
     """
     n, count = series.shape
     means = series.mean(axis=0)
@@ -203,11 +204,11 @@ def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, f
 
 
 def _require_converged(data: Innovations) -> None:
-    """Raise an error for a filter that still converges, or for rows of two sensors as if of one."""
+    """Raise an error for a filter that still converges, or for rows of two sensors in one channel."""
     for stated, present in zip(np.diagonal(data.covariance, axis1=1, axis2=2).T, data.is_present.T, strict=True):
         values = stated[present]
         low, high = (float(value) for value in np.quantile(values, _TAILS))
-        if high > _VARIATION * low and _takes_turns(values):
+        if high > _VARIATION * low and _alternates(values):
             raise DataError(
                 f"S takes turns between {low:.3g} and {high:.3g}, as if rows of two sensors alternate."
                 " Write each sensor in separate columns, or its name in a column sensor"
@@ -220,15 +221,15 @@ def _require_converged(data: Innovations) -> None:
             )
 
 
-def _takes_turns(values: Floats) -> bool:
-    """Whether the values of even and odd rows are constant and differ."""
+def _alternates(values: Floats) -> bool:
+    """Whether the values of even and odd rows are constant and differ from each other."""
     (low, high), (low_2, high_2) = (np.quantile(values[k::2], _TAILS) for k in (0, 1))
     constant = high <= _VARIATION * low and high_2 <= _VARIATION * low_2
     return bool(constant and not 1 / _VARIATION < float(np.median(values[::2]) / np.median(values[1::2])) < _VARIATION)
 
 
 def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, float]:
-    """The noise that the filter assumes, by name, if it is one number."""
+    """Noise that the filter assumes, by name, if it is a single number."""
     if isinstance(filter_, FilterMatrices) and len(run.closed) == 1:
         variances = run.measured[0]
     elif len(run.closed) == 1:
@@ -241,9 +242,8 @@ def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, fl
 
 
 def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, float]:
-    """Mean square with its interval, from a χ² with as many degrees of freedom as there are independent squares.
-
-    The variance of the mean square of a Gaussian series is 2∫P²/n of its density P, and the product of neighbours in the
+    """Mean square with its interval, from a χ² whose degrees of freedom are the number of independent squares. The
+    variance of the mean square of a Gaussian series with the density P is 2∫P²/n, and the product of neighbours in the
     periodogram has the mean P².
     """
     n, total = len(series), int(present.sum())
@@ -258,7 +258,7 @@ def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, fl
 
 
 def _whiteness(series: Floats, data: Innovations, level: float) -> Whiteness:
-    """Mean over the measurements of the Allan variances, each of its own series of innovations."""
+    """Mean of the Allan variances of the innovations of all measurements."""
     each = [values[present] for values, present in zip(series.T, data.is_present.T, strict=True)]
     shortest = min(map(len, each))
     interval = data.interval * len(series) / (sum(map(len, each)) / len(each))

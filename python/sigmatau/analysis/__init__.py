@@ -1,4 +1,4 @@
-"""From a record to its noise: `analyze`, and the `Analysis` that it returns, as JSON and in words."""
+"""Analysis of a record: `analyze`, and the `Analysis` that it returns, as JSON and in words."""
 
 import lazy_loader
 

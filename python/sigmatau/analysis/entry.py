@@ -46,14 +46,14 @@ def analyze(record: Record | object, options: AnalysisOptions) -> Analysis:
     See Also
     --------
     read : the record of a file.
-    fit_channel : a model of your own choice for one channel.
-    fit_jointly : several runs together.
+    fit_channel : fits a model that you choose to one channel.
+    fit_jointly : fits several runs together.
 
     Notes
     -----
-    A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve
-    uses clusters that are at least half complete. The fit accounts for missing samples. If more than 1 % are missing,
-    nothing is read off.
+    A channel that never changes is left out with a finding; the others are analysed. With missing samples, the curve uses
+    clusters that are at least half complete. The fit accounts for missing samples. If more than 1 % are missing, no
+    coefficient is read off.
 
     Examples
     --------
@@ -68,14 +68,14 @@ def analyze(record: Record | object, options: AnalysisOptions) -> Analysis:
 
 
 def analyze_in_stages(record: Record, options: AnalysisOptions, *, begin: Callable[[str], None]) -> Analysis:
-    """`analyze` for callers that show its progress.
+    """Analyse a record like `analyze`, for callers that show the progress.
 
     Parameters
     ----------
     record : Record
     options : AnalysisOptions
     begin : callable
-        Takes the name of each stage before it: those of `STAGE_NAMES`, in their order.
+        Called with the name of each stage before the stage starts, in the order of `STAGE_NAMES`.
 
     See Also
     --------
@@ -99,7 +99,7 @@ def of_curves(
 ) -> Analysis:
     """Analyse existing overlapped curves, such as those of an `Accumulator`.
 
-    `fitted_on`: by channel, the curve that is fitted in place of the displayed one.
+    `fitted_on`: curve by channel that is fitted in place of the displayed one.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`FailedAnalysis`: why a log has no result."""
+"""`FailedAnalysis`: the reason why a log has no result."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class FailedAnalysis:
 
     @property
     def reason(self) -> str:
-        """The message for a list of many failures: at most two lines or so."""
+        """Message for a list of many failures, of about two lines at most."""
         return self.message[:500] or "the analysis failed"
 
     @classmethod
@@ -52,14 +52,14 @@ class FailedAnalysis:
         notes: Mapping[str, str] | None = None,
         options: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Build the failure from an error about a log, with options in the form of the command line.
+        """Build the failure from an error about a log, with the options as typed on the command line.
 
         Parameters
         ----------
         error : Exception
-            Why there is no result.
+            Error that prevented a result.
         log : str
-            The log, as the error names it.
+            Name of the log in the error.
         notes, options : mapping, optional
             See the attributes.
 

@@ -1,6 +1,4 @@
-"""The JSON form of a result as types: names and units of its keys, and which keys an older or handwritten result may
-lack.
-"""
+"""JSON form of a result as types: names and units of its keys, and keys that an older or handwritten result may lack."""
 
 from __future__ import annotations
 
@@ -307,7 +305,7 @@ class StabilityForm:
 
 @frozen
 class ExcludedForm:
-    """Samples that were not used, by reason: the first of each stretch, and the one after the last."""
+    """Samples that were not used, by reason: the first sample of each stretch, and the sample after its last."""
 
     samples: int = key("samples of the channel in the record", minimum=4)
     start_s: float = key("time of the first sample from the beginning of the record")
@@ -454,7 +452,7 @@ class BriefFitForm(FitForm):
 
 @frozen
 class BriefChannelForm(ChannelForm):
-    """A channel without its curves, which are most of a result, and without rarely used parts."""
+    """A channel without its curves, the largest part of a result, and without rarely used parts."""
 
     excluded: None = field(default=None, init=False)
     excluded_runs: None = field(default=None, init=False)
@@ -468,21 +466,21 @@ class BriefChannelForm(ChannelForm):
 
 @frozen
 class BriefResultForm(ResultForm):
-    """A result without its curves, for adding thousands to a store."""
+    """A result without its curves, to add thousands of results to a store."""
 
     channels: Mapping[str, BriefChannelForm]
 
 
 @frozen
 class CoefficientsChannelForm(BriefChannelForm):
-    """The coefficients of a channel, with those that were read off."""
+    """Coefficients of a channel, including read-offs."""
 
     read_off: Mapping[str, CoefficientForm] = field(default_factory=dict)
 
 
 @frozen
 class CoefficientsForm(BriefResultForm):
-    """A result without curves and findings, for comparing the coefficients of thousands."""
+    """A result without curves and findings, to compare the coefficients of thousands of results."""
 
     channels: Mapping[str, CoefficientsChannelForm]
     findings: tuple[FindingForm, ...] = field(default=(), init=False)

@@ -1,4 +1,4 @@
-"""Read what an export needs from a file: a model file, another program's file, or the JSON of an analysis."""
+"""Read the input of an export: a model file, a file of another program, or the JSON of an analysis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sigmatau.model.noise_model import NoiseModel
 
 
 def is_result(path: Path) -> bool:
-    """Whether the name of a file ends in ``.json``, as the result of an analysis."""
+    """Whether the name of a file ends in ``.json``, like the result of an analysis."""
     return path.suffix.lower() == ".json"
 
 

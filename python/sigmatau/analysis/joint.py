@@ -1,4 +1,4 @@
-"""The joint fit of several analysed records, as a result like that of one record."""
+"""Joint fit of several analysed records, in the form of a result for one record."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from sigmatau.record.mask import only_used
 from sigmatau.record.record import Provenance, Record
 from sigmatau.results import ByChannel, Printed, duration_text
 
-_MIN_RUNS = 2  # runs
+_MIN_RUNS = 2  # smallest number of runs
 
 
 @frozen(eq=False)
@@ -54,13 +54,13 @@ class JointAnalysis(Printed):
     Attributes
     ----------
     analysis : Analysis
-        Its fits are those of all runs; its curves are means of the variances of the runs, weighted by their pairs. Its
-        findings are those of the joint fit; `records` have their own.
+        Its fits describe all runs; its curves are means of the variances of the runs, weighted by their numbers of pairs.
+        Its findings concern the joint fit; `records` contain those of single runs.
     joint : JointFit
     records : mapping of str to Analysis
         The analyses of the single records, by name.
     over : {"runs", "axes"}
-        Data that one model is fitted to.
+        Data to which one model is fitted.
     """
 
     analysis: Analysis
@@ -73,17 +73,17 @@ class JointAnalysis(Printed):
         return with_joint(self.analysis, self.joint)
 
     def headline(self) -> str:
-        """The records in a line."""
+        """Describe the records in a line."""
         curves = list(self.analysis.curves.values())
         rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
         together = duration_text(max(sum(joint.fit.runs) for joint in self.joint.values()))
         runs = max(len(joint.runs) for joint in self.joint.values())
-        what = "axes of each sensor" if self.over == "axes" else "runs"
+        pooled = "axes of each sensor" if self.over == "axes" else "runs"
         axes = f"{len(curves)} {'channel' if len(curves) == 1 else 'channels'} at {' and '.join(rates)} Hz"
-        return f"joint fit of {runs} {what}: {axes}, {together} together"
+        return f"joint fit of {runs} {pooled}: {axes}, {together} together"
 
     def overview(self, *, width: int = 80, legend: bool = True) -> str:
-        """The table of an analysis, and the variation of coefficients between the runs."""
+        """Table of the analysis, with the variation of coefficients between the runs."""
         table = overview(self.analysis.fits, self.analysis.findings, width=width, legend=legend)
         return "\n".join([self.headline(), table, *self.spread_lines()])
 
@@ -107,7 +107,7 @@ class JointAnalysis(Printed):
 
 
 def analysed_run(record: Record, analysis: Analysis, *, name: str) -> AnalysedRun:
-    """Summarise an analysed record for joint fits, without the samples that the analysis left out.
+    """Summarise an analysed record for joint fits, without the samples that the analysis excluded.
 
     Raises
     ------
@@ -161,12 +161,12 @@ def fit_analysed(
     common: Sequence[str] = COMMON,
     terms: Sequence[str] | None = None,
 ) -> JointAnalysis:
-    """The joint fit of analysed records; see `sigmatau.fit_jointly` for the options.
+    """Fit analysed records jointly; see `sigmatau.fit_jointly` for the options.
 
     Raises
     ------
     OptionError
-        If there are fewer than two runs of every channel.
+        If every channel has fewer than two runs.
     DataError
         For runs with different rates or units, or the same samples twice.
     """
@@ -219,7 +219,7 @@ def fit_analysed(
 def _without_disturbed(
     members: list[tuple[JointRun, Analysis]], pool: str
 ) -> tuple[list[tuple[JointRun, Analysis]], list[Finding]]:
-    """Remove the runs whose noise vibration hides, and return findings about them; all runs if fewer than two are left."""
+    """Remove the runs whose noise is hidden by vibration, and report them; keep all runs if fewer than two would remain."""
     quiet = [member for member in members if member[0].fit.verdict != "disturbed"]
     if len(quiet) < _MIN_RUNS:
         return members, []
@@ -248,7 +248,7 @@ def _findings(joint: JointChannel) -> list[Finding]:
 
 
 def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[JointRun, Analysis]]) -> Adjustment | None:
-    """Intervals of the coarsest run, which hold for any position of the mean within a step."""
+    """Widen the intervals to those of the coarsest run, which hold for any position of the mean within a step."""
     steps = [
         finding.details
         for run, analysis in members
@@ -262,7 +262,7 @@ def _coarsest_rounding(fitted: NoiseFit, *, members: Sequence[tuple[JointRun, An
 
 
 def _pooled(curves: Sequence[DeviationCurve], fitted: NoiseFit) -> DeviationCurve:
-    """The mean of the variances of the runs at the averaging times of the longest one, weighted by their pairs."""
+    """Mean of the variances of the runs at the averaging times of the longest run, weighted by their numbers of pairs."""
     longest = max(curves, key=lambda curve: curve.n)
     total, pairs, ramps = (np.zeros(len(longest.m)) for _ in range(3))
     for curve in curves:

@@ -20,7 +20,7 @@ def to_dict(self: Analysis) -> dict[str, Any]:
 
 
 def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, Any]:
-    """The same with the joint fits of channels."""
+    """The JSON form with the joint fits of channels."""
     return {
         "schema": SCHEMA,
         "sigmatau": self.version,
@@ -50,7 +50,7 @@ def with_joint(self: Analysis, joint: Mapping[str, JointChannel]) -> dict[str, A
 
 
 def _refused_lines(analysis: Analysis, channel: str) -> list[dict[str, Any]]:
-    """The lines of given ranges that were refused."""
+    """Refused lines in given ranges."""
     refused = analysis.read_off[channel].refused if channel in analysis.read_off else ()
     return [refusal.to_dict() for refusal in refused if refusal.by_hand]
 
@@ -63,6 +63,6 @@ def to_json(self: Analysis) -> str:
 
 
 def stated_options(analysis: Analysis) -> dict[str, Any]:
-    """Inputs that determine the result: the same log with the same options is the same run."""
+    """Options that determine the result: the same log with the same options is the same run."""
     parts = {"reading": dict(analysis.source.options), "analysis": stated(analysis.options)}
     return {part: options for part, options in parts.items() if options}

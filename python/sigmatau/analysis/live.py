@@ -1,4 +1,4 @@
-"""The analysis of a log while it is written: running sums of what arrived, and their curves and coefficients at any time."""
+"""Analysis of a log while it is written: running sums of the received samples, with curves and coefficients at any time."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from sigmatau.record.record import MIN_SAMPLES, Provenance, conversion, stream_n
 from sigmatau.record.sampling import Sampling, sampling_text
 from sigmatau.results import duration_text
 
-_EQUAL_RATES = 1e-3  # relative difference up to which two rates are taken as equal
+_EQUAL_RATES = 1e-3  # largest relative difference of equal rates
 
 
 class LiveAnalysis:
-    """The analysis of the samples of a live log so far."""
+    """Analysis of the samples received so far from a live log."""
 
     def __init__(self, source: str, live: Live, *, at_rest: bool = False) -> None:
         self.name: str = "standard input" if source == "-" else source
@@ -38,12 +38,12 @@ class LiveAnalysis:
         self._recent: RecentSamples | None = None
 
     def take(self, piece: bytes, *, last: bool = False) -> None:
-        """Take the next bytes; `last`: no more follow.
+        """Process the next bytes; `last`: whether they are the last ones.
 
         Raises
         ------
         DataError, OptionError
-            If the lines are no table, or an option is missing, with the name of the source.
+            If the lines are not a table, or an option is missing; the error names the source.
         """
         try:
             samples = self.live.push(piece, last=last)
@@ -62,9 +62,7 @@ class LiveAnalysis:
             self._recent.push(samples)
 
     def _with_rate(self, sums: Accumulator) -> Accumulator:
-        """Replace the rate of the first stamps by that of all stamps so far. Increments have already been divided by the
-        first rate.
-        """
+        """Replace the rate from the first stamps by that from all stamps. Increments were divided by the first rate."""
         measured = self.live.rate_by_stamps()
         if measured and self.live.options.rate is None and self.live.options.input == "rate":
             sums.tau0 = 1 / measured
@@ -72,7 +70,7 @@ class LiveAnalysis:
         return sums
 
     def finish(self) -> None:
-        """Use the samples that wait for a complete block."""
+        """Process the samples of the last, incomplete block."""
         if self.stretches is not None:
             self.stretches.finish()
 
@@ -82,7 +80,7 @@ class LiveAnalysis:
         Raises
         ------
         RecordTooShortError
-            Before there are samples of two blocks.
+            Before two blocks are complete.
         """
         n = 0 if self.stretches is None else self.stretches.n
         if self.stretches is None or self.stretches.sums.n < MIN_SAMPLES:
@@ -103,7 +101,7 @@ class LiveAnalysis:
         return replace(analysed, read_off={} if moving else analysed.read_off, rest=resting)
 
     def recent(self) -> dict[str, RecentChannel]:
-        """The last minutes of each channel, as rates in SI; empty before the first samples."""
+        """Last minutes of each channel, as rates in SI; empty before the first samples."""
         recent, kind = self._recent, self.live.options.input
         if recent is None:
             return {}
@@ -122,7 +120,7 @@ class LiveAnalysis:
         return pictures
 
     def outlooks(self, analysis: Analysis) -> list[tuple[str, str]]:
-        """Sensors, and what more samples of each would show; see `sigmatau.fitting.outlook.outlook`."""
+        """Gain of more samples, by sensor; see `sigmatau.fitting.outlook.outlook`."""
         by_sensor: dict[str, dict[str, NoiseFit]] = {}
         for channel, fitted in analysis.fits.items():
             by_sensor.setdefault(stream_name(channel), {})[channel] = fitted
@@ -130,7 +128,7 @@ class LiveAnalysis:
         return [(sensor, str(expected)) for sensor, expected in outlooks.items() if expected is not None]
 
     def wait(self) -> str:
-        """Why there are no coefficients yet, and when there will be."""
+        """Reason why there are no coefficients yet, and the time until there are."""
         if self.stretches is None:
             return ""
         if self.stretches.moving:
@@ -151,7 +149,7 @@ class LiveAnalysis:
         return Sampling(channels=tuple(channels), n=n, rate=self.live.rate, source=self.live.source_of_rate)
 
     def findings(self) -> list[Finding]:
-        """What is wrong with the lines, the stamps and the rest of the sensor so far."""
+        """Faults of the lines and the stamps, and motion, so far."""
         findings = [] if self.stretches is None else self.stretches.findings()
         if self.live.lost:
             lost = SkippedMessages(count=self.live.lost, unit="lines", example=self.live.lost_example)

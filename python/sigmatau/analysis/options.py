@@ -1,4 +1,4 @@
-"""The options of an analysis: arguments of `analyze`, options of the command line, and keys of a result."""
+"""Options of an analysis: arguments of `analyze`, options of the command line, and keys of a result."""
 
 from __future__ import annotations
 

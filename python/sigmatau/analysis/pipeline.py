@@ -1,4 +1,4 @@
-"""The sequence from a record to its `Analysis`: named stages, each of which takes the state and returns the next state."""
+"""Sequence from a record to its `Analysis`: each named stage takes the state and returns the next state."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record
 
 STAGES = (stages.choose, stages.check, stages.mask, stages.curves, stages.fit, stages.judge)
-"""Stages from the record that was read to the state from which `stages.assemble` makes an `Analysis`."""
+"""Stages from the record to the state from which `stages.assemble` makes an `Analysis`."""
 
 
 def run(source: object, options: AnalysisOptions, *, begin: Callable[[str], None] | None = None) -> Analysis:
-    """Analyse a record, a path or a data frame. If memory turns out to be insufficient, bounded memory is used.
-
-    `begin`: is called with the name of each stage before it.
+    """Analyse a record, a path or a data frame. If memory is insufficient, the analysis is repeated in bounded memory.
+    `begin` is called with the name of each stage before it starts.
     """
     record = stages.read(source)
     try:

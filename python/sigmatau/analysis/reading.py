@@ -1,4 +1,4 @@
-"""The reader of results: JSON of any version of sigmatau as an `Analysis`."""
+"""Reader of results: JSON of any version of sigmatau as an `Analysis`."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ _COUNTS, _POINTS = np.empty(0, dtype=np.int64), np.empty(0)  # keys of a curve t
 for _column in (_COUNTS, _POINTS):
     _column.setflags(write=False)
 
-_MOST_SAMPLES = 2**53  # largest integer up to which all are exact in a float
+_MOST_SAMPLES = 2**53  # largest integer below which all integers are exact in a float
 
 
 def read_analysis(source: str | bytes | Path) -> Analysis:
-    """The analysis of a file, or of JSON; raises `DataError`, also for one that failed."""
+    """Read the analysis of a file or of JSON. Raises `DataError`, also for a failed analysis."""
     result = read_result(source)
     try:
         return as_analysis(result)
@@ -60,9 +60,8 @@ def read_analysis(source: str | bytes | Path) -> Analysis:
 def read_result(
     source: str | bytes | Path, *, as_form: type[forms.ResultForm] = forms.ResultForm
 ) -> Analysis | FailedAnalysis:
-    """The result of a file, or of JSON: text that begins with a brace, or bytes. Raises `DataError`.
-
-    `as_form`: the parts of it that are read.
+    """Read the result of a file or of JSON: text that begins with a brace, or bytes. Raises `DataError`. `as_form`: the
+    parts that are read.
     """
     if isinstance(source, bytes) or (isinstance(source, str) and _is_json(source)):
         return result_of_dict(_parsed(source), as_form=as_form)
@@ -96,7 +95,7 @@ def _parsed(text: str | bytes) -> object:
 
 
 def result_of_dict(content: object, *, as_form: type[forms.ResultForm] = forms.ResultForm) -> Analysis | FailedAnalysis:
-    """The result of parsed JSON; raises `DataError`, which names the place of what is wrong."""
+    """Convert parsed JSON to a result. Raises `DataError` with the place of the fault."""
     form = form_of_dict(content, as_form)
     try:
         return _failed(form, form.error) if form.error is not None else _analysis(form)
@@ -108,7 +107,7 @@ _CHANGED = "not a result of sigmatau analyze, or changed"
 
 
 def form_of_dict(content: object, as_form: type[forms.ResultForm]) -> forms.ResultForm:
-    """The keys of parsed JSON as types; raises `DataError`, which names the place of what is wrong."""
+    """Convert the keys of parsed JSON to types. Raises `DataError` with the place of the fault."""
     if not isinstance(content, Mapping):
         raise DataError(f"a result of sigmatau analyze is an object, not {type(content).__name__}")
     schema, channels = content.get("schema", 1), content.get("channels")
@@ -226,7 +225,7 @@ def _stretches(form: forms.ExcludedForm | forms.ExcludedRunsForm) -> Mapping[str
 
 
 def _unit(channel: forms.ChannelForm) -> str:
-    """Unit of a channel. A handwritten result without a curve has the unit of its mean."""
+    """Unit of a channel: that of its curve, or of its mean in a handwritten result without a curve."""
     if channel.curve is not None:
         return channel.curve.unit
     if channel.mean is not None:
@@ -235,7 +234,7 @@ def _unit(channel: forms.ChannelForm) -> str:
 
 
 def _interval_of_samples(channel: forms.ChannelForm) -> float:
-    """The sample interval whose inverse is the rate. [s]"""
+    """Sample interval whose inverse is the rate. [s]"""
     rate = channel.sample_rate_hz
     if rate is None:
         raise WrongValueError("sample_rate_hz is missing")
@@ -246,13 +245,13 @@ def _interval_of_samples(channel: forms.ChannelForm) -> float:
     curve = channel.curve
     if curve is not None and curve.m is not None and curve.tau_s is not None and curve.m[:1].any():
         tau0 = float(next(iter(curve.tau_s), math.nan)) / int(curve.m[0])
-        if tau0 > 0 and 1 / tau0 == rate:  # 1/(1/τ₀) need not be τ₀
+        if tau0 > 0 and 1 / tau0 == rate:  # 1/(1/τ₀) may differ from τ₀
             return tau0
     return 1 / rate
 
 
 def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> DeviationCurve | None:
-    """The curve; None if only its unit is stated, and without points if only its unit is read."""
+    """Convert a curve; None if only its unit is stated, and without points if only its unit is read."""
     tau0 = _interval_of_samples(channel)
     if isinstance(form, forms.CurveUnitForm):
         return _without_points(name, channel, form, tau0)
@@ -286,7 +285,7 @@ def _curve(name: str, channel: forms.ChannelForm, form: forms.CurveForm) -> Devi
 
 
 def _without_points(name: str, channel: forms.ChannelForm, form: forms.CurveForm, tau0: float) -> DeviationCurve:
-    """The curve of which only the unit is read."""
+    """Build a curve without points, if only its unit is read."""
     return _build(
         DeviationCurve, form, channel=name, quantity=channel.quantity, n=channel.samples, tau0=tau0, m=_COUNTS, tau=_POINTS,
         avar=_POINTS, n_pairs=_COUNTS, ramp=_POINTS, overlap="full", missing=0,
@@ -393,13 +392,13 @@ def _stability(form: forms.StabilityForm) -> DynamicAllan:
 
 @functools.cache
 def _shared(cls: type, form: type) -> dict[str, str]:
-    """Fields of a class and the keys of a form that have the same name, with or without the unit of the key."""
+    """Pair fields of a class with the keys of a form that have the same name, with or without a unit."""
     keys = {field.name.removesuffix("_s").removesuffix("_hz"): field.name for field in fields(form)}
     keys |= {field.name: field.name for field in fields(form)}
     return {field.name: keys[field.name] for field in fields(cls) if field.init and field.name in keys}
 
 
 def _build(cls: type[T], form: Any, **values: Any) -> T:  # noqa: ANN401  a form, and fields of any type
-    """Build an object of a class from a form and further values, which the form lacks or has in another form."""
+    """Build an object from a form and further values, which are not in the form or differ in type."""
     shared = _shared(cast("Any", cls), cast("Any", type(form)))
     return cls(**{name: getattr(form, key) for name, key in shared.items() if name not in values}, **values)

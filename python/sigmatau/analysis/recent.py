@@ -1,4 +1,4 @@
-"""The last minutes of live samples as a picture: the smallest and the largest sample of each interval, in bounded memory."""
+"""Picture of the last minutes of live samples: the smallest and the largest sample of each interval, in bounded memory."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from sigmatau.arrays import Floats
 from sigmatau.frozen import frozen
 
-_SPAN = 300.0  # time that is kept [s]
-_BINS = 600  # smallest number of intervals in it, at rates that have so many samples
+_SPAN = 300.0  # time that the picture covers [s]
+_BINS = 600  # smallest number of intervals, if there are as many samples
 
 
 @frozen
@@ -23,7 +23,7 @@ class RecentChannel:
     low, high : ndarray
         Smallest and largest sample of each interval. [unit]
     start, duration : float
-        First interval since the first sample, and length of all intervals. [s]
+        Beginning of the first interval after the first sample, and length of all intervals. [s]
     """
 
     quantity: str
@@ -35,7 +35,7 @@ class RecentChannel:
 
 
 class RecentSamples:
-    """Intervals of the samples of all channels. They double in width until they fill the time that is kept.
+    """Intervals of the samples of all channels. They double in width until they cover the time of the picture.
 
     Parameters
     ----------
@@ -47,15 +47,15 @@ class RecentSamples:
 
     def __init__(self, count: int, rate: float) -> None:
         self.rate = rate
-        self.width: int = 1  # samples of an interval
-        self.first: int = 0  # samples before the first interval
+        self.width: int = 1  # number of samples in an interval
+        self.first: int = 0  # number of samples before the first interval
         self.low: Floats = np.empty((0, count))
         self.high: Floats = np.empty((0, count))
         self._pending: Floats = np.empty((0, count))
         self._widest = max(1, math.ceil(rate * _SPAN / (2 * _BINS)))
 
     def push(self, samples: Floats) -> None:
-        """Take the next samples, shape (n, n_channels)."""
+        """Add the next samples, shape (n, n_channels)."""
         x = np.concatenate([self._pending, samples])
         complete = len(x) // self.width
         blocks = x[: complete * self.width].reshape(complete, self.width, x.shape[1])
@@ -70,7 +70,7 @@ class RecentSamples:
             self.first += surplus * self.width
 
     def _double(self) -> None:
-        """Join each two intervals; the samples of one that has no partner are its two ends."""
+        """Join pairs of intervals. A last interval without a partner is converted back to samples."""
         pairs = len(self.low) // 2
         left_low, left_high = self.low[2 * pairs :], self.high[2 * pairs :]
         shape = (pairs, 2, self.low.shape[1])

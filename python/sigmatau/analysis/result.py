@@ -66,19 +66,19 @@ class Analysis(Tabular):
     stability : mapping of str to DynamicAllan
         Dynamic Allan deviation by channel; empty if it was not requested.
     mean_stability : mapping of str to tuple of MeanStability
-        Standard deviations of 10 s and 100 s means by channel, where the record has ten means or more.
+        Standard deviations of 10 s and 100 s means by channel, if the record has ten means or more.
     rest : Rest or None
         Whether the sensor is at rest. If it is not, there are curves but no coefficients. None for curves alone.
     masks : mapping of str to ChannelMask
-        By channel of the record, see `mask`. Empty for curves alone, and for results of earlier versions.
+        Excluded samples by channel, see `mask`. Empty for curves alone, and for results of earlier versions.
     means : mapping of str to ChannelMean
-        Mean of each channel, with its error where the noise averages out. Empty for curves alone.
+        Mean of each channel, with its error if the noise averages out. Empty for curves alone.
     options : AnalysisOptions
         Options of `analyze` that affect the numbers; those of curves alone are the defaults.
     notes : mapping of str to str
         Information about the record from the user: serial number, run, temperature …
     version : str
-        Version of sigmatau that made it.
+        Version of sigmatau that made the result.
 
     See Also
     --------
@@ -134,9 +134,7 @@ class Analysis(Tabular):
 
     @classmethod
     def from_json(cls, source: str | bytes | Path) -> Self:
-        """Read the JSON of an analysis, whatever version of sigmatau wrote it.
-
-        `grids` are not in the JSON.
+        """Read the JSON of an analysis from any version of sigmatau. `grids` are not in the JSON.
 
         Parameters
         ----------
@@ -150,7 +148,7 @@ class Analysis(Tabular):
         Raises
         ------
         DataError
-            If the file cannot be read, or is not a result; names the place of a wrong value.
+            If the file cannot be read or is not a result; the error names the place of a wrong value.
 
         See Also
         --------
@@ -170,7 +168,7 @@ class Analysis(Tabular):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The same for JSON that is parsed already, such as `to_dict`.
+        """Read an analysis from parsed JSON, such as `to_dict`.
 
         Parameters
         ----------
@@ -184,14 +182,14 @@ class Analysis(Tabular):
         Raises
         ------
         DataError
-            If the content is not a result; names the place of a wrong value.
+            If the content is not a result; the error names the place of a wrong value.
         """
         from sigmatau.analysis.reading import as_analysis, result_of_dict
 
         return cast(Self, as_analysis(result_of_dict(content)))
 
     def mask(self, channel: str) -> ChannelMask:
-        """Samples of the record that were not used, and why: missing, left out as asked, moving, spikes and so on.
+        """Samples of the record that were not used, by reason: missing, left out by the user, moving, spikes and so on.
 
         Parameters
         ----------
@@ -201,14 +199,14 @@ class Analysis(Tabular):
         Returns
         -------
         ChannelMask
-            Its `excluded` is an array with True for each sample of the record that was not used.
+            `excluded` is an array with True for each sample of the record that was not used.
 
         Raises
         ------
         KeyError
             If the record has no such channel.
         DataError
-            If the result does not have it: of curves alone, or read from JSON of an earlier version.
+            If the result lacks the samples: it is of curves alone, or from JSON of an earlier version.
 
         Examples
         --------
@@ -253,11 +251,13 @@ class Analysis(Tabular):
 
     @property
     def reason_without_fits(self) -> str:
-        """Why there is no fit: motion, a record that is too short to tell, or a method that reads off; empty with fits."""
+        """Reason why there is no fit: motion, a record that is too short to tell, or a method that reads off; empty with
+        fits.
+        """
         return "" if self.fits else reason_without_fits(self.rest, has_read_off=any(self.read_off.values()))
 
     def __getitem__(self, channel: str) -> NoiseFit:
-        """The fit of a channel; the `KeyError` of any other says why there is none."""
+        """The fit of a channel. For a channel without a fit, the `KeyError` has the reason."""
         if channel in self.fits or channel not in self.curves:
             available = self.fits or self.curves
             if channel not in available:
@@ -277,7 +277,7 @@ class Analysis(Tabular):
         raise KeyError(f"no fit of {channel!r}: {why}")
 
     def __iter__(self) -> Iterator[str]:
-        """The channels with a fit, so that ``"gyro_x" in analysis`` tells whether there is ``analysis["gyro_x"]``."""
+        """Iterate over the channels with a fit; ``"gyro_x" in analysis`` is true if there is ``analysis["gyro_x"]``."""
         return iter(self.fits)
 
     def plot(self, *channels: str, ax: Panels = None, style: Style = "screen") -> Figure:
@@ -286,11 +286,11 @@ class Analysis(Tabular):
         Parameters
         ----------
         *channels : str
-            Which channels. Default: all. A panel with one channel has a line of each term, with its value.
+            Names of the channels. Default: all. A panel with one channel has a line for each term, with its value.
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
         style : {"screen", "paper"}
-            ``"paper"``: for a column of a two-column paper.
+            ``"paper"`` fits a column of a two-column paper.
 
         Returns
         -------
@@ -309,7 +309,7 @@ class Analysis(Tabular):
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a channel. Default: a new figure.
+            One per channel. Default: a new figure.
 
         Returns
         -------
@@ -374,7 +374,7 @@ class Analysis(Tabular):
         )
 
     def columns(self) -> dict[str, list[Any]]:
-        """One row per channel and term, and how far to trust each value; see `Tabular.columns`."""
+        """One row per channel and term, with the trust of each value; see `Tabular.columns`."""
         if self.read_off and not self.fits:
             return TablesByChannel(self.read_off).columns()
         columns = self.fits.columns()

@@ -1,4 +1,4 @@
-"""The stages of an analysis; `sigmatau.analysis.pipeline` has their order and their state."""
+"""Stages of an analysis; `sigmatau.analysis.pipeline` has their order and their state."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 def read(source: object) -> Record:
-    """The record of a path or a data frame; raises `TypeError` for something else."""
+    """Read the record of a path or a data frame. Raises `TypeError` for other types."""
     if isinstance(source, Record):
         return source
     if isinstance(source, str | Path):
@@ -93,7 +93,7 @@ def choose(state: State) -> State:
 
 
 def check(state: State) -> State:
-    """Find out whether the record is at rest, select its part at rest, and look for faults of the samples."""
+    """Test whether the record is at rest, select its part at rest, and check the samples."""
     options = state.options
     resting = rest(state.record, threads=options.threads)
     record, motion = at_rest_only(state.record, resting, assumed=options.at_rest)
@@ -120,7 +120,7 @@ def check(state: State) -> State:
 
 
 def mask(state: State) -> State:
-    """Treat the disturbances that were found as missing."""
+    """Mark the samples of disturbances as missing."""
     if state.examined is None:
         return state
     excluded = (*state.excluded, *state.examined.excluded)
@@ -128,7 +128,7 @@ def mask(state: State) -> State:
 
 
 def curves(state: State) -> State:
-    """Compute the curves; raises `DataError` if no channel has one."""
+    """Compute the curves. Raises `DataError` if no channel has a curve."""
     options = state.options
     computed, fitted_on, without_curve = compute_curves(
         state.record, taus=options.taus, overlap=options.overlap, counting=options.counting, long=options.long,
@@ -143,8 +143,8 @@ def curves(state: State) -> State:
 
 
 def fit(state: State) -> State:
-    """Fit the coefficients of each channel, and compute the degrees of freedom of its curve; for the read-off only the
-    models.
+    """Fit the coefficients of each channel, and compute the degrees of freedom of its curve; for the read-off, fit only
+    the models.
     """
     options, record, findings = state.options, state.record, state.findings
     if state.moves:
@@ -220,7 +220,7 @@ def judge(state: State) -> State:
 
 
 def assemble(state: State) -> Analysis:
-    """Make the result."""
+    """Build the result."""
     record = state.record
     return Analysis(
         source=record.provenance,
@@ -247,7 +247,7 @@ def read_off_curves(
 
 
 def with_freedom(curve: DeviationCurve, fitted: NoiseFit) -> DeviationCurve:
-    """Add degrees of freedom from the model to a curve; with missing samples in proportion to the remaining pairs."""
+    """Add degrees of freedom from the model to a curve, in proportion to the remaining pairs if samples are missing."""
     edf = fitted.degrees_of_freedom(m=curve.m)
     return replace(curve, edf=None if edf is None else kept_freedom(curve, edf))
 
@@ -262,7 +262,7 @@ def _doubts_unit(finding: Finding) -> bool:
 
 
 def _in_bounded_memory(stream: Stream, options: AnalysisOptions) -> bool:
-    """Whether a stream is analysed in bounded memory: as requested, or because it does not fit."""
+    """Whether a stream is analysed in bounded memory: on request, or because it does not fit in memory."""
     if options.long == "auto":
         return stream.mask is None and not memory.fits(stream, options.threads)
     return options.long == "strided"
@@ -271,7 +271,7 @@ def _in_bounded_memory(stream: Stream, options: AnalysisOptions) -> bool:
 def _maps(
     record: Record, channels: tuple[str, ...], threads: int | None
 ) -> tuple[dict[str, DynamicAllan], list[Finding]]:
-    """The dynamic Allan deviations, and findings of channels that are too short for one."""
+    """Compute the dynamic Allan deviations, and report channels that are too short."""
     from sigmatau.estimators.stability import MIN_SAMPLES_OF_MAP, dynamic_allan
 
     maps: dict[str, DynamicAllan] = {}

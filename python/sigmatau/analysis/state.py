@@ -31,9 +31,9 @@ class State:
     ----------
     options : AnalysisOptions
     record : Record
-        The samples that the next stage uses.
+        Samples for the next stage.
     whole : Record
-        The record as it was read.
+        Record before the first stage.
     findings : tuple of Finding
         Names of the finished stages, in order.
     excluded : tuple of Exclusion
@@ -49,7 +49,7 @@ class State:
     models : mapping of str to NoiseFit
         Fits that only contain the ranges of the lines if ``method="read-off"``.
     fits, read_off, means, mean_stability, stability : mapping
-        By channel, see `Analysis`.
+        Values by channel, see `Analysis`.
     """
 
     options: AnalysisOptions

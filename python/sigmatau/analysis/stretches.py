@@ -1,7 +1,6 @@
-"""A record too large for one process: several workers sum its stretches, and the sums are merged.
-
-The stretches depend only on the record and are merged in order, so the digits of a result do not depend on the number of
-workers, or on workers that end early.
+"""Analysis of a record that is too large for one process: several workers sum its stretches, and the sums are merged. The
+stretches depend only on the record and are merged in order, so that the digits of a result depend neither on the number
+of workers nor on workers that end early.
 """
 
 from __future__ import annotations
@@ -33,11 +32,11 @@ if TYPE_CHECKING:
     from sigmatau.analysis.result import Analysis
     from sigmatau.io.read.stretches import Unread
 
-_VALUES = 1 << 25  # number of values in a stretch, over all channels: about a second for a worker
+_VALUES = 1 << 25  # number of values of all channels in a stretch: about a second for a worker
 _PIECE = 1 << 16  # samples that are read at a time
-_COMPLETE = 0.9  # smallest share of pairs that gaps leave for a size that is fitted: intervals then change by 5 %
+_COMPLETE = 0.9  # smallest share of remaining pairs at a cluster size that is fitted: gaps then change intervals by 5 %
 _CURVE_OPTIONS = ("method", "long", "notes", "threads")
-"""Options of `analyze` that the fit of curves has too, or that need no samples."""
+"""Options of `analyze` that apply to a fit of curves, or need no samples."""
 
 
 @frozen
@@ -46,22 +45,22 @@ class Division:
 
     place: str
     samples: int
-    stretches: tuple[tuple[int, int], ...]  # first sample, and the one after the last
+    stretches: tuple[tuple[int, int], ...]  # first sample, and the sample after the last
     source: Provenance
     findings: tuple[Finding, ...]
     grids: Mapping[str, Sampling]
 
 
 def too_large(place: str, reading: Mapping[str, Any], memory: int) -> bool:
-    """Whether the analysis of a log with columns on disk needs more memory than this. [bytes]"""
+    """Whether the analysis of a log with columns on disk needs more memory than `memory`. [bytes]"""
     try:
         streams = _unread(place, reading).streams
-    except (DataError, OptionError):  # the analysis reports the reason
+    except (DataError, OptionError):  # the analysis reports the error
         return False
     return sum(s.grid.n * len(s.channels) for s in streams) * _BYTES > memory
 
 
-_BYTES = 48  # largest memory that the analysis of a sample needs [bytes]
+_BYTES = 48  # largest memory per sample that an analysis needs [bytes]
 
 
 def divide(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) -> Division:
@@ -97,7 +96,7 @@ def divide(place: str, reading: Mapping[str, Any], settings: Mapping[str, Any]) 
 
 
 def sum_stretch(place: str, reading: Mapping[str, Any], start: int, stop: int) -> dict[str, GappedSums]:
-    """The sums of a stretch, by channel."""
+    """Compute the sums of a stretch, by channel."""
     sums: dict[str, GappedSums] = {}
     for stream in _unread(place, reading).streams:
         sizes = strided_sizes(cluster_sizes("half", n=stream.grid.n, tau0=stream.grid.tau0))
@@ -111,7 +110,7 @@ def sum_stretch(place: str, reading: Mapping[str, Any], start: int, stop: int) -
 
 
 def analyze_sums(division: Division, sums: Mapping[str, GappedSums], *, method: str) -> Analysis:
-    """The result of the sums of all stretches.
+    """Build the result from the sums of all stretches.
 
     Raises
     ------
@@ -150,9 +149,8 @@ def analyze_sums(division: Division, sums: Mapping[str, GappedSums], *, method: 
 
 
 def as_complete(curve: DeviationCurve) -> DeviationCurve:
-    """The part of a curve with gaps that is equivalent to that of a complete record, whose length leaves as many pairs.
-
-    Sizes that keep 9 of 10 pairs or more; if there are none, the curve without any size.
+    """Replace a curve with gaps by that of a complete, shorter record with as many pairs. It keeps the sizes with 9 of 10
+    pairs or more; without such sizes, the curve is empty.
     """
     starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
     share = starts / np.maximum(curve.n + 1 - 2 * curve.m, 1)
@@ -172,7 +170,7 @@ def _unread(place: str, reading: Mapping[str, Any]) -> Unread:
 
 
 def _step(stream: Stream) -> int:
-    """Samples that are stored together."""
+    """Number of samples that are stored together."""
     columns: list[object] = [*stream.samples.raw]
     return max((column.step for column in columns if isinstance(column, FileColumn)), default=1)
 
@@ -186,6 +184,6 @@ def _accumulator(
 
 
 def merge_sums(first: dict[str, GappedSums], second: Mapping[str, GappedSums]) -> None:
-    """Add the sums of the next stretch to those before it."""
+    """Add the sums of the next stretch to the sums of the previous ones."""
     for channel, sums in second.items():
         first[channel].merge(sums)

@@ -1,4 +1,4 @@
-"""The words of an analysis, for its printed form and the command line; functions with `self` are methods of `Analysis`."""
+"""Words of an analysis, for its printed form and the command line; functions with `self` are methods of `Analysis`."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def headline(self: Analysis, *, name: bool = True, rest: bool = True) -> str:
     name : bool
         Whether the line begins with the name of the file.
     rest : bool
-        Whether it says that the sensor is at rest, or not.
+        Whether it states that the sensor is at rest, or not.
 
     Returns
     -------
     str
-        Axes, rate and where that comes from, and length.
+        Axes, rate with its source, and length.
     """
     curves = list(self.curves.values())
     rates = dict.fromkeys(f"{1 / curve.tau0:.5g}" for curve in curves)
@@ -84,14 +84,14 @@ def overview(self: Analysis, *, width: int = 80, legend: bool = True) -> str:
 
 
 def summary(self: Analysis) -> str:
-    """The record in a line, the grid and all coefficients of each sensor, and what they are, as the command line prints
-    them with ``--verbose``.
+    """Line on the record, grid and all coefficients of each sensor, and their legend, as the command line prints them
+    with ``--verbose``.
     """
     return "\n\n".join(filter(None, [headline(self), *sections(self).values(), legend(self)]))
 
 
 def sections(self: Analysis) -> dict[str, str]:
-    """By sensor, its grid and the table of its coefficients."""
+    """Grid and table of coefficients by sensor."""
     sensors = dict.fromkeys([*self.grids, *map(stream_name, self.curves)])
     parts = {}
     for sensor in sensors:
@@ -109,19 +109,19 @@ def _table(analysis: Analysis, channels: Sequence[str]) -> str:
 
 
 def legend(self: Analysis) -> str:
-    """Explanation of the numbers of `sections`, or why there are none."""
+    """Explanation of the numbers of `sections`, or the reason why there are none."""
     if not self.fits and not self.read_off:
         return _without_coefficients(self)
     return fit_legend(self.fits, means=self.mean_stability) if self.fits else read_off_legend(self.read_off)
 
 
 def coefficients(self: Analysis) -> str:
-    """The table of all coefficients without their legend; or why there are none."""
+    """Table of all coefficients without the legend, or the reason why there are none."""
     return _table(self, [*self.curves]) or _without_coefficients(self)
 
 
 def html(self: Analysis) -> str:
-    """The overview as a table of a notebook, with a small picture of each curve."""
+    """Overview as a table for a notebook, with a small picture of each curve."""
     from html import escape
 
     items = "".join(f"<li>{escape(line)}</li>" for line in causes(self.findings, rest="analysis.findings"))
@@ -138,5 +138,5 @@ def html(self: Analysis) -> str:
 
 
 def printed(self: Analysis) -> str:
-    """The overview, with the findings that matter for it."""
+    """Overview with the relevant findings."""
     return "\n".join([overview(self), *causes(self.findings, rest="analysis.findings")])

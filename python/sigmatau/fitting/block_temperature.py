@@ -20,7 +20,7 @@ from sigmatau.record.streams import Stream
 
 _OVERSAMPLED = 4  # points of interpolation in a block
 _MOST_CHANGES = 0.25  # largest share of samples with a change; with more, noise averages the steps out
-_FLICKER_SHARE = 0.01  # changes back and forth within this share of the record count as one change
+_REVERSAL_SHARE = 0.01  # changes back and forth within this share of the record count as one change
 _MOST_LEVELS = 256  # largest number of distinct values of a coarse thermometer
 _SMOOTHED_BLOCKS = 2.0 ** np.arange(0, 9.01, 0.5)  # lengths of smoothing that are tried [blocks]
 
@@ -64,7 +64,7 @@ def between_steps(time: Floats, values: Floats) -> Floats:
     steps = (time[changes] + time[changes + 1]) / 2
     mid = (values[changes] + values[changes + 1]) / 2
     # Noise makes the value change back and forth several times. They count as one change at their mean time.
-    begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _FLICKER_SHARE)
+    begins = np.flatnonzero(np.diff(steps, prepend=-np.inf) > (time[-1] - time[0]) * _REVERSAL_SHARE)
     begins = np.union1d(begins, np.flatnonzero(np.diff(mid, prepend=np.inf)))
     counts = np.diff(np.append(begins, len(steps)))
     odd = counts % 2 == 1  # after an even number of changes the value is the same: noise alone

@@ -1,1 +1,1 @@
-"""Options as they are typed: texts to values and back, for the command line, configuration files and the workbench."""
+"""Conversion of options from typed text to values and back, for the command line, configuration files and the workbench."""

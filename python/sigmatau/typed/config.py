@@ -1,8 +1,7 @@
-"""Options of an analysis as one flat table of names and texts: a configuration file, a command line, or a page's choices.
-
-A key is the name of an option of ``sigmatau analyze`` without its hyphens in front, ``read_off_at`` or ``read-off-at``. A
-value is the text that is typed, or what TOML and JSON have for it: a number, true, a list of texts, or a table such as
-``{gyro = "deg/s"}``.
+"""Options of an analysis as a flat table of names and texts: a configuration file, a command line, or the choices of a
+page. A key is the name of an option of ``sigmatau analyze`` without its leading hyphens, ``read_off_at`` or
+``read-off-at``. A value is the typed text, or its equivalent in TOML and JSON: a number, true, a list of texts, or a
+table such as ``{gyro = "deg/s"}``.
 """
 
 from __future__ import annotations
@@ -21,25 +20,25 @@ from sigmatau.options import Option, declared
 from sigmatau.typed.forms import convert, spelled, typed_form
 
 Table = Mapping[str, Any]
-"""Options by name, as they are typed or as TOML and JSON have them."""
+"""Options by name, as typed or as values of TOML and JSON."""
 
 LOG = "log"
-"""The key of a configuration file that names its log."""
+"""Key of a configuration file for the log."""
 
 EXPORT = "export"
 """The key of a configuration file that names files of other programs, ``["kalibr=imu.yaml"]``."""
 
 _NAMES = {written: name for name, written in SPELLED.items()}
-_UNDECLARED = ("note", "show")  # options of ``sigmatau analyze`` that are not declared ones
+_UNDECLARED = ("note", "show")  # options of ``sigmatau analyze`` that are not declared options
 
 
 def typable(options: Any) -> dict[str, Option]:  # noqa: ANN401  a class of options
-    """The options of a class that can be typed, by name."""
+    """Options of a class that can be typed, by name."""
     return {name: about for name, about in declared(options).items() if about.form is not None or about.choices}
 
 
 def arguments(options: Any, table: Table) -> dict[str, Any]:  # noqa: ANN401  a class of options
-    """The options of a class that a table states, as Python takes them; those of other classes are passed over.
+    """Convert the options of a class in a table to Python values; options of other classes are ignored.
 
     Parameters
     ----------
@@ -50,7 +49,7 @@ def arguments(options: Any, table: Table) -> dict[str, Any]:  # noqa: ANN401  a 
     Raises
     ------
     OptionError
-        For a value that is not understood.
+        For an invalid value.
     """
     about = typable(options)
     stated = {_name(key): value for key, value in table.items() if value is not None and value is not False}
@@ -60,7 +59,7 @@ def arguments(options: Any, table: Table) -> dict[str, Any]:  # noqa: ANN401  a 
 
 
 def check_names(table: Table, *, exports: bool = False) -> None:
-    """Raise `OptionError` for a key that is no option of an analysis, or of an export."""
+    """Raise `OptionError` for a key that is not an option of an analysis or of an export."""
     names = {*typable(ReadOptions), *typable(AnalysisOptions), *_UNDECLARED}
     if exports:
         names = {*typable(Choices)}
@@ -81,7 +80,7 @@ def split_exports(table: Table) -> tuple[dict[str, Any], list[str], dict[str, An
 
 
 def notes(table: Table) -> dict[str, str]:
-    """Value of the option ``note``: a table, or texts ``"serial number=A123"``; raises `OptionError` for another form."""
+    """Convert the option ``note``: a table, or texts ``"serial number=A123"``. Raises `OptionError` for other forms."""
     stated = table.get("note")
     if isinstance(stated, Mapping):
         return {str(key): _text(text) for key, text in stated.items()}
@@ -89,7 +88,7 @@ def notes(table: Table) -> dict[str, str]:
 
 
 def parse_notes(texts: Iterable[str]) -> dict[str, str]:
-    """``["serial number=A123"]`` as a dictionary; raises `OptionError` for another form."""
+    """Convert ``["serial number=A123"]`` to a dictionary. Raises `OptionError` for other forms."""
     parsed = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -100,7 +99,7 @@ def parse_notes(texts: Iterable[str]) -> dict[str, str]:
 
 
 def option_words(table: Table) -> list[str]:
-    """The words of a command line that state the options of a table."""
+    """Convert the options of a table to words of a command line."""
     words: list[str] = []
     for key, value in table.items():
         if value is None or value is False:
@@ -115,20 +114,20 @@ def option_words(table: Table) -> list[str]:
 
 
 def command_line(log: str, table: Table) -> str:
-    """The command that analyses a log with these options, ready to be typed."""
+    """Build the command that analyses a log with these options, ready to be typed."""
     place = f"./{log}" if log.startswith("-") else log
     return shlex.join(["sigmatau", "analyze", place, *option_words(table)])
 
 
 def live_command(source: str, table: Table, *, baud: int | None, save: str | None) -> str:
-    """The command that watches a live source, standard input or a serial port, with these options."""
+    """Build the command that watches a live source, standard input or a serial port, with these options."""
     words = [] if baud is None else ["--serial", source, "--baud", str(baud)]
     saved = [] if save is None else ["--save", save]
     return shlex.join(["sigmatau", "watch", *words, *option_words(table), *saved])
 
 
 def to_toml(table: Table, *, log: str | None = None) -> str:
-    """The text of a configuration file for ``sigmatau analyze --config``."""
+    """Build the text of a configuration file for ``sigmatau analyze --config``."""
     lines = ["# Options of an analysis: sigmatau analyze --config FILE"]
     lines += [] if log is None else [f"{LOG} = {_toml(log)}"]
     lines += [
@@ -138,7 +137,7 @@ def to_toml(table: Table, *, log: str | None = None) -> str:
 
 
 def from_toml(text: str) -> tuple[dict[str, Any], str | None]:
-    """The options of a configuration file, and its log if it names one; raises `OptionError` for another text."""
+    """Parse the options of a configuration file, and its log if it names one. Raises `OptionError` for other texts."""
     import tomllib
 
     try:
@@ -152,7 +151,7 @@ def from_toml(text: str) -> tuple[dict[str, Any], str | None]:
 
 
 def _name(key: object) -> str:
-    """The name of an option in Python."""
+    """Python name of an option."""
     name = str(key).removeprefix("--").replace("-", "_")
     return _NAMES.get(name, name)
 
@@ -166,7 +165,7 @@ def _about(key: object) -> Option | None:
 
 
 def _typed(about: Option, name: str, value: Any) -> Any:  # noqa: ANN401  of any form
-    """A value of a table as the parser of a command line has it."""
+    """Convert a value of a table to that of the command-line parser."""
     kind = typed_form(about).kind
     if kind is bool:
         if not isinstance(value, bool):
@@ -190,7 +189,7 @@ def _typed(about: Option, name: str, value: Any) -> Any:  # noqa: ANN401  of any
 
 
 def _texts(about: Option | None, value: Any) -> Iterator[str]:  # noqa: ANN401  of any form
-    """The words of an option, each behind its name; several values of an option that is not repeated are one word."""
+    """Words of an option, each after its name; several values of an option that is not repeated are one word."""
     if isinstance(value, Mapping):
         yield ",".join(f"{key}={_text(item)}" for key, item in value.items())
     elif isinstance(value, list | tuple):
@@ -226,5 +225,5 @@ def _toml(value: Any) -> str:  # noqa: ANN401  of any form
 
 
 def _quoted(text: str) -> str:
-    """A string of TOML: JSON writes the same, but for the character that ends a page of a terminal."""
+    """Quote a string for TOML, which is as in JSON except for the control character 7F."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,4 +1,4 @@
-"""Forms of declared options as they are typed, on the command line, in a configuration file and in the workbench alike."""
+"""Typed forms of declared options, for the command line, configuration files and the workbench."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sigmatau.typed.rates import parse_rate
 
 
 class Typed(NamedTuple):
-    """How a form is typed: the type for the parser, what makes the value of it, and whether it may begin with a minus."""
+    """Typed form of an option: the type for the parser, the conversion to a value, and whether it may begin with a minus."""
 
     kind: Any
     convert: Callable[[Any, str, str], Any]
@@ -50,15 +50,15 @@ FORMS: Mapping[Form, Typed] = {
 
 
 def typed_form(about: Option) -> Typed:
-    """The form of an option; one of its choices if it has no other."""
+    """Typed form of an option; by default, one of its choices."""
     return Typed(Literal[about.choices], _as_it_is) if about.form is None else FORMS[about.form]
 
 
 def convert(name: str, about: Option, typed: Any) -> Any:  # noqa: ANN401  of any form
-    """The value of a typed option, as Python takes it; raises `OptionError`."""
+    """Convert a typed option to its Python value. Raises `OptionError`."""
     return typed_form(about).convert(typed, spelled(name), about.example)
 
 
 def spelled(name: str) -> str:
-    """The option of an argument, without its hyphens in front."""
+    """Name of the option of an argument, without leading hyphens."""
     return SPELLED.get(name, name).replace("_", "-")

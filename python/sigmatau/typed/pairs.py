@@ -1,4 +1,4 @@
-"""Options of the form KEY=VALUE, averaging times and bandwidths, as they are typed."""
+"""Parsers of typed options of the form KEY=VALUE, averaging times and bandwidths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sigmatau.quality.selection.time_text import parse_seconds
 
 
 def key_values(values: Sequence[str], option: str, example: str) -> dict[str, str]:
-    """``["gyro=deg/s", "accel=g,time=s"]`` as a dictionary."""
+    """Convert ``["gyro=deg/s", "accel=g,time=s"]`` to a dictionary."""
     result: dict[str, str] = {}
     for text in values:
         for part in text.split(","):
@@ -44,13 +44,13 @@ _NUMBERS_OF_COLUMNS = re.compile(r"\d+(:\d+)?")
 
 
 def _is_swapped(key: str, value: str, option: str) -> bool:
-    """Whether a pair has the name of a channel or sensor behind its value."""
+    """Whether a pair has the name of a channel or sensor after its value."""
     is_column = option != "channels" or _NUMBERS_OF_COLUMNS.fullmatch(key) is not None
     return is_column and _SENSOR.fullmatch(value) is not None and _SENSOR.fullmatch(key) is None
 
 
 def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, float]:
-    """``["gyro=0.01", "accel=1/16384"]`` as a dictionary of finite numbers."""
+    """Convert ``["gyro=0.01", "accel=1/16384"]`` to a dictionary of finite numbers."""
     result = {}
     for key, value in key_values(values, option, example).items():
         try:
@@ -64,7 +64,7 @@ def key_numbers(values: Sequence[str], option: str, example: str) -> dict[str, f
 
 
 def factors(typed: str | float, option: str, example: str) -> float | dict[str, float]:
-    """``"3"`` as a number, ``"gyro=3,accel=10"`` as a dictionary of them."""
+    """Convert ``"3"`` to a number, and ``"gyro=3,accel=10"`` to a dictionary of numbers."""
     if not isinstance(typed, str):
         return typed
     if "=" in typed:
@@ -79,7 +79,7 @@ def factors(typed: str | float, option: str, example: str) -> float | dict[str, 
 
 
 def _parse_number(text: str) -> float:
-    """A number, or a quotient of two, ``1/16.4``; raises `ValueError` or `ZeroDivisionError` for other texts."""
+    """Parse a number or a quotient of two, ``1/16.4``. Raises `ValueError` or `ZeroDivisionError` for other texts."""
     if "/" not in text:
         return float(text)
     numerator, denominator = text.split("/")
@@ -87,7 +87,7 @@ def _parse_number(text: str) -> float:
 
 
 def averaging_times(text: str) -> str | list[float]:
-    """The option ``--taus``: the name of a grid, or times, in seconds if they have no unit."""
+    """Parse the option ``--taus``: the name of a grid, or times, in seconds if they have no unit."""
     grids = get_args(TauGrid)
     if text in grids:
         return text
@@ -104,7 +104,7 @@ _BANDWIDTH = re.compile(r"([0-9.eE+-]+) *(?:Hz)?(?: */ *([1-8]))?")
 
 
 def bandwidths(values: Sequence[str]) -> dict[str, tuple[float, int | None]]:
-    """The option ``--bandwidth``: ``["gyro=30Hz/2"]`` as ``{"gyro": (30.0, 2)}``."""
+    """Parse the option ``--bandwidth``: ``["gyro=30Hz/2"]`` becomes ``{"gyro": (30.0, 2)}``."""
     result: dict[str, tuple[float, int | None]] = {}
     for name, text in key_values(values, "bandwidth", "gyro=30Hz").items():
         match = _BANDWIDTH.fullmatch(text)

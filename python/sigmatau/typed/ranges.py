@@ -1,4 +1,4 @@
-"""Ranges of averaging times as they are typed."""
+"""Parsers of typed ranges of averaging times."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _EXAMPLE = "random_walk=1s:10s"
 
 
 def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """The option ``--read-off-at``: ``["gyro_x.random_walk=1s:10s"]`` as ``{"gyro_x.random_walk": (1.0, 10.0)}``, in s."""
+    """Parse ``--read-off-at``: ``["gyro_x.random_walk=1s:10s"]`` becomes ``{"gyro_x.random_walk": (1.0, 10.0)}``, in s."""
     return {
         key: parse_ends(text, f"{key}={text}", option="read_off_at", example=_EXAMPLE)
         for key, text in key_values(values, "read-off-at", _EXAMPLE).items()
@@ -20,7 +20,7 @@ def read_off_ranges(values: Sequence[str]) -> dict[str, tuple[float, float]]:
 
 
 def parse_ends(text: str, typed: str, *, option: str, example: str) -> tuple[float, float]:
-    """The averaging times of ``"1s:10s"``, in s; `typed` is what an error names."""
+    """Parse the averaging times of ``"1s:10s"``, in s; `typed` is quoted in an error."""
     first, colon, last = text.partition(":")
     if not (first.strip() and colon and last.strip()):
         raise OptionError(

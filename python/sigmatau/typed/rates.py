@@ -1,4 +1,4 @@
-"""The option ``rate`` of one log as it is typed: the sampling rate of all sensors, or of each sensor."""
+"""Parser of the option ``rate`` of one log: the sampling rate of all sensors, or of each sensor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ _IN_HERTZ = re.compile(r"([0-9.]+) ?hz", re.IGNORECASE)
 
 
 def parse_rate(words: Sequence[str]) -> float | dict[str, float] | None:
-    """The rate of one log: ``["100"]`` as 100.0, ``["gyro=400,accel=200"]`` as a dictionary; raises `OptionError`. [Hz]"""
+    """Parse the rate of one log: ``["100"]`` becomes 100.0, ``["gyro=400,accel=200"]`` a dictionary. Raises
+    `OptionError`. [Hz]
+    """
     parts = _parts(words)
     numbers = [value for key, value in parts if not key]
     rates: dict[str, float] = {}
@@ -30,7 +32,7 @@ def parse_rate(words: Sequence[str]) -> float | dict[str, float] | None:
 
 
 def _parts(words: Sequence[str]) -> list[tuple[str, float]]:
-    """Keys, empty for a number alone, and rates."""
+    """Split into keys, empty for a number alone, and rates."""
     parts = []
     for word in words:
         for part in word.split(","):

@@ -51,18 +51,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done; 1 a file or its data cannot be used; 2 an option is wrong or missing; 3 a unit does not meet its
-        specification; 4 done with the readable part of a damaged file; 5 the sensor is not at rest, or the
-        record too short to tell; 130 interrupted; 143 terminated (SIGTERM).
+        0: done; 1: a file or its data cannot be used; 2: an option is wrong or missing; 3: a unit does not meet its
+        specification; 4: done with the readable part of a damaged file; 5: the sensor is not at rest, or the record is
+        too short to tell; 130: interrupted; 143: terminated (SIGTERM).
     """
-    # The matrices are small: threads of BLAS would only wait for each other. Read when NumPy is first imported.
+    # The matrices are small, so that threads of BLAS would only wait for each other. NumPy reads this when it is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if "matplotlib" not in sys.modules:
-        os.environ.pop(
-            "MPLBACKEND", None
-        )  # no window is opened; Jupyter names a backend that may not be installed here
+        os.environ.pop("MPLBACKEND", None)  # no window is opened; the backend that Jupyter sets may not be installed
     keep_freed()
-    atexit.register(gc.freeze)  # skip the search for garbage at the end, which took as long as an import
+    atexit.register(gc.freeze)  # skip the garbage collection at the end, which took as long as an import
     from cyclopts import CycloptsError
 
     from sigmatau.cli.app import app
@@ -108,14 +106,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         if error.filename is not None:  # an invalid file name, such as one that is too long
             return _fail(f"{str(error.filename)[:80]}: {error.strerror or error}", 1)
-        # A DataError names other files; the remaining case is standard output, for instance on a full disk.
+        # Errors of other files are a DataError; the remaining case is standard output, for instance on a full disk.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _fail(f"standard output cannot be written: {error.strerror or error}", 1)
     return result if isinstance(result, int) else 0
 
 
 def _in_words(error: CycloptsError) -> str:
-    """Describe an error of the command line, with what to type."""
+    """Describe an error of the command line, with the text to type."""
     from cyclopts import CoercionError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
     command = error.command_chain[0] if error.command_chain else ""
@@ -161,7 +159,7 @@ def _in_words(error: CycloptsError) -> str:
 
 
 def _explain_kind(kind: str) -> str:
-    """Answer to a word that is not a kind of deviation."""
+    """Message for a word that is not a kind of deviation."""
     from sigmatau.errors import OptionError
     from sigmatau.estimators.deviation_kinds import estimator
 
@@ -173,7 +171,7 @@ def _explain_kind(kind: str) -> str:
 
 
 def _as_target(name: str) -> str:
-    """The name of a target of export; empty if there is none of this name."""
+    """Name of an export target; empty if there is no such target."""
     from sigmatau.errors import OptionError
     from sigmatau.exporting.targets import target
 
@@ -193,7 +191,7 @@ def _terminated(*_: object) -> None:
 
 @contextlib.contextmanager
 def _termination() -> Iterator[None]:
-    """Turn SIGTERM into an exception, so that half-written files are removed; possible in the main thread only."""
+    """Turn SIGTERM into an exception, so that half-written files are removed; this is only possible in the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

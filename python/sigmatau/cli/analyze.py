@@ -53,7 +53,7 @@ from sigmatau.quality.clocks import compare_clocks
 from sigmatau.record.record import channel_quantities, stream_name
 from sigmatau.typed.config import parse_notes
 
-# largest number of lines of findings: with the table of six axes, the hints and a prompt they fill a screen of 24
+# largest number of lines of findings, which fill a screen of 24 lines with the table of six axes, the hints and a prompt
 _MOST_LINES = 10
 
 
@@ -165,7 +165,7 @@ def analyze_command(
             verbose=verbose,
             quiet=quiet,
         )
-    # A shell pattern may match a single log.
+    # A shell pattern may match only one log.
     folders = [place for place in (*logs, report, plot, stability, json, csv) if place is not None and place.is_dir()]
     meant_as_several = jobs is not None or any(
         not bag_files(place) for place in folders
@@ -267,11 +267,11 @@ def _say_refused(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
 
 def _table(text: str) -> None:
     sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()  # before the findings, on standard error
+    sys.stdout.flush()  # flushed before the findings on standard error
 
 
 def _by_sensor(analysis: Analysis, *, with_table: bool, quiet: bool) -> None:
-    """Print the coefficients and the findings sensor by sensor, after the findings that concern several sensors or none."""
+    """Print the coefficients and the findings by sensor, after the findings about several sensors or none."""
     sections = {"": analysis.headline(), **analysis.sections()}
     findings: dict[str, list[Finding]] = {sensor: [] for sensor in sections}
     for finding in analysis.findings:
@@ -302,7 +302,7 @@ def _analyze_logs(
         raise OptionError(f"--jobs {jobs}: must be a number of processes, at least 1", option="jobs")
     logs, left_out = batch.gather(places)
     readings = assign_readings(reading, logs, places)
-    for option, folder in reversed(outputs.paths.items()):  # check the libraries of figures before a folder is created
+    for option, folder in reversed(outputs.paths.items()):  # check the figure libraries before a folder is created
         check_folder(folder, option)
     results = sum(map(is_result, left_out))
     if notes := [str(file) for file in left_out if not is_result(file)]:
@@ -375,7 +375,7 @@ def _in_a_process(
 
 
 def _next(outputs: Outputs, exports: Exports, analysis: Analysis) -> str:
-    """Hints on further options that were not given."""
+    """Hints on options that were not given."""
     offers = ["-v"]
     offers += ["report: --report r.html"] if outputs.report is None else []
     example = (

@@ -147,7 +147,7 @@ sigmatau demo --unit motionpak2 --output mems""",
     ),
 }
 
-# The same for the parts of `store`.
+# Subcommands of `store`, in the same form.
 _STORE = {
     "add": (
         "Add results of analyze to a store, each once.",
@@ -179,9 +179,9 @@ sigmatau store export --store lab.db --what runs -o runs.csv""",
     ),
 }
 
-_MODULES = {"app": "workbench"}  # modules whose name differs from that of the command
+_MODULES = {"app": "workbench"}  # commands whose module has another name
 
-# Usage of commands with optional arguments, whose names the library does not print.
+# Usage of commands with optional arguments, which the library does not print.
 _USAGE = {
     "analyze": "LOGS...",
     "app": "[PATHS...]",

@@ -1,4 +1,4 @@
-"""Outputs of an analysis. Each is attempted, even if another one fails."""
+"""Outputs of an analysis. Each is attempted, even if another output fails."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sigmatau.errors import DataError, OptionError
 
 
 class Attempts:
-    """Outputs that are written one after the other; the errors are reported at the end."""
+    """Outputs that are written in sequence; the errors are reported at the end."""
 
     def __init__(self) -> None:
         self.errors: list[OptionError | DataError | ImportError | OSError] = []
@@ -29,7 +29,7 @@ class Attempts:
             raise self.errors[0]
 
     def finish(self, code: int) -> int:
-        """Print all errors but the last, which is raised for `main` to print; without errors, return the code."""
+        """Print all errors except the last, which is raised and printed by `main`; without errors, return the code."""
         if not self.errors:
             return code
         *earlier, last = sorted(self.errors, key=lambda error: isinstance(error, OptionError))

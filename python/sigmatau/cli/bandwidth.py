@@ -41,8 +41,8 @@ def bandwidth_command(
     Parameters
     ----------
     logs
-        Logs of one sensor at rest, at one or several sampling rates, recorded without an anti-alias filter. Of a log without
-        time stamps or --rate the rate is taken from its name: 10Hz.csv, run_2kHz.txt.
+        Logs of one sensor at rest, at one or several sampling rates, recorded without an anti-alias filter. The rate of a
+        log without time stamps or --rate is read from its name: 10Hz.csv, run_2kHz.txt.
     axes
         Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     tolerance
@@ -83,7 +83,7 @@ def _name(log: Path, logs: list[Path]) -> str:
 
 
 def _read(log: Path, reading: ReadingOptions, *, quiet: bool) -> Record:
-    """Read a record. If the log has no sampling rate, that in its name is used."""
+    """Read a record. If the log has no sampling rate, the rate in its name is used."""
     try:
         return read_log(log, reading, quiet=quiet)
     except OptionError as error:

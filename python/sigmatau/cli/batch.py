@@ -28,19 +28,19 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
 
 _PICTURES = (b"\xff\xd8\xff", b"\x89PNG", b"GIF8", b"%PDF")
-# kinds of tables that show a failed log, and not a note, if they have no rows
+# types of tables which, if empty, are reported as a failed log instead of a skipped note
 _TABLES = (".csv", ".tsv", ".dat", ".gz")
-_HEAD = 1 << 16  # number of bytes that decide whether a file is a log
+_HEAD = 1 << 16  # number of bytes that are read to decide whether a file is a log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogOutcome:
-    """The outcome of one log."""
+    """Outcome of one log."""
 
     log: Path
-    error: OptionError | DataError | None = None  # Why there is no result
+    error: OptionError | DataError | None = None  # Reason why there is no result
     findings: tuple[Finding, ...] = ()
-    marks: tuple[Mark, ...] = ()  # Frequencies that are compared with those of other records of the unit
+    marks: tuple[Mark, ...] = ()  # Frequencies for the comparison with other records of the unit
     rows: tuple[tuple[str, ...], ...] = ()  # Rows of the table: channel, length, rate, coefficients, trust
     extract: object = None  # Return value of `keep` of `run` for the analysis
 
@@ -55,7 +55,7 @@ class LogOutcome:
 def gather(places: Sequence[Path]) -> tuple[list[Path], list[Path]]:
     """Collect the logs, including those in folders and subfolders, sorted by name, and the files that are skipped.
 
-    A log that is given both by name and by its folder is read once.
+    A log that is named directly and in a folder is read once.
     """
     named = [place for place in places if _is_log(place)]
     logs: dict[Path, Path] = {}  # logs by resolved path
@@ -85,7 +85,7 @@ def _is_log(place: Path) -> bool:
 def _resolved(path: Path) -> Path:
     try:
         return path.resolve()
-    except (OSError, RuntimeError, ValueError):  # a loop of links, which the reader reports
+    except (OSError, RuntimeError, ValueError):  # a loop of links; the reader reports it
         return path.absolute()
 
 
@@ -132,8 +132,8 @@ def run(
 ) -> Iterator[LogOutcome]:
     """Yield the outcomes of logs in the order of completion, with `jobs` analyses in parallel.
 
-    `work`: analyses one log and writes its outputs; `keep`: selects what is returned of an analysis. Both are sent to other
-    processes, so they must be functions of a module or a `functools.partial` of one.
+    `work` analyses one log and writes its outputs; `keep` selects the part of an analysis that is returned. Both are sent
+    to other processes, so each must be a function of a module or a `functools.partial` of one.
     """
     import multiprocessing
     import multiprocessing.connection
@@ -191,7 +191,7 @@ def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int 
 
 
 def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], object] | None, logs: Connection) -> None:
-    """Analyse logs until there are no more. Most modules are imported once for all logs of a process."""
+    """Analyse logs until there are no more. A process imports most modules once for all its logs."""
     # Ctrl-C reaches all processes of the terminal; the parent stops the others.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     keep_freed()
@@ -202,7 +202,7 @@ def _work(work: Callable[[Path], Analysis], keep: Callable[[Path, Analysis], obj
         except EOFError:
             return
         logs.send(_outcome(log, work, keep))
-        gc.collect()  # the samples of two logs must not be in memory together
+        gc.collect()  # the samples of two logs must not be in memory at the same time
 
 
 def _outcome(
@@ -257,7 +257,7 @@ _LIMITS = "below: 95 % upper limit; the intervals are in the results, --json FOL
 
 
 def summary(outcomes: Sequence[LogOutcome]) -> str:
-    """The table of all logs, in the order in which they were given."""
+    """Table of all logs, in the order in which they were given."""
     head = ("log", "channel", "length", "rate", *(t.replace("_", " ") for t in _TERMS), "trust")
     short = _short([outcome.log for outcome in outcomes])
     rows = [

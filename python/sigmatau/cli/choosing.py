@@ -1,5 +1,5 @@
-"""Options of an export, shared by ``sigmatau export`` and ``sigmatau analyze --export``. The exporting modules are imported
-when used.
+"""Options of an export, shared by ``sigmatau export`` and ``sigmatau analyze --export``. The export modules are imported
+when they are used.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Choosing(DeclaredOptions):
         return Choices(**self.arguments())
 
     def first_option(self) -> str | None:
-        """The first option that was given, as typed on the command line; None if there was none."""
+        """First option that was given, as typed on the command line; None without options."""
         for field in fields(cast("Any", self)):
             if getattr(self, field.name) != field.default:
                 return f"--{spelled(field.name)}"
@@ -44,7 +44,7 @@ class Choosing(DeclaredOptions):
 
 
 def targets_for_shell(context: CompletionContext) -> list[str]:
-    """The names of the targets for completion of ``--to``; for that of ``--export``, each is followed by ``=``."""
+    """Names of the targets for completion of ``--to``; for ``--export``, each is followed by ``=``."""
     from sigmatau.exporting.targets import NAMES
 
     return [f"{name}=" if context.argument.name == "--export" else name for name in NAMES]
@@ -52,7 +52,7 @@ def targets_for_shell(context: CompletionContext) -> list[str]:
 
 @contextmanager
 def _name_export(after: str = "", name: str = "") -> Iterator[None]:
-    """Prefix the target and the option to errors of an export, and append what else can be done."""
+    """Add the target and the option before the error of an export, and the alternatives after it."""
     try:
         yield
     except (OptionError, DataError) as error:
@@ -68,11 +68,11 @@ def print_findings(findings: Iterable[Finding], *, quiet: bool) -> None:
         say(line, quiet=quiet)
 
 
-_ANY_RATE = 100.0  # rate of all sensors, for a log that will state its own [Hz]
+_ANY_RATE = 100.0  # placeholder for the rate that a log states [Hz]
 
 
 def _axes(sensor: str, channels: Sequence[str]) -> list[str]:
-    """The channels of a sensor that an option names: three axes if it names the sensor or nothing."""
+    """Channels of a sensor that an option selects: three axes if it names the sensor or is empty."""
     named = [name for name in channels if name.startswith(f"{sensor}_")]
     return named or [f"{sensor}_{axis}" for axis in "xyz"]
 
@@ -116,8 +116,8 @@ class Exports:
         return cls(files=files, choices=choices)
 
     def check_reading(self, reading: ReadingOptions | None) -> None:
-        """Raise an error, before a log is read, if the options of reading exclude something that the targets need: a sensor,
-        or one rate for the filter.
+        """Raise an error, before a log is read, if the reading options exclude a sensor or a common rate that the targets
+        need.
         """
         how = (reading or ReadingOptions()).arguments() if self.files else {}
         channels = [name for name in how.get("channels") or {} if name != "time"]
@@ -129,16 +129,16 @@ class Exports:
             sensors = dict.fromkeys(("gyro", "accel"))
         else:
             return
-        # The rate of one sensor alone does not show whether they differ.
+        # The rate of one sensor does not show whether the rates differ.
         known_rates = stated if all(sensor in stated for sensor in sensors) else dict.fromkeys(sensors, _ANY_RATE)
         self._check({name: dict.fromkeys(_axes(name, channels), known_rates[name]) for name in sensors})
 
     def check_record(self, record: Record) -> None:
-        """Raise an error, before the analysis, if the record lacks something that the targets need."""
+        """Raise an error, before the analysis, if the record lacks data that the targets need."""
         self._check({stream.name: dict.fromkeys(stream.channels, stream.grid.rate) for stream in record.streams})
 
     def _check(self, rates: Mapping[str, Mapping[str, float]]) -> None:
-        """Raise an error if these channels lack something that the targets need. `rates`: by channel, by sensor. [Hz]"""
+        """Raise an error if these channels lack data that the targets need. `rates`: by sensor, rates by channel. [Hz]"""
         if not self.files or self.choices is None:
             return
         from sigmatau.exporting.choices import KINDS
@@ -152,7 +152,7 @@ class Exports:
     def write(self, attempts: Attempts, analysis: Analysis, *, result: Path | None, quiet: bool) -> None:
         """Write each file that can be written.
 
-        `result`: the JSON that was written, from which a failed export can be repeated without an analysis.
+        `result`: the written JSON, from which a failed export can be repeated without an analysis.
         """
         if not self.files or self.choices is None:
             return

@@ -117,7 +117,7 @@ def compare_command(
             'one unit is assumed; name units by analyze --note "serial number=A123", or put them in folders',
             quiet=quiet,
         )
-    return _tell_unused(comparison, quiet=quiet)
+    return _print_unused(comparison, quiet=quiet)
 
 
 def _compare_stored(
@@ -132,14 +132,14 @@ def _compare_stored(
 
 
 def _refuse_inside(results: tuple[Path, ...], *outputs: Path | None) -> None:
-    """Raise an error for an output inside a folder that is read, because the next run would read it as a result."""
+    """Raise an error for an output in a folder that is read, because the next run would read it as a result."""
     folders = [place.resolve() for place in results if place.is_dir()]
     for output in outputs:
         if output is not None and any(folder in output.resolve().parents for folder in folders):
             raise DataError(f"{output}: is inside a folder of results; write it to another folder")
 
 
-def _tell_unused(comparison: RunComparison, *, quiet: bool) -> int:
+def _print_unused(comparison: RunComparison, *, quiet: bool) -> int:
     """List the results that were not compared; return the exit code."""
     lines = unused_lines(comparison)
     for line in lines[:_MOST_UNUSED]:

@@ -25,7 +25,7 @@ def datasheet_command(
     bias: Literal["minimum", "coefficient"] | None = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
-    """Datasheet values of common sensors with their sources; a datasheet as a noise model.
+    """Show datasheet values of common sensors with their sources, or convert a datasheet to a noise model.
 
     Parameters
     ----------
@@ -72,7 +72,9 @@ def datasheet_command(
 def check_model(
     path: Path, instead: str = "sigmatau datasheet show {0} --model > {0}.toml makes a model of it"
 ) -> None:
-    """Raise `DataError` for the name of a datasheet in place of a model file. `instead`: what to type, {0} is the name."""
+    """Raise `DataError` for the name of a datasheet in place of a model file. `instead`: the text to type; {0} is the
+    name.
+    """
     if path.exists():
         return
     try:

@@ -1,4 +1,4 @@
-"""Declared options as parameters of commands: how each is typed, and the groups of the help; see `sigmatau.options`."""
+"""Declared options as parameters of commands: their typed forms and the groups of the help; see `sigmatau.options`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from dataclasses import Field
 
 MAIN = Group("Main options", sort_key=1)
-"""Group of the options that a newcomer needs; the other options are in other groups."""
+"""Group of the options for a first use; the other options are in other groups."""
 
 GROUPS: Mapping[GroupName, Group] = {name: Group(name, sort_key=2 + k) for k, name in enumerate(get_args(GroupName))}
 
@@ -37,7 +37,7 @@ Show = Annotated[
         " SI. Default: the usual units."
     ),
 ]
-"""Every command that prints a coefficient, deviation or density has it: `set_shown`, then `check_shown` of its channels."""
+"""For every command that prints a coefficient, deviation or density, which calls `set_shown`, then `check_shown`."""
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"]), Flag, InMain]
 
 
@@ -48,7 +48,7 @@ class DeclaredOptions:
     """Base of declared options in typed form. Options that were not typed are None."""
 
     def table(self) -> dict[str, Any]:
-        """The options that were typed, by name, as they were typed."""
+        """Options that were typed, by name, in typed form."""
         typed = {each.name: getattr(self, each.name) for each in fields(cast("Any", self))}
         defaults = {each.name: each.default for each in fields(cast("Any", self))}
         stated = {name: value for name, value in typed.items() if value is not None and value != defaults[name]}
@@ -57,7 +57,7 @@ class DeclaredOptions:
         }
 
     def arguments(self) -> dict[str, Any]:
-        """The options by name, as Python arguments; those that were not typed have their default."""
+        """Options by name, as Python arguments; options that were not typed have their defaults."""
         values = {}
         for each in fields(cast("Any", self)):  # a dataclass by `typed_options`
             typed = getattr(self, each.name)
@@ -74,7 +74,7 @@ def typed_options(
     only: Collection[str] = (),
     without: Collection[str] = (),
 ) -> Callable[[type[T]], type[T]]:
-    """Build a class of options in typed form: all options of a class, `only` some, or all `without` some."""
+    """Build a class of options in typed form: all options of a class, `only` some of them, or all `without` some."""
 
     def decorate(cls: type[T]) -> type[T]:
         cls.__annotations__ = {}
@@ -90,7 +90,7 @@ def typed_options(
 
 
 def parameter(each: Field[Any]) -> Any:  # noqa: ANN401  a type for cyclopts
-    """The annotation of a declared option."""
+    """Annotation of a declared option."""
     about: Option = each.metadata[Option]
     form = typed_form(about)
     how = Parameter(

@@ -23,7 +23,7 @@ from sigmatau.simulation.in_memory import simulate
 
 _HOURS = 2.0
 # Sampling rate in hertz, and the description of the unit on the screen. The rate of the CIMU follows from the error of
-# 0.06 % that the paper states for one sample; for the other two the paper states the rate.
+# 0.06 % that the paper states for one sample; the paper states the other two rates.
 _UNITS: Mapping[str, tuple[float, str]] = {
     "cimu": (
         200.0,

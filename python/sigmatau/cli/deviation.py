@@ -1,4 +1,4 @@
-"""``sigmatau deviation``: table, figure and JSON of another deviation than Allan's."""
+"""``sigmatau deviation``: table, figure and JSON of a deviation other than Allan's."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def deviation_command(
     show: Show = None,
     quiet: Quiet = False,
 ) -> int:
-    """Compute another deviation than Allan's for every axis of a log of a sensor at rest.
+    """Compute a deviation other than Allan's for every axis of a log of a sensor at rest.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Results of an earlier run. They are not read as logs, and a failed run does not leave them in place of its results."""
+"""Results of an earlier run: they are not read as logs, and a failed run removes those in the place of its outputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sigmatau.results import printable
 
 
 def curves_path(path: Path) -> Path:
-    """The file of the curves that --csv writes beside the coefficients."""
+    """File of the curves that --csv writes in addition to the coefficients."""
     return path.with_name(f"{path.stem}-curves{path.suffix}")
 
 
@@ -32,10 +32,8 @@ def settled() -> Iterator[None]:
 
 
 def expect(*paths: Path | None, csv: Path | None = None) -> None:
-    """Declare the outputs of this command after its options were checked. Files there that an earlier run of sigmatau left
-    are removed if the command fails; other files stay.
-
-    `csv`: the curves are beside it.
+    """Declare the outputs of this command after its options were checked. If the command fails, results of an earlier run
+    in these places are removed; other files remain. `csv`: the file of the curves is included.
     """
     from sigmatau.io.written import is_result
 

@@ -102,7 +102,7 @@ def export_command(
     choices = (choosing or Choosing()).choices()
     if from_datasheet is not None and rate is not None:
         raise not_of_a_log(rate)
-    # This is checked before a file is read. Whether a datasheet needs the horizon depends on its values.
+    # The choices are checked before a file is read. Whether a datasheet needs the horizon depends on its values.
     check_all([to], choices if from_datasheet is None else choices.without("horizon"))
     if output is not None:
         check_path(wanted, output)
@@ -158,7 +158,7 @@ def _prepare_datasheet(
     sided: Literal["one", "two"] | None,
     quiet: bool,
 ) -> Prepared:
-    """The file for stated values. If a convention is not stated, the interpretation with more noise is used."""
+    """Prepare the file for stated values. If a convention is not stated, the interpretation with more noise is used."""
     sheet = datasheet(name)
     if sided is None and not _states_sides(sheet):
         say(

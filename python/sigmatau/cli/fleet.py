@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 NOT_AT_REST = 5
 _BATCH = 200  # number of results in a transaction
-_BATCH_SECONDS = 5.0  # time after which fewer results are committed too [s]
+_BATCH_SECONDS = 5.0  # time after which a smaller number is committed too [s]
 _LISTED = 10  # largest number of errors that are printed
-_REPORT = 30.0  # interval between lines of progress that are not on a terminal [s]
+_REPORT = 30.0  # interval between lines of progress without a terminal [s]
 
 
 def fleet_command(
@@ -84,7 +84,7 @@ def fleet_command(
     temperature
         Temperature of the records, 85degC or 298K. Default: not stated.
     retry_failed
-        Analyse logs again that failed before.
+        Analyse logs that failed before again.
     quiet
         Print only errors and the last line.
     """
@@ -109,9 +109,9 @@ def fleet_command(
     degrees = stated_temperature(temperature)
     naming = Naming(unit_from=unit_from, folders=True, model=model, date=date, temperature=degrees)
     job = FleetJob(reading=how, settings=chosen, naming=naming)
-    options = job.options  # wrong options are refused here, before they are sent to the workers
+    options = job.options  # wrong options are refused before they are sent to the workers
     naming.check()
-    # Workers are in other folders, and logs/a.csv in two folders are two logs.
+    # Workers run in other folders, and logs/a.csv in two folders are two logs.
     logs = tuple(log if "://" in log else os.path.abspath(log) for log in logs)  # noqa: PTH100  of patterns
     named = [log for log in find(logs) if not _is_store_file(log.place, place)]
     runs, unnamed = _all_stated(naming, named)
@@ -135,7 +135,7 @@ def fleet_command(
 
 
 def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *, quiet: bool) -> None:
-    """Analyse logs, with progress. Finished results are in the store, however the run ends."""
+    """Analyse logs, with progress. Finished results are in the store even if the run fails."""
     from sigmatau.lab.fleet.run import run_fleet
 
     try:
@@ -169,7 +169,7 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
         say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
-        return 2  # otherwise the options are correct, and some of the files are of another kind
+        return 2  # otherwise the options are correct, and some files are not logs
     if unnamed:
         return 1
     return next(
@@ -178,7 +178,9 @@ def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
 
 
 def _all_stated(naming: Naming, logs: Sequence[Log]) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """The stated facts about each run, and why logs have no unit or no date. Raises `DataError` if no log has them."""
+    """Collect the stated facts about each run, and the reasons why logs lack a unit or a date. Raises `DataError` if all
+    logs do.
+    """
     stated: dict[str, dict[str, Any]] = {}
     unnamed: list[str] = []
     for log in logs:
@@ -204,7 +206,7 @@ def _stated(naming: Naming, place: str) -> dict[str, Any]:
 
 
 def _is_store_file(log: str, store: str) -> bool:
-    """Whether a file is the store, or a file that SQLite keeps beside it."""
+    """Whether a file is the store, or an auxiliary file of SQLite next to it."""
     names = {store, *(f"{store}{end}" for end in ("-wal", "-shm", "-journal"))}
     return "://" not in log and os.path.abspath(log) in {os.path.abspath(name) for name in names}  # noqa: PTH100
 
@@ -219,8 +221,8 @@ def _before(stored_logs: int, failed: int) -> str:
 class _Tally:
     """Outcomes that are waiting to be written to the store.
 
-    Failures because of an option are held back until another log shows that the options are correct; otherwise `lot` would
-    take them as the latest result of every unit. If the store has logs with the same options, these have been `tried`.
+    Failures because of an option are held back until another log shows that the options are correct; otherwise `lot`
+    would use them as the latest result of every unit. `tried`: the store has logs with the same options.
     """
 
     def __init__(self, stored: Stored, total: int, *, tried: bool) -> None:
@@ -233,7 +235,7 @@ class _Tally:
         self.errors: list[str] = []
 
     def take(self, outcomes: Sequence[FleetOutcome]) -> None:
-        """Add outcomes, and write all that are waiting if they are many or old."""
+        """Add outcomes, and write all waiting ones if there are many or if they are old."""
         if not self._waiting:
             self._since = time.monotonic()
         self._waiting += outcomes
@@ -246,7 +248,7 @@ class _Tally:
             self.write()
 
     def write(self) -> None:
-        """Write the waiting outcomes in one transaction. Written outcomes stay, whatever happens later."""
+        """Write the waiting outcomes in one transaction. Written outcomes remain after a later failure."""
         if self._waiting and not self.held:
             waiting, self._waiting = self._waiting, []
             self._stored.add([outcome.rows for outcome in waiting], [outcome.log for outcome in waiting])
@@ -258,7 +260,7 @@ class _Tally:
         return not self._tried and self.codes[2] > 0 and self.finished == len(self.errors)
 
     def summary(self, before: str) -> str:
-        """One line: how many logs by outcome."""
+        """Number of logs by outcome, in one line."""
         failed, moving, damaged = len(self.errors), self.codes[NOT_AT_REST], self.codes[4]
         texts = [f"{self.finished - failed} of {self.total} logs analysed"]
         texts += [f"{moving} not at rest or too short to tell"] if moving else []
@@ -270,7 +272,9 @@ class _Tally:
 
 @contextmanager
 def _progress(total: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show the number of finished logs, the rate and the remaining time: a bar on a terminal, else a line now and then."""
+    """Show the number of finished logs, the rate and the remaining time: a bar on a terminal, otherwise a line at
+    intervals.
+    """
     begun = time.monotonic()
     if quiet:
         yield lambda _: None

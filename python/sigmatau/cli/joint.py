@@ -1,4 +1,4 @@
-"""``sigmatau analyze --joint``: one model of several logs of a sensor."""
+"""``sigmatau analyze --joint``: one model for several logs of a sensor."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SEVERAL = 2
 
 
 def parse_common(text: str | None) -> tuple[str, ...]:
-    """Terms of ``--common``; raises `OptionError`."""
+    """Parse the terms of ``--common``. Raises `OptionError`."""
     if text is None:
         return COMMON
     return common_terms([name.strip() for name in text.split(",") if name.strip() and name.strip() != "none"])
@@ -38,7 +38,7 @@ def parse_common(text: str | None) -> tuple[str, ...]:
 def refuse(
     outputs: Outputs, method: str, *, jobs: int | None, overlay: Path | None, read_off_at: Mapping[str, Any]
 ) -> None:
-    """Raise `OptionError` for an option that a joint fit does not have."""
+    """Raise `OptionError` for an option that a joint fit does not support."""
     if method != "likelihood":
         raise OptionError(f"--joint needs --method likelihood, not {method}", option="joint")
     single = {
@@ -68,7 +68,7 @@ def joint_command(
     verbose: bool,
     quiet: bool,
 ) -> int:
-    """Analyse logs one by one, fit them jointly, and write one result."""
+    """Analyse logs individually, fit them jointly, and write one result."""
     logs, left_out = batch.gather(places)
     readings = assign_readings(reading, logs, places)
     if len(logs) < _SEVERAL and over == "runs":
@@ -109,7 +109,7 @@ def _analysed(
     verbose: bool,
     quiet: bool,
 ) -> tuple[list[AnalysedRun], set[int]]:
-    """The contribution of each log, and the exit codes of all. A log that cannot be used is reported."""
+    """Contributions of the logs to the fit, and their exit codes. A log that cannot be used is reported."""
     records: list[AnalysedRun] = []
     codes: set[int] = set()
     names = dict(zip(logs, batch.names(logs), strict=True))
@@ -131,7 +131,7 @@ def _analysed(
                 ]
                 records.append(analysed_run(record, analysis, name=names[log]))
             except (OptionError, _OtherSensorError):
-                raise  # a wrong option is wrong for all logs
+                raise  # an option error concerns all logs
             except (DataError, ImportError) as error:
                 codes.add(code if code == NOT_AT_REST else 1)
                 print_error(str(error))
@@ -142,11 +142,11 @@ def _analysed(
 
 
 class _OtherSensorError(DataError):
-    """A log has another rate or unit than the first one."""
+    """The rate or unit of a log differs from that of the first log."""
 
 
 def _check_same_sensor(record: Record, name: str, firsts: dict[str, tuple[Stream, str]], over: Over) -> None:
-    """Raise an error, before its analysis, for a log of another sensor. `firsts`: the first stream and its log, by pool."""
+    """Raise an error for a log of another sensor before its analysis. `firsts`: first stream and its log, by pool."""
     for stream in record.streams:
         for channel in () if stream.quantity == "temperature" else stream.channels:
             pool = channel if over == "runs" else stream.name

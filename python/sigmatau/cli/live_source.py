@@ -1,4 +1,4 @@
-"""The source of live samples of ``watch`` and ``app``: standard input, a growing file or a serial port."""
+"""Source of the live samples of ``watch`` and ``app``: standard input, a growing file or a serial port."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sigmatau.io.read.options import Options, ReadOptions
 
 
 def live_source(source: str, *, serial: str | None, baud: int | None, save: Path | None) -> str:
-    """What is read: standard input, a file or a serial port; raises `OptionError` for options that contradict."""
+    """Select the source: standard input, a file or a serial port. Raises `OptionError` for contradictory options."""
     if serial is None:
         if baud is not None:
             raise OptionError("{option} is the speed of a port: give --serial PORT too", option="baud")
@@ -25,7 +25,7 @@ def live_source(source: str, *, serial: str | None, baud: int | None, save: Path
 
 
 def check_standard_input(remedy: str) -> None:
-    """Raise an error if nothing is piped in."""
+    """Raise an error if standard input is not a pipe."""
     if sys.stdin is None or sys.stdin.closed:
         raise DataError("standard input is closed")
     if sys.stdin.isatty():
@@ -33,7 +33,7 @@ def check_standard_input(remedy: str) -> None:
 
 
 def check_live_options(options: ReadOptions, *, command: str) -> Options:
-    """The options of reading live lines; raises `OptionError` for those that are for a saved log."""
+    """Check the options for reading live lines. Raises `OptionError` for options of saved logs."""
     checked = options.checked()
     if options.input == "accumulated":
         raise OptionError(

@@ -45,9 +45,9 @@ from sigmatau.noise.shown import set_shown
 from sigmatau.noise.terms import check_shown
 from sigmatau.results import printable
 
-_MOST_JOBS = 4  # default number of processes, each of which holds a record in memory
+_MOST_JOBS = 4  # largest default number of processes; each holds a record in memory
 _LARGEST_LIST = 1 << 20  # largest size of a list of units [bytes]
-_USAGE_ERRORS = 2  # number of first logs which, if none can be read because of an option, are reported as one error
+_USAGE_ERRORS = 2  # number of first logs that are reported as one error if none can be read because of an option
 
 
 def lot_command(
@@ -190,7 +190,7 @@ def lot_command(
 def _stored(
     place: str, units: Sequence[str], temperature: str | None, sheet: Datasheet | None, options: Mapping[str, Any]
 ) -> dict[str, UnitResult]:
-    """The units of a store, in the order of production."""
+    """Read the units of a store, in the order of production."""
     from sigmatau.cli.store import opened, temperatures
     from sigmatau.lab.store.choosing import Chosen
 
@@ -211,7 +211,7 @@ def _text(lot: Lot, *, verbose: bool) -> str:
 
 
 def _expected(text: str) -> int | list[str]:
-    """The option ``--expect``: a number, or the names in a file."""
+    """Parse the option ``--expect``: a number, or the names in a file."""
     if re.fullmatch(r"[+-]?\d+", text):
         return int(text)
     path = Path(text)
@@ -276,7 +276,7 @@ def _gather(places: Sequence[Path], *, expecting: bool, quiet: bool) -> tuple[li
 
 
 def _empty(files: Sequence[Path]) -> list[Path]:
-    """Empty files that would be logs: the unit was tested, but its record is missing."""
+    """Find empty files in the place of logs: the unit was tested, but its record is missing."""
     return [
         file
         for file in files
@@ -288,7 +288,7 @@ def _empty(files: Sequence[Path]) -> list[Path]:
 
 
 def _is_unit(file: Path) -> bool:
-    """Whether a JSON file is the result of a unit, and not that of a lot."""
+    """Whether a JSON file is the result of a unit, not of a lot."""
     try:
         with file.open("rb") as stream:
             return re.match(rb'\s*\{\s*"lot":', stream.read(64)) is None
@@ -297,13 +297,13 @@ def _is_unit(file: Path) -> bool:
 
 
 def _by_number(path: Path) -> list[tuple[int, str]]:
-    """Order in which unit 2 comes before unit 10."""
+    """Sort key by which unit 2 comes before unit 10."""
     return natural_order(str(path))
 
 
 def _prepare(folder: Path, names: set[str], *, quiet: bool) -> None:
-    """Create the folder for the results. Results of other units in it are reported, because they do not belong to this
-    run.
+    """Create the folder for the results. Results of other units in the folder are reported, because they do not belong to
+    this run.
     """
     check_folder(folder, "results")
     expect_files(*(folder / f"{name}.json" for name in names))
@@ -325,7 +325,7 @@ def _analysed(
     jobs: int | None,
     quiet: bool,
 ) -> dict[str, UnitResult]:
-    """The units of logs, each analysed and compared with the specification.
+    """Analyse the logs, and compare each with the specification.
 
     Raises `OptionError` for an option that the first logs lack.
     """
@@ -348,7 +348,7 @@ def _analysed(
 
 
 def _refuse_missing_option(logs: Sequence[Path], outcomes: Mapping[Path, batch.LogOutcome]) -> None:
-    """Raise the error about an option from the first log that has one, if no log could be read because of it."""
+    """If no log could be read because of an option, raise the error of the first log."""
     if any(not outcome.error for outcome in outcomes.values()):
         return
     first = next((k for k, log in enumerate(logs) if log not in outcomes), len(logs))

@@ -8,10 +8,10 @@ import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 
-_GLUE = "\x1f"  # placeholder for a space at which a line is not divided
+_GLUE = "\x1f"  # placeholder for a non-breaking space
 _INDENT, _INDENT_OF_ACTION = 2, 5  # indent of the first and of the further continuation lines [characters]
-_ENDS = (".", ",", ";", ":", ")")  # ends of a clause: what follows is not part of a command
-_PREFIX = "sigmatau:"  # prefix of an error, which the name of a file follows on the same line
+_ENDS = (".", ",", ";", ":", ")")  # ends of a clause, after which a command does not continue
+_PREFIX = "sigmatau:"  # prefix of an error; the name of a file follows on the same line
 _PROGRAMS = ("sigmatau", "pip")  # first words of commands
 
 
@@ -24,7 +24,7 @@ def wrapped(lines: Sequence[str]) -> list[str]:
 
 
 def wrap_message(line: str, width: int) -> list[str]:
-    """One message in lines of a width. Options with their values stay in one line if they fit, and words always do."""
+    """Wrap a message at a width. An option and its value remain in one line if they fit; words are never divided."""
     indent = _INDENT_OF_ACTION if line.startswith("  -> ") else _INDENT
     glued = "".join(_glue_commands(line, width - indent))
     parts = textwrap.wrap(glued, width, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
@@ -45,7 +45,7 @@ def _glue_commands(line: str, room: int) -> Iterator[str]:
     options.
     """
     words = line.split(" ")
-    joins = [False, *(_stays_behind(words, k) for k in range(1, len(words)))]
+    joins = [False, *(_stays_with_previous(words, k) for k in range(1, len(words)))]
     start = 0
     for k, word in enumerate(words):
         if not joins[k]:
@@ -55,8 +55,8 @@ def _glue_commands(line: str, room: int) -> Iterator[str]:
         yield ("" if k == 0 else _GLUE if joins[k] and (fits or not word.startswith("--")) else " ") + word
 
 
-def _stays_behind(words: Sequence[str], k: int) -> bool:
-    """Whether a word must stay behind the word before it: the value of an option, a further value, or a further option."""
+def _stays_with_previous(words: Sequence[str], k: int) -> bool:
+    """Whether a word must stay on the line of the previous word: the value of an option, or a further value or option."""
     before, word = words[k - 1], words[k]
     if before == _PREFIX:
         return k == 1
@@ -64,5 +64,5 @@ def _stays_behind(words: Sequence[str], k: int) -> bool:
         return False
     if before.startswith("--") or before in _PROGRAMS:
         return True
-    is_value = k > 1 and _stays_behind(words, k - 1)
+    is_value = k > 1 and _stays_with_previous(words, k - 1)
     return is_value and (word.startswith("--") or "=" in word)

@@ -33,7 +33,7 @@ ENDINGS: Mapping[str, Sequence[str]] = {
     "csv": (".csv",),
     "model": (".toml",),
 }
-"""Endings of an output by option; any if there are none."""
+"""Allowed endings of an output, by option; all if the option is missing."""
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a database file
 _LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
@@ -55,7 +55,7 @@ def matched(places: Sequence[Path]) -> tuple[Path, ...]:
 
 
 def _check_place(place: Path) -> None:
-    """Raise `OptionError` for a word that is no file, but the value of an option that stands apart from it."""
+    """Raise `OptionError` for a word that is not a file, but a value separated from its option."""
     word = str(place)
     if os.path.lexists(place):
         return
@@ -147,9 +147,8 @@ def command_line() -> str:
 
 
 def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:
-    """Check the outputs of a command by option, before a long computation; ``-`` is standard output.
-
-    If the command fails, results of an earlier run in these places are removed, see `expect`.
+    """Check the outputs of a command, by option, before a long computation; ``-`` is standard output. If the command
+    fails, results of an earlier run in these places are removed, see `expect`.
     """
     files = {option: path for option, path in outputs.items() if path is not None and str(path) != "-"}
     for option, path in files.items():
@@ -178,7 +177,7 @@ def write_json(content: object, path: Path) -> None:
 
 
 def write_csv(analysis: Analysis, path: Path) -> None:
-    """Write the coefficients, and the curves to a file beside them. After an error neither file is half written."""
+    """Write the coefficients, and the curves to a second file. After an error neither file is half written."""
     for table, file in ((analysis, path), (analysis.curves, curves_path(path))):
         with atomic(file) as temporary:
             temporary.write_text(csv_text(table.columns()), encoding="utf-8")
@@ -194,7 +193,7 @@ def write_figure(figure: Any, path: Path) -> None:  # noqa: ANN401  matplotlib i
 
 @contextlib.contextmanager
 def drawing(path: Path, style: str, *, quiet: bool) -> Iterator[None]:
-    """Draw a figure in a style, with its name as progress."""
+    """Draw a figure in a style, and show its name as progress."""
     from sigmatau.plot.style import styled
 
     with working(f"drawing {path}", quiet=quiet), styled(style):
@@ -202,7 +201,7 @@ def drawing(path: Path, style: str, *, quiet: bool) -> Iterator[None]:
 
 
 def check_style(style: str, *figures: Path | None) -> None:
-    """Raise an error for a style without a figure."""
+    """Raise an error if a style is given without a figure."""
     if style != "screen" and not any(figures):
         raise OptionError(f"--style {style} needs a figure, e.g. --plot p.pdf", option="style")
 
@@ -220,7 +219,7 @@ def write_result(table: str, content: object, json: Path | None) -> None:
 
 
 def finding_lines(findings: Sequence[Finding]) -> list[str]:
-    """Findings for a terminal, grouped by kind. If several findings of a kind have the same action, it is printed once."""
+    """Format findings for a terminal, grouped by kind. An action that several findings of a kind share is printed once."""
     lines: list[str] = []
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
@@ -232,10 +231,10 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
 
 
 def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: bool) -> list[str]:
-    """Select the channels whose values can be printed and drawn, and warn of each other channel. Raises `DataError` if none
-    is left.
+    """Select the channels whose values can be printed and drawn, and warn of the other channels. Raises `DataError` if
+    none remains.
 
-    A channel that never changes has no noise, and squares of numbers beyond 1e±150 are 0 or not finite.
+    A channel that never changes has no noise, and squares of numbers outside 1e−150 … 1e150 are 0 or not finite.
     """
     good = [name for name, numbers in values.items() if np.isfinite(numbers).all() and numbers.max(initial=0.0) > 0]
     unusable = [name for name in values if name not in good]
@@ -248,7 +247,7 @@ def with_noise(values: Mapping[str, NDArray[np.float64]], what: str, *, quiet: b
 
 
 def screen(analysis: Analysis, *, below: int, legend: bool = True) -> str:
-    """The overview for the width of the terminal, with the curves drawn in dots if the terminal can show them and is high
+    """Overview for the width of the terminal, with the curves drawn in dots if the terminal supports them and is high
     enough.
 
     `below`: number of lines that follow. `legend`: see `Analysis.overview`.
@@ -279,8 +278,8 @@ def say(message: str, *, quiet: bool = False) -> None:
 
 @contextlib.contextmanager
 def working(what: str, *, quiet: bool = False) -> Iterator[Callable[[float], None]]:
-    """Show an activity and its duration on a terminal. It yields a function that takes the completed share, 0 to 1, and
-    then shows a bar.
+    """Show an activity and its duration on a terminal. Yields a function that takes the completed share, 0 to 1, and
+    shows a bar.
     """
     if quiet or not sys.stderr.isatty():
         yield lambda _: None

@@ -1,4 +1,4 @@
-"""Output files of an analysis: of one log, or in folders for several logs."""
+"""Output files of an analysis of one log, or output folders for several logs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Outputs:
 
     @property
     def files(self) -> dict[str, Path]:
-        """The same, except standard output."""
+        """Requested output files, by option, without standard output."""
         return {option: path for option, path in self.paths.items() if str(path) != "-"}
 
     def check(self, logs: Sequence[Path], exports: Exports) -> None:
@@ -51,7 +51,7 @@ class Outputs:
         check_outputs(logs, **self.files, **named, **curves)
 
     def inside(self, name: str) -> Outputs:
-        """The output files of one log, in the folders for several."""
+        """Output files of one log in the folders for several logs."""
         files: dict[str, Any] = {option: folder / f"{name}{_ENDINGS[option]}" for option, folder in self.paths.items()}
         return replace(self, **files)
 
@@ -84,5 +84,5 @@ class Outputs:
 
 
 def worst_code(codes: Collection[int]) -> int:
-    """The exit code for several logs: the worst of their codes."""
+    """Exit code for several logs: the worst of their codes."""
     return next((code for code in (2, 1, NOT_AT_REST, 4) if code in codes), 0)

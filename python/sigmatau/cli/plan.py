@@ -89,7 +89,7 @@ def plan_command(
     if hours is not None and not 0 < hours < float("inf"):
         raise OptionError(f"--hours {hours:g}: must be a positive number", option="hours")
     plans = []
-    misfits = []  # channels whose unit the value does not have: "deg/h" does not fit an accelerometer
+    misfits = []  # channels whose unit does not fit the value: "deg/h" is not for an accelerometer
     for name in channels or noises:
         channel = noises[name]
         processes = getattr(channel.noise, "gauss_markov", ())
@@ -130,7 +130,7 @@ def plan_command(
             )
     if not plans:
         if value is not None and misfits:
-            value_in_si(value, misfits[-1], "--value")  # raises an error that lists the fitting units
+            value_in_si(value, misfits[-1], "--value")  # raises an error that lists the possible units
         raise OptionError(f"{source}: no channel has noise ignored {term}", option="term")
     write_result("\n".join(map(repr, plans)), [plan.to_dict() for plan in plans], Path("-") if json else None)
     return 0
@@ -149,7 +149,7 @@ def _channels(source: Path) -> dict[str, _Channel]:
 
 
 def _counted(noise: ChannelModel) -> tuple[ChannelModel | Mapping[str, float], str]:
-    """The part of a model that planning uses, and the names of the ignored parts."""
+    """Split a model into the part that planning uses and the names of the ignored parts."""
     ignored = {
         "sinusoid": bool(noise.sinusoid),
         "resonance": bool(noise.resonance),

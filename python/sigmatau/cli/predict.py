@@ -32,10 +32,9 @@ from sigmatau.noise.shown import check_units, set_shown
 from sigmatau.record.record import stream_name
 from sigmatau.typed.pairs import key_values
 
-_RATE = 100.0  # Default steps per second: only the velocity error of quantization noise depends on them. [Hz]
+_RATE = 100.0  # Default number of steps per second, which only affects the velocity error of quantization noise. [Hz]
 _SPAN, _POINTS = 1000.0, 50
-"""Decades shown left of the last time of a figure, as a ratio, and the number of times that are added to those of
-``--after``.
+"""Ratio of the last to the first time of a figure, and number of times in addition to those of ``--after``.
 """
 
 
@@ -65,7 +64,7 @@ def predict_command(
         Times from the start, with units: 60s,10min.
     calibration
         Time at rest before the start, with its unit. The mean rate over this time is subtracted, which levels the unit
-        and removes the bias. Default: no calibration: the initial state is known, and random walks and flicker noise
+        and removes the bias. Default: no calibration; the initial state is known, and random walks and flicker noise
         start at 0. In simulated records only the first sample is 0, so their errors are larger by a factor that the
         result states.
     rate

@@ -76,8 +76,8 @@ def psd_command(
     axes
         Channels to use: gyro_x,accel_z, or gyro for all its axes. Default: all but temperatures.
     model
-        Model file (.toml) or JSON of analyze to compare with: adds its density, and the measured density over it by
-        frequency band.
+        Model file (.toml) or JSON of analyze for comparison: adds its density, and the ratio of the measured density to
+        it by frequency band.
     plot
         Draw all axes: .png, .svg or .pdf.
     style

@@ -11,12 +11,12 @@ from sigmatau.typed.ranges import parse_ends
 
 
 def slope_range(text: str) -> tuple[float, float]:
-    """The option ``--slope``: ``"1s:10s"`` as ``(1.0, 10.0)``, in s."""
+    """Parse the option ``--slope``: ``"1s:10s"`` becomes ``(1.0, 10.0)``, in s."""
     return parse_ends(text, text, option="slope", example="1s:10s")
 
 
 def slopes(analysis: Analysis, span: tuple[float, float]) -> list[str]:
-    """The slope of each curve between two averaging times, and the terms with this slope; one line per channel."""
+    """Slope of each curve between two averaging times, and the terms with this slope; one line per channel."""
     try:
         fitted = [fit_slope(curve, tau_min=span[0], tau_max=span[1]) for curve in analysis.curves.values()]
     except OptionError as error:
@@ -31,8 +31,8 @@ _FORCE = "--force draws a refused line"
 
 
 def lines_by_hand(analysis: Analysis) -> list[str]:
-    """Coefficients read off in the given ranges beside a fit, one line per channel. A read-off without a fit is printed as a
-    table.
+    """Coefficients read off in given ranges in addition to a fit, one line per channel. A read-off without a fit is
+    printed as a table.
     """
     lines = []
     for channel, read in analysis.read_off.items() if analysis.fits else ():

@@ -29,19 +29,19 @@ class ReadingOptions(DeclaredOptions):
     rate: list[str] | None
 
     def at_rate(self, rate: list[str] | None) -> ReadingOptions:
-        """The same options with the rate of a log."""
+        """Replace the rate by that of one log."""
         return cast("ReadingOptions", replace(cast("Any", self), rate=rate))
 
 
 def assign_readings(
     reading: ReadingOptions | None, logs: Sequence[Path], places: Sequence[Path]
 ) -> dict[Path, ReadingOptions]:
-    """The options of reading of each log; raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
+    """Build the reading options of each log. Raises `OptionError` for a wrong option. `places`: see `assign_rates`."""
     reading = reading or ReadingOptions()
     rates = assign_rates(reading.rate or [], logs, places)
     readings = {log: reading.at_rate(rates[log] or None) for log in logs}
     for options in readings.values():
-        options.arguments()  # a wrong option is one error, not one per log
+        options.arguments()  # checked once, so that a wrong option is one error
     return readings
 
 
@@ -59,7 +59,7 @@ def reading_shown(log: Path, *, quiet: bool = False) -> Iterator[None]:
 
     try:
         size = log.stat().st_size
-    except OSError:  # the reader reports it
+    except OSError:  # the reader reports the error
         size = 0
     begun, over = bytes_read(), threading.Event()
 

@@ -133,7 +133,7 @@ def simulate_command(
 T = TypeVar("T")
 
 _NAMES = {"lost": "gaps", "output": "input"}  # options of arguments with another name
-_SUMMED = ("rad/s", "m/s^2")  # units of rates, whose sums are increments and accumulated values
+_SUMMED = ("rad/s", "m/s^2")  # units of rates, for sums (increments and accumulated values)
 
 _DEGREES = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) *(°C|degC|C|K)")
 _ZERO_CELSIUS = 273.15  # [K]
@@ -154,7 +154,7 @@ def parse_imperfections(
     gaps: Sequence[str],
     jitter: str | None,
 ) -> Imperfections:
-    """The imperfections in SI; raises `OptionError` with the name of the option."""
+    """Parse the imperfections to SI. Raises `OptionError` with the name of the option."""
     if sensitivity and not temperature:
         raise OptionError("--sensitivity needs --temperature", option="temperature")
     units = _units(model)
@@ -181,7 +181,7 @@ def parse_imperfections(
 
 
 def _units(model: NoiseModel) -> dict[str, str]:
-    """Rate units of channels and sensors."""
+    """Rate units of channels and sensors, by name."""
     units: dict[str, str] = {}
     for name, channel in model.channels.items():
         units[name] = units[stream_name(name)] = channel.unit
@@ -191,7 +191,7 @@ def _units(model: NoiseModel) -> dict[str, str]:
 def _values(
     texts: Sequence[str], option: str, example: str, units: Mapping[str, str], value: Callable[[str, str, str], T]
 ) -> dict[str, T]:
-    """Values of NAME=VALUE by channel or sensor, converted to its unit."""
+    """Parse values of NAME=VALUE by channel or sensor, converted to its unit."""
     values = {}
     for name, text in key_values(texts, option, example).items():
         if name not in units:
@@ -239,7 +239,7 @@ def _temperature(texts: Sequence[str], sensitivity: Mapping[str, float]) -> Temp
 
 
 def _gaps(texts: Sequence[str]) -> tuple[float, tuple[Outage, ...]]:
-    """``["0.1%", "600s:2s"]``: the random share of lost rows, and outages."""
+    """Parse ``["0.1%", "600s:2s"]``: the random share of lost rows, and outages."""
     lost, outages = 0.0, []
     for part in (part.strip() for text in texts for part in text.split(",")):
         start, colon, length = part.partition(":")

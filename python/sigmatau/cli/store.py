@@ -1,4 +1,4 @@
-"""``sigmatau store``: add results to a database, list and show them, follow them over time, export them."""
+"""``sigmatau store``: add results to a database; list, show and export them, and follow coefficients over time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _KINDS = {  # types of the columns of Parquet; the others are text
     "bool": ("observed",),
 }
 
-_ROUNDED = 0.5  # rounding of a temperature as people state it: 298 K is 25 degC [K]
+_ROUNDED = 0.5  # rounding of a stated temperature: 298 K is 25 degC [K]
 
 Place = Annotated[str | None, Parameter(name="--store")]
 Temperature = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
@@ -93,7 +93,7 @@ class Choice:
     temperature: Temperature = None
 
     def chosen(self, *, history: bool = False) -> Chosen:
-        """The same selection for a `Store`."""
+        """Convert the selection for a `Store`."""
         from sigmatau.lab.store.choosing import Chosen
 
         return Chosen(
@@ -125,7 +125,7 @@ def opened(store: str | None, *, create: bool = False) -> Store:
 
 
 def temperatures(text: str | None) -> tuple[float, float] | None:
-    """The range of ``--temperature``: a single temperature includes all that round to it. [degC]"""
+    """Parse the range of ``--temperature``: a single temperature includes all temperatures that round to it. [degC]"""
     from sigmatau.lab.store.naming import stated_temperature
 
     if text is None:

@@ -13,12 +13,12 @@ from sigmatau.results import ASCII
 
 _HANDLER = "sigmatau-ascii"
 _CELL = re.compile(r"(?P<text>(?:[^ \n]| (?! ))*)(?P<gap> {2,}(?=[^ \n]))?")
-"""A cell of a table, with the blanks up to the next cell."""
+"""A cell of a table, with the spaces up to the next cell."""
 
 
 def plain_streams() -> None:
     """Set up standard output and standard error. Characters that they cannot encode are written in ASCII; in the locale C
-    everything is, although Python would write UTF-8.
+    all output is ASCII, although Python would write UTF-8.
 
     A stream that the caller has closed (`>&-`) discards all output.
     """
@@ -32,7 +32,7 @@ def plain_streams() -> None:
 
 
 def _in_c_locale() -> bool:
-    """Whether the user asks for the locale C without an encoding. Python then sets LC_CTYPE to C.UTF-8 itself."""
+    """Whether the user selects the locale C without an encoding, for which Python itself sets LC_CTYPE to C.UTF-8."""
     if os.environ.get("PYTHONIOENCODING") or os.environ.get("PYTHONUTF8") == "1":
         return False
     chosen = os.environ.get("LC_ALL") or os.environ.get("LC_CTYPE") or os.environ.get("LANG", "")
@@ -42,8 +42,8 @@ def _in_c_locale() -> bool:
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:
-    """Convert a cell to the characters of the encoding. If it becomes longer, its blanks are shortened, so that columns stay
-    aligned.
+    """Convert a cell to the characters of the encoding. If it becomes longer, trailing spaces are removed, so that
+    columns remain aligned.
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error

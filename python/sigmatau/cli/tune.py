@@ -1,4 +1,4 @@
-"""``sigmatau tune``: which noise of a filter is wrong, and by which factor, from its innovations."""
+"""``sigmatau tune``: find the wrong noise of a filter and its factor from the innovations."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def tune_command(
     show: Show = None,
     quiet: Quiet = False,
 ) -> int:
-    """Find which noise of a filter is wrong, and by which factor, from its innovations.
+    """Find the wrong noise of a filter, and its factor, from the innovations.
 
     Other filters: sigmatau.tune in Python, with matrices.
 
@@ -66,8 +66,8 @@ def tune_command(
     innovations
         Table with a header: time, innovation and its stated variance S = H·P·Hᵀ + R, in SI or with units in the header.
         Several channels are pairs of columns with the same ending: nu_gyro_x,S_gyro_x. A column rate_gyro_x is the rate
-        of motion at the same time; with it a delay and a scale error are estimated. With --rest the JSON of analyze
-        --at-rest, of a log with engines or motors on.
+        of motion at the same time, from which a delay and a scale error are estimated. With --rest, the JSON of analyze
+        --at-rest for a log with engines or motors on.
     noise
         N of the filter by sensor or channel, with its unit: gyro="0.3 deg/sqrt(h)". The filter estimates an attitude with
         the bias of a gyro, or a velocity with that of an accelerometer; its measurement noise follows from N, K and S.
@@ -79,17 +79,17 @@ def tune_command(
         export writes them for a filter.
     rest
         Without innovations: model file or JSON of analyze of the sensor at rest. Prints the factor of each coefficient
-        beside motors, its cause, and the command that writes the file with the factors.
+        with running motors, its cause, and the command that writes the file with the factors.
     joint
         Channels that are measurements of one filter: gnss,camera. Each gets a separate factor, N and K a common one.
-        Default: each channel is of a filter with one measurement.
+        Default: each channel is a filter with one measurement.
     columns
         Columns of innovation, variance and rate of motion by channel, by name or number: gyro_x=nu:S or gyro_x=nu:S:rate.
         Default: recognised by their names.
     time
         Column of the time, by name or number. Default: recognised by its name.
     skip
-        Time at the beginning in which the filter converges, which is left out: 30s. Default: none.
+        Time at the beginning that is left out because the filter converges: 30s. Default: none.
     plot
         Draw the Allan deviation of the normalised innovations: .png, .svg or .pdf.
     style
@@ -149,7 +149,7 @@ def tune_command(
 
 
 def _joined(data: Mapping[str, Innovations], joint: str) -> dict[str, Innovations]:
-    """Join the channels that belong to one filter into one, named as in the option."""
+    """Join the channels of one filter, with the name in the option."""
     names = [name.strip() for name in joint.split(",")]
     for name in names:
         if name not in data:
@@ -163,7 +163,7 @@ def _joined(data: Mapping[str, Innovations], joint: str) -> dict[str, Innovation
 def _filters(
     data: Mapping[str, Innovations], noise: Sequence[str], walk: Sequence[str], model: Path | None
 ) -> dict[str, BiasFilter] | None:
-    """The filter of each channel; None if no filter is stated."""
+    """Build the filter of each channel; None if no filter is stated."""
     if model is not None:
         if noise or walk:
             raise OptionError("--model has N and K. Give either it, or --noise and --walk", option="model")
@@ -190,7 +190,7 @@ def _filters(
 
 
 def _values(data: Mapping[str, Innovations], texts: Mapping[str, str], option: str) -> dict[str, float]:
-    """Values in SI by channel. The name of a sensor sets the value of all its channels."""
+    """Parse values to SI by channel. The name of a sensor sets the value of all its channels."""
     values: dict[str, float] = {}
     for key, text in texts.items():
         named = [channel for channel in data if key in (channel, stream_name(channel))]
@@ -258,7 +258,7 @@ def _inflate(rest: Path, running: Path, json: Path | None, unused: Iterable[str]
 
 
 def _export_line(rest: Path, factors: Inflation) -> str:
-    """The command that writes the file of the sensor at rest with these factors; empty if there are none."""
+    """Command that writes the file of the sensor at rest with these factors; empty without factors."""
     causes: tuple[tuple[str, Cause], ...] = (("noise-factor", "white vibration"), ("walk-factor", "slow noise"))
     options = [
         f"--{option} {','.join(f'{sensor}={value:.3g}' for sensor, value in by_sensor.items())}"
@@ -269,7 +269,7 @@ def _export_line(rest: Path, factors: Inflation) -> str:
 
 
 def _exports(result: Tunings, model: Path) -> list[str]:
-    """The command that writes a file with the largest factors of the channels, by sensor."""
+    """Command that writes a file with the largest factors of the channels, by sensor."""
     options = []
     for option, name in (("noise-factor", "white"), ("walk-factor", "slow")):
         largest: dict[str, float] = {}

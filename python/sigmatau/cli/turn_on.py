@@ -1,4 +1,4 @@
-"""The turn-on bias of a unit: ``sigmatau compare --model`` writes it, ``sigmatau export --turn-on`` reads it."""
+"""Turn-on bias of a unit: ``sigmatau compare --model`` writes it, ``sigmatau export --turn-on`` reads it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sigmatau.results import printable
 
 
 def write_model(comparison: RunComparison, path: Path) -> list[str]:
-    """Write the noise of the longest run with the turn-on bias of all; lines for the terminal."""
+    """Write the noise of the longest run with the turn-on bias of all runs; return lines for the terminal."""
     if comparison.by != "unit":
         raise OptionError(f"--model is for the runs of a unit, not --by {comparison.by}", option="model")
     if len(comparison.groups) > 1:
@@ -48,7 +48,7 @@ def write_model(comparison: RunComparison, path: Path) -> list[str]:
 
 
 def _longest(runs: list[ComparedRun]) -> tuple[ComparedRun, NoiseModel]:
-    """The run with the longest record, and its model; raises `DataError` if no run has a file with a model."""
+    """Select the run with the longest record, and its model. Raises `DataError` if no run has a file with a model."""
     best: tuple[float, ComparedRun, NoiseModel] | None = None
     reasons = []
     for run in runs:
@@ -69,7 +69,7 @@ def _longest(runs: list[ComparedRun]) -> tuple[ComparedRun, NoiseModel]:
 
 
 def with_turn_on(source: Source, path: Path) -> Source:
-    """A source with the turn-on biases of a model file; raises `DataError` if it has none of the channels."""
+    """Add the turn-on biases of a model file to a source. Raises `DataError` if the file has none of the channels."""
     channels = NoiseModel.read(path).channels
     spreads = {name: channel.turn_on for name, channel in channels.items() if channel.turn_on is not None}
     shared = {name: spread for name, spread in spreads.items() if name in source.model.channels}

@@ -45,8 +45,8 @@ def watch_command(
 ) -> int:
     """Follow a log while it is written: print curve and coefficients of all samples so far.
 
-    A channel needs some megabytes of memory for any length. Clusters of up to 4096 samples are exact; longer clusters use
-    every 64th pair or fewer. At the end of the input, or at Ctrl-C, the table of coefficients is printed.
+    A channel needs a few megabytes of memory for any length. Clusters of up to 4096 samples are exact; longer clusters
+    use every 64th pair or fewer. At the end of the input, or at Ctrl-C, the table of coefficients is printed.
 
     Parameters
     ----------
@@ -57,11 +57,11 @@ def watch_command(
     baud
         Speed of the serial port, number of bits per second. Default: 115200.
     every
-        Time between updates, in seconds or with its unit. Default: 2s for the screen, 1min for lines into a pipe or a file.
+        Time between updates, in seconds or with its unit. Default: 2s on a terminal, 1min in a pipe or a file.
     idle
         End after this time without input, in seconds or with its unit, 10min. Default: at the end of the input or at Ctrl-C.
     save
-        Write what arrives to this new file, a log for sigmatau analyze.
+        Write the received bytes to this new file, a log for sigmatau analyze.
     plot
         Draw the final curves: .png, .svg or .pdf.
     json

@@ -1,4 +1,4 @@
-"""What ``sigmatau watch`` shows while samples arrive: a screen of the terminal, or a line a minute into a pipe."""
+"""Display of ``sigmatau watch`` while samples arrive: a screen of the terminal, or one line per minute in a pipe."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from sigmatau.errors import DataError
 from sigmatau.fitting.overview import overview
 
 _EVERY = {True: 2.0, False: 60.0}  # time between updates of a screen, and between lines [s]
-_FEWEST_LINES = 10  # of a curve
+_FEWEST_LINES = 10  # smallest number of lines of a curve
 
 
 class Progress:
-    """Updates after a time; without a screen and when `quiet` there are none."""
+    """Updates at intervals; none if `quiet` and without a screen."""
 
     def __init__(self, live: LiveAnalysis, screen: Any, *, every: float, quiet: bool) -> None:  # noqa: ANN401  of rich
         self.live = live
@@ -30,7 +30,7 @@ class Progress:
         self._last = time.monotonic()
 
     def update(self) -> None:
-        """Show the samples so far, if it is time to."""
+        """Show the samples so far, if an update is due."""
         if self._quiet or time.monotonic() - self._last < self.every:
             return
         if self._screen is None:
@@ -47,7 +47,7 @@ class Progress:
 
 @contextmanager
 def progress(live: LiveAnalysis, *, every: float | None, quiet: bool) -> Iterator[Progress]:
-    """A screen if standard output is a terminal, otherwise lines on standard error."""
+    """Show a screen if standard output is a terminal, otherwise lines on standard error."""
     on_screen = not quiet and sys.stdout is not None and sys.stdout.isatty()
     every = _EVERY[on_screen] if every is None else every
     if not on_screen:
@@ -61,7 +61,7 @@ def progress(live: LiveAnalysis, *, every: float | None, quiet: bool) -> Iterato
 
 
 def progress_line(live: LiveAnalysis) -> str:
-    """The samples so far in one line."""
+    """Describe the samples so far in one line."""
     try:
         analysis = live.analysis()
     except DataError:
@@ -71,7 +71,7 @@ def progress_line(live: LiveAnalysis) -> str:
 
 
 def screen_lines(live: LiveAnalysis, *, width: int, height: int) -> list[str]:
-    """Heading, the coefficients of all axes, what more samples would show, findings, and curves where there is room."""
+    """Heading, coefficients of all axes, gain of more samples, findings, and curves if there is room."""
     lines = [live.heading()]
     try:
         analysis = live.analysis()

@@ -1,8 +1,7 @@
-"""Further values of an option that takes several, as typed on the command line: ``--unit gyro=deg/s accel=g``.
-
-The parser takes one word after an option, because the next word may be a log. Here the option is repeated in front of each
-further word that cannot be a log: KEY=VALUE, a number after ``--rate``, or a word without a file name ending after
-``--topic``, unless a file has that name.
+"""Further values of options with several values on the command line: ``--unit gyro=deg/s accel=g``. The parser takes one
+word after an option, because the next word may be a log. This module repeats the option before each further word that
+cannot be a log: KEY=VALUE, a number after ``--rate``, or a word without a file name ending after ``--topic``, unless a
+file has that name.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ _NAMES = "--topic"  # the option whose further values are names, one per sensor
 
 
 def repeat_options(app: App, words: Sequence[str]) -> list[str]:
-    """The words with each option repeated in front of its second and further values."""
+    """Repeat each option before its second and further values."""
     if not _has_values_in_a_row(words):
         return list(words)
     several = _options_of_several(app, words)
@@ -63,7 +62,7 @@ def with_config(words: Sequence[str]) -> list[str]:
 
 
 def configured_logs(file: Path) -> tuple[Path, ...]:
-    """The log that a configuration file names, relative to its folder; empty if it names none."""
+    """Log that a configuration file names, relative to its folder; empty without a log."""
     _, log = _read_config(file)
     return () if log is None else (file.parent / log,)
 
@@ -116,7 +115,7 @@ def is_number(word: str) -> bool:
 
 
 def _has_values_in_a_row(words: Sequence[str]) -> bool:
-    """Whether a word that may be a further value follows another word without a dash."""
+    """Whether a word that may be a further value follows another word without a leading hyphen."""
     pairs = pairwise(words)
     names = any(word.partition("=")[0] == _NAMES for word in words)
     return any(
@@ -133,12 +132,12 @@ def _is_value(word: str, option: str) -> bool:
 
 
 def _is_name(word: str) -> bool:
-    """Whether a word may be a topic: it is not an option, and has neither a file name ending nor a pattern."""
+    """Whether a word may be a topic: it is not an option, has no file name ending, and is not a pattern."""
     return not word.startswith("-") and not os.path.splitext(word)[1] and not glob.has_magic(word)  # noqa: PTH122
 
 
 def _options_of_several(app: App, words: Sequence[str]) -> set[str]:
-    """The options of a command that may be repeated, by their long names."""
+    """Options of a command that may be repeated, by their long names."""
     _, apps, _ = app.parse_commands(list(words))
     command = apps[-1]
     if command.default_command is None:

@@ -42,9 +42,9 @@ def app_command(
 ) -> int:
     """Open the workbench in the browser: choose columns, analyse, read off by eye, export.
 
-    It is served on this computer only, to those who have its address, and reads no file but those that are named here, those
-    in folders that are named here, and those that are dropped on the page. It ends with Ctrl-C. With --serial, or - for
-    standard input, the page shows a sensor while it records.
+    It is served on this computer only, to users who have its address. It reads only files and folders that are named
+    here, and files that are dropped on the page. Ctrl-C ends it. With --serial, or - for standard input, the page shows a
+    sensor while it records.
 
     Parameters
     ----------
@@ -57,13 +57,13 @@ def app_command(
     save
         Write the live samples to this new file, a log for the analysis.
     port
-        Number of the port. Default: any that is free.
+        Number of the port. Default: any free port.
     no_browser
         Print the address only.
     max_upload
         Largest size in GB of all files that are dropped on the page.
     quiet
-        Do not print how to end it.
+        Do not print how to end the workbench.
     """
     if not 0 <= port < 1 << 16:
         raise OptionError(f"--port {port}: must be a number from 0 to 65535", option="port")
@@ -108,7 +108,7 @@ def _live(
     reading: WatchReading,
     settings: WatchSettings,
 ) -> LiveSource | None:
-    """The live source; None without one."""
+    """Build the live source; None without a source."""
     table, at_rest = reading.table(), bool(settings.arguments().get("at_rest"))
     if piped is None and serial is None:
         stated = {"baud": baud, "save": save, **table, "at_rest": at_rest or None}

@@ -1,1 +1,1 @@
-"""Datasheet specifications, and whether a sensor meets them."""
+"""Datasheet specifications, and comparison of a sensor with them."""

@@ -1,8 +1,8 @@
 """Datasheet files, and `Claim`: a number of a datasheet and its possible meanings.
 
 A density may be one-sided (√2 times N) or two-sided (N); an "in-run bias stability" may be the minimum of the Allan
-deviation or the coefficient B, 1/0.664 of a plateau. A number whose convention is not stated has two meanings, and a status
-is decided only if both agree.
+deviation or the coefficient B, 1/0.664 of a plateau. A number whose convention is not stated has two meanings, and the
+status is decided only if both meanings agree.
 
 A file is TOML in which each value has a unit and a stated convention.
 
@@ -50,7 +50,7 @@ from sigmatau.units import find
 Sided = Literal["one", "two"]
 Bias = Literal["minimum", "coefficient"]
 
-MINIMUM = "minimum"  # name of the minimum of the Allan deviation in `Meaning.of`; the other names are those of terms
+MINIMUM = "minimum"  # name of the minimum of the Allan deviation in `Meaning.of`; other names are terms
 MEANS = "bias_stability"
 KEYS = {"noise_density": "random_walk", **{term: term for term in RANKED}, MEANS: MEANS}
 """Keys of a datasheet and their terms. A bias stability, the standard deviation of means, depends on all terms."""
@@ -109,14 +109,14 @@ class Claim:
     sensor : str
         ``"gyro"``, ``"accel"``, or one axis, ``"accel_z"``.
     key : str
-        A key of the datasheet's file, such as ``"noise_density"``.
+        A key of the datasheet file, such as ``"noise_density"``.
     typical, maximum : float or None
         Numbers of the datasheet; at least one of them. [unit, SI]
     typical_text, maximum_text : str
-        The same in the unit of the datasheet.
+        These numbers in the unit of the datasheet.
     convention : str
-        Of a noise density ``"one"``, ``"two"`` (sided) or ``"unknown"``; of a bias instability ``"minimum"`` (of the
-        Allan deviation), ``"coefficient"`` (B) or ``"unknown"``; else empty.
+        For a noise density ``"one"``, ``"two"`` (sided) or ``"unknown"``; for a bias instability ``"minimum"`` (of the
+        Allan deviation), ``"coefficient"`` (B) or ``"unknown"``; otherwise empty.
     note : str
         Conditions, or the reason for the convention.
     one_sigma : bool
@@ -138,7 +138,7 @@ class Claim:
 
     @property
     def term(self) -> str:
-        """The term, a key of `sigmatau.noise.terms.TERMS`."""
+        """Key of the term in `sigmatau.noise.terms.TERMS`."""
         return KEYS[self.key]
 
     @property
@@ -153,18 +153,18 @@ class Claim:
 
     @property
     def usual(self) -> str:
-        """The datasheet's name of `typical`: ``"typical"`` or ``"1 σ"``."""
+        """Name of `typical` in the datasheet: ``"typical"`` or ``"1 σ"``."""
         return "1 σ" if self.one_sigma else "typical"
 
     @property
     def label(self) -> str:
-        """Name: ``"noise density"``, ``"angle random walk"``, ``"STD of 10 s means"``."""
+        """Name of the claim: ``"noise density"``, ``"angle random walk"``, ``"STD of 10 s means"``."""
         if self.average is not None:
             return f"STD of {self.average:g} s means"
         return "noise density" if self.key == "noise_density" else TERMS[self.term].label(self.quantity)
 
     def display(self) -> tuple[str, float]:
-        """Display unit, that of the typical value of the datasheet if there is one, and its factor to SI."""
+        """Display unit (that of the typical value if the datasheet has one), and its factor to SI."""
         text = self.typical_text or self.maximum_text
         if text:
             unit = find(_NUMBER.sub("", text, count=1))
@@ -203,7 +203,7 @@ class Claim:
 
 
 def _unit_term(key: str) -> str:
-    """The term whose unit the values of a key have."""
+    """Term with the unit of the values of a key."""
     return "bias_instability" if key == MEANS else KEYS[key]
 
 
@@ -227,7 +227,7 @@ _LISTS = ("full_scale", "bandwidth", "output_rate", "beside_noise")
 
 
 def parsed(path: Path) -> dict[str, Any]:
-    """The tables of a file; raises `DataError` with the name of the file."""
+    """Read the tables of a file. Raises `DataError` with the name of the file."""
     try:
         with path.open("rb") as file:
             raw = file.read(_LARGEST_FILE + 1)
@@ -255,7 +255,7 @@ def parse_texts(content: Mapping[str, Any]) -> dict[str, str]:
 
 
 def parse_claims(content: Mapping[str, Any]) -> tuple[Claim, ...]:
-    """The noise specifications; raises `DataError` with sensor and key."""
+    """Parse the noise specifications. Raises `DataError` with sensor and key."""
     claims = []
     for sensor in SENSORS:
         for key in KEYS:
@@ -387,7 +387,7 @@ def _listed(sensor: str, key: str, values: object) -> tuple[str, ...]:
 
 
 def _text(value: object, what: str, *, empty: bool = False) -> str:
-    """A printable line; texts are written to terminals and files."""
+    """Check that a text is one printable line, for terminals and files."""
     if not isinstance(value, str):
         raise DataError(f'{what} = {value!r} is not text; write it in quotes, "…"')
     if not value and empty:

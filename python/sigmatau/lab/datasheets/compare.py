@@ -1,12 +1,12 @@
 """Check whether a sensor meets its datasheet, term by term, with the error of the measurement.
 
-A value is *above* a limit if a sensor exactly at the limit would give such a large value in at most 1 − level of its
-records; *below* is the same for small values. Any other value is *undecided*: the record is too short to decide. This is the
-decision rule of ISO 14253-1.
+A value is *above* a limit if a sensor exactly at the limit would have such a large value in at most 1 − level of its
+records; *below* is defined likewise for small values. Any other value is *undecided*: the record is too short to decide.
+This is the decision rule of ISO 14253-1.
 
-Standard errors are those of the intervals. They allow for terms that were not observed, and are larger than the errors for
-the chosen model alone. With the latter, a K exactly at its limit beside an unobserved B would be outside in 24 % of 183
-simulated records instead of 5 %.
+Standard errors are those of the intervals. They allow for terms that were not observed, and are larger than the errors
+for the chosen model alone. With the smaller errors, a K exactly at its limit, with an unobserved B, would be outside in
+24 % of 183 simulated records instead of 5 %.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from sigmatau.lab.datasheets.verdict import ClaimReading, Judged, LimitCompariso
 from sigmatau.model import LARGEST
 from sigmatau.record import stream_name
 
-_EQUAL = 1e-9  # relative difference of numbers without errors that count as equal
+_EQUAL = 1e-9  # largest relative difference of equal numbers without errors
 _MOST_SIGMAS = 1e6  # distance in standard errors for an interval without width
 
 
@@ -64,10 +64,11 @@ def compare_with(
     unit : str, optional
         Name of the unit, for printing.
     level : float, optional
-        Confidence level of the status ``"out"``: a value exactly at its limit gets it in at most 1 − level of records.
+        Confidence level of the status ``"out"``: a value exactly at its limit is ``"out"`` in at most 1 − level of the
+        records.
     factor : float, optional
         Factor from the typical value to the maximum, if the datasheet has no maximum. Default: no maximum; a value above
-        the typical one is reported and not out.
+        the typical one is reported, but is not ``"out"``.
     sided : {"one", "two"}, optional
         Convention of noise densities if the datasheet does not state it. Default: try both; the status is undecided if they
         differ.
@@ -88,7 +89,7 @@ def compare_with(
     See Also
     --------
     datasheet : the datasheets.
-    judge_lot : many units against a specification.
+    judge_lot : compares many units with a specification.
 
     References
     ----------
@@ -144,7 +145,9 @@ def _is_number(value: object) -> bool:
 
 
 def _absent(datasheet: Datasheet, channels: Sequence[str]) -> tuple[str, ...]:
-    """Sensors and axes of the datasheet that are not in the result. A channel named like a sensor has all its axes."""
+    """Sensors and axes of the datasheet that are not in the result. A channel with the name of a sensor counts for all
+    its axes.
+    """
     absent = {claim.sensor for claim in datasheet.claims}
     absent -= {*channels, *map(stream_name, channels)}
     for sensor in QUANTITIES:
@@ -157,7 +160,7 @@ Means = Mapping[str, Mapping[float, Measured]]  # standard deviations of means b
 
 
 def _models(result: NoiseModel | Fitted) -> tuple[dict[str, ChannelModel], list[str], Means]:
-    """The models by channel, the channels without a model, and the standard deviations of means."""
+    """Collect the models by channel, the channels without a model, and the standard deviations of means."""
     if isinstance(result, NoiseModel):
         return dict(result.channels), [], {}
     fits: Mapping[str, NoiseFit] | None = getattr(result, "fits", None)
@@ -207,7 +210,7 @@ def _compared(
     if not adequate:  # the error of the values is unknown
         return LimitComparison(limit=limit, side="undecided")
     if value.value is None:
-        # A limit with a level of 95 % proves nothing at 99 %.
+        # A limit at a level of 95 % does not decide at 99 %.
         shows = level <= value.level
         below = shows and value.upper_limit is not None and value.upper_limit < limit
         above = shows and value.lower_limit is not None and value.lower_limit > limit * (1 + _EQUAL)
@@ -230,7 +233,7 @@ def _sigmas(value: float, low: float, high: float, limit: float, level: float) -
     """
     reach = NormalDist().inv_cdf((1 + level) / 2)
     end = low if value > limit else high
-    if end <= 0:  # an interval that starts at 0: linear
+    if end <= 0:  # linear for an interval that starts at 0
         return reach * (value - limit) / value
     width = abs(math.log(value / end))
     distance = reach * math.log(value / limit)
@@ -245,7 +248,7 @@ def _model_doubt(model: ChannelModel) -> Doubt:
 
 
 def _status(readings: tuple[ClaimReading, ...]) -> tuple[Status, Doubt | None]:
-    """Status on which all meanings agree, else undecided, with the reason."""
+    """Common status of all meanings; otherwise ``"undecided"`` with the reason."""
     statuses = {_reading_status(reading) for reading in readings}
     if len(statuses) == 1:
         status = statuses.pop()

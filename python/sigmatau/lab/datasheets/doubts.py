@@ -1,4 +1,6 @@
-"""`Doubt`: why a claim cannot be decided, or what a measured value lacks, as data. Words are only made for a reader."""
+"""`Doubt`: the reason why a claim cannot be decided, or a restriction of a measured value, as data with words for a
+reader.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,7 @@ _WORDS: dict[DoubtKind, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doubt:
-    """Why a claim cannot be decided, or what a measured value lacks.
+    """Reason why a claim cannot be decided, or a restriction of a measured value.
 
     Attributes
     ----------
@@ -41,7 +43,7 @@ class Doubt:
     terms : tuple of str
         For ``"terms_at_limit"``, the terms that were not observed.
     conventions : tuple of str
-        For ``"convention"``, the possible ones.
+        For ``"convention"``, the possible conventions.
     """
 
     kind: DoubtKind
@@ -56,6 +58,6 @@ class Doubt:
 
     @property
     def words(self) -> str:
-        """The doubt for a reader."""
+        """The doubt in words."""
         terms = " and ".join(self.terms).replace("_", " ")
         return _WORDS[self.kind].format(average=self.average, terms=terms, conventions=" or ".join(self.conventions))

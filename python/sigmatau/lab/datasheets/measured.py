@@ -17,7 +17,7 @@ from sigmatau.lab.datasheets.doubts import Doubt, DoubtKind
 from sigmatau.model import min_adev, processes_avar
 from sigmatau.noise.terms import SLOW
 
-_SAME_AVERAGE = 0.05  # relative difference of averaging times, which are whole samples
+_SAME_AVERAGE = 0.05  # largest relative difference of equal averaging times, which are whole samples
 _NEGLIGIBLE = 0.01  # share of a variance that is ignored: 0.5 % of a deviation
 
 
@@ -34,11 +34,11 @@ class Measured:
     upper_limit : float or None
         Upper limit if it was not observed. [unit of the claim]
     lower_limit : float or None
-        Lower bound if only a part of the terms is known. [unit of the claim]
+        Lower bound if only some of the terms are known. [unit of the claim]
     level : float
         Confidence level of the interval or the limits; 1 for a limit from a model without intervals.
     doubt : Doubt or None
-        Why nothing is known, or terms that were not observed and may contribute.
+        Reason why there is no value or limit, or terms that were not observed and may contribute.
     """
 
     value: float | None = None
@@ -67,7 +67,7 @@ class Measured:
 
 
 def measured(model: ChannelModel, quantity: str) -> Measured:
-    """A term of a model, or the minimum of its Allan deviation; the absolute value of a ramp."""
+    """Measure a term of a model, or the minimum of its Allan deviation; for a ramp, the absolute value."""
     if quantity == MINIMUM:
         return _minimum(model)
     if quantity in model and quantity not in model.limits:
@@ -102,13 +102,13 @@ def stability(means: Mapping[float, Measured], average: float) -> Measured:
 
 
 def _minimum(model: ChannelModel) -> Measured:
-    """The minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + … A maker reads
-    it from a sufficiently long record. Every term adds to it, so that the observed terms give a lower bound, and the
-    observed terms with the limits of the others give an upper bound.
+    """Minimum of the Allan deviation of the model: σ² = 3Q²/τ² + N²/τ + 0.44 B² + K²τ/3 + R²τ²/2 + … Makers read it from
+    a sufficiently long record. Every term increases it, so that the observed terms give a lower bound, and the observed
+    terms with the limits of the others an upper bound.
     """
     observed = {term: abs(value) for term, value in model.terms.items() if term not in model.limits}
     unseen = {term: limit for term, limit in model.limits.items() if term in SLOW}
-    # A term that is missing in the model need not be zero.
+    # A term that is missing in the model may not be zero.
     silent = "bias_instability" not in observed and "bias_instability" not in unseen
     if not any(term in observed for term in SLOW):
         return Measured(doubt=Doubt(kind="not_in_result")) if silent else _below(model, observed, unseen)
@@ -138,16 +138,16 @@ def _below(model: ChannelModel, observed: dict[str, float], unseen: dict[str, fl
 
 
 def _above(model: ChannelModel, low: float | None, observed: dict[str, float], why: DoubtKind) -> Measured:
-    """A lower bound: the lower end for the observed terms, or the value of a model without intervals."""
+    """Lower bound: the lower end for the observed terms, or the value of a model without intervals."""
     if low is None:
         return Measured(lower_limit=min_adev(observed, model, cancelled=True)[0], level=1.0, doubt=Doubt(kind=why))
     return Measured(lower_limit=low, level=(1 + model.level) / 2, doubt=Doubt(kind=why))
 
 
 def _interval(model: ChannelModel, observed: dict[str, float]) -> tuple[float, float] | tuple[None, None]:
-    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends. The covariance
-    of the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the error of the
-    minimum is larger: of 183 simulated records of N and B exactly at the limit, 3.8 % were out at 99 % instead of 1 %.
+    """Interval of the minimum of the five terms: all at their lower ends, and all at their upper ends. The covariance of
+    the chosen terms would give a narrower interval, but if a rate random walk is found by chance, the error of the
+    minimum is larger: 3.8 % of 183 simulated records with N and B exactly at the limit were out at 99 %, instead of 1 %.
     """
     values = {term: measured(model, term) for term in observed}
     if all(value.low is None for value in values.values()):

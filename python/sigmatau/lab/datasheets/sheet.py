@@ -19,7 +19,7 @@ from sigmatau.record import stream_name
 from sigmatau.results import Printed
 
 _WORDS = {"one": "one-sided", "two": "two-sided", "minimum": "Allan minimum", "coefficient": "coefficient B"}
-_LONGEST_NAME = 100  # longest name [characters]; a longer one is not looked up as a file
+_LONGEST_NAME = 100  # longest name that is looked up as a file [characters]
 _OPEN = {
     "noise_density": "one- or two-sided: not stated",
     "bias_instability": "Allan minimum or coefficient B: not stated",
@@ -37,7 +37,7 @@ class Datasheet(Printed):
     source : str
         Document, revision, page or table.
     confirmed : str
-        Where the numbers were looked up; may be empty.
+        Place where the numbers were confirmed; may be empty.
     note : str
     claims : tuple of Claim
         Noise specifications.
@@ -48,8 +48,8 @@ class Datasheet(Printed):
 
     See Also
     --------
-    datasheet : one of the library, or of a file.
-    compare_with : a result against a datasheet.
+    datasheet : reads a datasheet of the library, or from a file.
+    compare_with : compares a result with a datasheet.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Datasheet(Printed):
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """The datasheet of a TOML file; see docs/how-to/datasheets.md.
+        """Read the datasheet of a TOML file; see docs/how-to/datasheets.md.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class Datasheet(Printed):
         Raises
         ------
         DataError
-            If it cannot be read; names file, sensor, key and value.
+            If the file cannot be read; the error names file, sensor, key and value.
         """
         content = claims.parsed(Path(path))
         try:
@@ -97,12 +97,12 @@ class Datasheet(Printed):
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The datasheet of a parsed file.
+        """Build the datasheet of a parsed file.
 
         Parameters
         ----------
         content : mapping
-            What a TOML file of docs/how-to/datasheets.md contains.
+            Content of a TOML file as in docs/how-to/datasheets.md.
 
         Returns
         -------
@@ -111,14 +111,14 @@ class Datasheet(Printed):
         Raises
         ------
         DataError
-            For an unknown key or a wrong value; names sensor and key.
+            For an unknown key or a wrong value; the error names sensor and key.
         """
         texts = claims.parse_texts(content)
         data, axes = claims.parse_data(content), claims.parse_axes(content)
         return cls(**texts, data=data, axes=axes, claims=claims.parse_claims(content))
 
     def of(self, channel: str) -> tuple[Claim, ...]:
-        """The claims for a channel: those for its axis if there are any, else those for its sensor.
+        """The claims for a channel: those for its axis if there are any, otherwise those for its sensor.
 
         Parameters
         ----------
@@ -141,7 +141,7 @@ class Datasheet(Printed):
         Parameters
         ----------
         sensor : {"gyro", "accel"}
-            Which sensor.
+            Kind of the sensor.
 
         Returns
         -------
@@ -162,7 +162,7 @@ class Datasheet(Printed):
         Parameters
         ----------
         use : {"typical", "maximum"}
-            Which number; the other if there is only one.
+            Kind of the number; the other kind if the datasheet has only that.
         sided : {"one", "two"}, optional
             Convention of noise densities if not stated.
         bias : {"minimum", "coefficient"}, optional
@@ -194,7 +194,7 @@ class Datasheet(Printed):
     def origins(
         self, *, use: Literal["typical", "maximum"] = "typical", sided: Sided | None = None, bias: Bias | None = None
     ) -> tuple[str, ...]:
-        """Origin of each number of `model`, one line each: typical or maximum value, and its convention.
+        """Origin of each number of `model`, one line per number: typical or maximum value, and its convention.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class Datasheet(Printed):
         }
 
     def headline(self) -> str:
-        """Name, maker and kind in a line."""
+        """Name, maker and kind in one line."""
         return ", ".join(text for text in (f"{self.name} ({self.maker})", self.kind) if text)
 
     def __repr__(self) -> str:
@@ -277,13 +277,13 @@ def _row(claim: Claim) -> tuple[str, str, str, str]:
 
 
 def _conventions(claim: Claim) -> tuple[str, ...]:
-    """``("one-sided",)``, or that it is not stated; empty if there is only one interpretation."""
+    """Words ``("one-sided",)``, or that the convention is not stated; empty if there is only one interpretation."""
     words = _OPEN[claim.key] if claim.convention == "unknown" else _WORDS.get(claim.convention, "")
     return (words,) if words else ()
 
 
 def _used(claim: Claim, use: str) -> Literal["typical", "maximum"]:
-    """Choice between the numbers of a claim. If only one is stated, it is used."""
+    """Kind of the number of a claim that is used: the wanted one, or the only one that is stated."""
     wanted = claim.typical if use == "typical" else claim.maximum
     return "typical" if (use == "typical") == (wanted is not None) else "maximum"
 
@@ -350,7 +350,7 @@ def list_datasheets() -> Library:
 
     See Also
     --------
-    datasheet : one of them.
+    datasheet : one datasheet of the library.
 
     Examples
     --------
@@ -383,7 +383,7 @@ def datasheet(name: str | Path) -> Datasheet:
     See Also
     --------
     list_datasheets : the names of the library.
-    compare_with : a result against a datasheet.
+    compare_with : compares a result with a datasheet.
 
     Examples
     --------

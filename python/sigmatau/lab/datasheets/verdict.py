@@ -17,13 +17,13 @@ Side = Literal["below", "undecided", "above"]
 Status = Literal["within", "above typical", "undecided", "out"]
 
 _WORST: tuple[Status, ...] = ("out", "undecided", "above typical", "within")
-_COLUMNS = 5  # channel, claim, value, status, and the limits, which are on separate lines
+_COLUMNS = 5  # columns of channel, claim, value and status; the limits are on separate lines
 _MOST_PRINTED_SIGMAS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitComparison:
-    """A measured value against one limit.
+    """Comparison of a measured value with one limit.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class ClaimReading:
     measured : Measured
         Measured value for this meaning.
     typical, maximum : LimitComparison or None
-        Against the typical value and the maximum; None if the datasheet does not state it.
+        Comparison with the typical value and with the maximum; None if the datasheet does not state it.
     """
 
     meaning: Meaning
@@ -95,7 +95,7 @@ class Judged:
     readings : tuple of ClaimReading
         One for each possible meaning of the claim.
     status : {"within", "above typical", "undecided", "out"}
-        State, e.g. ``"above typical"``, which means not above the maximum, if there is one.
+        Status; ``"above typical"`` means not above the maximum, if there is one.
     doubt : Doubt or None
         Special reason for ``"undecided"``, if there is one.
     """
@@ -108,12 +108,12 @@ class Judged:
 
     @property
     def reason(self) -> str:
-        """The reason for ``"undecided"`` in words; else empty."""
+        """The reason for ``"undecided"`` in words; otherwise empty."""
         return "" if self.doubt is None else self.doubt.words
 
     @property
     def may_be_out(self) -> bool:
-        """Whether the maximum, if there is one, is not shown to be met."""
+        """Whether there is a maximum that is not shown to be met."""
         return any(reading.maximum is not None and reading.maximum.side != "below" for reading in self.readings)
 
     def to_dict(self) -> dict[str, Any]:
@@ -128,7 +128,7 @@ class Verdict(Printed):
     Attributes
     ----------
     unit : str
-        Name of what was compared, such as a result file.
+        Name of the compared unit, such as that of a result file.
     datasheet : str
         Name of the datasheet.
     judged : tuple of Judged
@@ -136,7 +136,7 @@ class Verdict(Printed):
     unsaid : tuple of (str, str)
         Channels and terms that were measured but are not in the datasheet.
     missing : tuple of str
-        Sensors and axes of the datasheet that are not in the result, or have no model there.
+        Sensors and axes of the datasheet that are not in the result, or have no model in it.
     absent : tuple of str
         The part of `missing` that is not in the result at all.
     level : float
@@ -168,7 +168,7 @@ class Verdict(Printed):
 
     @property
     def status(self) -> Status:
-        """The worst of all claims; at least ``"undecided"`` if there is none or a channel is missing."""
+        """Worst status of all claims; at least ``"undecided"`` without claims, or if a channel is missing."""
         statuses = {judged.status for judged in self.judged}
         if self.missing or not statuses:
             statuses.add("undecided")
@@ -176,7 +176,7 @@ class Verdict(Printed):
 
     @property
     def out(self) -> bool:
-        """Whether a claim's maximum is exceeded."""
+        """Whether the maximum of a claim is exceeded."""
         return self.status == "out"
 
     @property
@@ -185,9 +185,8 @@ class Verdict(Printed):
         return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
 
     def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
-        """Whether the unit fails: if it is out, or for ``"fail"`` unless all maxima are shown to be met.
-
-        An undecided typical value fails no unit.
+        """Whether the unit fails: it is out, or with ``"fail"`` a maximum is not shown to be met. A unit does not fail
+        because of an undecided typical value.
 
         Parameters
         ----------
@@ -221,7 +220,7 @@ class Verdict(Printed):
         return tuple(judged for judged in self.judged if judged.status == status)
 
     def line(self) -> str:
-        """One line: the unit, its status, and the claims with this status."""
+        """The unit, its status, and the claims with this status, in one line."""
         worst = self.of(self.status) if self.status != "within" else ()
         named = [f"{j.channel} {j.claim.label}{_by(j)}" for j in worst]
         named += [f"no {channel}" for channel in self.missing] if self.status == "undecided" else []
@@ -266,7 +265,7 @@ class Verdict(Printed):
 
 
 def _narrow(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Rows that fit the terminal: if the values are too long, they are in the lines of the limits."""
+    """Fit rows to the terminal: values that are too long move to the lines of the limits."""
     full = [row for row in rows if len(row) == _COLUMNS]
     wide = sum(max((len(row[k]) for row in full), default=0) + 2 for k in range(_COLUMNS - 1))
     if wide <= WIDTH:
@@ -317,19 +316,19 @@ def _rows(judged: Judged) -> list[tuple[str, ...]]:
 
 
 def _called(claim: Claim, name: str) -> str:
-    """The datasheet's name of a limit."""
+    """Name of a limit in the datasheet."""
     return claim.usual if name == "typical" else name
 
 
 def _stated(claim: Claim, name: str) -> str:
-    """A number of the datasheet with its printed unit; empty if there is none."""
+    """Number of the datasheet with its printed unit; empty without a number."""
     text = claim.typical_text if name == "typical" else claim.maximum_text
     number, _, unit = text.partition(" ")
     return f"{number} {find(unit).text}" if unit else text
 
 
 def _limit_text(claim: Claim, name: str, value: float) -> str:
-    """A limit in the unit of the row; with its unit if typical and maximum have different units."""
+    """Limit in the unit of the row; with its original unit if typical and maximum have different units."""
     stated = _stated(claim, name)
     return stated if stated and not stated.endswith(f" {claim.display()[0]}") else f"{value:.4g}"
 

@@ -1,1 +1,1 @@
-"""Many logs, or one very long one, on several processes or hosts; the results go into a store."""
+"""Analysis of many logs, or of a very long one, on several processes or hosts, with the results in a store."""

@@ -1,4 +1,4 @@
-"""The logs of a fleet: files and objects by pattern, with a version that shows whether they have changed."""
+"""Logs of a fleet: files and objects by pattern, with a version that shows whether they have changed."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from sigmatau.frozen import frozen
 
 @frozen
 class Log:
-    """A log, in a form in which a worker can find it again."""
+    """A log, in a form that a worker can locate."""
 
     place: str  # path or URL
     size: int | None  # size; None if the storage does not state it [bytes]
-    changed: str  # time of its last change or its tag, as text
+    changed: str  # time of the last change, or tag of the object, as text
 
     @property
     def version(self) -> str:
-        """Text that is equal for the same content: size and last change."""
+        """Version of the content, as text: size and last change."""
         return f"{self.size}/{self.changed}"
 
 
 def find(patterns: Iterable[str]) -> list[Log]:
-    """The logs of paths, patterns (``logs/**/*.csv``) and URLs (``s3://bucket/night*``), each once, by name.
+    """List the logs of paths, patterns (``logs/**/*.csv``) and URLs (``s3://bucket/night*``), each once, sorted by name.
 
     Parameters
     ----------
     patterns : iterable of str
-        A folder stands for all that is below it. Zarr stores and ROS 2 bags are folders that are one log.
+        A folder includes all logs below it. Zarr stores and ROS 2 bags are folders that count as one log.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def _local(pattern: str) -> Iterator[Log]:
     from sigmatau.io import NOT_LOGS
 
     several = glob.has_magic(pattern)
-    inside: dict[Path, bool] = {}  # by folder, whether it is inside a folder that is a log
+    inside: dict[Path, bool] = {}  # whether a folder is inside a folder that is a log, by folder
     for name in sorted(_matching(pattern)) if several else [pattern]:
         path = Path(name)
         if several and (path.suffix.lower() in NOT_LOGS or _within(path.parent, inside)):
@@ -76,13 +76,13 @@ def _local(pattern: str) -> Iterator[Log]:
         except OSError as error:
             if not several:
                 raise DataError(f"{path}: {error.strerror or error}") from None
-            yield Log(place=str(path), size=None, changed="")  # a broken link, which the reader reports
+            yield Log(place=str(path), size=None, changed="")  # a broken link; the reader reports it
             continue
         yield Log(place=str(path), size=state.st_size, changed=str(state.st_mtime_ns))
 
 
 def _matching(pattern: str) -> Iterator[str]:
-    """As `glob.glob`, but links to a parent folder are not followed: they would list each log forty times."""
+    """Like `glob.glob`, but does not follow links to a parent folder, which would list each log forty times."""
     parts = pattern.split("/")
     if parts.count("**") != 1:
         yield from glob.glob(pattern, recursive=True)  # noqa: PTH207  of any root
@@ -102,7 +102,7 @@ def _matching(pattern: str) -> Iterator[str]:
 
 
 def _folders(root: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
-    """A folder and its subfolders, except hidden ones."""
+    """List a folder and its subfolders, except hidden ones."""
     real = os.path.realpath(root)
     if real in above:
         return
@@ -114,7 +114,7 @@ def _folders(root: str, above: frozenset[str] = frozenset()) -> Iterator[str]:
 
 
 def _names(folder: str) -> list[str]:
-    """The entries of a folder that are not hidden; empty if it may not be listed."""
+    """Entries of a folder that are not hidden; empty without permission to list it."""
     try:
         return [name for name in os.listdir(folder or ".") if not name.startswith(".")]  # noqa: PTH208
     except OSError:
@@ -122,7 +122,7 @@ def _names(folder: str) -> list[str]:
 
 
 def _is_listed(folder: Path) -> bool:
-    """Whether a folder may be listed. One that may not counts as an unreadable log, so that it is reported."""
+    """Whether there is permission to list a folder. Other folders count as unreadable logs, so that they are reported."""
     return os.access(folder, os.R_OK | os.X_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
@@ -187,7 +187,7 @@ def _zarr_name(name: str) -> bool:
 
 
 def _above(name: str) -> Iterator[str]:
-    """The folders above a path: ``a``, ``a/b`` and ``a/b/c`` for ``a/b/c``."""
+    """List the folders of a path: ``a``, ``a/b`` and ``a/b/c`` for ``a/b/c``."""
     parts = name.rstrip("/").split("/")
     return ("/".join(parts[: k + 1]) for k in range(len(parts)))
 
@@ -202,7 +202,7 @@ def _remote_folder(system: Any, path: str) -> Log:  # noqa: ANN401
 
 
 def _tag(entry: Mapping[str, Any]) -> str:
-    """The version of an object that its storage states."""
+    """Version of an object as stated by its storage."""
     for key in ("ETag", "etag", "LastModified", "last_modified", "mtime", "created"):
         if entry.get(key) is not None:
             return str(entry[key])

@@ -1,4 +1,4 @@
-"""`run_fleet`: sends tasks to workers and collects the outcomes, whatever fails in between."""
+"""`run_fleet`: sends tasks to workers and collects the outcomes, also after failures of workers."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from sigmatau.process import uninterrupted
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-_TASK_SECONDS = 2.0  # duration of a task with several logs, whose overhead is about 5 ms [s]
+_TASK_SECONDS = 2.0  # duration of a task with several logs; its overhead is about 5 ms [s]
 _BATCH_LOGS = 64
 _RECOUNT = 3.0  # interval between counts of the workers [s]
 _TRIES = 3  # largest number of attempts for a stretch
 _ANSWER = 20.0  # time within which a scheduler answers [s]
-_AHEAD = 2  # number of waiting tasks per thread of the workers
+_AHEAD = 2  # number of waiting tasks per worker thread
 _PATIENCE = 0.5  # interval between checks of the clock and the scheduler [s]
 _LARGE = 1 << 26  # size of a log above which a worker tests whether it must be divided [bytes]
 _UNLIMITED = 4 << 30  # assumed memory of a worker that states no limit [bytes]
@@ -41,16 +41,16 @@ _Kind = Literal["batch", "single", "alone", "divide", "stretch"]
 def cluster(
     *, workers: int | None = None, scheduler: str | None = None, memory: float | None = None
 ) -> Iterator[Client]:
-    """A client of a running scheduler, or of processes of this host that are stopped with it.
+    """Open a client of a running scheduler, or of processes of this host that stop with the client.
 
     Parameters
     ----------
     workers : int, optional
-        Processes of this host. Default: one a core.
+        Number of processes of this host. Default: one per core.
     scheduler : str, optional
         Address, ``tcp://host:8786``.
     memory : float, optional
-        Of a process of this host. [bytes] Default: its share of the host's.
+        Memory of a process of this host. [bytes] Default: its share of the memory of the host.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def cluster(
     except ImportError:
         raise ImportError("a fleet needs dask.distributed: pip install 'sigmatau[cluster]'") from None
     settings = {
-        # a task whose worker ended is started again by this module, with fewer logs
+        # this module restarts a task whose worker ended, with fewer logs
         "distributed.scheduler.allowed-failures": 0,
         # Monitoring of the workers took 5 % of their time.
         "distributed.worker.profile.enabled": False,
@@ -73,7 +73,7 @@ def cluster(
         "distributed.admin.system-monitor.interval": "10s",
         "distributed.scheduler.worker-saturation": 1.0,  # a log that crashes its worker then affects no others
     }
-    # Messages of the workers become an error of one line, or a failed log.
+    # Messages of the workers are converted to one-line errors or failed logs.
     for name in ("distributed", "distributed.client", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with dask.config.set(settings):
@@ -114,7 +114,7 @@ def _answers(scheduler: str) -> None:
         comm = await asyncio.wait_for(connect(scheduler, timeout=_ANSWER, **arguments), _ANSWER + 1)
         await comm.close()
 
-    with ThreadPoolExecutor(1) as thread:  # this thread may run a loop already, as in a notebook
+    with ThreadPoolExecutor(1) as thread:  # this thread may already run a loop, as in a notebook
         thread.submit(lambda: asyncio.run(shake_hands())).result()
 
 
@@ -129,16 +129,16 @@ def run_fleet(
     """Analyse logs.
 
     `done` is called with the outcomes of each task as soon as they are available, in any order, and about twice a second
-    with an empty list. `tell` is called with remarks for the user: that there are no workers.
+    with an empty list. `tell` is called with remarks for the user, such as that there are no workers.
 
-    If the worker of a task with several logs ends, each of its logs becomes a task. If the worker of a single log ends too,
-    the log runs alone; if its worker ends again, it has failed. A stretch is tried three times. A task whose result is lost
-    with its worker is started again.
+    If the worker of a task with several logs ends, each of its logs becomes a task. If the worker of such a task ends
+    too, the log runs alone; if its worker ends again, the log has failed. A stretch is tried three times. A task whose
+    result is lost with its worker is started again.
 
     Raises
     ------
     DataError
-        If the scheduler is lost, or a worker has no sigmatau, or another version. The outcomes so far have been passed on.
+        If the scheduler is lost, or a worker lacks sigmatau or has another version. Earlier outcomes were passed to `done`.
     """
     _Run(client, job, done, tell).all(logs)
 
@@ -169,7 +169,7 @@ class _Run:
     ) -> None:
         self._client, self._job, self._done, self._tell = client, job, done, tell
         self._checked: set[str] = set()  # workers whose version was checked
-        self._waits = False  # whether it waits for workers
+        self._waits = False  # whether the run waits for workers
         self._logs: deque[Log] = deque()
         self._waiting: deque[_Task] = deque()
         self._alone: deque[_Task] = deque()
@@ -177,7 +177,7 @@ class _Run:
         self._ready: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._records: dict[str, _Divided] = {}
         self._threads, self._counted = 1, -math.inf  # threads of the workers, and when they were counted
-        self._seconds, self._finished = 0.0, 0  # time that the workers took for finished logs, and their number
+        self._seconds, self._finished = 0.0, 0  # total time of the finished logs, and their number
 
     def all(self, logs: Sequence[Log]) -> None:
         memory = _memory(self._client)
@@ -197,12 +197,12 @@ class _Run:
                 if key in self._running:
                     self._finish(*self._running.pop(key))
         finally:
-            # Without the scheduler nothing can be cancelled.
+            # Tasks cannot be cancelled without the scheduler.
             with contextlib.suppress(Exception):
                 self._client.cancel([future for _, future in self._running.values()], force=True)
 
     def _started(self) -> bool:
-        """`_start`. Raises `DataError` if the scheduler does not answer."""
+        """Start tasks with `_start`. Raises `DataError` if the scheduler does not answer."""
         try:
             return self._start()
         except OSError:
@@ -210,7 +210,7 @@ class _Run:
 
     def _start(self) -> bool:
         """Start as many tasks as the workers need; return whether any is running."""
-        if time.monotonic() > self._counted + _RECOUNT:  # workers come and go
+        if time.monotonic() > self._counted + _RECOUNT:  # the number of workers may change
             threads: Mapping[str, int] = self._client.nthreads()
             self._threads = max(sum(threads.values()), 1)
             self._counted = time.monotonic()
@@ -234,7 +234,7 @@ class _Run:
             self._tell("the scheduler has no workers; waiting for them")
         self._waits = not addresses
         if new := addresses - self._checked:
-            # The function that is sent is one of Python's own, so that it runs on every worker.
+            # A function of the standard library is sent, so that it runs on every worker.
             asked = self._client.run(
                 pkgutil.resolve_name, "sigmatau._version:__version__", workers=[*new], on_error="return"
             )
@@ -256,7 +256,7 @@ class _Run:
             return self._waiting.popleft()
         if not self._logs:
             return None
-        # The first tasks have one log each; then their mean time decides how many logs a task has.
+        # The first tasks have one log each; their mean time then determines the number of logs per task.
         mean = self._seconds / self._finished if self._finished else _TASK_SECONDS
         logs_of_thread = -(-len(self._logs) // self._threads)
         count = min(max(round(_TASK_SECONDS / max(mean, 1e-3)), 1), _BATCH_LOGS, max(logs_of_thread, 1))

@@ -19,13 +19,13 @@ _AT_ONCE = 500  # number of keys in a statement
 
 
 class Stored:
-    """The runs of a store that were made with certain options.
+    """Runs of a store with given options.
 
     Parameters
     ----------
     engine : Engine
     options : mapping
-        Those that results name.
+        Options in the form of results.
 
     Raises
     ------
@@ -62,24 +62,24 @@ class Stored:
         self._engine.dispose()
 
     def has(self, log: Log, *, failures: bool = True) -> bool:
-        """Whether there is a result of this version of a log. A failure counts unless `failures` is False."""
+        """Whether there is a result for this version of a log. A failure counts unless `failures` is False."""
         runs = self._runs.get(log.place, ())
         return any(version == log.version and (failures or state != "failed") for version, state in runs)
 
     def failed(self, logs: Iterable[Log]) -> int:
-        """Number of logs whose present version has failed and that have no other result."""
+        """Number of logs whose current version has failed and has no other result."""
         states_by_log = (
             [state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs
         )
         return sum(bool(states) and set(states) == {"failed"} for states in states_by_log)
 
     def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
-        """Set the time or the temperature of existing runs of logs, by place; return the number of changed runs.
+        """Set the time or the temperature of existing runs of logs by place; return the number of changed runs.
 
         Raises
         ------
         DataError
-            If the store does not take it.
+            If the store refuses a value.
         """
         from sqlalchemy import update
 
@@ -106,7 +106,7 @@ class Stored:
         """Add the results of logs in one transaction. Raises `DataError`.
 
         Results of earlier versions of the logs, and old failures, become history. If the result of a changed log is the
-        same, its row is kept and gets the version of the log.
+        same, its row remains and gets the version of the log.
         """
         from sigmatau.lab.store.ingest import add_rows
 

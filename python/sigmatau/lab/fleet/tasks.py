@@ -1,6 +1,4 @@
-"""The work of a worker: it analyses logs and returns rows for the store. For a log that cannot be used the row states
-why.
-"""
+"""Work of a worker: analyses logs and returns rows for the store. The row of a log that cannot be used states the reason."""
 
 from __future__ import annotations
 
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
     from sigmatau.lab.store.naming import Naming
     from sigmatau.lab.store.rows import Rows
 
-_THREADS = "threads"  # the setting of `analyze` that a worker overrides, because it has one core
+_THREADS = "threads"  # setting of `analyze` that a worker overrides, because it has one core
 
 
 @frozen
@@ -46,7 +44,7 @@ class FleetJob:
 
     @property
     def options(self) -> dict[str, Any]:
-        """The options that differ from the defaults, as results state them. Raises `OptionError` for a wrong one."""
+        """Options that differ from the defaults, in the form of results. Raises `OptionError` for a wrong option."""
         from sigmatau.analysis import AnalysisOptions
         from sigmatau.io import ReadOptions
         from sigmatau.options import stated
@@ -59,25 +57,25 @@ class FleetJob:
 
 @frozen
 class FleetOutcome:
-    """The outcome of a finished log."""
+    """Outcome of a finished log."""
 
     log: Log
     code: int  # exit code for this log alone
     rows: Rows
-    error: OptionError | DataError | None = None  # why there is no result
+    error: OptionError | DataError | None = None  # reason why there is no result
 
 
 def analyse(logs: Sequence[Log], job: FleetJob) -> tuple[list[FleetOutcome], float]:
-    """The outcomes of logs, in order, and the time for all of them. [s]"""
+    """Analyse logs; return their outcomes in order, and the total time. [s]"""
     prepare_process()
     begun = time.perf_counter()
     outcomes = [_analysed(log, job) for log in logs]
-    gc.collect()  # the samples of these logs must not be in memory with those of the next
+    gc.collect()  # free the samples before the next task
     return outcomes, time.perf_counter() - begun
 
 
 def divided(log: Log, job: FleetJob, memory: int) -> Division | None:
-    """How a record that is too large for this memory is divided; None if it is analysed as a whole.
+    """Divide a record that is too large for this memory; None if it is analysed as a whole.
 
     Raises
     ------
@@ -93,7 +91,7 @@ def divided(log: Log, job: FleetJob, memory: int) -> Division | None:
 
 
 def combined(log: Log, division: Division, sums: Mapping[str, Any], job: FleetJob) -> FleetOutcome:
-    """The outcome of a record that was summed in stretches."""
+    """Build the outcome of a record that was summed in stretches."""
     from sigmatau.analysis import stretches
     from sigmatau.findings.finding import damaged
 
@@ -105,7 +103,7 @@ def combined(log: Log, division: Division, sums: Mapping[str, Any], job: FleetJo
 
 
 def failed(log: Log, job: FleetJob, error: BaseException) -> FleetOutcome:
-    """The outcome of a log without a result, because of an error."""
+    """Build the outcome of a log without a result, because of an error."""
     from sigmatau.analysis import FailedAnalysis
     from sigmatau.errors import DataError, OptionError
 
@@ -138,7 +136,7 @@ def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
 
 
 def _outcome(log: Log, job: FleetJob, result: Callable[[], tuple[Analysis, int]]) -> FleetOutcome:
-    """The outcome of a function that returns a result and its exit code, or raises the reason for having none."""
+    """Build the outcome from a function that returns a result and its exit code, or raises an error."""
     from sigmatau.analysis import parse_options
 
     try:
@@ -159,7 +157,7 @@ def _entered(log: Log, job: FleetJob, result: Analysis | FailedAnalysis, code: i
 
 @functools.cache
 def prepare_process() -> None:
-    """Settings of a process that analyses many logs; called once."""
+    """Set up a process that analyses many logs; called once."""
     from sigmatau.process import keep_freed
 
     keep_freed()

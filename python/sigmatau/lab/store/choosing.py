@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 @frozen
 class Chosen:
-    """Selection of runs: all current ones, or those of units, of a sensor model, of a state, of a time or of a temperature.
+    """Selection of current runs by unit, sensor model, state, time or temperature.
 
     Attributes
     ----------
     units : tuple of str
-        Names; a ``*`` in a name stands for any text. Default: all units.
+        Names of units; a ``*`` in a name matches any text. Default: all units.
     model : str or None
         Sensor model.
     states : tuple of {"fitted", "not_fitted", "not_at_rest", "too_short_to_tell", "failed"}
         Default: all states.
     since, until : datetime or None
-        Beginning of the record: from `since` to before `until`, UTC.
+        Range of the beginning of the record, UTC; `until` is excluded.
     temperature : tuple of float or None
-        Lowest and highest stated temperature. [degC] Runs without one are then excluded.
+        Lowest and highest stated temperature. [degC] Runs without a temperature are then excluded.
     pattern : bool
-        Whether ``*`` in the name of a unit stands for any text.
+        Whether ``*`` in the name of a unit matches any text.
     history : bool
         Whether replaced results are included too.
 
@@ -71,14 +71,14 @@ class StoreTable(Tabular):
         return len(next(iter(self.content.values()), ()))
 
     def to_dict(self) -> dict[str, Any]:
-        """By column; times as ISO 8601 in UTC."""
+        """Values by column; times as ISO 8601 in UTC."""
         return {
             key: [f"{x.isoformat()}Z" if isinstance(x, datetime) else x for x in column]
             for key, column in self.content.items()
         }
 
     def shown(self, names: Sequence[str]) -> StoreTable:
-        """Some of the columns.
+        """Select columns.
 
         Parameters
         ----------
@@ -97,7 +97,7 @@ class StoreTable(Tabular):
 
 
 def conditions(chosen: Chosen | None) -> list[ColumnElement[bool]]:
-    """The selection in SQL, for a query of runs with their units and sensor models."""
+    """Build the selection in SQL, for a query of runs with their units and sensor models."""
     from sqlalchemy import or_
 
     from sigmatau.lab.store.tables import model, run, unit

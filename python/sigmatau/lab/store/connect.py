@@ -1,4 +1,4 @@
-"""Connections to a store: a SQLite file, or PostgreSQL by URL; its tables are made when it is first opened."""
+"""Connections to a store: a SQLite file, or PostgreSQL by URL; its tables are created when it is first opened."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from sqlalchemy import URL, Engine
     from sqlalchemy.engine import Connection
 
-_BUSY = 60  # time that a writer of SQLite waits for another one [s]
+_BUSY = 60  # time that a writer of SQLite waits for another writer [s]
 _PRAGMAS = (
-    "page_size=16384",  # of a new file: writing 35 000 results takes 0.89 of the CPU time with 4 KiB
+    "page_size=16384",  # page size of a new file: writing 35 000 results takes 0.89 of the CPU time of 4 KiB
     "journal_mode=WAL",  # readers are possible during a write
-    "synchronous=NORMAL",  # a crash of the system may lose the last transactions, but damages nothing
+    "synchronous=NORMAL",  # a crash of the system may lose the last transactions, but does not damage the file
     "foreign_keys=ON",
-    "cache_size=-65536",  # [KiB] the index of identities is read in no order
-    "wal_autocheckpoint=2000",  # pages, 32 MiB: pages that several transactions change are written once
+    "cache_size=-65536",  # cache [KiB]: the index of identities is read in random order
+    "wal_autocheckpoint=2000",  # [pages] 32 MiB: a page that several transactions change is written once
 )
-_NAMES = "case_sensitive_like=ON"  # patterns match the same names as in PostgreSQL
-_LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process makes the tables
-_HINTS = {  # what to do, by words in an error of a database
+_NAMES = "case_sensitive_like=ON"  # makes patterns match as in PostgreSQL
+_LOCK = 7_264_830  # advisory lock of PostgreSQL: only one process creates the tables
+_HINTS = {  # action by words in an error of a database
     "readonly database": "copy the file to where you may write",
     "disk image is malformed": "restore a copy, or recover it: sqlite3 FILE .recover",
     "disk is full": "free some space, and run the command again",
@@ -37,14 +37,14 @@ _TABLES = {"unit", "run", "coefficient"}  # tables of all versions
 
 
 def open_engine(place: str | Path, *, create: bool = True) -> Engine:
-    """An engine of a store with its tables.
+    """Open the engine of a store, and create its tables.
 
     Parameters
     ----------
     place : str or Path
         A file, or a URL, ``postgresql://user@host/name``.
     create : bool
-        Whether a file that is not there is made.
+        Whether a missing file is created.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
 
 
 def reason(error: BaseException) -> str:
-    """The first line of an error of a database, and what to do."""
+    """First line of an error of a database, and the action."""
     cause = getattr(error, "orig", None) or error
     text = str(cause).strip().partition("\n")[0] or type(cause).__name__
     hint = next((hint for words, hint in _HINTS.items() if words in text), "")
@@ -109,7 +109,7 @@ def _url(place: str | Path, *, create: bool) -> URL:
 
 
 def _sqlite_url(path: Path) -> URL:
-    """URL of the file. A file that cannot be written is opened read-only; without other writers its log need not exist."""
+    """URL of the file. A file without write permission is opened read-only; without other writers its log may be missing."""
     from sqlalchemy import URL
 
     name = str(path)
@@ -148,7 +148,7 @@ def _file(path: Path, *, create: bool) -> Path:
 
 
 def _shown(place: str | Path) -> str:
-    """The place without its password."""
+    """Hide the password of a place."""
     text = re.sub(r"(://[^:/@]*):.*@", r"\1:…@", str(place))
     return re.sub(r"([?&]password=)[^&]*", r"\1…", text)
 
@@ -160,7 +160,9 @@ def _arguments(url: URL) -> dict[str, Any]:
 
 
 def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
-    """Allow several readers beside a writer. A writing transaction waits at its beginning, not at its first change."""
+    """Allow several readers and one writer at the same time. A writing transaction waits at its beginning, not at its
+    first change.
+    """
     from sqlalchemy import event
 
     name = str(engine.url.database)
@@ -179,7 +181,7 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
     @event.listens_for(engine, "commit")
     def committed(connection: Connection) -> None:
-        """Test whether the file was removed: what is written to it is then lost, and SQLite does not report it."""
+        """Test whether the file was removed: SQLite does not report that later data are lost."""
         if connection.get_execution_options().get("writes", False) and not to_read:
             try:
                 same = os.path.samestat(connection.info["file"], os.stat(name))  # noqa: PTH116
@@ -190,7 +192,7 @@ def _prepare_sqlite(engine: Engine, *, to_read: bool) -> None:
 
 
 def _make_tables(engine: Engine, place: str | Path) -> None:
-    """Make the tables of an empty database; raises `DataError` for tables of another program or version."""
+    """Create the tables of an empty database. Raises `DataError` for tables of another program or version."""
     from sqlalchemy import insert, inspect, select, text
 
     from sigmatau.lab.store.tables import VERSION, metadata, version

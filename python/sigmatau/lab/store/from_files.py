@@ -1,4 +1,4 @@
-"""Add JSON files of results to a store: several processes read and pack them, and this one writes."""
+"""Add JSON files of results to a store: several processes read and pack them, and this process writes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from sigmatau.process import end_with_parent, uninterrupted
 if TYPE_CHECKING:
     from sqlalchemy import Engine
 
-_FILES_OF_ONE_PROCESS = 400  # number of files that this process reads before other processes would have started
+_FILES_OF_ONE_PROCESS = 400  # number of files that this process can read while another process would start
 _AHEAD = 3  # number of batches per process that are read ahead of writing
 
 
@@ -40,9 +40,9 @@ class Problem:
     ----------
     file : Path
     reason : str
-        Why it was not added.
+        Reason why it was not added.
     unit_unknown : bool
-        Whether its unit is not named.
+        Whether the reason is an unknown unit.
     """
 
     file: Path
@@ -84,7 +84,7 @@ def add_files(
     jobs : int
         Processes that read files. This process writes.
     done : callable
-        Gets the number of files so far.
+        Called with the number of files so far.
     """
     batches = [files[start : start + BATCH] for start in range(0, len(files), BATCH)]
     total, problems, count = Added(), [], 0
@@ -103,7 +103,7 @@ _Read = tuple[list[Rows], list[Problem]]
 
 
 def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> Iterator[_Read]:
-    """Yield the batches in order; some are read ahead."""
+    """Yield the batches in order, and read some ahead."""
     read = partial(_read, naming=naming)
     if jobs < 2:
         yield from map(read, batches)
@@ -130,8 +130,8 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
 
 
 def _prepare_process() -> None:
-    """Ignore Ctrl-C, which reaches all processes of the terminal, because the first process stops the others. JSON has no
-    cycles to search for.
+    """Ignore Ctrl-C, which reaches all processes of the terminal, because the first process stops the others. Disable
+    garbage collection, because JSON has no cycles.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
@@ -140,7 +140,7 @@ def _prepare_process() -> None:
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Disable garbage collection: rows have no cycles, and the search takes a tenth of the time."""
+    """Disable garbage collection: rows have no cycles, and it takes a tenth of the time."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -35,7 +35,7 @@ class Added:
     revised : int
         Number of results that replace earlier ones of the same log and options.
     known : int
-        Number of results that were already there.
+        Number of results that were already stored.
     """
 
     new: int = 0
@@ -47,7 +47,7 @@ class Added:
 
 
 def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Added:
-    """Add results in transactions of `batch` results. Committed results stay if the process is killed.
+    """Add results in transactions of `batch` results. Committed results remain if the process is killed.
 
     The same log with the same options is one run. An identical result is not added again; a different one becomes a new
     revision.
@@ -55,7 +55,7 @@ def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Adde
     Raises
     ------
     DataError
-        For a result that is none, or a database that does not take it; earlier batches stay.
+        For an entry that is not a result, or a result that the database refuses; earlier batches remain.
     """
     total = Added()
     source = iter(entries)
@@ -74,7 +74,7 @@ def _named(entry: Entry) -> Rows:
 def add_rows(engine: Engine, chunk: Sequence[Rows], *, then: Callable[[Connection], None] = lambda _: None) -> Added:
     """Add results with all dependent rows in one transaction.
 
-    If another writer has added the same runs meanwhile, they are compared with its rows.
+    If another writer has added the same runs in the meantime, they are compared with its rows.
     """
     import sqlalchemy
 
@@ -170,12 +170,12 @@ class _Last:
     id: int | None = None  # None if it is not in the database yet
 
     def has(self, rows: Rows) -> bool:
-        """Whether a result is the same. A log that changed back gets a new revision."""
+        """Whether a result is the same. A log that changed back to an earlier version gets a new revision."""
         back = not self.current and rows.run["file_version"]
         return bool(self.revision and self.digest == rows.packed.digest and not back)
 
     def news(self, rows: Rows) -> dict[str, Any]:
-        """New facts about the same log: another place or time of change, and stated facts about its run."""
+        """Changed facts about the same log: its place, its time of change, and stated facts about its run."""
         changes: dict[str, Any] = {}
         if rows.run["file_version"] and (self.path, self.version) != (rows.run["path"], rows.run["file_version"]):
             changes = {key: rows.run[key] for key in ("path", "file_version", "name")}
@@ -190,7 +190,9 @@ _NONE = _Last()
 
 
 def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
-    """Last revision by identity. It is not current if the log has changed, or has failed and has a result."""
+    """Last revision by identity. It is not current if the log has changed, or if it is a failure and the log has a
+    result.
+    """
     from sqlalchemy import select
 
     from sigmatau.lab.store import tables
@@ -216,7 +218,7 @@ def _latest(connection: Connection, identities: set[str]) -> dict[str, _Last]:
 
 
 def _new_ids(connection: Connection, count: int) -> list[int]:
-    """Keys of new runs: from a sequence, or following the last one, because no other process of SQLite can write."""
+    """Keys of new runs: from a sequence, or after the last key in SQLite, where no other process can write."""
     if connection.dialect.name == "sqlite":
         last = connection.exec_driver_sql("SELECT coalesce(max(id), 0) FROM run").scalar_one()
         return list(range(last + 1, last + 1 + count))
@@ -242,7 +244,7 @@ def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
 
 
 def _ids(connection: Connection, table: Table, names: set[str]) -> dict[str, int]:
-    """The keys of names. Missing names are added; another writer may add them at the same time."""
+    """Keys of names. Missing names are added; another writer may add them at the same time."""
     from sqlalchemy import select
 
     if not names:
@@ -260,7 +262,7 @@ def _pairs(rows: Iterable[Any]) -> dict[str, int]:
 
 
 def _label_ids(connection: Connection, wanted: set[Label]) -> dict[Label, int]:
-    """The keys of labels. New labels are added; a store has few."""
+    """Keys of labels. New labels are added; a store has few labels."""
     from sqlalchemy import select
 
     from sigmatau.lab.store import tables
@@ -311,7 +313,7 @@ _COEFFICIENT = ("run_id", "label_id", "observed", "value", "low", "high", "upper
 
 
 def _bulk(connection: Connection, table: Table, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]) -> None:
-    """Insert rows by the fastest method of the driver: SQLAlchemy takes ten times longer for rows as dictionaries."""
+    """Insert rows by the fastest method of the driver: SQLAlchemy with rows as dictionaries takes ten times longer."""
     if not rows:
         return
     names = ", ".join(columns)

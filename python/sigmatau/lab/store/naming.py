@@ -38,9 +38,7 @@ class UnknownUnitError(DataError):
 
 @frozen
 class Naming:
-    """How results are named.
-
-    Attributes
+    """Rules for the names of results. Attributes
     ----------
     unit : str or None
         Name of the unit of all results.
@@ -48,14 +46,14 @@ class Naming:
         ``"folder"`` of the file, ``"log-folder"`` of its log, or a regular expression for the path of the log, whose first
         group is the unit. Default: the note "serial number" or "unit", see `sigmatau.results.SERIAL_NOTES`.
     folders : bool
-        Whether a result without such a note is named by its folder.
+        Whether the folder is the unit of a result without such a note.
     model : str
         Sensor model.
     date : str or None
-        Beginning of the records, ISO 8601, or ``"name"``: the first date in the path of the log. Default: the note.
-        Without a time zone it is UTC.
+        Beginning of the records, ISO 8601, or ``"name"``: the first date in the path of the log. Default: the note. A
+        time without a time zone is UTC.
     temperature : float or None
-        Temperature. [degC] Default: that of the note.
+        Temperature. [degC] Default: the note.
     """
 
     unit: str | None = None
@@ -71,7 +69,7 @@ class Naming:
         Raises
         ------
         OptionError
-            For two names of the unit, an empty one, a date that is not ISO 8601, or an expression without a group.
+            For two names of the unit, an empty name, a date that is not ISO 8601, or an expression without a group.
         """
         if self.unit is not None and self.unit_from is not None:
             raise OptionError(f"{Hint('unit')} and {{option}} both name the unit; give one of them", option="unit_from")
@@ -105,16 +103,16 @@ class Naming:
     def entry(
         self, result: Analysis | FailedAnalysis, file: Path, *, content: Mapping[str, Any] | None = None
     ) -> Entry:
-        """Add its names to a result.
+        """Add unit, time and temperature to a result.
 
         Parameters
         ----------
         result : Analysis or FailedAnalysis
-            Its notes, and the path of its log, name it.
+            A result, whose notes and path of the log are used.
         file : Path
             File of the result.
         content : mapping, optional
-            The JSON that the result was read from.
+            JSON from which the result was read.
 
         Returns
         -------
@@ -123,7 +121,7 @@ class Naming:
         Raises
         ------
         DataError
-            If nothing names its unit, or a date or a temperature cannot be read.
+            If the unit is unknown, or a date or a temperature cannot be read.
         """
         notes = {key.strip().lower(): text.strip() for key, text in result.notes.items()}
         log = result.path if isinstance(result, FailedAnalysis) else result.source.path or ""
@@ -193,7 +191,7 @@ class Naming:
 
 
 def stated_temperature(text: str | None) -> float | None:
-    """A temperature of the command line in degC; raises `OptionError` for anything but 25, 25degC or 298K."""
+    """Parse a temperature of the command line to degC. Raises `OptionError` for forms other than 25, 25degC or 298K."""
     degrees = None if text is None else _celsius(text)
     if text is not None and degrees is None:
         raise OptionError(f"{{option}} {text!r:.40} is not a temperature like 25degC", option="temperature")
@@ -213,7 +211,7 @@ def _iso(text: str) -> datetime | None:
 
 
 def _in_name(log: str) -> datetime:
-    """The first date in the path of a log, 2026-05-01 or 20260501_120000; raises `DataError` without one."""
+    """Find the first date in the path of a log, 2026-05-01 or 20260501_120000. Raises `DataError` without a date."""
     for part in (PurePath(log).name, log):
         for match in _DATE.finditer(part):
             year, _, month, day, hour, _, minute, second = match.groups()

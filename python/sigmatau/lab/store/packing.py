@@ -1,4 +1,4 @@
-"""Compact form of a result: its curves as packed numbers, and the rest as compressed JSON."""
+"""Compact form of a result: curves as packed numbers, and all other content as compressed JSON."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sqlalchemy.engine import Connection
 
 _LEVEL = 1  # level of zlib; level 6 is 8 % smaller and three times slower
-_HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program with equal numbers
+_HEAD = ("schema", "sigmatau", "source")  # keys that differ between versions of the program for equal numbers
 _INTEGERS = {"i": "<i4", "q": "<i8"}  # integer codes of `array`, the smallest first
 _FLOATS = "<f8"
 
@@ -36,7 +36,7 @@ NUMBERS = np.dtype(
         ("level", "<f8"),
     ]
 )
-"""A row of `tables.coefficient` in the array of a run. Read as arrays, a million rows take 0.1 s instead of 2 s."""
+"""A row of `tables.coefficient` in the array of a run. A million rows are read as arrays in 0.1 s instead of 2 s."""
 
 
 @frozen
@@ -44,12 +44,12 @@ class Packed:
     """A result as it is stored."""
 
     content: bytes  # everything except the curves
-    curves: bytes  # curves of all channels in order; compression would not make their numbers smaller
+    curves: bytes  # curves of all channels in order, not compressed, because compression does not shorten numbers
     digest: str  # checksum of the statements of the result, without the version of the program and the place of the log
 
 
 def pack(result: Mapping[str, Any]) -> Packed:
-    """A result in its stored form."""
+    """Convert a result to its stored form."""
     curves, channels = [], {}
     for name, channel in result["channels"].items():
         heads: dict[str, list[Any]] = {}
@@ -79,7 +79,7 @@ def pack(result: Mapping[str, Any]) -> Packed:
 
 
 def _packed(values: list[Any]) -> tuple[str, bytes]:
-    """The type and the bytes of numbers."""
+    """Type and bytes of numbers."""
     if type(values[0] if values else 0) is int:
         for code, kind in _INTEGERS.items():
             with suppress(TypeError, OverflowError):
@@ -106,7 +106,7 @@ def _json(content: object) -> bytes:
 
 
 def loads(data: bytes) -> Any:  # noqa: ANN401  anything that JSON has
-    """The content of JSON, also with file names whose bytes are not UTF-8; raises `ValueError`."""
+    """Parse JSON, also with file names whose bytes are not UTF-8. Raises `ValueError`."""
     import orjson
 
     try:
@@ -136,7 +136,7 @@ def unpack(content: bytes, curves: bytes) -> dict[str, Any]:
 
 
 def _values(numbers: NDArray[Any]) -> list[Any]:
-    """Plain numbers. NaN stands for None, because JSON of a result has no NaN."""
+    """Convert to plain numbers. NaN becomes None, because JSON of a result has no NaN."""
     values: list[Any] = numbers.tolist()
     return [None if value != value else value for value in values] if np.isnan(numbers).any() else values
 
@@ -148,7 +148,7 @@ READ = 100
 def contents(
     connection: Connection, keys: Sequence[int], *, without_damaged: bool = False
 ) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield keys of runs with their results. Damaged content raises `DataError`, or is left out."""
+    """Yield keys of runs with their results. Damaged content raises `DataError`, or is omitted."""
     from sqlalchemy import select
 
     from sigmatau.errors import DataError

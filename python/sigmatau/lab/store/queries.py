@@ -43,7 +43,7 @@ def runs(chosen: Chosen | None) -> Select[Any]:
 
 
 def in_order(chosen: Chosen | None) -> Select[Any]:
-    """Key, unit and time of runs in the order of their records. A run without a time has that of its addition."""
+    """Key, unit and time of runs in the order of their records. A run without a time has the time at which it was added."""
     time = func.coalesce(run.c.recorded, run.c.added)
     return (
         select(run.c.id, unit.c.name, time).join_from(run, unit).outerjoin(model, unit.c.model_id == model.c.id)

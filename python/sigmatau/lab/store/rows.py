@@ -1,4 +1,4 @@
-"""Conversion of a result to rows of a store, as far as it is possible without the database, also in another process."""
+"""Conversion of a result to rows of a store, without the database and therefore also in another process."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Rows:
     channels: tuple[tuple[Any, ...], ...]
     labels: tuple[Label, ...]
     terms: tuple[Term, ...]  # one per label
-    numbers: bytes  # the same as `NUMBERS`, with positions in `labels`
+    numbers: bytes  # like `NUMBERS`, with positions in `labels`
     findings: tuple[tuple[str, str, str, str], ...]
     packed: Packed
 
@@ -90,7 +90,7 @@ def options_key(options: Mapping[str, Any]) -> str:
 
 
 def _canonical(value: object) -> str:
-    """JSON that is the same for the same options: 100 and 100.0, whatever the order of keys."""
+    """JSON that is equal for equal options: 100 and 100.0 are equal, and the order of keys has no effect."""
 
     def plain(value: object) -> object:
         if isinstance(value, Mapping):
@@ -103,9 +103,7 @@ def _canonical(value: object) -> str:
 
 
 def make_rows(entry: Entry) -> Rows:
-    """The rows of a result.
-
-    Raises
+    """Build the rows of a result. Raises
     ------
     DataError
         If a name, a number or the JSON of the result cannot be stored.
@@ -167,12 +165,12 @@ def identity(unit: str, run: Mapping[str, Any]) -> str:
 
 @lru_cache(1000)
 def _shared(labels: tuple[Label, ...]) -> tuple[Label, ...]:
-    """The same object for the same labels: a batch of results is sent from process to process, each object once."""
+    """Return the same object for equal labels, because a batch between processes contains each object once."""
     return labels
 
 
 def _channels(analysis: Analysis) -> Iterator[tuple[Any, ...]]:
-    """The rows of the channels."""
+    """Build the rows of the channels."""
     for name, curve in analysis.curves.items():
         fit = analysis.fits.get(name)
         verdict, trust, p_value = ("", "", None) if fit is None else (fit.verdict, fit.trust or "", fit.p_value)
@@ -181,7 +179,7 @@ def _channels(analysis: Analysis) -> Iterator[tuple[Any, ...]]:
 
 
 def _terms(analysis: Analysis) -> Iterator[tuple[Label, Term]]:
-    """The coefficients and means of the channels."""
+    """Collect the coefficients and means of the channels."""
     for name, curve in analysis.curves.items():
         fit, mean = analysis.fits.get(name), analysis.means.get(name)
         for term in () if fit is None else fit.terms.values():
@@ -221,7 +219,7 @@ def _run(entry: Entry, channels: tuple[tuple[Any, ...], ...]) -> dict[str, Any]:
 
 
 def in_utc(time: datetime) -> datetime:
-    """The time in the form of the store: UTC, without a time zone. One without a zone is UTC.
+    """Convert a time to the form of the store: UTC, without a time zone. A time without a zone is UTC.
 
     Raises
     ------
@@ -243,7 +241,7 @@ def _word(value: object, longest: int) -> str:
     return _text(value)
 
 
-_common = lru_cache(1000)(_word)  # there are few words, each in thousands of rows
+_common = lru_cache(1000)(_word)  # cached: there are few words, each in thousands of rows
 
 
 def _number(value: Any) -> float | None:  # noqa: ANN401  anything that JSON has
@@ -275,7 +273,7 @@ def _name(text: str, kind: str, *, needed: bool = True) -> str:
 
 
 def _text(value: object) -> str:
-    """Text without what databases refuse: null characters, and bytes of file names that are not UTF-8."""
+    """Remove characters that databases refuse: null characters, and bytes of file names that are not UTF-8."""
     text = str(value)
     return text if text.isascii() and "\0" not in text else _utf8(text.replace("\0", "\\0")).decode()
 

@@ -38,10 +38,9 @@ _TERMS = (*TERMS, MEAN)
 
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
-    """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
-    or else the latest that was read off.
-
-    Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read of up to 1000 runs.
+    """Rows of the runs that have coefficients. If a log has results with several options, the latest fit is used, or the
+    latest read-off if there is no fit. Lines and filters of the fits are not read, so that clocks are not compared. δ of
+    eq. (26) is read for up to 1000 runs.
     """
     from sqlalchemy import select
 
@@ -78,15 +77,17 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         table = _with_deltas(connection, table, [row[0] for row in fitted])
     lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
     whole = joined([table, lines]) if len(lines.run) else table
-    return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes and the same values
+    return replace(
+        whole, runs=without_copies(whole)
+    )  # a log that was saved again has different bytes and the same values
 
 
 _MOST_CONTENTS = 1000
-"""Runs whose whole results are read, a millisecond each: what was read off is not in the tables."""
+"""Largest number of runs whose whole results are read, a millisecond each, because the tables lack read-offs."""
 
 
 def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> RunTable:
-    """The table with δ of eq. (26) of what was read off beside the fits."""
+    """Add δ of eq. (26) for coefficients that were read off in addition to a fit."""
     position = {key: index for index, key in enumerate(keys)}
     deltas = {
         (position[key], channel, term): float(line["error"])
@@ -103,7 +104,7 @@ def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> Ru
 
 
 def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
-    """The rows of results without a fit whose coefficients were read off."""
+    """Build the rows of results without a fit whose coefficients were read off."""
     builder, row_by_key = RunsBuilder(), {row[0]: row for row in rows}
     for key, content in contents(connection, list(row_by_key)):
         parts = content["channels"].values()
@@ -113,7 +114,7 @@ def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
 
 
 def _order(label: Sequence[Any]) -> tuple[Any, ...]:
-    """Gyros first, and the terms in the order of results."""
+    """Sort key: gyros first, and terms in the order of results."""
     _, channel, quantity, term, *units = label
     return quantity != "angular_rate", quantity, channel, _TERMS.index(term) if term in _TERMS else -1, units
 
@@ -151,7 +152,7 @@ def _table(
 
 
 def _errors(value: Floats, numbers: NDArray[np.void], *, signed: NDArray[np.bool_]) -> Floats:
-    """Standard errors, as `lots.runs.standard_error`: relative, or of signed values in SI; NaN without an interval."""
+    """Standard errors, like `lots.runs.standard_error`: relative, or in SI for signed values; NaN without an interval."""
     low, high = np.ascontiguousarray(numbers["low"]), np.ascontiguousarray(numbers["high"])
     levels, which = np.unique(numbers["level"], return_inverse=True)
     z = normal_quantile((1 + levels) / 2)[which]

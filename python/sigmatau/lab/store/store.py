@@ -1,4 +1,4 @@
-"""`Store`: results of many units and runs, kept, found again and followed over time."""
+"""`Store`: a database of the results of many units and runs."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Store:
 
     See Also
     --------
-    compare_runs : the same comparison without a store.
+    compare_runs : makes the same comparison without a store.
 
     Examples
     --------
@@ -83,8 +83,8 @@ class Store:
     def add(
         self, entries: Iterable[Entry | Analysis] | Entry | Analysis, *, unit: str | None = None, batch: int = BATCH
     ) -> Added:
-        """Add results, each once. A result that is already stored is not added again; a different result of the same log
-        and options is a new revision.
+        """Add results. A result that is already stored is not added again; a different result of the same log and options
+        is a new revision.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Store:
         unit : str, optional
             Serial number for each `Analysis`. Default: its note "serial number".
         batch : int
-            Number of results per transaction. Committed results stay if the process is killed.
+            Number of results per transaction. Committed results remain if the process is killed.
 
         Returns
         -------
@@ -103,7 +103,7 @@ class Store:
         Raises
         ------
         DataError
-            If an entry is not a result, its unit is unknown, or the database refuses it; earlier batches stay.
+            If an entry is not a result, its unit is unknown, or the database refuses it; earlier batches remain.
         OptionError
             For a batch smaller than 1.
         TypeError
@@ -147,7 +147,7 @@ class Store:
         jobs : int
             Number of processes that read the files.
         done : callable, optional
-            Called with the number of files that are done. Default: nothing is called.
+            Called with the number of finished files. Default: not called.
 
         Returns
         -------
@@ -169,7 +169,7 @@ class Store:
         Returns
         -------
         dict of str to str
-            By path of the log, the version of the file that was analysed.
+            Version of the analysed file, by path of the log.
         """
         from sigmatau.lab.store import queries
 
@@ -203,7 +203,7 @@ class Store:
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
 
         Returns
         -------
@@ -214,12 +214,12 @@ class Store:
         return self._table(queries.units(chosen))
 
     def runs(self, chosen: Chosen | None = None) -> StoreTable:
-        """One row per run: unit, name, time, state, and why it failed.
+        """One row per run: unit, name, time, state, and reason of a failure.
 
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
 
         Returns
         -------
@@ -237,7 +237,7 @@ class Store:
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
         term : str, optional
             A key of `sigmatau.noise.terms.TERMS`. Default: all terms.
         channels : sequence of str
@@ -272,7 +272,7 @@ class Store:
             Default: every channel.
         by : {"day", "week", "month", "quarter", "year"}
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
         level : float
             Confidence level of intervals and tests.
 
@@ -311,7 +311,7 @@ class Store:
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
         by, level
             As in `sigmatau.compare_runs`.
 
@@ -336,7 +336,7 @@ class Store:
         return compare_table(table, options)
 
     def latest(self, unit: str, *, run: str | None = None) -> tuple[Mapping[str, Any], Analysis | FailedAnalysis]:
-        """The latest run of a unit that has coefficients, or else its latest run, with the result.
+        """The latest run of a unit that has coefficients, otherwise its latest run, with the result.
 
         Parameters
         ----------
@@ -368,7 +368,7 @@ class Store:
         return row, result_of_dict(self.content(row["id"]))
 
     def content(self, run_id: int) -> dict[str, Any]:
-        """The JSON form of a result as it was added, with what only the version that wrote it has.
+        """The JSON form of a result as it was added, including keys of other versions.
 
         Parameters
         ----------
@@ -390,20 +390,19 @@ class Store:
         raise DataError(f"the store has no run with the number {run_id}")
 
     def units_latest(self, chosen: Chosen | None = None) -> dict[str, Analysis | FailedAnalysis]:
-        """The latest result of each unit, in the order of the units' first records.
-
-        A failure is a result too, because an earlier measurement does not describe the unit now. Results without a time
-        get the time at which they were added.
+        """The latest result of each unit, in the order of the first records of the units. A failure counts as a result,
+        because an earlier measurement does not describe the current unit. Results without a time get the time at which
+        they were added.
 
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
 
         Returns
         -------
         dict of str to (Analysis or FailedAnalysis)
-            By unit. A result that cannot be read is a failure.
+            Results by unit. A result that cannot be read is a failure.
         """
         from sigmatau.analysis import FailedAnalysis, result_of_dict
         from sigmatau.lab.store import queries
@@ -442,7 +441,7 @@ class Store:
         Parameters
         ----------
         chosen : Chosen, optional
-            Which runs. Default: all that are current.
+            Selected runs. Default: all current runs.
 
         Yields
         ------

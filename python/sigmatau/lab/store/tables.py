@@ -1,7 +1,7 @@
 """The tables of a store.
 
-No released version has other ones. The first change after a release needs a new `VERSION`, and code that brings a store of
-the previous one up to date when it is opened; a test opens stores of all versions.
+No released version has other tables. The first change after a release needs a new `VERSION`, and code that updates a
+store of the previous version when it is opened; a test opens stores of all versions.
 """
 
 from __future__ import annotations
@@ -68,18 +68,20 @@ run: Table = Table(
     _to("unit"),
     Column("name", String(400), nullable=False),  # name of the log
     Column("path", Text, nullable=False),  # log as it was given
-    Column("identity", String(64), nullable=False),  # of the log's bytes and the options: the same run has the same one
+    Column(
+        "identity", String(64), nullable=False
+    ),  # checksum of the bytes of the log and of the options, equal for the same run
     Column("revision", Integer, nullable=False),  # 1 for the first result of this identity
     Column("current", Boolean, nullable=False),  # whether no later result replaces it
-    Column("sha256", String(64)),  # of the log; NULL if it could not be read
+    Column("sha256", String(64)),  # checksum of the log; NULL if it could not be read
     Column("recorded", DateTime),  # UTC; NULL if neither the log nor the user states it
-    Column("temperature", Float),  # as the user states it [degC]
-    Column("duration", Float),  # of the longest channel [s]
+    Column("temperature", Float),  # as stated by the user [degC]
+    Column("duration", Float),  # length of the longest channel [s]
     Column("state", String(20), nullable=False),  # fitted, not_fitted, not_at_rest, too_short_to_tell, failed
-    Column("message", Text, nullable=False),  # why it failed
-    Column("version", String(40), nullable=False),  # of sigmatau
+    Column("message", Text, nullable=False),  # reason of a failure
+    Column("version", String(40), nullable=False),  # version of sigmatau
     Column("added", DateTime, nullable=False),  # UTC
-    Column("digest", String(64), nullable=False),  # of the result's content without the program's version
+    Column("digest", String(64), nullable=False),  # checksum of the result without the version of the program
     Column("file_version", String(200), nullable=False),  # time of the log in the file system or object store, or empty
     Column(
         "options_key", String(64), nullable=False
@@ -98,7 +100,7 @@ result: Table = Table(
     Column("curves", LargeBinary, nullable=False),  # see `sigmatau.lab.store.packing`
     Column("numbers", LargeBinary, nullable=False),  # the rows of `coefficient` as one array, see `packing.NUMBERS`
 )
-"""Whole results, beside the tables that queries scan."""
+"""Whole results, separate from the tables that queries scan."""
 
 channel: Table = Table(
     "channel",
@@ -106,10 +108,10 @@ channel: Table = Table(
     Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), primary_key=True, autoincrement=False),
     Column("name", String(100), primary_key=True),
     Column("quantity", String(60), nullable=False),
-    Column("unit", String(60), nullable=False),  # SI, of the rate
+    Column("unit", String(60), nullable=False),  # unit of the rate, SI
     Column("rate", Float, nullable=False),  # [Hz]
     Column("samples", BigInteger, nullable=False),
-    Column("verdict", String(20), nullable=False),  # of the fit; empty without a fit
+    Column("verdict", String(20), nullable=False),  # verdict of the fit; empty without a fit
     Column("trust", String(20), nullable=False),
     Column("p_value", Float),
     sqlite_with_rowid=False,
@@ -121,12 +123,12 @@ label: Table = Table(
     _key(),
     Column("channel", String(100), nullable=False),
     Column("quantity", String(60), nullable=False),
-    Column("term", String(40), nullable=False),  # of `sigmatau.noise.terms.TERMS`, or mean
-    Column("unit", String(60), nullable=False),  # SI, of the coefficient
-    Column("rate_unit", String(60), nullable=False),  # SI, of the channel
+    Column("term", String(40), nullable=False),  # key of `sigmatau.noise.terms.TERMS`, or mean
+    Column("unit", String(60), nullable=False),  # unit of the coefficient, SI
+    Column("rate_unit", String(60), nullable=False),  # unit of the channel, SI
     UniqueConstraint("channel", "quantity", "term", "unit", "rate_unit"),
 )
-"""Label of a coefficient: the same few for all runs."""
+"""Label of a coefficient; all runs share a few labels."""
 
 coefficient: Table = Table(
     "coefficient",
@@ -138,7 +140,7 @@ coefficient: Table = Table(
     Column("low", Float),
     Column("high", Float),
     Column("upper_limit", Float),
-    Column("level", Float),  # of interval or limit; NULL without them
+    Column("level", Float),  # level of the interval or limit; NULL without them
     sqlite_with_rowid=False,
 )
 
@@ -149,6 +151,6 @@ finding: Table = Table(
     Column("run_id", ForeignKey("run.id", ondelete="CASCADE"), nullable=False, index=True),
     Column("code", String(60), nullable=False, index=True),
     Column("severity", String(10), nullable=False),
-    Column("channels", Text, nullable=False),  # separated by blanks; empty for the whole record
+    Column("channels", Text, nullable=False),  # separated by spaces; empty for the whole record
     Column("message", Text, nullable=False),
 )

@@ -93,7 +93,7 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
 
 
 def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> str:
-    """A run in a line, and its coefficients with intervals, one row per channel and term."""
+    """Describe a run in one line, and its coefficients with intervals, one row per channel and term."""
     head = [
         f"{row['unit']}: {row['run']}",
         row["model"] or "",

@@ -1,4 +1,4 @@
-"""Drift of a coefficient over time: over the units of a production, and within units as they age."""
+"""Drift of a coefficient over time: over the units of a production, and within ageing units."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ PERIODS: tuple[Period, ...] = ("day", "week", "month", "quarter", "year")
 
 Kind = Literal["production", "ageing"]
 
-_MONTH = 365.2425 / 12  # [days]
-_LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
-_MIN_UNITS_OF_MEDIAN = 6  # units from which order statistics give a 95 % interval of the median
+_MONTH = 365.2425 / 12  # length of a month [days]
+_LEAST_FREEDOM = 3  # smallest number of degrees of freedom of a slope: with fewer, its interval is too wide
+_MIN_UNITS_OF_MEDIAN = 6  # smallest number of units for which order statistics give a 95 % interval of the median
 
 
 @frozen
@@ -37,12 +37,12 @@ class InPeriod:
     name : str
         ``"2026-05"``, ``"2026-W18"`` …
     units, runs, limits : int
-        Units and runs with a value; runs with an upper limit alone.
+        Numbers of units and runs with a value, and of runs with an upper limit only.
     middle, low, high : float or None
-        Median over the units with its interval by order statistics; of fewer than six units their (geometric) mean with
-        Student's interval. No interval of one unit. [SI]
+        Median over the units with its interval by order statistics; for fewer than six units their (geometric) mean with
+        Student's interval. One unit has no interval. [SI]
     spread, spread_low, spread_high : float or None
-        Standard deviation over the units with its χ² interval: relative, or in SI of a term with a sign.
+        Standard deviation over the units with its χ² interval: relative, or in SI for a term with a sign.
     """
 
     name: str
@@ -70,13 +70,13 @@ class Drift:
     kind : {"production", "ageing"}
         Over the means of units, or within units.
     units, runs : int
-        Numbers that the slope comes from.
+        Numbers of units and runs used for the slope.
     slope, low, high : float
-        Slope and its interval. [1/month, relative; of a term with a sign SI/month]
+        Slope and its interval. [1/month, relative; SI/month for a term with a sign]
     p_value : float
-        Two-sided p-value of no drift.
+        Two-sided p-value of the hypothesis of no drift.
     drifts : bool
-        Whether that is rejected, at the level of all slopes of the table together (Bonferroni).
+        Whether this hypothesis is rejected, at the level of all slopes of the table together (Bonferroni).
     """
 
     kind: Kind
@@ -109,7 +109,7 @@ class ChannelTrend:
     periods : tuple of InPeriod
         Periods in order of time.
     drifts : tuple of Drift
-        Over production and within units, where they can be estimated.
+        Drifts over production and within units, if they can be estimated.
     """
 
     channel: str
@@ -135,7 +135,7 @@ class Trend(Tabular):
     level : float
         Confidence level of intervals and tests.
     channels : mapping of str to ChannelTrend
-        By name; a channel that has several units is one for each, ``"gyro_x [rad/s]"``.
+        Trends by channel; a channel with several SI units has one trend per unit, ``"gyro_x [rad/s]"``.
     undated : int
         Values without a time, which are not used.
     """
@@ -171,12 +171,12 @@ class Trend(Tabular):
 
 
 def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period = "month", level: float = 0.95) -> Trend:
-    """Trend of the rows of `Store.coefficients` of one term.
+    """Estimate the trend from the rows of `Store.coefficients` for one term.
 
     Raises
     ------
     DataError
-        Without a value that has a time.
+        If no value has a time.
     OptionError
         For an unknown period, or a level outside 0 to 1.
     """
@@ -241,7 +241,7 @@ class _Values:
     signed: bool
 
     def observed(self) -> tuple[Floats, Ints, Floats]:
-        """Values, positions of their units from 0, and times in months."""
+        """Values, positions of their units (from 0), and times in months."""
         keep = ~np.isnan(self.y)
         if not keep.any():
             return self.y[keep], self.unit[keep], self.y[keep]
@@ -266,7 +266,7 @@ def _means(values: Floats, unit: Ints) -> Floats:
 
 
 def _production(values: _Values, level: float) -> Drift | None:
-    """The slope over the means of units: units are independent, whatever their runs have in common."""
+    """Slope over the means of units, which are independent even if runs of a unit are not."""
     y, unit, months = values.observed()
     units = len(np.unique(unit))
     if units < 2 + _LEAST_FREEDOM:
@@ -277,7 +277,7 @@ def _production(values: _Values, level: float) -> Drift | None:
 
 
 def _ageing(values: _Values, level: float) -> Drift | None:
-    """The slope within units: values and times less those of their unit."""
+    """Slope within units: values and times minus the means of their unit."""
     y, unit, months = values.observed()
     units = len(np.unique(unit))
     x, y = months - _means(months, unit)[unit], y - _means(y, unit)[unit]
@@ -292,7 +292,7 @@ def _slope(
 ) -> Drift | None:
     x, y = x - x.mean(), y - y.mean()
     square = float(x @ x)
-    if square <= (1e-9 * max(len(x), 1)) ** 2:  # all at one time
+    if square <= (1e-9 * max(len(x), 1)) ** 2:  # all times are equal
         return None
     slope = float(x @ y) / square
     error = math.sqrt(max(float(((y - slope * x) ** 2).sum()), 0.0) / freedom / square)
@@ -309,7 +309,7 @@ def _slope(
 
 
 def number_periods(time: NDArray[np.datetime64], by: Period) -> tuple[Ints, list[str]]:
-    """The period of each time, by its position, and the names of the periods in their order."""
+    """Position of the period of each time, and names of the periods in order."""
     if by == "day":
         keys = time.astype("datetime64[D]")
         text = [str(key) for key in np.unique(keys)]
@@ -364,7 +364,7 @@ def _in_period(name: str, values: _Values, inside: NDArray[np.bool_], level: flo
 
 
 def _middle(y: Floats, level: float) -> tuple[float | None, float | None, float | None]:
-    """Median of sorted values with its interval by order statistics; of few, the mean with Student's."""
+    """Median of sorted values with its interval by order statistics; for few values, the mean with Student's interval."""
     n = len(y)
     if n < 2:
         return (None if n == 0 else float(y[0])), None, None
@@ -377,7 +377,9 @@ def _middle(y: Floats, level: float) -> tuple[float | None, float | None, float 
 
 
 def _rank(n: int, level: float) -> int:
-    """The rank r from either end so that the r-th values enclose the median with at least this probability; 0 if none do."""
+    """Rank r from either end so that the r-th values enclose the median with at least this probability; 0 without such a
+    rank.
+    """
     logs = [
         math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1) - n * math.log(2) for k in range(n // 2 + 1)
     ]

@@ -63,13 +63,13 @@ def _two_states(w: float, step: float) -> tuple[Floats, Floats]:
 def cell(seed: int, order: int, rate: float) -> list[float]:
     """Random walks of a share of the records, fitted from `TAU_MIN` on."""
     rng = np.random.default_rng(seed)
-    found = []
+    walks = []
     for _ in range(RECORDS // PARTS):
         y = filtered_white(round(DURATION * rate), rate=rate, bandwidth=BANDWIDTH, order=order, rng=rng)
         curve = st.allan(st.Record.from_arrays(rate=rate, gyro_x=y), threads=1)["gyro_x"]
         value = st.fit(curve, terms=["random_walk"], tau_min=TAU_MIN)["random_walk"].value
-        found.append(math.nan if value is None else value)
-    return found
+        walks.append(math.nan if value is None else value)
+    return walks
 
 
 def main() -> None:

@@ -233,7 +233,7 @@ def page(several: list[dict[str, Any]], slow: list[dict[str, Any]], fast: list[d
     lines.append(_row("all", several, gates))
     lines += [_row(kind, [row for row in several if row["kind"] == kind]) for kind in KINDS]
     lines += [_row(f"{logs} logs", [row for row in several if row["logs"] == logs]) for logs in range(2, 7)]
-    lines += ["", _OF_FORMS, ""]
+    lines += ["", _ON_FORMS, ""]
     lines += [
         "| sensor | sensors | its form is the best or as likely | logs differ | refused | not explained |",
         "|---|---|---|---|---|---|",
@@ -271,17 +271,17 @@ class Gates:
     def __init__(self) -> None:
         self.lines: list[str] = []
 
-    def near_level(self, what: str, inside: int, count: int) -> None:
+    def near_level(self, quantity: str, inside: int, count: int) -> None:
         """Coverage at the level."""
         share, error = inside / count, math.sqrt(LEVEL * (1 - LEVEL) / count)
         verdict = "held" if abs(share - LEVEL) <= 3 * error else "**missed**"
-        self.lines.append(f"- {what}: {100 * share:.1f} %, stated {100 * LEVEL:g} ± {300 * error:.1f} %: {verdict}")
+        self.lines.append(f"- {quantity}: {100 * share:.1f} %, stated {100 * LEVEL:g} ± {300 * error:.1f} %: {verdict}")
 
-    def at_most(self, what: str, number: int, count: int, limit: float) -> None:
+    def at_most(self, quantity: str, number: int, count: int, limit: float) -> None:
         """A share below a limit."""
         highest = limit + 3 * math.sqrt(limit * (1 - limit) / count)
         verdict = "held" if number / count <= highest else "**missed**"
-        self.lines.append(f"- {what}: {number} of {count}, at most {100 * highest:.1f} %: {verdict}")
+        self.lines.append(f"- {quantity}: {number} of {count}, at most {100 * highest:.1f} %: {verdict}")
 
 
 def _row(name: str, rows: list[dict[str, Any]], gates: Gates | None = None) -> str:
@@ -332,7 +332,7 @@ of half the interval over the value.
 | sensors | number | open | bandwidth inside | ± | N without aliasing inside | ± |
 |---|---|---|---|---|---|---|"""
 
-_OF_FORMS = """The form of the filter is a result too. With some thousand samples at rates near the bandwidth several forms
+_ON_FORMS = """The form of the filter is a result too. With some thousand samples at rates near the bandwidth several forms
 are as likely, and the intervals contain all of them."""
 
 _SINGLE = """A log at a tenth to a third of the bandwidth is white: any bandwidth above a limit explains it. A log at

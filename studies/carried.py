@@ -20,7 +20,7 @@ from sigmatau.model.processes import GaussMarkov
 from sigmatau.navigation.predict import predict
 from sigmatau.simulation.in_memory import simulate
 from sigmatau.statespace.verify import verify
-from studies.likelihood import BESIDE, SIGMA, TIMES
+from studies.likelihood import BACKGROUNDS, SIGMA, TIMES
 from studies.runner import run, seed_of
 
 RECORDS = 40
@@ -29,13 +29,13 @@ AFTER = (60.0, 600.0)
 LEVELS = (0.05, 0.002)
 
 
-def cell(_: int, beside: str, time: float, records: int = RECORDS) -> list[dict[str, Any]]:
+def cell(_: int, background: str, time: float, records: int = RECORDS) -> list[dict[str, Any]]:
     """What is made of the fits of some records, each with a seed of its own name."""
-    truth = ChannelModel(terms=BESIDE[beside], gauss_markov=(GaussMarkov(sigma=SIGMA, time=time),))
-    return [one(truth, seed_of(f"carried {beside}, {time:g} s, {k}")) for k in range(records)]
+    truth = ChannelModel(terms=BACKGROUNDS[background], gauss_markov=(GaussMarkov(sigma=SIGMA, time=time),))
+    return [judge_record(truth, seed_of(f"carried {background}, {time:g} s, {k}")) for k in range(records)]
 
 
-def one(truth: ChannelModel, seed: int) -> dict[str, Any]:
+def judge_record(truth: ChannelModel, seed: int) -> dict[str, Any]:
     """The same of one record."""
     true = NoiseModel(channels={"gyro_z": truth})
     record = simulate(true, duration=DURATION, rate=RATE, rng=seed)
@@ -44,30 +44,30 @@ def one(truth: ChannelModel, seed: int) -> dict[str, Any]:
     model = fitted.to_model()
     sizes = curve.m[3 * curve.m <= curve.n]
     low, high = adev_interval(model, m=sizes, tau0=curve.tau0)
-    least_at, most_at = adev_interval(model, m=sizes, tau0=curve.tau0, simultaneous=False)
+    pointwise_low, pointwise_high = adev_interval(model, m=sizes, tau0=curve.tau0, simultaneous=False)
     expected = truth.adev(m=sizes, tau0=curve.tau0)
     ratio = model.adev(m=sizes, tau0=curve.tau0) / expected
     heading = predict(NoiseModel(channels={"gyro_z": model}), after=AFTER, rate=RATE)["heading"]
     right = predict(true, after=AFTER, rate=RATE)["heading"].rms
-    ends = (heading.rms if one is None else one for one in (heading.low, heading.high))
-    least, most = ends
+    ends = (heading.rms if end is None else end for end in (heading.low, heading.high))
+    lowest, highest = ends
     return {
         "verdict": fitted.verdict,
         "verified": verify(model, curve).p_value,
         "curve": ((low <= expected) & (expected <= high)).tolist(),
-        "at": ((least_at <= expected) & (expected <= most_at)).tolist(),
+        "at": ((pointwise_low <= expected) & (expected <= pointwise_high)).tolist(),
         "worst": [float(ratio.min()), float(ratio.max())],
-        "predicted": ((least <= right) & (right <= most)).tolist(),
-        "at_most": None if heading.at_most is None else ((least <= right) & (right <= heading.at_most)).tolist(),
+        "predicted": ((lowest <= right) & (right <= highest)).tolist(),
+        "at_most": None if heading.at_most is None else ((lowest <= right) & (right <= heading.at_most)).tolist(),
         "ratio": (heading.rms / right).tolist(),
     }
 
 
-def table(found: Mapping[str, list[dict[str, Any]]]) -> str:
+def table(results: Mapping[str, list[dict[str, Any]]]) -> str:
     """A row a cell: shares in per cent."""
     head = "case; adequate; verify p < " + "; ".join(f"{level:g}" for level in LEVELS)
     rows = [head + "; curve inside at every tau; at a tau by the interval of each; " + f"heading after {AFTER}"]
-    for name, every in [*found.items(), ("all", [row for rows in found.values() for row in rows])]:
+    for name, every in [*results.items(), ("all", [row for rows in results.values() for row in rows])]:
         good = [row for row in every if row["verdict"] in ("adequate", "adequate_with")]
         numbers = [len(good) / len(every)]
         numbers += [float(np.mean([row["verified"] < level for row in good])) for level in LEVELS]
@@ -82,5 +82,5 @@ def table(found: Mapping[str, list[dict[str, Any]]]) -> str:
 
 
 if __name__ == "__main__":
-    cells = {f"carried {b}, {t:g} s": (cell, (b, t)) for b in BESIDE for t in TIMES}
+    cells = {f"carried {b}, {t:g} s": (cell, (b, t)) for b in BACKGROUNDS for t in TIMES}
     sys.stdout.write(table(run("carried", cells, settings=f"{RECORDS} {DURATION}")) + "\n")

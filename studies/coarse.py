@@ -36,7 +36,7 @@ def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
     """Intervals of some records with noise of `ratio` steps and the mean anywhere between two; a constant one has none."""
     rng = np.random.default_rng(seed)
     step = WHITE / math.sqrt(TAU0) / ratio
-    found = []
+    results = []
     for _ in range(RECORDS):
         terms = {"random_walk": WHITE, **MIXTURES[mixture]}
         y = simulated(N, TAU0, terms, seed=int(rng.integers(1 << 62))) + rng.uniform(0, step)
@@ -46,7 +46,7 @@ def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
             continue
         plain = fit_channel(record, "gyro_x")
         wide = adjusted(plain, partial(rounding_adjustment, step=steps.step, noise=steps.noise))
-        found.append(
+        results.append(
             {
                 "seen": steps.ratio,
                 "walk": plain.model.get("random_walk", 0.0),
@@ -54,7 +54,7 @@ def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
                 "wide": {name: _ends(wide.terms[name]) for name in LETTERS},
             }
         )
-    return found
+    return results
 
 
 def _ends(term: FittedTerm) -> list[float | None]:

@@ -81,13 +81,15 @@ TARGETS = ("kalibr", "vins", "fast-lio", "px4", "ardupilot")
 
 def model_of(kind: str, sensor: Sensor) -> ChannelModel:
     """What an analysis of a long record knows of the sensor."""
-    of_n, of_b = UNITS[kind]
+    unit_of_n, unit_of_b = UNITS[kind]
     quantity, unit = QUANTITIES[kind]
     terms = {
-        "random_walk": sensor.n * of_n, "bias_instability": sensor.b * of_b, "rate_random_walk": sensor.k * of_b / 60,
-    }  # fmt: skip
-    processes = (GaussMarkov(sigma=sensor.sigma * of_b, time=sensor.time),) if sensor.sigma else ()
-    limits = {"rate_random_walk": sensor.limit * of_b / 60} if sensor.limit else {}
+        "random_walk": sensor.n * unit_of_n,
+        "bias_instability": sensor.b * unit_of_b,
+        "rate_random_walk": sensor.k * unit_of_b / 60,
+    }
+    processes = (GaussMarkov(sigma=sensor.sigma * unit_of_b, time=sensor.time),) if sensor.sigma else ()
+    limits = {"rate_random_walk": sensor.limit * unit_of_b / 60} if sensor.limit else {}
     return ChannelModel(terms=terms, gauss_markov=processes, limits=limits, quantity=quantity, unit=unit)
 
 
@@ -113,28 +115,28 @@ def flicker_rates(b: float, rng: np.random.Generator, steps: int, runs: int) -> 
 
 def simulated(kind: str, sensor: Sensor, rng: np.random.Generator, steps: int, runs: int) -> tuple[Floats, Floats]:
     """Increments of the integral of the rate, and the bias at the end of each step; shape (runs, steps)."""
-    of_n, of_b = UNITS[kind]
+    unit_of_n, unit_of_b = UNITS[kind]
     bias, increments = np.zeros((runs, steps)), np.zeros((runs, steps))
     if sensor.b:
-        rates = flicker_rates(sensor.b * of_b, rng, steps, runs)
+        rates = flicker_rates(sensor.b * unit_of_b, rng, steps, runs)
         increments += rates * STEP
         bias += rates
     walks = sensor.k if sensor.k else sensor.limit * rng.uniform(size=(runs, 1))  # flat up to the limit
     if np.any(walks):
-        walk = np.cumsum(walks * of_b / 60 * math.sqrt(STEP) * rng.standard_normal((runs, steps)), axis=1)
+        walk = np.cumsum(walks * unit_of_b / 60 * math.sqrt(STEP) * rng.standard_normal((runs, steps)), axis=1)
         increments += STEP * (walk + np.pad(walk, ((0, 0), (1, 0)))[:, :-1]) / 2
         bias += walk
     if sensor.sigma:
         decay = math.exp(-STEP / sensor.time)
-        drive = sensor.sigma * of_b * math.sqrt(1 - decay**2) * rng.standard_normal((runs, steps))
-        before = sensor.sigma * of_b * rng.standard_normal(runs)
+        drive = sensor.sigma * unit_of_b * math.sqrt(1 - decay**2) * rng.standard_normal((runs, steps))
+        before = sensor.sigma * unit_of_b * rng.standard_normal(runs)
         process = np.empty((runs, steps))
         for k in range(steps):
             process[:, k] = decay * before + drive[:, k]
             increments[:, k] += STEP * (before + process[:, k]) / 2
             before = process[:, k]
         bias += process
-    increments += sensor.n * of_n * math.sqrt(STEP) * rng.standard_normal((runs, steps))
+    increments += sensor.n * unit_of_n * math.sqrt(STEP) * rng.standard_normal((runs, steps))
     return increments, bias
 
 
@@ -275,18 +277,18 @@ def ratios(
                     done += 1
                 squares[:, j] += (travelled[:, k + done] - coasted) ** 2
     squares /= WINDOWS
-    found = []
-    for of_filter, variances in zip(squares, stated, strict=True):
-        relative = of_filter / np.array(variances)[:, None]
+    results = []
+    for errors_of_filter, variances in zip(squares, stated, strict=True):
+        relative = errors_of_filter / np.array(variances)[:, None]
         mean, error = relative.mean(axis=1), relative.std(axis=1, ddof=1) / math.sqrt(runs)
         roots = [
             Ratio(value=math.sqrt(m), error=e / (2 * math.sqrt(m))) for m, e in zip(mean[1:], error[1:], strict=True)
         ]
-        found.append([Ratio(value=mean[0], error=error[0]), *roots])
-    return found
+        results.append([Ratio(value=mean[0], error=error[0]), *roots])
+    return results
 
 
-def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
+def judge_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     """Ratios and their errors by filter, and what the file says; NEES, then the error after the times."""
     rng = np.random.default_rng(seed)
     sensor = SENSORS[kind][name]
@@ -295,7 +297,7 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     increments, bias = simulated(kind, sensor, rng, round((WARM_UP + WINDOWS * SPACING + TIMES[-1]) / STEP) + 2, RUNS)
     # The files have both sensors; the other one is any.
     whole = {sensor_: model_of(sensor_, SENSORS[sensor_][name if sensor_ == kind else "K"]) for sensor_ in SENSORS}
-    whole = {f"{sensor_}_x": of for sensor_, of in whole.items()}
+    whole = {f"{sensor_}_x": channel for sensor_, channel in whole.items()}
     files = {
         target: export(
             NoiseModel(channels=whole),
@@ -311,7 +313,7 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     if (kind, name) == ("gyro", "consumer MEMS"):
         dt = chosen.step
         tau = np.geomspace(1, 3e4, 400).round().astype(int)
-        least = float(np.sqrt(model.avar(m=tau, tau0=1.0)).min())
+        minimum = float(np.sqrt(model.avar(m=tau, tau0=1.0)).min())
         bare = sensor.k * _DEG_H / 60
         matched = export(
             NoiseModel(channels=whole), to="kalibr",
@@ -321,15 +323,17 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
             "K": replace(chosen, noise=np.diag([noise**2, bare**2]) * dt),
             "horizon": filter_of("kalibr", kind, str(matched)),
             "OpenVINS": replace(chosen, noise=np.diag([(2 * noise) ** 2, (10 * bare) ** 2]) * dt),
-            "imu_utils": replace(chosen, noise=np.diag([noise**2, least**2]) * dt),
+            "imu_utils": replace(chosen, noise=np.diag([noise**2, minimum**2]) * dt),
         }
-    found = ratios(list(filters.values()), kind, increments, bias, rng)
-    result = {name_: [[each.value, each.error] for each in of] for name_, of in zip(filters, found, strict=True)}
+    estimates = ratios(list(filters.values()), kind, increments, bias, rng)
+    result = {name_: [[each.value, each.error] for each in row] for name_, row in zip(filters, estimates, strict=True)}
     prepared = prepare(NoiseModel(channels=whole), to="kalibr", choices=Choices(filter_rate=RATE))
-    said = [f.details for f in prepared.findings if isinstance(f.details, PairConsistency) and f.details.sensor == kind]
+    statements = [
+        f.details for f in prepared.findings if isinstance(f.details, PairConsistency) and f.details.sensor == kind
+    ]
     # Without a finding all is right.
-    says = [said[0].nees, *(1 / each.share for each in said[0].stated)] if said else [1.0] * 4
-    result["file"] = [[value, 0.0] for value in says]
+    stated = [statements[0].nees, *(1 / each.share for each in statements[0].stated)] if statements else [1.0] * 4
+    result["file"] = [[value, 0.0] for value in stated]
     result["walk"] = [[walk, 0.0]]
     return result
 
@@ -337,7 +341,7 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
 POLICIES: tuple[Unobserved, ...] = ("mean", "upper-limit", "absent")
 
 
-def of_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
+def judge_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     """NEES and real over stated error after 60 s of filters with the files of fitted models, by policy; a pair a record."""
     rng = np.random.default_rng(seed)
     sensor = SENSORS[kind][name]
@@ -346,12 +350,12 @@ def of_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     truth = model_of(kind, sensor)
     noise = TrueNoise(terms=truth.terms, gauss_markov=truth.gauss_markov)
     increments, _ = simulated(kind, sensor, rng, round(RECORD / STEP), RECORDS)
-    found: dict[str, list[list[float]]] = {policy: [] for policy in ("observed or limit", *POLICIES)}
+    results: dict[str, list[list[float]]] = {policy: [] for policy in ("observed or limit", *POLICIES)}
     for samples in increments / STEP:
         arrays: dict[str, Any] = {f"{kind}_x": samples}
         fitted = analyze(Record.from_arrays(rate=1 / STEP, **arrays), threads=1).model[f"{kind}_x"]
-        other = "accel" if kind == "gyro" else "gyro"
-        whole = NoiseModel(channels={f"{kind}_x": fitted, f"{other}_x": model_of(other, SENSORS[other]["K"])})
+        second = "accel" if kind == "gyro" else "gyro"
+        whole = NoiseModel(channels={f"{kind}_x": fitted, f"{second}_x": model_of(second, SENSORS[second]["K"])})
         bare = "observed" if "rate_random_walk" in fitted else "upper-limit"
         chosen: dict[str, Choices] = {policy: Choices(filter_rate=RATE, unobserved=policy) for policy in POLICIES}
         chosen["observed or limit"] = Choices(filter_rate=RATE, walk={kind: bare})
@@ -359,8 +363,8 @@ def of_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
             q = filter_of("kalibr", kind, str(export(whole, to="kalibr", choices=choices)))
             written = FilterModel(noise=math.sqrt(q.noise[0, 0] / q.step), walk=math.sqrt(q.noise[1, 1] / q.step))
             judged = judge_filter([noise], written, aiding=AIDING[kind], times=TIMES)
-            found[rule].append([judged.nees, *(each.ratio for each in judged.coasting)])
-    return found
+            results[rule].append([judged.nees, *(each.ratio for each in judged.coasting)])
+    return results
 
 
 def is_met(value: float, error: float, expected: float, limit: float) -> bool:
@@ -370,8 +374,14 @@ def is_met(value: float, error: float, expected: float, limit: float) -> bool:
 
 def main() -> None:
     """Run the study and write its page."""
-    cells = {f"consistent {kind} {name}": (of_sensor, (kind, name)) for kind, of in SENSORS.items() for name in of}
-    cells |= {f"fits {kind} {name}": (of_fits, (kind, name)) for kind, of in SENSORS.items() for name in of}
+    cells = {
+        f"consistent {kind} {name}": (judge_sensor, (kind, name))
+        for kind, sensors in SENSORS.items()
+        for name in sensors
+    }
+    cells |= {
+        f"fits {kind} {name}": (judge_fits, (kind, name)) for kind, sensors in SENSORS.items() for name in sensors
+    }
     done = run("consistent", cells, settings=f"{RUNS} {WARM_UP} {WINDOWS} {SPACING} {SENSORS}")
     lines, failed, judged = [_HEAD.format(runs=RUNS, windows=WINDOWS)], 0, 0
     for kind, sensors in SENSORS.items():
@@ -381,16 +391,18 @@ def main() -> None:
         ]  # fmt: skip
         for name in sensors:
             result = done[f"consistent {kind} {name}"]
-            says = [value for value, _ in result["file"]]
+            stated = [value for value, _ in result["file"]]
             walk = result["walk"][0][0] * 60 / UNITS[kind][1]
             lines.append(
-                f"| {name}, K = {walk:.3g} | *the file states* | " + " | ".join(f"{value:.2f}" for value in says) + " |"
+                f"| {name}, K = {walk:.3g} | *the file states* | "
+                + " | ".join(f"{value:.2f}" for value in stated)
+                + " |"
             )
             rows: dict[str, list[str]] = {}
             for target in TARGETS:
                 texts = []
                 for j, (value, error) in enumerate(result[target]):
-                    good = is_met(value, error, 1.0 if j == 2 else says[j], 0.10 if j == 2 else 0.15)
+                    good = is_met(value, error, 1.0 if j == 2 else stated[j], 0.10 if j == 2 else 0.15)
                     judged, failed = judged + 1, failed + (not good)
                     texts.append(f"{value:.2f} ± {error:.2f}" + ("" if good else " **missed**"))
                 rows.setdefault(" | ".join(texts), []).append(target)
@@ -427,12 +439,12 @@ def _rules(result: Mapping[str, list[list[float]]]) -> list[str]:
 
 def _fits(done: Mapping[str, Mapping[str, list[list[float]]]]) -> list[str]:
     """The table of files of fitted models: medians, and the range of the error after 60 s."""
-    lines = [_OF_FITS.format(records=RECORDS, hours=RECORD / 3600)]
+    lines = [_ON_FITS.format(records=RECORDS, hours=RECORD / 3600)]
     lines += ["| sensor | K of the file | bias NEES | error after 60 s | range |", "|---|---|---|---|---|"]
     texts: dict[str, str] = {"observed or limit": "observed, or the upper limit"}
     texts |= {policy: f"consistent, `{policy}`" for policy in POLICIES}
-    for kind, of in SENSORS.items():
-        for name in of:
+    for kind, sensors in SENSORS.items():
+        for name in sensors:
             for rule, text in texts.items():
                 values = np.array(done[f"fits {kind} {name}"][rule])
                 nees, at_horizon = np.median(values[:, 0]), values[:, 2]
@@ -444,7 +456,7 @@ def _fits(done: Mapping[str, Mapping[str, list[list[float]]]]) -> list[str]:
     return lines
 
 
-_OF_FITS = """
+_ON_FITS = """
 ## With fitted models
 
 The same sensors, known from one record each of {hours:.0f} h at 5 Hz: what do filters with the files of {records} fits state

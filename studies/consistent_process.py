@@ -44,8 +44,8 @@ def process_of(kind: str, text: str) -> tuple[float, GaussMarkov]:
     noise, bias = ("arw", "gbstd") if kind == "gyro" else ("vrw", "abstd")
     first = {key: float(re.findall(rf"^  {key}: \[?([-+.\de]+)", text, flags=re.MULTILINE)[0]) for key in (noise, bias)}
     hours = float(re.findall(r"^  corrtime: ([-+.\de]+)", text, flags=re.MULTILINE)[0])
-    of_n, of_b = UNITS[kind][0], UNITS[kind][1] if kind == "gyro" else _MGAL
-    return first[noise] * of_n, GaussMarkov(sigma=first[bias] * of_b, time=3600 * hours)
+    unit_of_n, unit_of_b = UNITS[kind][0], UNITS[kind][1] if kind == "gyro" else _MGAL
+    return first[noise] * unit_of_n, GaussMarkov(sigma=first[bias] * unit_of_b, time=3600 * hours)
 
 
 def filter_of(kind: str, text: str) -> Filter:
@@ -60,7 +60,7 @@ def filter_of(kind: str, text: str) -> Filter:
     )
 
 
-def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
+def judge_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
     """Ratios and their errors of both rules, and what the file says; NEES, then the error after the times."""
     rng = np.random.default_rng(seed)
     model = model_of(kind, SENSORS[kind][name])
@@ -68,14 +68,14 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
         kind, SENSORS[kind][name], rng, round((WARM_UP + WINDOWS * SPACING + TIMES[-1]) / STEP) + 2, RUNS
     )
     whole = {sensor: model if sensor == kind else model_of(sensor, SENSORS[sensor]["flicker"]) for sensor in SENSORS}
-    model_of_both = NoiseModel(channels={f"{sensor}_x": of for sensor, of in whole.items()})
+    model_of_both = NoiseModel(channels={f"{sensor}_x": channel for sensor, channel in whole.items()})
     files = {"consistent": export(model_of_both, to="kf-gins")}
     if model.gauss_markov or "rate_random_walk" in model or "bias_instability" in model:
         files["Allan"] = export(model_of_both, to="kf-gins", choices=Choices(strict=True, horizon=HORIZON))
     filters = {rule: filter_of(kind, str(text)) for rule, text in files.items()}
     result = {
-        rule: [[each.value, each.error] for each in of]
-        for rule, of in zip(filters, ratios(list(filters.values()), kind, increments, bias, rng), strict=True)
+        rule: [[each.value, each.error] for each in row]
+        for rule, row in zip(filters, ratios(list(filters.values()), kind, increments, bias, rng), strict=True)
     }
     noise, process = process_of(kind, str(files["consistent"]))
     truths = Numbers(model_of_both, Choices()).truths([f"{kind}_x"])
@@ -87,7 +87,9 @@ def of_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
 
 def main() -> None:
     """Run the study and write its page."""
-    cells = {f"process {kind} {name}": (of_sensor, (kind, name)) for kind, of in SENSORS.items() for name in of}
+    cells = {
+        f"process {kind} {name}": (judge_sensor, (kind, name)) for kind, sensors in SENSORS.items() for name in sensors
+    }
     done = run("consistent_process", cells, settings=f"{RUNS} {WARM_UP} {WINDOWS} {SPACING} {SENSORS}")
     hours = [(WARM_UP + k * SPACING) / 3600 for k in (0, WINDOWS - 1)]
     lines, failed, judged = [_HEAD.format(runs=RUNS, windows=WINDOWS, first=hours[0], last=hours[1])], 0, 0
@@ -98,15 +100,15 @@ def main() -> None:
         ]  # fmt: skip
         for name in sensors:
             result = done[f"process {kind} {name}"]
-            says = [value for value, _ in result["file"]]
+            stated = [value for value, _ in result["file"]]
             unit = "°/h" if kind == "gyro" else "µg"
             lines.append(
                 f"| {name}, σ = {result['sigma'][0][0]:.3g} {unit} | *the file states* | "
-                + " | ".join(f"{value:.2f}" for value in says) + " |"
+                + " | ".join(f"{value:.2f}" for value in stated) + " |"
             )  # fmt: skip
             texts = []
             for j, (value, error) in enumerate(result["consistent"]):
-                good = is_met(value, error, 1.0 if j == 2 else says[j], 0.10 if j == 2 else 0.15)
+                good = is_met(value, error, 1.0 if j == 2 else stated[j], 0.10 if j == 2 else 0.15)
                 judged, failed = judged + 1, failed + (not good)
                 texts.append(f"{value:.2f} ± {error:.2f}" + ("" if good else " **missed**"))
             lines.append(f"| | consistent | {' | '.join(texts)} |")

@@ -34,16 +34,16 @@ _N = 2**15
 
 # The case of a study of likelihood intervals: their median 95 % upper limits, in units of _ONE_SIGMA, by true value.
 LIMIT_RECORDS = 400
-_LIMIT_BESIDE = {"random_walk": 1.0, "bias_instability": 0.1}
+_LIMIT_BACKGROUND = {"random_walk": 1.0, "bias_instability": 0.1}
 _ONE_SIGMA = 1.1595e-3
 PROFILE = {0.0: 1.6, 0.5: 1.75, 1.0: 2.2, 1.5: 2.7, 2.0: 3.4, 3.0: 4.4, 5.0: 6.6}
 
 
 def sought(seed: int, name: str, times: float) -> list[dict[str, Any]]:
     """What a fit states about every noise term of a share of the records of a cell."""
-    term, others = SOUGHT[name]
-    value = times * smallest_detectable(others, term, n=_N, tau0=1.0, power=0.5)
-    return _stated(seed, Mixture(_N, 1.0, {**others, term: value}), RECORDS // PARTS)
+    term, background = SOUGHT[name]
+    value = times * smallest_detectable(background, term, n=_N, tau0=1.0, power=0.5)
+    return _stated(seed, Mixture(_N, 1.0, {**background, term: value}), RECORDS // PARTS)
 
 
 def absent(seed: int, name: str) -> list[dict[str, Any]]:
@@ -54,7 +54,7 @@ def absent(seed: int, name: str) -> list[dict[str, Any]]:
 def limit(seed: int, times: float) -> list[dict[str, Any]]:
     """A rate random walk beside white noise and flicker, in units of the θ that is one standard error of an absent one."""
     return _stated(
-        seed, Mixture(_N, 1.0, {**_LIMIT_BESIDE, "rate_random_walk": times * _ONE_SIGMA}), LIMIT_RECORDS // PARTS
+        seed, Mixture(_N, 1.0, {**_LIMIT_BACKGROUND, "rate_random_walk": times * _ONE_SIGMA}), LIMIT_RECORDS // PARTS
     )
 
 
@@ -111,23 +111,25 @@ def _holds(stated: list[Any], value: float) -> bool:
 
 def _coverage(results: dict[str, Any], failures: list[str]) -> list[str]:
     lines, pooled = [], []
-    for name, (term, others) in SOUGHT.items():
-        least = smallest_detectable(others, term, n=_N, tau0=1.0, power=0.5)
+    for name, (term, background) in SOUGHT.items():
+        detectable = smallest_detectable(background, term, n=_N, tau0=1.0, power=0.5)
         for times in TIMES:
             records = [r for r in _all(results, f"{name} x{times:g}") if r["verdict"] == "adequate"]
-            value = times * least
+            value = times * detectable
             stated = [r["terms"][term] for r in records]
-            found = [s for s in stated if s[0]]
-            hold, hold_found = (np.array([_holds(s, value) for s in group]) for group in (stated, found))
-            beside = np.array([_holds(r["terms"][other], c) for r in records for other, c in others.items()])
-            width = np.median([(s[3] - s[2]) / 2 for s in found]) / value if found else math.nan
+            observed = [s for s in stated if s[0]]
+            hold, hold_observed = (np.array([_holds(s, value) for s in group]) for group in (stated, observed))
+            hold_background = np.array(
+                [_holds(r["terms"][other_term], c) for r in records for other_term, c in background.items()]
+            )
+            width = np.median([(s[3] - s[2]) / 2 for s in observed]) / value if observed else math.nan
             lines.append(
-                f"| {name} | {times:g} | {100 * len(found) / len(stated):.1f} | {100 * hold.mean():.1f} |"
-                f" {100 * hold_found.mean():.1f} | {100 * width:.0f} | {100 * beside.mean():.1f} |"
+                f"| {name} | {times:g} | {100 * len(observed) / len(stated):.1f} | {100 * hold.mean():.1f} |"
+                f" {100 * hold_observed.mean():.1f} | {100 * width:.0f} | {100 * hold_background.mean():.1f} |"
             )
             if times > 1:
                 pooled.append(hold)
-                for which, cover in (("all", hold), ("observed", hold_found)):
+                for which, cover in (("all", hold), ("observed", hold_observed)):
                     error = math.sqrt(0.92 * 0.08 / len(cover))
                     if cover.mean() < 0.92 - 3 * error:
                         failures.append(f"- {name}, {times:g} times, {which}: {100 * cover.mean():.1f} % covered")
@@ -170,9 +172,9 @@ def _goodness(results: dict[str, Any], failures: list[str]) -> list[str]:
             f" {100 * refused:.1f} |"
         )
         allowed = 0.05 + 3 * math.sqrt(0.05 * 0.95 / len(records))
-        for what, share in (("p < 0.05", size), ("τ_min moved", moved), ("refused", refused)):
+        for event, share in (("p < 0.05", size), ("τ_min moved", moved), ("refused", refused)):
             if share > allowed:
-                failures.append(f"- {name}: {what} in {100 * share:.1f} % of the records")
+                failures.append(f"- {name}: {event} in {100 * share:.1f} % of the records")
     return lines
 
 
@@ -182,11 +184,11 @@ def _valley(results: dict[str, Any], failures: list[str]) -> list[str]:
         if "bias_instability" in mixture.truth or "random_walk" not in mixture.truth:
             continue
         records = [r for r in _all(results, f"absent from {name}") if r["verdict"] == "adequate"]
-        found = float(np.mean([r["terms"]["bias_instability"][0] for r in records]))
+        share_observed = float(np.mean([r["terms"]["bias_instability"][0] for r in records]))
         valley = np.median([r["valley"] for r in records])
-        lines.append(f"| {name} | {100 * found:.1f} | 100 | {valley:.3g} |")
-        if found > 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(records)):
-            failures.append(f"- bias instability invented in {100 * found:.1f} % of the records of {name}")
+        lines.append(f"| {name} | {100 * share_observed:.1f} | 100 | {valley:.3g} |")
+        if share_observed > 0.065 + 3 * math.sqrt(0.065 * 0.935 / len(records)):
+            failures.append(f"- bias instability invented in {100 * share_observed:.1f} % of the records of {name}")
     return lines
 
 
@@ -197,10 +199,10 @@ def _limits(results: dict[str, Any]) -> list[str]:
         value = times * _ONE_SIGMA
         stated = [r["terms"]["rate_random_walk"] for r in records]
         ends = np.array([s[3] if s[0] else s[4] for s in stated])
-        found = 100 * np.mean([s[0] for s in stated])
+        observed = 100 * np.mean([s[0] for s in stated])
         hold, above = (100 * np.mean(x) for x in ([_holds(s, value) for s in stated], ends >= value))
         lines.append(
-            f"| {times:g} | {found:.0f} | {hold:.1f} | {above:.1f} | {np.median(ends) / _ONE_SIGMA:.2f} | {profile:g} |"
+            f"| {times:g} | {observed:.0f} | {hold:.1f} | {above:.1f} | {np.median(ends) / _ONE_SIGMA:.2f} | {profile:g} |"
         )
     return lines
 

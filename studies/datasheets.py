@@ -63,18 +63,18 @@ CASES: dict[str, tuple[dict[str, float], str, dict[str, str], float, str]] = {
 def cell(seed: int, name: str) -> list[list[str]]:
     """The status of each axis by each ratio of its true value to the limit, and at the limit by each level."""
     rng = np.random.default_rng(seed)
-    terms, key, more, truth, unit = CASES[name]
+    terms, key, specifications, truth, unit = CASES[name]
     channels = [f"gyro_{axis}" for axis in "xyz"]
     model = NoiseModel(channels=dict.fromkeys(channels, terms))
     rows = []
     for _ in range(AXES // PARTS // len(channels)):
         record = simulate(model, duration=SAMPLES / RATE, rate=RATE, rng=rng)
-        found = SimpleNamespace(fits={channel: fit(curve) for channel, curve in allan(record, threads=1).items()})
+        result = SimpleNamespace(fits={channel: fit(curve) for channel, curve in allan(record, threads=1).items()})
         asked = []
         for level, ratio in _ASKED:
-            claim = {"maximum": f"{truth / ratio!r} {unit}", **more}
+            claim = {"maximum": f"{truth / ratio!r} {unit}", **specifications}
             sheet = Datasheet.from_dict({"name": "-", "maker": "-", "source": "-", "gyro": {key: claim}})
-            asked.append({judged.channel: judged.status for judged in compare_with(found, sheet, level=level).judged})
+            asked.append({judged.channel: judged.status for judged in compare_with(result, sheet, level=level).judged})
         rows += [[str(statuses.get(channel, "undecided")) for statuses in asked] for channel in channels]
     return rows
 

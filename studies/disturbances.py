@@ -53,10 +53,10 @@ def _size(name: str) -> float:
 def _ringing(axes: Axes, rng: np.random.Generator, sigmas: float, decay: float, frequency: float) -> None:
     n = len(axes["gyro_x"])
     t = np.arange(int(8 * decay * RATE)) / RATE
-    at = int(rng.integers(n // 20, n - n // 20))
+    place = int(rng.integers(n // 20, n - n // 20))
     for name, x in axes.items():
         wave = np.exp(-t / decay) * np.cos(2 * np.pi * frequency * t + rng.uniform(0, 6))
-        x[at : at + len(t)] += rng.normal() * sigmas * _size(name) * wave
+        x[place : place + len(t)] += rng.normal() * sigmas * _size(name) * wave
 
 
 def bump(axes: Axes, rng: np.random.Generator) -> None:
@@ -72,9 +72,9 @@ def knock(axes: Axes, rng: np.random.Generator) -> None:
 
 def zero_row(axes: Axes, rng: np.random.Generator) -> None:
     """One row of zeros."""
-    at = int(rng.integers(1, len(axes["gyro_x"])))
+    row = int(rng.integers(1, len(axes["gyro_x"])))
     for x in axes.values():
-        x[at] = 0.0
+        x[row] = 0.0
 
 
 def zero_first_row(axes: Axes, rng: np.random.Generator) -> None:
@@ -93,8 +93,8 @@ def dropouts(axes: Axes, rng: np.random.Generator) -> None:
 def spikes(axes: Axes, rng: np.random.Generator) -> None:
     """1 % of the samples of each axis are spikes of random size."""
     for name, x in axes.items():
-        at = rng.random(len(x)) < 0.01
-        x[at] += rng.normal(size=int(at.sum())) * 200 * _size(name)
+        is_spike = rng.random(len(x)) < 0.01
+        x[is_spike] += rng.normal(size=int(is_spike.sum())) * 200 * _size(name)
 
 
 def outlier(axes: Axes, rng: np.random.Generator) -> None:
@@ -158,18 +158,20 @@ def part(seed: int, case: str) -> list[dict[str, Any]]:
     rng, rows = np.random.default_rng(seed), []
     truth = st.NoiseModel.from_dict({"channels": MODEL})
     for _ in range(RECORDS // PARTS):
-        found = st.analyze(record(np.random.default_rng(int(rng.integers(1 << 62))), case), threads=1)
-        left = {code for f in found.findings if f.left_out for code in [f.code]}
-        said = {f.code for f in found.findings if f.severity != "info"}
-        for name, fitted in found.fits.items():
+        analysis = st.analyze(record(np.random.default_rng(int(rng.integers(1 << 62))), case), threads=1)
+        left_out = {code for f in analysis.findings if f.left_out for code in [f.code]}
+        warnings = {f.code for f in analysis.findings if f.severity != "info"}
+        for name, fitted in analysis.fits.items():
             held = []
             for term in TERMS:
-                value, one = truth[name].terms[term], fitted.terms[term]
-                if one.low is not None and one.high is not None:
-                    held.append(bool(one.low <= value <= one.high))
+                value, stated = truth[name].terms[term], fitted.terms[term]
+                if stated.low is not None and stated.high is not None:
+                    held.append(bool(stated.low <= value <= stated.high))
                 else:
-                    held.append(one.upper_limit is not None and value <= one.upper_limit)
-            rows.append({"held": held, "wrong": _wrong(fitted, case), "left": sorted(left), "said": sorted(said)})
+                    held.append(stated.upper_limit is not None and value <= stated.upper_limit)
+            rows.append(
+                {"held": held, "wrong": _wrong(fitted, case), "left": sorted(left_out), "said": sorted(warnings)}
+            )
     return rows
 
 
@@ -177,9 +179,9 @@ def clean_part(seed: int, grade: str, length: str) -> list[tuple[bool, bool]]:
     """Whether a warning is given, and whether samples are left out, of clean records of six axes."""
     rng, rows = np.random.default_rng(seed), []
     for k in range(false_alarms.A_CELL):
-        one = false_alarms.record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
-        found = st.analyze(one, threads=1).findings
-        rows.append((any(f.severity != "info" for f in found), any(f.left_out for f in found)))
+        clean_record = false_alarms.record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
+        findings = st.analyze(clean_record, threads=1).findings
+        rows.append((any(f.severity != "info" for f in findings), any(f.left_out for f in findings)))
     return rows
 
 
@@ -206,8 +208,8 @@ def filtered(rng: np.random.Generator, name: str) -> st.Record:
     x = x[:, n:] / x[:, n:].std()
     f = np.fft.rfftfreq(2 * n, 1 / rate)
     f[0] = f[1]
-    if beside := rng.integers(3):
-        slow = np.fft.irfft(np.fft.rfft(rng.standard_normal((3, 2 * n))) * f ** (-beside / 2))[:, :n]
+    if slow_noise := rng.integers(3):
+        slow = np.fft.irfft(np.fft.rfft(rng.standard_normal((3, 2 * n))) * f ** (-slow_noise / 2))[:, :n]
         x = x + slow / slow.std() * 10 ** rng.uniform(-1.5, 1)
     if rng.random() < 0.5:
         step = np.diff(x).std() * 10 ** rng.uniform(-2, 0.7)
@@ -220,15 +222,15 @@ def filtered_part(seed: int, name: str) -> list[list[str]]:
     rng, rows = np.random.default_rng(seed), []
     for _ in range(FILTERED // FILTERED_PARTS):
         with keep_facts():
-            found = without(filtered(rng, name).streams[0])[1]
-        rows.append(sorted({f.code for f in found if f.left_out}))
+            findings = without(filtered(rng, name).streams[0])[1]
+        rows.append(sorted({f.code for f in findings if f.left_out}))
     return rows
 
 
 def main(parts: int = PARTS) -> None:
     """Run the study and write docs/study/disturbances.md."""
     cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
-        f"clean {name}": (clean_part, what) for name, (_, what) in false_alarms.cells().items()
+        f"clean {name}": (clean_part, arguments) for name, (_, arguments) in false_alarms.cells().items()
     }
     for name in FILTERS:
         cells |= {f"filtered {name} {k}": (filtered_part, (name,)) for k in range(min(parts, FILTERED_PARTS))}
@@ -246,18 +248,18 @@ def page(results: Mapping[str, Any]) -> str:
         n = len(rows)
         shares = [sum(row["held"][k] for row in rows) / n for k in range(len(TERMS))]
         wrong = sum(row["wrong"] for row in rows) / n
-        left = sum(bool(row["left"]) for row in rows) / n
-        said = sum(bool(row["said"]) for row in rows) / n
-        values = " | ".join(f"{100 * share:.1f}" for share in (*shares, wrong, left, said))
+        share_left = sum(bool(row["left"]) for row in rows) / n
+        share_warned = sum(bool(row["said"]) for row in rows) / n
+        values = " | ".join(f"{100 * share:.1f}" for share in (*shares, wrong, share_left, share_warned))
         lines.append(f"| {case} | {n} | {values} |")
         slack = 3 * math.sqrt(COVERED * (1 - COVERED) / n)
         if min(shares) < COVERED - slack or wrong > WRONG + slack:
             fails.append(case)
     every = [one for name, some in results.items() if name.startswith("clean ") for one in some]
     shares = [sum(one[k] for one in every) / len(every) for k in range(2)]
-    for share, limit, what in zip(shares, (WARNED, LEFT_OUT), ("warnings", "left out"), strict=True):
+    for share, limit, event in zip(shares, (WARNED, LEFT_OUT), ("warnings", "left out"), strict=True):
         if share > limit + 3 * math.sqrt(limit * (1 - limit) / len(every)):
-            fails.append(f"clean records, {what}")
+            fails.append(f"clean records, {event}")
     rows = []
     for name in FILTERS:
         lost = [causes for cell, some in results.items() if cell.startswith(f"filtered {name}") for causes in some]

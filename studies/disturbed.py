@@ -32,7 +32,7 @@ QUIET, PARKED, BURSTS = 60, 40, 20
 """Axes of a grade on a bench, of a grade and kind of disturbance, and of a kind of burst."""
 _BURSTS = {"10 times in 2 %": (10.0, 0.02), "30 times in 0.5 %": (30.0, 0.005), "5 times in 10 %": (5.0, 0.1)}
 MOST_DISTURBED = 0.005
-LEVEL, FAR = 0.05, 1.0
+LEVEL, WRONG_BY = 0.05, 1.0
 """Share of intervals that do not have the truth; and distance of the truth from an interval, in half widths, beyond which a
 number is wrong: 3.9 standard errors, which chance makes once in 10,000."""
 
@@ -75,7 +75,7 @@ def _parts(folder: Path, name: str) -> Iterator[tuple[float, Record]]:
             return
 
 
-def of_bursts(seed: int, size: float, share: float) -> list[dict[str, Any]]:
+def fit_bursts(seed: int, size: float, share: float) -> list[dict[str, Any]]:
     """Fits of white noise of level 1 that is larger in one part of the record; it has no line."""
     rng = np.random.default_rng(seed)
     rows = []
@@ -89,16 +89,16 @@ def of_bursts(seed: int, size: float, share: float) -> list[dict[str, Any]]:
     return rows
 
 
-def of_real(_: int, folder: str, name: str) -> list[dict[str, Any]]:
+def fit_real(_: int, folder: str, name: str) -> list[dict[str, Any]]:
     """Fits of the parts of a real record."""
     return [row | {"length": length} for length, part in _parts(Path(folder), name) for row in _rows(part)]
 
 
-def of_simulated(seed: int, name: str, kind: str, records: int) -> list[dict[str, Any]]:
+def fit_simulated(seed: int, name: str, kind: str, records: int) -> list[dict[str, Any]]:
     """Fits of gyros of a grade, parked or on a bench."""
     rng = np.random.default_rng(seed)
     seeds = [int(rng.integers(1 << 62)) for _ in range(records)]
-    made = (parked.bench(one, name) if kind == "quiet" else parked.parked(one, name, kind) for one in seeds)
+    made = (parked.bench(seed_, name) if kind == "quiet" else parked.parked(seed_, name, kind) for seed_ in seeds)
     return [row for record in made for row in _rows(record)]
 
 
@@ -123,35 +123,35 @@ def distance(row: dict[str, Any], truth: float) -> float:
 def main() -> None:
     """Run the study and write docs/study/disturbed.md."""
     folder = Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data"))
-    real = {name: (of_real, (str(folder), name)) for name in RECORDS if (folder / name).exists()}
+    real = {name: (fit_real, (str(folder), name)) for name in RECORDS if (folder / name).exists()}
     simulated = {
-        f"{kind} {name}": (of_simulated, (name, kind, QUIET if kind == "quiet" else PARKED))
+        f"{kind} {name}": (fit_simulated, (name, kind, QUIET if kind == "quiet" else PARKED))
         for kind in ("quiet", *parked.KINDS)
         for name in parked.GRADES
     }
-    bursts = {f"burst {name}": (of_bursts, settings) for name, settings in _BURSTS.items()}
+    bursts = {f"burst {name}": (fit_bursts, settings) for name, settings in _BURSTS.items()}
     settings = repr((LENGTHS, PARTS, QUIET, PARKED, BURSTS))
-    found = run("disturbed", {**real, **simulated, **bursts}, settings=settings)
+    results = run("disturbed", {**real, **simulated, **bursts}, settings=settings)
     lines = [_HEAD]
     for name in real:
-        for length in dict.fromkeys(row["length"] for row in found[name]):
-            rows = [row for row in found[name] if row["length"] == length]
+        for length in dict.fromkeys(row["length"] for row in results[name]):
+            rows = [row for row in results[name] if row["length"] == length]
             lines.append(f"| {Path(name).name} | {length:.0f} | {_counts(rows)} |")
     lines += ["", _SIMULATED]
     failures, good, missed, wrong_good = [], 0, 0, 0
     for kind in ("quiet", *parked.KINDS):
         for name, grade in parked.GRADES.items():
-            rows, truth = found[f"{kind} {name}"], parked.truth_of(grade)
+            rows, truth = results[f"{kind} {name}"], parked.truth_of(grade)
             valued = [row for row in rows if row["verdict"] != "disturbed"]
-            wrong = Counter(row["trust"] for row in valued if distance(row, truth) > FAR)
+            wrong = Counter(row["trust"] for row in valued if distance(row, truth) > WRONG_BY)
             bad = Counter(row["trust"] for row in valued if not held(row, truth))
             limits = [row for row in rows if row["verdict"] == "disturbed"]
             above = sum(not held(row, truth) for row in limits)
-            of_good = sum(row["trust"] == "good" for row in rows)
-            good, missed, wrong_good = good + of_good, missed + bad["good"], wrong_good + wrong["good"]
+            trusted = sum(row["trust"] == "good" for row in rows)
+            good, missed, wrong_good = good + trusted, missed + bad["good"], wrong_good + wrong["good"]
             lines.append(
-                f"| {kind} | {name} | {len(rows)} | {len(limits)} | {above} | {len(valued) - of_good}"
-                f" | {bad['partial'] + bad['poor']} | {wrong['partial'] + wrong['poor']} | {of_good} | {bad['good']}"
+                f"| {kind} | {name} | {len(rows)} | {len(limits)} | {above} | {len(valued) - trusted}"
+                f" | {bad['partial'] + bad['poor']} | {wrong['partial'] + wrong['poor']} | {trusted} | {bad['good']}"
                 f" | {wrong['good']} |"
             )
     share = missed / max(good, 1)
@@ -162,20 +162,20 @@ def main() -> None:
         failures.append(f"- {wrong_good} good axes are wrong")
     lines += ["", _BURST_HEAD]
     for name in _BURSTS:
-        rows = found[f"burst {name}"]
-        lines_found = max(row["lines"] for row in rows)
+        rows = results[f"burst {name}"]
+        most_lines = max(row["lines"] for row in rows)
         widened = sum(row["crowded"] for row in rows)
         lost = [row for row in rows if not held(row, row["truth"])]
-        beyond = sum(distance(row, row["truth"]) > FAR for row in lost)
+        beyond = sum(distance(row, row["truth"]) > WRONG_BY for row in lost)
         disturbed = sum(row["verdict"] == "disturbed" for row in rows)
-        lines.append(f"| {name} | {len(rows)} | {lines_found} | {widened} | {disturbed} | {len(lost)} | {beyond} |")
-    every = [row for name in real for row in found[name]]
-    quiet = [row for name in parked.GRADES for row in found[f"quiet {name}"]]
-    for what, rows in (("real", every), ("simulated", quiet)):
+        lines.append(f"| {name} | {len(rows)} | {most_lines} | {widened} | {disturbed} | {len(lost)} | {beyond} |")
+    every = [row for name in real for row in results[name]]
+    quiet = [row for name in parked.GRADES for row in results[f"quiet {name}"]]
+    for source, rows in (("real", every), ("simulated", quiet)):
         share = float(np.mean([row["vibration"] for row in rows])) if rows else 0.0
-        lines += ["", f"Disturbed by vibration, of {len(rows)} {what} quiet axes: {100 * share:.2g} %."]
+        lines += ["", f"Disturbed by vibration, of {len(rows)} {source} quiet axes: {100 * share:.2g} %."]
         if share > MOST_DISTURBED + 3 * math.sqrt(MOST_DISTURBED / max(len(rows), 1)):
-            failures.append(f"- {100 * share:.2g} % of the {what} quiet axes are disturbed")
+            failures.append(f"- {100 * share:.2g} % of the {source} quiet axes are disturbed")
     lines += ["", _TAIL, "", "## Gates", "", *(failures or ["All gates are met."])]
     Path("docs/study/disturbed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -230,7 +230,7 @@ Gyros on a bench, with up to seven weak lines and some behind a filter, and in a
 gyro count pulses.
 
 At 95 %, one interval of twenty misses the random walk. A number is wrong if the random walk is further from the
-interval than {FAR:g} times the half width of the interval: 3.9 standard errors, which chance makes once in 10,000.
+interval than {WRONG_BY:g} times the half width of the interval: 3.9 standard errors, which chance makes once in 10,000.
 "Above": disturbed, and the random walk is above the limit. "Other": not disturbed and not good.
 
 | kind | grade | axes | disturbed | above | other | miss | wrong | good | miss | wrong |

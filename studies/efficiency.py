@@ -53,7 +53,7 @@ def cell(seed: int, name: str) -> list[dict[str, dict[str, float]]]:
             {
                 "likelihood, terms known": _values(likelihood, mixture.truth),
                 "likelihood, as analyze does it": analysis.fits[mixture.channel].observed,
-                "GLS, terms known": _known(curve, mixture.truth),
+                "GLS, terms known": _with_known_terms(curve, mixture.truth),
                 "wavelet moments": _diagonal(octaves, mixture.truth),
                 "diagonal weights": _diagonal(analysis.curves[mixture.channel], mixture.truth),
                 "unweighted log fit": _logarithmic(analysis.curves[mixture.channel], mixture.truth),
@@ -89,8 +89,8 @@ def _row(name: str, term: str, method: str, values: Floats, bound: float, theory
     bias, sd = values.mean() - 1, values.std(ddof=1)
     share = 100 * len(values) / RECORDS
     failed = []
-    known = method == "GLS, terms known"
-    if known and theory < WELL:
+    terms_known = method == "GLS, terms known"
+    if terms_known and theory < WELL:
         error = sd / math.sqrt(2 * (len(values) - 1))
         if abs(sd - theory) > 3 * error:
             failed.append(f"- {name} {term}: sd {100 * sd:.3g} % is not the theory's {100 * theory:.3g} %")
@@ -98,8 +98,8 @@ def _row(name: str, term: str, method: str, values: Floats, bound: float, theory
             failed.append(f"- {name} {term}: bias {100 * bias:.3g} % beside sd {100 * sd:.3g} %")
         if (bound / theory) ** 2 < 0.7:
             failed.append(f"- {name} {term}: efficiency {100 * (bound / theory) ** 2:.0f} %")
-    in_theory = f"{100 * theory:.3g}" if known else ""
-    of_theory = f"{100 * (bound / theory) ** 2:.0f}" if known else ""
+    in_theory = f"{100 * theory:.3g}" if terms_known else ""
+    efficiency_of_theory = f"{100 * (bound / theory) ** 2:.0f}" if terms_known else ""
     efficiency = (bound / math.hypot(sd, bias)) ** 2
     if (
         method == "likelihood, terms known"
@@ -109,7 +109,7 @@ def _row(name: str, term: str, method: str, values: Floats, bound: float, theory
         failed.append(f"- {name} {term}, likelihood: efficiency {100 * efficiency:.0f} %")
     return (
         f"| {name} | {term} | {method} | {share:.0f} | {100 * bias:+.2g} | {100 * sd:.3g} | {in_theory} |"
-        f" {100 * efficiency:.0f} | {of_theory} |"
+        f" {100 * efficiency:.0f} | {efficiency_of_theory} |"
     ), failed
 
 
@@ -153,7 +153,7 @@ def _values(fit: st.NoiseFit, terms: Collection[str]) -> dict[str, float]:
     return {term: value for term in terms if (value := fit.terms[term].value) is not None}
 
 
-def _known(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
+def _with_known_terms(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(NOISE) if name in terms]
     return _coefficients(Gls(parts, avar, active).fit(), terms, curve.tau0)
@@ -184,9 +184,9 @@ def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, flo
     def residuals(x: Floats) -> Floats:
         return np.asarray(np.log(design @ np.exp(x)) - np.log(avar))
 
-    found = least_squares(residuals, np.log(begin), max_nfev=200)
+    solution = least_squares(residuals, np.log(begin), max_nfev=200)
     theta = np.zeros(len(NOISE))
-    theta[active] = np.exp(found.x)
+    theta[active] = np.exp(solution.x)
     return _coefficients(theta, terms, curve.tau0)
 
 

@@ -82,11 +82,11 @@ class Exact:
             while True:
                 tried = theta.copy()
                 tried[free] = np.maximum(theta[free] + length * step, _LEAST_SHARE * theta[free])
-                found, slope = self._slope(z, terms, tried)
-                if found <= deviance + 1e-9 or length < _SHORTEST:
+                lower, slope = self._slope(z, terms, tried)
+                if lower <= deviance + 1e-9 or length < _SHORTEST:
                     break
                 length *= 0.5
-            theta, deviance, gradient = tried, found, slope
+            theta, deviance, gradient = tried, lower, slope
         return ExactFit(tuple(terms), theta, np.asarray(covariance, dtype=np.float64), deviance)
 
     def _covariance(self, terms: tuple[str, ...], theta: Floats) -> Floats:

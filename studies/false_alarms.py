@@ -64,12 +64,12 @@ def record(seed: int, grade: str, length: str, *, gravity: bool) -> st.Record:
 def cell(seed: int, grade: str, length: str) -> list[list[str]]:
     """Codes of the warnings and errors of each record."""
     rng = np.random.default_rng(seed)
-    said = []
+    codes = []
     for k in range(A_CELL):
-        one = record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
-        found = st.analyze(one, threads=1).findings
-        said.append(sorted({f.code for f in found if f.severity != "info"}))
-    return said
+        clean = record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
+        findings = st.analyze(clean, threads=1).findings
+        codes.append(sorted({f.code for f in findings if f.severity != "info"}))
+    return codes
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
@@ -86,15 +86,15 @@ def main() -> None:
     """Run the study and write docs/study/false-alarms.md."""
     every = cells()
     results = run("false_alarms", every, settings=repr((A_CELL, GRADES, LENGTHS)))
-    said = {name: results[name] for name in every}
-    total = sum(map(len, said.values()))
-    warned = sum(bool(codes) for records in said.values() for codes in records)
+    by_name = {name: results[name] for name in every}
+    total = sum(map(len, by_name.values()))
+    warned = sum(bool(codes) for records in by_name.values() for codes in records)
     error = math.sqrt(max(warned, 1)) / total
     lines = [_HEAD.format(total=total, warned=warned, share=100 * warned / total, error=100 * error)]
     for grade in GRADES:
         row = [f"| {grade}"]
         for length in LENGTHS:
-            records = [codes for name in said if name.startswith(f"{grade}, {length}, ") for codes in said[name]]
+            records = [codes for name in by_name if name.startswith(f"{grade}, {length}, ") for codes in by_name[name]]
             codes = Counter(code for record in records for code in record)
             listed = ", ".join(f"{code} {count}" for code, count in codes.most_common())
             row.append(f"{sum(map(bool, records))} of {len(records)}" + (f": {listed}" if listed else ""))

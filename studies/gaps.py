@@ -56,24 +56,24 @@ MASKS: dict[str, tuple[str, float]] = {
 
 def missing(kind: str, size: float, n: int, rng: np.random.Generator) -> Mask:
     """Where samples are missing."""
-    found = np.zeros(n, dtype=bool)
+    is_missing = np.zeros(n, dtype=bool)
     if kind == "random":
         return np.asarray(rng.random(n) < size)
     if kind == "second":
-        found[1::2] = True
+        is_missing[1::2] = True
     elif kind == "singles":
-        found[rng.choice(n, int(size), replace=False)] = True
+        is_missing[rng.choice(n, int(size), replace=False)] = True
     elif kind == "gaps":
         length = int((0.1 if size == 1 else 0.05) * n)
         for _ in range(int(size)):
             start = int(rng.integers(0, n - length))
-            found[start : start + length] = True
+            is_missing[start : start + length] = True
     else:
-        while found.mean() < size:
+        while is_missing.mean() < size:
             length = int(math.exp(rng.uniform(math.log(SHORTEST), math.log(LONGEST))))
             start = int(rng.integers(0, n - length))
-            found[start : start + length] = True
-    return found
+            is_missing[start : start + length] = True
+    return is_missing
 
 
 def analysed(y: Floats, absent: Mask, tau0: float) -> ChannelFit:
@@ -144,28 +144,28 @@ def page(results: Mapping[str, list[Row]]) -> str:
                 share = float(np.mean(cover))
                 if _below(share, 0.92, len(cover)):
                     failures.append(f"{cell}: {LETTERS[term]} covered in {100 * share:.1f} %")
-                given = [s for s in stated if s is not None]
-                squares = np.array([s[1] ** 2 for s in given]) / value**2
-                half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in given]) / value
+                available = [s for s in stated if s is not None]
+                squares = np.array([s[1] ** 2 for s in available]) / value**2
+                half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in available]) / value
                 lines.append(
-                    f"| {mask} | {name} | {LETTERS[term]} | {len(rows)} | {100 * np.mean([s[0] for s in given]):.0f} |"
+                    f"| {mask} | {name} | {LETTERS[term]} | {len(rows)} | {100 * np.mean([s[0] for s in available]):.0f} |"
                     f" {100 * (squares.mean() - 1) / 2:+.2g} | {50 * squares.std(ddof=1):.3g} | {100 * half:.3g} |"
                     f" {100 * share:.1f} |"
                 )
             shares = _false_parts(rows, truth)
-            for what, found in shares.items():
-                limit = 0.05 if what in LETTERS.values() or what == "R" else 0.02
-                if found is not None and _above(found, limit, len(rows)):
-                    failures.append(f"{cell}: false {what} in {100 * found:.1f} %")
-            texts = ["" if found is None else f"{100 * found:.1f}" for found in shares.values()]
+            for label, share_false in shares.items():
+                limit = 0.05 if label in LETTERS.values() or label == "R" else 0.02
+                if share_false is not None and _above(share_false, limit, len(rows)):
+                    failures.append(f"{cell}: false {label} in {100 * share_false:.1f} %")
+            texts = ["" if share_false is None else f"{100 * share_false:.1f}" for share_false in shares.values()]
             seconds = 1000 * float(np.median([row["seconds"] for row in rows]))
             false.append(f"| {mask} | {name} | {' | '.join(texts)} | {seconds:.0f} |")
     lines += ["", _COVERAGE]
-    for what, cover in [*by_mask.items(), *pooled.items(), ("all", [c for one in pooled.values() for c in one])]:
+    for label, cover in [*by_mask.items(), *pooled.items(), ("all", [c for covers in pooled.values() for c in covers])]:
         share, error = float(np.mean(cover)), math.sqrt(0.95 * 0.05 / len(cover))
-        lines.append(f"| {what} | {len(cover)} | {100 * share:.2f} ± {100 * error:.2f} |")
-        if (what == "all" or what in pooled) and not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
-            failures.append(f"- {what}: {100 * share:.2f} % covered in all")
+        lines.append(f"| {label} | {len(cover)} | {100 * share:.2f} ± {100 * error:.2f} |")
+        if (label == "all" or label in pooled) and not 0.94 - 3 * error <= share <= 0.97 + 3 * error:
+            failures.append(f"- {label}: {100 * share:.2f} % covered in all")
     lines += [*false, "", "## Gates", "", *(failures or ["All gates are met."]), "", _NOTES]
     return "\n".join(lines) + "\n"
 
@@ -177,21 +177,21 @@ def _rows(results: Mapping[str, list[Row]], name: str, mask: str) -> list[Row]:
 def _false_parts(rows: list[Row], truth: Mapping[str, float]) -> dict[str, float | None]:
     """Shares of records with parts that are not there; None for a term that is."""
 
-    def of(seen: Iterator[bool]) -> float:
-        return float(np.mean(list(seen)))
+    def share(flags: Iterator[bool]) -> float:
+        return float(np.mean(list(flags)))
 
-    found: dict[str, float | None] = {
-        LETTERS[term]: None if term in truth else of(bool(row["terms"].get(term, [False])[0]) for row in rows)
+    result: dict[str, float | None] = {
+        LETTERS[term]: None if term in truth else share(bool(row["terms"].get(term, [False])[0]) for row in rows)
         for term in NOISE
     }
-    found["R"] = of(bool(row["ramp"][2]) for row in rows)
-    found["process"] = of(bool(row["processes"]) for row in rows)
-    found["filter"] = of(row["filter"] > 0 for row in rows)
-    found["line"] = of(row["lines"] > 0 for row in rows)
-    found["warm-up"] = of(bool(row["warm_up"]) for row in rows)
-    found["band cut"] = of(bool(row["cut"]) for row in rows)
-    found["widened"] = of(bool(row["widened"]) for row in rows)
-    return found
+    result["R"] = share(bool(row["ramp"][2]) for row in rows)
+    result["process"] = share(bool(row["processes"]) for row in rows)
+    result["filter"] = share(row["filter"] > 0 for row in rows)
+    result["line"] = share(row["lines"] > 0 for row in rows)
+    result["warm-up"] = share(bool(row["warm_up"]) for row in rows)
+    result["band cut"] = share(bool(row["cut"]) for row in rows)
+    result["widened"] = share(bool(row["widened"]) for row in rows)
+    return result
 
 
 _HEAD = """# Records with missing samples

@@ -44,7 +44,7 @@ def record_of(noise: float, duration: float, rng: np.random.Generator, *, line: 
     return Record.from_arrays(rate=RATE, unit={"gyro": "rad/s"}, gyro_x=rates)
 
 
-def of_kind(seed: int, name: str) -> list[int]:
+def judge_kind(seed: int, name: str) -> list[int]:
     """Counts: the interval of the factor holds the true one, and the causes are right."""
     rng = np.random.default_rng(seed)
     factor, line, causes = KINDS[name]
@@ -62,14 +62,14 @@ def of_kind(seed: int, name: str) -> list[int]:
 
 def main() -> None:
     """Run the study and write its page."""
-    cells = {f"inflation {name}": (of_kind, (name,)) for name in KINDS}
+    cells = {f"inflation {name}": (judge_kind, (name,)) for name in KINDS}
     done = run("inflation", cells, settings=f"{PAIRS} {RATE} {REST} {RUNNING} {LINE} {NOISE} {FLICKER}")
     lines, failed, judged = [_HEAD.format(pairs=PAIRS, rest=REST / 60, running=RUNNING / 60, rate=RATE)], 0, 0
     lines += ["| vibration | factor on N covered | cause right |", "|---|---|---|"]
     for name, (_, _, causes) in KINDS.items():
         texts = []
-        for count, least in zip(done[f"inflation {name}"], (0.95, 0.90 if causes else 0.95), strict=True):
-            good = count / PAIRS >= least - 3 * math.sqrt(least * (1 - least) / PAIRS)
+        for count, smallest in zip(done[f"inflation {name}"], (0.95, 0.90 if causes else 0.95), strict=True):
+            good = count / PAIRS >= smallest - 3 * math.sqrt(smallest * (1 - smallest) / PAIRS)
             judged, failed = judged + 1, failed + (not good)
             texts.append(f"{100 * count / PAIRS:.0f}" + ("" if good else " **missed**"))
         lines.append(f"| {name} | {' | '.join(texts)} |")

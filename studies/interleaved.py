@@ -42,7 +42,7 @@ def verdict(samples: Floats, times: Floats | None) -> str:
     return "none" if result is None else "certain" if result.certain else "asked"
 
 
-def of_kind(seed: int, kind: str, how: str, length: str) -> dict[str, int]:
+def judge_kind(seed: int, kind: str, how: str, length: str) -> dict[str, int]:
     """Verdicts on simulated logs, half of them with 3 axes and half with 6."""
     rng = np.random.default_rng(seed)
     n, rate = LENGTHS[length]
@@ -55,7 +55,7 @@ def of_kind(seed: int, kind: str, how: str, length: str) -> dict[str, int]:
     return dict(verdicts)
 
 
-def of_clean(seed: int, kind: str) -> dict[str, int]:
+def judge_clean(seed: int, kind: str) -> dict[str, int]:
     """Verdicts on logs of whole numbers of one sensor, with three axes of one kind and even stamps."""
     rng = np.random.default_rng(seed)
     verdicts: Counter[str] = Counter()
@@ -66,13 +66,13 @@ def of_clean(seed: int, kind: str) -> dict[str, int]:
     return dict(verdicts)
 
 
-def of_null(seed: int, n: int) -> dict[str, int]:
+def judge_null(seed: int, n: int) -> dict[str, int]:
     """Verdicts of the slow noise on pairs of independent sensors, whose rows have nothing in common."""
     rng = np.random.default_rng(seed)
     return dict(Counter(compare_slow_noise(sensor(rng, n, 50.0, 6), sensor(rng, n, 50.0, 6)) for _ in range(NULL)))
 
 
-def of_equal_means(seed: int, kind: str) -> int:
+def judge_equal_means(seed: int, kind: str) -> int:
     """Logs of 100 in which no mean depends on the turn. `kind`: of `SEVERAL` or `SINGLE`, or "zeroed": units of a model
     whose means of the first 2 s are subtracted, as firmware does with gyros.
     """
@@ -82,8 +82,8 @@ def of_equal_means(seed: int, kind: str) -> int:
     for k in range(EQUAL_MEANS):
         samples = make(rng, WINDOW, 100.0, AXES[k % len(AXES)])
         if kind == "zeroed":
-            of_units = samples.reshape(-1, 2, samples.shape[1])
-            samples = (of_units - of_units[:100].mean(axis=0)).reshape(samples.shape)
+            units = samples.reshape(-1, 2, samples.shape[1])
+            samples = (units - units[:100].mean(axis=0)).reshape(samples.shape)
         starts = turns.starts_of_parts(WINDOW, 2, 16)
         parts = np.stack([turns.rows_by_turn(axis, starts, 2) for axis in samples.T], axis=-1)
         equal += turns.means_by_turn(parts) is None
@@ -114,10 +114,12 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     for kind in (*SEVERAL, *SINGLE):
         for how in STAMPS:
             for length in LENGTHS:
-                made[f"{kind}, {how}, {length}"] = (of_kind, (kind, how, length))
-    made |= {f"clean, {kind}": (of_clean, (kind,)) for kind in KINDS}
-    made |= {f"equal means, {kind}": (of_equal_means, (kind,)) for kind in ("clean", "two units of a model", "zeroed")}
-    made |= {f"null, {n} rows": (of_null, (n,)) for n in (500, 15_000)}
+                made[f"{kind}, {how}, {length}"] = (judge_kind, (kind, how, length))
+    made |= {f"clean, {kind}": (judge_clean, (kind,)) for kind in KINDS}
+    made |= {
+        f"equal means, {kind}": (judge_equal_means, (kind,)) for kind in ("clean", "two units of a model", "zeroed")
+    }
+    made |= {f"null, {n} rows": (judge_null, (n,)) for n in (500, 15_000)}
     return made
 
 

@@ -75,26 +75,26 @@ ODD = 3  # place of the run that differs
 def sets(seed: int, name: str, part: int) -> list[Row]:
     """Joint fits of some sets of runs."""
     del seed  # each set has a seed of its own name
-    return [one(CASES[name], seed_of(f"joint {name} {part} {k}")) for k in range(SETS // PARTS)]
+    return [fit_set(CASES[name], seed_of(f"joint {name} {part} {k}")) for k in range(SETS // PARTS)]
 
 
-def one(case: Case, seed: int) -> Row:
+def fit_set(case: Case, seed: int) -> Row:
     """A joint fit of one set of runs, beside the fits of the single runs."""
     rng = np.random.default_rng(seed)
     runs = [build_run(record_of(case, k, rng), "gyro_x", name=f"run {k}") for k in range(case.runs)]
-    found = join(runs, "gyro_x", common=case.common)
-    fitted = found.fit
+    joint = join(runs, "gyro_x", common=case.common)
+    fitted = joint.fit
     return {
         "terms": {name: _stated(term) for name, term in fitted.items()},
-        "single": [{name: _stated(term) for name, term in one.fit.items()} for one in runs],
+        "single": [{name: _stated(term) for name, term in single.fit.items()} for single in runs],
         "p_value": fitted.p_value,
         "widened": fitted.verdict == "widened",
         "processes": len(fitted.gauss_markov) + len(fitted.resonance),
         "filter": fitted.response is not None,
-        "named": list(found.outliers),
-        "causes": [one.cause for one in found.runs if not one.belongs],
-        "homogeneity": dict(found.homogeneity),
-        "spreads": {name: [spread.relative, spread.p_value] for name, spread in found.spreads.items()},
+        "named": list(joint.outliers),
+        "causes": [single.cause for single in joint.runs if not single.belongs],
+        "homogeneity": dict(joint.homogeneity),
+        "spreads": {name: [spread.relative, spread.p_value] for name, spread in joint.spreads.items()},
     }
 
 
@@ -166,17 +166,17 @@ def page(results: Mapping[str, list[Row]]) -> str:
             if case.odd.get(term):
                 continue  # no value is that of all runs
             joint = [row["terms"].get(term) for row in rows]
-            single = [one.get(term) for row in rows for one in row["single"]]
-            cover = [_holds(one, value) for one in joint]
+            single = [fit.get(term) for row in rows for fit in row["single"]]
+            cover = [_holds(stated, value) for stated in joint]
             pooled += cover
-            width = np.median([_half(one, value) for one in joint])
-            alone = np.median([_half(one, value) for one in single])
+            width = np.median([_half(stated, value) for stated in joint])
+            alone = np.median([_half(stated, value) for stated in single])
             share = float(np.mean(cover))
             if _below(share, 0.92, len(cover)) and not case.odd and case.odd_corner is None:
                 failures.append(f"- {name}: {LETTERS[term]} covered in {100 * share:.1f} %")
             lines.append(
-                f"| {name} | {LETTERS[term]} | {_share(_seen(single))} | {_share(_seen(joint))} | {100 * alone:.3g} |"
-                f" {100 * width:.3g} | {_share(cover)} |"
+                f"| {name} | {LETTERS[term]} | {_share(_detections(single))} | {_share(_detections(joint))} |"
+                f" {100 * alone:.3g} | {100 * width:.3g} | {_share(cover)} |"
             )
     lines += [
         "",
@@ -191,49 +191,49 @@ def page(results: Mapping[str, list[Row]]) -> str:
             if term in case.truth:
                 shares.append("")
                 continue
-            found = [bool(row["terms"].get(term, [False])[0]) for row in rows]
-            shares.append(_share(found))
-            if usual and _above(float(np.mean(found)), 0.05, len(found)):
-                failures.append(f"- {name}: false {LETTERS[term]} in {_share(found)} %")
-        for what, limit in (("processes", 0.02), ("widened", 0.02)):
-            found = [bool(row[what]) for row in rows]
-            shares.append(_share(found))
-            if usual and _above(float(np.mean(found)), limit, len(found)):
-                failures.append(f"- {name}: {what} in {_share(found)} %")
+            detected = [bool(row["terms"].get(term, [False])[0]) for row in rows]
+            shares.append(_share(detected))
+            if usual and _above(float(np.mean(detected)), 0.05, len(detected)):
+                failures.append(f"- {name}: false {LETTERS[term]} in {_share(detected)} %")
+        for kind, limit in (("processes", 0.02), ("widened", 0.02)):
+            detected = [bool(row[kind]) for row in rows]
+            shares.append(_share(detected))
+            if usual and _above(float(np.mean(detected)), limit, len(detected)):
+                failures.append(f"- {name}: {kind} in {_share(detected)} %")
         lines.append(f"| {name} | {' | '.join(shares)} |")
     lines.append(_RUNS)
     for name, rows in results.items():
         case = CASES[name]
         usual = not case.odd and case.odd_corner is None
         odd = [f"run {ODD}" in row["named"] for row in rows]
-        others = (
+        usual_runs = (
             [bool(set(row["named"]) - {f"run {ODD}"}) for row in rows]
             if not usual
             else [bool(row["named"]) for row in rows]
         )
-        if _above(float(np.mean(others)), ALPHA, len(others)):
-            failures.append(f"- {name}: a run that belongs is named in {_share(others)} % of the sets")
+        if _above(float(np.mean(usual_runs)), ALPHA, len(usual_runs)):
+            failures.append(f"- {name}: a run that belongs is named in {_share(usual_runs)} % of the sets")
         tested = {term: [row["homogeneity"][term] for row in rows if term in row["homogeneity"]] for term in COMMON}
         sizes = {term: [p < ALPHA for p in values] for term, values in tested.items()}
-        for term, found in sizes.items():
-            if usual and found and _above(float(np.mean(found)), ALPHA, len(found)):
-                failures.append(f"- {name}: {LETTERS[term]} differs in {_share(found)} % of {len(found)} sets")
+        for term, detected in sizes.items():
+            if usual and detected and _above(float(np.mean(detected)), ALPHA, len(detected)):
+                failures.append(f"- {name}: {LETTERS[term]} differs in {_share(detected)} % of {len(detected)} sets")
         spread = [row["spreads"]["random_walk"][0] for row in rows if "random_walk" in row["spreads"]]
         lines.append(
-            f"| {name} | {'' if usual else _share(odd)} | {_share(others)} |"
-            f" {' | '.join(_share(found) if found else '' for found in sizes.values())} |"
+            f"| {name} | {'' if usual else _share(odd)} | {_share(usual_runs)} |"
+            f" {' | '.join(_share(detected) if detected else '' for detected in sizes.values())} |"
             f" {100 * float(np.median(spread)) if spread else math.nan:.2g} |"
         )
     lines += ["", "## Gates", "", *(failures or ["All gates are met."]), "", _NOTES]
     return "\n".join(lines) + "\n"
 
 
-def _share(found: Sequence[bool]) -> str:
-    return f"{100 * float(np.mean(found)):.1f}"
+def _share(detected: Sequence[bool]) -> str:
+    return f"{100 * float(np.mean(detected)):.1f}"
 
 
-def _seen(stated: Sequence[list[Any] | None]) -> list[bool]:
-    return [bool(one and one[0]) for one in stated]
+def _detections(stated: Sequence[list[Any] | None]) -> list[bool]:
+    return [bool(values and values[0]) for values in stated]
 
 
 def _holds(stated: list[Any] | None, value: float) -> bool:

@@ -49,7 +49,7 @@ LETTERS = {"quantization": "Q", "random_walk": "N", "bias_instability": "B", "ra
 PROCESS_N, PROCESS_RATE = 1_080_000, 100.0
 SIGMA = si(bias_instability="20 deg/h")["bias_instability"]
 TIMES = (10.0, 30.0, 100.0, 300.0)
-BESIDE: dict[str, dict[str, float]] = {
+BACKGROUNDS: dict[str, dict[str, float]] = {
     "N": si(random_walk="0.3 deg/sqrt(h)"),
     "N, B": si(random_walk="0.3 deg/sqrt(h)", bias_instability="5 deg/h"),
     "N, K": si(random_walk="0.3 deg/sqrt(h)", rate_random_walk="10 deg/h/sqrt(h)"),
@@ -60,7 +60,7 @@ _QUANTILE = 1.959964
 
 def _axes() -> dict[str, Mixture]:
     """The axes of the paper's HG1700 and MotionPak II, and two of its CIMU."""
-    found = {}
+    axes = {}
     for unit, rate, wanted in (
         ("hg1700", 100.0, None),
         ("motionpak2", 100.0, None),
@@ -71,8 +71,8 @@ def _axes() -> dict[str, Mixture]:
             channels = NoiseModel.read(path).channels
         for channel, terms in channels.items():
             if wanted is None or channel in wanted:
-                found[f"{unit} {channel}"] = Mixture(0, rate, dict(terms), channel)
-    return found
+                axes[f"{unit} {channel}"] = Mixture(0, rate, dict(terms), channel)
+    return axes
 
 
 MIXTURES: dict[str, Mixture] = {**SHORT, **GRADES, **_axes()}
@@ -85,10 +85,10 @@ def ideal(seed: int, name: str, n: int) -> list[Row]:
     return [_stated(_simulated(rng, n, tau0, mixture.truth), tau0) for _ in range(RECORDS // PARTS)]
 
 
-def process(seed: int, beside: str, time: float) -> list[Row]:
+def process(seed: int, background: str, time: float) -> list[Row]:
     """The same with a Gauss-Markov process, and how far the model's Allan deviation is from the truth."""
     rng, tau0 = np.random.default_rng(seed), 1 / PROCESS_RATE
-    terms = BESIDE[beside]
+    terms = BACKGROUNDS[background]
     sizes = np.unique(np.geomspace(1, PROCESS_N // 3, 40).astype(np.int64))
     truth, low, high = _curve_limits(terms, time, sizes)
     rows = []
@@ -99,12 +99,12 @@ def process(seed: int, beside: str, time: float) -> list[Row]:
         made.add_gauss_markov(SIGMA, time, index=0, channel=0)
         y = np.empty(PROCESS_N)
         made.fill(y)
-        found = summarize([y], samples=PROCESS_N, tau0=tau0).fit()
-        ratio = np.sqrt(_curve(found, sizes, tau0) / truth)
+        fitted = summarize([y], samples=PROCESS_N, tau0=tau0).fit()
+        ratio = np.sqrt(_curve(fitted, sizes, tau0) / truth)
         worst = int(np.argmax(np.abs(np.log(ratio))))
         inside = (ratio >= low) & (ratio <= high)
         rows.append(
-            {**_row(found), "curve": bool(inside.all()), "worst": [float(sizes[worst] * tau0), float(ratio[worst])]}
+            {**_row(fitted), "curve": bool(inside.all()), "worst": [float(sizes[worst] * tau0), float(ratio[worst])]}
         )
     return rows
 
@@ -123,48 +123,51 @@ def _stated(y: Floats, tau0: float) -> Row:
     return _row(summarize([y], samples=len(y), tau0=tau0).fit())
 
 
-def _row(found: ChannelFit) -> Row:
+def _row(fitted: ChannelFit) -> Row:
     """A fit, as far as it is judged."""
-    terms = dict(found.terms)
+    terms = dict(fitted.terms)
     ramp = terms.pop("rate_ramp")
     return {
         "terms": {k: [term.observed, *_ends(term.profile)] for k, term in terms.items() if term.profile is not None},
         "processes": [
-            *(["gauss_markov", *_ends(one.sigma), *_ends(one.time)] for one in found.gauss_markov),
-            *(["resonance", *_ends(one.sigma), *_ends(one.frequency), *_ends(one.width)] for one in found.resonance),
+            *(["gauss_markov", *_ends(part.sigma), *_ends(part.time)] for part in fitted.gauss_markov),
+            *(
+                ["resonance", *_ends(part.sigma), *_ends(part.frequency), *_ends(part.width)]
+                for part in fitted.resonance
+            ),
         ],
-        "filter": 0 if found.response is None else max(1, len(found.response.coefficients)),  # none of a running mean
-        "lines": len(found.sinusoid),
-        "cut": found.highest is not None,
+        "filter": 0 if fitted.response is None else max(1, len(fitted.response.coefficients)),  # none of a running mean
+        "lines": len(fitted.sinusoid),
+        "cut": fitted.highest is not None,
         "ramp": [*_with_error(ramp.profile), ramp.observed],
-        "warm_up": found.warm_up is not None,
-        "p": found.p_value,
-        "widened": found.verdict == "widened",
+        "warm_up": fitted.warm_up is not None,
+        "p": fitted.p_value,
+        "widened": fitted.verdict == "widened",
     }
 
 
-def _ends(one: Estimate) -> list[float | None]:
+def _ends(estimate: Estimate) -> list[float | None]:
     """A value with its interval, which is from 0 on if it has no upper end."""
-    return [one.value, one.low or 0.0, one.high]
+    return [estimate.value, estimate.low or 0.0, estimate.high]
 
 
-def _with_error(one: Estimate | None) -> list[float]:
+def _with_error(estimate: Estimate | None) -> list[float]:
     """A value with its standard error."""
-    assert one is not None
-    assert one.low is not None
-    assert one.high is not None
-    return [one.value, (one.high - one.low) / 2 / _QUANTILE]
+    assert estimate is not None
+    assert estimate.low is not None
+    assert estimate.high is not None
+    return [estimate.value, (estimate.high - estimate.low) / 2 / _QUANTILE]
 
 
-def _curve(found: ChannelFit, sizes: NDArray[np.int64], tau0: float) -> Floats:
+def _curve(fitted: ChannelFit, sizes: NDArray[np.int64], tau0: float) -> Floats:
     """Allan variances of the model with its processes."""
     total = np.zeros(len(sizes))
-    for term, value in found.model:
+    for term, value in fitted.model:
         if term in NOISE:
             total += kernels.term_avar(term, value, sizes, tau0)
-    for one in found.gauss_markov:
-        total += kernels.gauss_markov_avar(one.sigma.value, one.time.value, sizes, tau0)
-    for band in found.resonance:
+    for process_ in fitted.gauss_markov:
+        total += kernels.gauss_markov_avar(process_.sigma.value, process_.time.value, sizes, tau0)
+    for band in fitted.resonance:
         taus = np.asarray(sizes * tau0, dtype=np.float64)
         total += _resonance(band.sigma.value, band.frequency.value, band.width.value, taus)
     return total
@@ -197,17 +200,17 @@ def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, fl
     or of those that are there alone.
     """
     theta = _theta(mixture.truth, 1 / mixture.rate)
-    there = np.flatnonzero(theta)
+    present = np.flatnonzero(theta)
     parts = Components(n, (1,))
     if not all_terms:
-        found = crb(parts.spectra, parts.modes, theta)
+        bound = crb(parts.spectra, parts.modes, theta)
     else:
         ratio = parts.spectra / (theta @ parts.spectra)
         information = 0.5 * (ratio * parts.modes) @ ratio.T
         scale = np.sqrt(np.diag(information))
         variances = np.diag(np.linalg.inv(information / np.outer(scale, scale))) / scale**2
-        found = np.sqrt(variances[there]) / (2 * theta[there])
-    return dict(zip([NOISE[p] for p in there], found.tolist(), strict=True))
+        bound = np.sqrt(variances[present]) / (2 * theta[present])
+    return dict(zip([NOISE[p] for p in present], bound.tolist(), strict=True))
 
 
 def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
@@ -217,11 +220,13 @@ def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
     cells: dict[str, Any] = {}
     for k in range(parts):
         cells |= {f"{name} {sizes[0]} {k}": (ideal, (name, sizes[0])) for name in MIXTURES}
-        cells |= {f"{beside} T{time:g} {k}": (process, (beside, time)) for beside in BESIDE for time in TIMES}
+        cells |= {
+            f"{background} T{time:g} {k}": (process, (background, time)) for background in BACKGROUNDS for time in TIMES
+        }
         cells |= {f"{case} {k}": (misspecified, (case,)) for case in CASES}
-        others = [n for n in sizes[1:] if n < max(SIZES) or k < PARTS_OF_LONGEST]
-        cells |= {f"{name} {n} {k}": (ideal, (name, n)) for n in others for name in MIXTURES}
-    settings = repr((RECORDS, PROCESS_RECORDS, CASE_RECORDS, BESIDE, SIGMA, TIMES))
+        further = [n for n in sizes[1:] if n < max(SIZES) or k < PARTS_OF_LONGEST]
+        cells |= {f"{name} {n} {k}": (ideal, (name, n)) for n in further for name in MIXTURES}
+    settings = repr((RECORDS, PROCESS_RECORDS, CASE_RECORDS, BACKGROUNDS, SIGMA, TIMES))
     results = run("likelihood", cells, settings=settings)
     Path("docs/study/likelihood.md").write_text(page(results, sizes), encoding="utf-8")
 
@@ -277,8 +282,8 @@ def _holds(stated: Sequence[Any] | None, value: float) -> bool:
 
 def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
     """Whether the terms that are well known were found, and no part that is not there."""
-    seen = [term for term in NOISE if row["terms"].get(term, [False])[0]]
-    terms = all(term in seen for term in well) and all(term in mixture.truth for term in seen)
+    observed = [term for term in NOISE if row["terms"].get(term, [False])[0]]
+    terms = all(term in observed for term in well) and all(term in mixture.truth for term in observed)
     return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
 
 
@@ -296,28 +301,30 @@ def _spread(
             truth = mixture.truth[term]
             stated = [row["terms"][term] for row in rows if term in row["terms"]]
             values = np.array([s[1] for s in stated]) / truth
-            found = float(np.mean([s[0] for s in stated]))
+            share_observed = float(np.mean([s[0] for s in stated]))
             cover = [_holds(row["terms"].get(term), truth) for row in rows]
             pooled += cover
             right = np.array([_right(row, known_well, mixture) for row in rows if term in row["terms"]])
             bias, sd = values.mean() - 1, values.std(ddof=1)
-            known, count = values[right].std(ddof=1) if right.sum() > 1 else math.nan, int(right.sum())
+            spread_known, count = values[right].std(ddof=1) if right.sum() > 1 else math.nan, int(right.sum())
             half = np.median([(s[3] - s[2]) / 2 if s[3] is not None else math.inf for s in stated]) / truth
             well = bound < WELL
             cell = f"- {name}, {n} samples, {LETTERS[term]}"
             if well:
                 single.append(bool(sd > 1.05 * bound * (1 + 3 / math.sqrt(2 * len(values)))))
-            if well and count > 1 and known > 1.05 * bound * (1 + 3 / math.sqrt(2 * count)):
-                failures.append(f"{cell}: sd with the right parts {100 * known:.3g} %, bound {100 * bound:.3g} %")
+            if well and count > 1 and spread_known > 1.05 * bound * (1 + 3 / math.sqrt(2 * count)):
+                failures.append(
+                    f"{cell}: sd with the right parts {100 * spread_known:.3g} %, bound {100 * bound:.3g} %"
+                )
             if well and sd > 1.05 * unknown[term] * (1 + 3 / math.sqrt(2 * len(values))):
                 failures.append(f"{cell}: sd {100 * sd:.3g} %, bound with four terms {100 * unknown[term]:.3g} %")
             if well and abs(bias) > 0.1 * sd + 3 * sd / math.sqrt(len(values)):
                 failures.append(f"{cell}: bias {100 * bias:+.2g} % beside sd {100 * sd:.3g} %")
             if _below(float(np.mean(cover)), 0.92, len(cover)):
                 failures.append(f"{cell}: {100 * np.mean(cover):.1f} % covered")
-            spread = f"{100 * bias:+.2g} | {100 * sd:.3g} | {100 * known:.3g}" if well and count > 1 else " | | "
+            spread = f"{100 * bias:+.2g} | {100 * sd:.3g} | {100 * spread_known:.3g}" if well and count > 1 else " | | "
             lines.append(
-                f"| {name} | {LETTERS[term]} | {len(rows)} | {100 * found:.1f} | {spread} | {100 * bound:.3g} |"
+                f"| {name} | {LETTERS[term]} | {len(rows)} | {100 * share_observed:.1f} | {spread} | {100 * bound:.3g} |"
                 f" {100 * unknown[term]:.3g} | {100 * half:.3g} | {100 * np.mean(cover):.1f} |"
             )
         if "rate_ramp" in mixture.truth:
@@ -327,12 +334,12 @@ def _spread(
             pooled += cover
             if _below(float(np.mean(cover)), 0.92, len(cover)):
                 failures.append(f"- {name}, {n} samples, R: {100 * np.mean(cover):.1f} % covered")
-            found, half = (
+            share_observed, half = (
                 np.mean([row["ramp"][2] for row in rows]),
                 np.median([1.96 * row["ramp"][1] for row in rows]) / truth,
             )
             lines.append(
-                f"| {name} | R | {len(rows)} | {100 * found:.1f} | {100 * (values.mean() - 1):+.2g} |"
+                f"| {name} | R | {len(rows)} | {100 * share_observed:.1f} | {100 * (values.mean() - 1):+.2g} |"
                 f" {100 * values.std(ddof=1):.3g} | | | | {100 * half:.3g} | {100 * np.mean(cover):.1f} |"
             )
     return lines
@@ -346,11 +353,11 @@ def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) 
             continue
         shares: list[str] = []
 
-        def share(what: str, limit: float, seen: list[bool], name: str = name, shares: list[str] = shares) -> None:
-            mean = float(np.mean(seen))
+        def share(label: str, limit: float, flags: list[bool], name: str = name, shares: list[str] = shares) -> None:
+            mean = float(np.mean(flags))
             shares.append(f"{100 * mean:.1f}")
-            if _above(mean, limit, len(seen)):
-                failures.append(f"- {name}, {n} samples: {what} in {100 * mean:.1f} % of the records")
+            if _above(mean, limit, len(flags)):
+                failures.append(f"- {name}, {n} samples: {label} in {100 * mean:.1f} % of the records")
 
         for term in NOISE:
             if term in mixture.truth:
@@ -373,21 +380,23 @@ def _false_parts(results: Mapping[str, list[Row]], n: int, failures: list[str]) 
 
 def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
     lines = []
-    for beside, terms in BESIDE.items():
+    for background, terms in BACKGROUNDS.items():
         for time in TIMES:
-            rows = _all(results, f"{beside} T{time:g}")
+            rows = _all(results, f"{background} T{time:g}")
             if not rows:
                 continue
-            cell = f"- process of {time:g} s beside {beside}"
+            cell = f"- process of {time:g} s beside {background}"
             nearest = [_nearest(row, time) for row in rows]
-            found = [p for p in nearest if p is not None]
-            shares = {"found": len(found) / len(rows)}
-            shares["σ covered"] = float(np.mean([_holds(p[:4], SIGMA) for p in found])) if found else 0.0
-            shares["time covered"] = float(np.mean([_holds([True, *p[4:7]], time) for p in found])) if found else 0.0
+            detected = [p for p in nearest if p is not None]
+            shares = {"found": len(detected) / len(rows)}
+            shares["σ covered"] = float(np.mean([_holds(p[:4], SIGMA) for p in detected])) if detected else 0.0
+            shares["time covered"] = (
+                float(np.mean([_holds([True, *p[4:7]], time) for p in detected])) if detected else 0.0
+            )
             shares["curve"] = float(np.mean([row["curve"] for row in rows]))
-            for what, limit in (("found", 0.9), ("σ covered", 0.92), ("time covered", 0.92), ("curve", 0.9)):
-                if _below(shares[what], limit, len(rows)):
-                    failures.append(f"{cell}: {what} in {100 * shares[what]:.1f} %")
+            for label, limit in (("found", 0.9), ("σ covered", 0.92), ("time covered", 0.92), ("curve", 0.9)):
+                if _below(shares[label], limit, len(rows)):
+                    failures.append(f"{cell}: {label} in {100 * shares[label]:.1f} %")
             several = float(np.mean([len(row["processes"]) > 1 for row in rows]))
             extra = [term for term in NOISE if term not in terms]
             false = " ".join(
@@ -400,7 +409,7 @@ def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[st
             worst = np.quantile([abs(math.log(row["worst"][1])) for row in rows], 0.9)
             texts = [f"{100 * share:.1f}" for share in shares.values()]
             lines.append(
-                f"| {beside} | {time:g} | {len(rows)} | {' | '.join(texts)} | {100 * math.expm1(worst):.0f} |"
+                f"| {background} | {time:g} | {len(rows)} | {' | '.join(texts)} | {100 * math.expm1(worst):.0f} |"
                 f" {100 * several:.1f} | {cover} | {false} |"
             )
     return lines
@@ -419,8 +428,8 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
         if not rows:
             continue
 
-        def percent(seen: Iterable[bool]) -> str:
-            return f"{100 * np.mean(list(seen)):.0f}"
+        def percent(flags: Iterable[bool]) -> str:
+            return f"{100 * np.mean(list(flags)):.0f}"
 
         text = f"| {name} | {len(rows)} | {percent(r['widened'] for r in rows)}"
         text += f" | {percent(bool(r['processes']) for r in rows)} | {percent(r['filter'] > 0 for r in rows)}"
@@ -433,7 +442,7 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
             truth = value * (case.white if white else 1.0)
             stated = [row["terms"].get(term) for row in rows]
             cover = np.array([_holds(s, truth) for s in stated])
-            known = cover if white else cover | np.array([row["widened"] for row in rows])
+            covered_or_widened = cover if white else cover | np.array([row["widened"] for row in rows])
             limit = 0.9 if white else 0.8
             values = np.array([s[1] for s in stated if s is not None]) / truth
             half = (
@@ -441,8 +450,10 @@ def _cases(results: Mapping[str, list[Row]], failures: list[str]) -> list[str]:
                 / truth
             )
             text += f" | {100 * (np.median(values) - 1):+.2g} | {100 * half:.2g} | {percent(cover)}"
-            if _below(float(known.mean()), limit, len(rows)):
-                failures.append(f"- {name}: {LETTERS[term]} covered or widened in {100 * known.mean():.0f} %")
+            if _below(float(covered_or_widened.mean()), limit, len(rows)):
+                failures.append(
+                    f"- {name}: {LETTERS[term]} covered or widened in {100 * covered_or_widened.mean():.0f} %"
+                )
         lines.append(text + " |")
     return lines
 

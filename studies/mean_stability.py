@@ -41,24 +41,24 @@ def cell(seed: int, case: str) -> dict[str, list[float]]:
     of the logarithms of their upper over their lower ends.
     """
     model, rng = CASES[case], np.random.default_rng(seed)
-    found = {"10": [0.0] * 5, "100": [0.0] * 5}
+    counts = {"10": [0.0] * 5, "100": [0.0] * 5}
     for _ in range(_AT_ONCE):
         noise = NoiseModel(channels={"gyro_x": model})
         record = simulate(noise, duration=10 * _MEANS / _RATE, rate=_RATE, rng=rng)
-        for one in analyze(record, threads=1).mean_stability["gyro_x"]:
-            name = f"{one.average:g}"
+        for stability in analyze(record, threads=1).mean_stability["gyro_x"]:
+            name = f"{stability.average:g}"
             # 51 means of 100 s: the expectation of 51 is between those of 32 and 64, by the straight line in the logarithm.
             truth = (
-                expected(model, one.average, one.means)
-                if one.means == _MEANS
-                else _between(model, one.average, one.means)
+                expected(model, stability.average, stability.means)
+                if stability.means == _MEANS
+                else _between(model, stability.average, stability.means)
             )
-            if one.low is None or one.high is None:
-                found[name][3] += 1
+            if stability.low is None or stability.high is None:
+                counts[name][3] += 1
                 continue
-            found[name][0 if one.high < truth else 2 if one.low > truth else 1] += 1
-            found[name][4] += math.log(one.high / one.low)
-    return found
+            counts[name][0 if stability.high < truth else 2 if stability.low > truth else 1] += 1
+            counts[name][4] += math.log(stability.high / stability.low)
+    return counts
 
 
 def _between(model: dict[str, float], average: float, means: int) -> float:
@@ -81,7 +81,7 @@ def main() -> None:
     for case in CASES:
         for name in ("10", "100"):
             total = np.sum([done[f"mean stability {case} {k}"][name] for k in range(_TRIALS // _AT_ONCE)], axis=0)
-            below, within, above, without = (int(one) for one in total[:4])
+            below, within, above, without = (int(count) for count in total[:4])
             stated = below + within + above
             covered, width = within / stated, math.exp(total[4] / stated / 2) - 1
             ok = covered >= _LEVEL - gate(stated)

@@ -77,8 +77,8 @@ def _hump(rng: Source, frequency: float, power: float, shape: str = "bell") -> F
     """A hump in the density, `power` times the other noise at its frequency."""
     usual = TRUTH["random_walk"] ** 2 + TRUTH["bias_instability"] ** 2 / (2 * math.pi * frequency)
 
-    def bell(f: Floats, at: float, width: float) -> Floats:
-        return np.asarray(np.exp(-0.5 * (np.log(f / at) / width) ** 2), dtype=np.float64)
+    def bell(f: Floats, centre: float, width: float) -> Floats:
+        return np.asarray(np.exp(-0.5 * (np.log(f / centre) / width) ** 2), dtype=np.float64)
 
     def density(f: Floats) -> Floats:
         if shape == "box":
@@ -96,8 +96,8 @@ def _hump(rng: Source, frequency: float, power: float, shape: str = "bell") -> F
 
 def _wandering(rng: Source, amplitude: float, frequency: float, spread: float, drift: float = 0.0) -> Floats:
     """A line whose frequency wanders and whose amplitude changes by 20 %."""
-    at = frequency + spread * _slow(rng, 1.0, 100.0) + drift * (_TIME / _DURATION - 0.5)
-    phase = 2 * np.pi * np.cumsum(at) * TAU0 + rng.uniform(0, 2 * np.pi)
+    place = frequency + spread * _slow(rng, 1.0, 100.0) + drift * (_TIME / _DURATION - 0.5)
+    phase = 2 * np.pi * np.cumsum(place) * TAU0 + rng.uniform(0, 2 * np.pi)
     return np.asarray(amplitude * (1 + _slow(rng, 0.2, 200.0)) * np.sin(phase))
 
 
@@ -196,8 +196,8 @@ def _cut_knock(rng: Source) -> Floats:
 def _jumps(rng: Source) -> Floats:
     """Three steps of the bias."""
     y = _ideal(rng)
-    for at in rng.integers(0, N, 3):
-        y[at:] += 0.005 * rng.choice([-1.0, 1.0])
+    for place in rng.integers(0, N, 3):
+        y[place:] += 0.005 * rng.choice([-1.0, 1.0])
     return y
 
 

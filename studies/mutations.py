@@ -56,8 +56,8 @@ class Mutation(NamedTuple):
         """Tests that are tried if those named do not find the bug."""
         room = {"crates/formats": "io", "crates/core": "estimators"}.get(self.room, self.room)
         folders = dict.fromkeys((room, "quality", "cli"))
-        found = [f"tests/{name}" for name in folders if (ROOT / "tests" / name).is_dir()]
-        return (*found, *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "tests").glob("test_*.py"))))
+        paths = [f"tests/{name}" for name in folders if (ROOT / "tests" / name).is_dir()]
+        return (*paths, *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "tests").glob("test_*.py"))))
 
 
 def mutations() -> list[Mutation]:
@@ -65,13 +65,17 @@ def mutations() -> list[Mutation]:
     table = tomllib.loads((ROOT / "studies" / "mutations.toml").read_text(encoding="utf-8"))
     every, wrong = [], []
     for name, row in table.items():
-        one = Mutation(name, row["bug"], row["file"], row["old"], row["new"], tuple(f"tests/{t}" for t in row["tests"]))
-        file = ROOT / one.file
-        found = file.read_text(encoding="utf-8").count(one.old) if file.exists() else 0
-        missing = [test for test in one.tests if not (ROOT / test).exists()]
-        if found != 1 or missing:
-            wrong.append(f"{name}: {one.file} has {found} times {one.old!r}; tests that are missing: {missing}")
-        every.append(one)
+        mutation = Mutation(
+            name, row["bug"], row["file"], row["old"], row["new"], tuple(f"tests/{t}" for t in row["tests"])
+        )
+        file = ROOT / mutation.file
+        occurrences = file.read_text(encoding="utf-8").count(mutation.old) if file.exists() else 0
+        missing = [test for test in mutation.tests if not (ROOT / test).exists()]
+        if occurrences != 1 or missing:
+            wrong.append(
+                f"{name}: {mutation.file} has {occurrences} times {mutation.old!r}; tests that are missing: {missing}"
+            )
+        every.append(mutation)
     if wrong:
         raise ValueError("\n".join(wrong))
     return every
@@ -82,28 +86,31 @@ def main(arguments: Sequence[str] = ()) -> int:
     every = mutations()
     if "--check" in arguments:
         return 0
-    if unknown := set(arguments) - {one.name for one in every}:
+    if unknown := set(arguments) - {mutation.name for mutation in every}:
         raise ValueError(f"no such bug: {', '.join(sorted(unknown))}")
-    known: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    stored: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     done = {
-        one.name: known[one.name]
-        for one in every
-        if one.name not in arguments and known.get(one.name, {}).get("of") == [*list(one)[2:5], list(one.tests)]
+        mutation.name: stored[mutation.name]
+        for mutation in every
+        if mutation.name not in arguments
+        and stored.get(mutation.name, {}).get("of") == [*list(mutation)[2:5], list(mutation.tests)]
     }
-    chosen = [one for one in every if one.name not in done and (not arguments or one.name in arguments)]
+    chosen = [
+        mutation for mutation in every if mutation.name not in done and (not arguments or mutation.name in arguments)
+    ]
     with tempfile.TemporaryDirectory(prefix="mutations-") as folder:
         copy = Copy(Path(folder) / "copy") if chosen else None
-        for one in chosen:
+        for mutation in chosen:
             assert copy is not None
             start = time.monotonic()
-            test = copy.first_failure(one, one.tests) or copy.first_failure(one, one.neighbours)
+            test = copy.first_failure(mutation, mutation.tests) or copy.first_failure(mutation, mutation.neighbours)
             seconds = round(time.monotonic() - start, 1)
-            done[one.name] = {"of": [*list(one)[2:5], list(one.tests)], "test": test, "seconds": seconds}
+            done[mutation.name] = {"of": [*list(mutation)[2:5], list(mutation.tests)], "test": test, "seconds": seconds}
             RESULTS.parent.mkdir(exist_ok=True)
             RESULTS.write_text(json.dumps(done, indent=1) + "\n", encoding="utf-8")
-            sys.stderr.write(f"mutations: {len(done)} {one.name}: {test or 'not found'} ({seconds:.0f} s)\n")
+            sys.stderr.write(f"mutations: {len(done)} {mutation.name}: {test or 'not found'} ({seconds:.0f} s)\n")
     if not arguments:
-        _write_page([(one, done[one.name]) for one in every])
+        _write_page([(mutation, done[mutation.name]) for mutation in every])
     missed = [name for name, result in done.items() if result["test"] is None]
     sys.stderr.write(f"mutations: {len(done) - len(missed)} of {len(done)} found\n")
     return 1 if missed else 0
@@ -122,21 +129,25 @@ class Copy:
             if file.is_file():
                 shutil.copy2(file, root / file.name)
 
-    def first_failure(self, one: Mutation, tests: Sequence[str]) -> str | None:
+    def first_failure(self, mutation: Mutation, tests: Sequence[str]) -> str | None:
         """The first of some tests that fails with a bug and passes without it, as ``file::test``; None if there is none."""
-        file = self.root / one.file
+        file = self.root / mutation.file
         text = file.read_text(encoding="utf-8")
         red: set[str] = set()  # tests that fail without the bug
         while True:
-            file.write_text(text.replace(one.old, one.new), encoding="utf-8")
+            file.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             try:
-                found = self._in_rust(one, tests, red) if one.room.startswith("crates/") else self._failed(tests, red)
+                failure = (
+                    self._in_rust(mutation, tests, red)
+                    if mutation.room.startswith("crates/")
+                    else self._failed(tests, red)
+                )
             finally:
                 file.write_text(text, encoding="utf-8")
-            if found is None or found.startswith("crates/") or self._failed([found], ()) is None:
-                return found
-            sys.stderr.write(f"mutations: {found} fails without a bug\n")
-            red.add(found)
+            if failure is None or failure.startswith("crates/") or self._failed([failure], ()) is None:
+                return failure
+            sys.stderr.write(f"mutations: {failure} fails without a bug\n")
+            red.add(failure)
 
     def _failed(self, tests: Sequence[str], but: Sequence[str] | set[str]) -> str | None:
         """The first of some tests that fails."""
@@ -162,18 +173,18 @@ class Copy:
             raise RuntimeError(f"pytest {' '.join(tests)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
         return failed.group(1).strip()
 
-    def _in_rust(self, one: Mutation, tests: Sequence[str], but: set[str]) -> str | None:
+    def _in_rust(self, mutation: Mutation, tests: Sequence[str], but: set[str]) -> str | None:
         """The first test of the crate that fails, or of some tests in Python with the extension built anew."""
         cargo = ("--release", "--locked", "--quiet", "-p")
-        crate = one.room.removeprefix("crates/")
-        if tests == one.tests and not but:
+        crate = mutation.room.removeprefix("crates/")
+        if tests == mutation.tests and not but:
             done = self._run(["cargo", "test", *cargo, f"sigmatau-{crate}", "--lib", "--tests"])
             failed = re.search(r"^test (\S+) \.\.\. FAILED|^---- (\S+) stdout|^    (\w\S+::\w+)$", done.stdout, re.M)
             if done.returncode and failed:
                 return f"crates/{crate}::{next(filter(None, failed.groups()))}"
         built = self._run(["cargo", "build", *cargo, "sigmatau-py"])
         if built.returncode:
-            raise RuntimeError(f"{one.name}: cannot be built\n{built.stderr}")
+            raise RuntimeError(f"{mutation.name}: cannot be built\n{built.stderr}")
         extension = next((self.root / "python" / "sigmatau").glob("_core*.so"))
         before = extension.read_bytes()
         library = next(p for p in (TARGET / "release").iterdir() if p.suffix in (".so", ".dylib"))
@@ -204,12 +215,12 @@ def _write_page(results: Sequence[tuple[Mutation, dict[str, Any]]]) -> None:
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False
     ).stdout.strip()
-    found = sum(result["test"] is not None for _, result in results)
-    lines = [_HEAD.format(date=dt.datetime.now(tz=dt.UTC).date(), commit=commit, found=found, count=len(results))]
-    for one, result in results:
+    count = sum(result["test"] is not None for _, result in results)
+    lines = [_HEAD.format(date=dt.datetime.now(tz=dt.UTC).date(), commit=commit, found=count, count=len(results))]
+    for mutation, result in results:
         # Without the folder of all tests and without parameters.
         test = f"`{result['test'].removeprefix('tests/').split('[')[0]}`" if result["test"] else "not found"
-        lines.append(f"| {one.room} | {one.bug} | {test} | {result['seconds']:.0f} |")
+        lines.append(f"| {mutation.room} | {mutation.bug} | {test} | {result['seconds']:.0f} |")
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

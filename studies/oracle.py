@@ -44,9 +44,9 @@ def compared(seed: int, name: str, n: int) -> list[list[float] | None]:
     rows: list[list[float] | None] = []
     for _ in range(RECORDS[n]):
         y = simulated(n, 1.0, mixture, seed=int(rng.integers(1 << 62)))
-        found = summarize([y], samples=n, tau0=1.0).fit()
-        model = {term: value**2 for term, value in found.model if term in TERMS}
-        if model.keys() != set(terms) or found.gauss_markov or found.resonance or found.response:
+        fitted = summarize([y], samples=n, tau0=1.0).fit()
+        model = {term: value**2 for term, value in fitted.model if term in TERMS}
+        if model.keys() != set(terms) or fitted.gauss_markov or fitted.resonance or fitted.response:
             rows.append(None)
             continue
         theta = np.array([model[term] for term in terms])

@@ -51,14 +51,14 @@ class Kind:
         tau = m * TAU0
         f = np.concatenate([np.geomspace(1e-7, 1e-3, 20_000), np.linspace(1e-3, 0.5 * RATE, 120_000)[1:]])
         density = self.density(f)
-        of_noise = [
+        variance_of_noise = [
             4 * np.trapezoid(density * np.sin(np.pi * f * t) ** 4 / (t / TAU0 * np.sin(np.pi * f * TAU0)) ** 2, f)
             for t in tau
         ]
-        of_lines = sum(
+        variance_of_lines = sum(
             (a * np.sin(np.pi * f0 * tau) ** 2 / (np.pi * f0 * tau)) ** 2 for a, f0 in (self.lines if lines else ())
         )
-        return np.asarray(np.array(of_noise) + of_lines)
+        return np.asarray(np.array(variance_of_noise) + variance_of_lines)
 
 
 def _white(rng: Source, samples: int = SAMPLES) -> Floats:
@@ -131,7 +131,7 @@ def _power_law(exponent: float) -> Density:
     return lambda f: np.asarray(B * B / (0.02 * np.pi) * (f / 0.01) ** -exponent)
 
 
-def _behind(taps: Floats, poles: tuple[float, ...] = ()) -> tuple[Callable[[Source], Floats], Density]:
+def _filter(taps: Floats, poles: tuple[float, ...] = ()) -> tuple[Callable[[Source], Floats], Density]:
     """White noise behind a filter of the log's samples, with a gain of 1 at f = 0; and its density."""
     from scipy.signal import freqz, lfilter
 
@@ -149,7 +149,7 @@ def _behind(taps: Floats, poles: tuple[float, ...] = ()) -> tuple[Callable[[Sour
 
 
 def _filtered(taps: Floats, poles: tuple[float, ...] = (), *, flicker: bool = True) -> Kind:
-    make, density = _behind(taps, poles)
+    make, density = _filter(taps, poles)
     if not flicker:
         return Kind(make, density, {"N": N})
     return Kind(lambda rng: make(rng) + _flicker(rng), _sum(density, _flicker_density), {"N": N, "B": B})
@@ -159,7 +159,7 @@ def _nothing(rng: Source) -> Floats:
     return np.zeros(SAMPLES)
 
 
-def _beside(extra: Callable[[Source], Floats], density: Density | None = None, **terms: float) -> Kind:
+def _white_with(extra: Callable[[Source], Floats], density: Density | None = None, **terms: float) -> Kind:
     """White noise, the terms B and K that are stated, and something else with its density."""
     parts = {"B": (_flicker, _flicker_density), "K": (_walk, _walk_density)}
     used = [parts[letter] for letter in terms if letter in parts]
@@ -167,7 +167,7 @@ def _beside(extra: Callable[[Source], Floats], density: Density | None = None, *
     def make(rng: Source) -> Floats:
         return np.asarray(_white(rng) + sum((part(rng) for part, _ in used), np.zeros(SAMPLES)) + extra(rng))
 
-    densities = [_flat, *(of for _, of in used), *([] if density is None else [density])]
+    densities = [_flat, *(shape for _, shape in used), *([] if density is None else [density])]
     return Kind(make, _sum(*densities), {"N": N, **terms})
 
 
@@ -222,29 +222,29 @@ def _counts() -> Kind:
         return np.asarray(np.diff(np.round(angle / STEP)) * STEP / TAU0)
 
     q = STEP / math.sqrt(12)
-    of_counts: Density = lambda f: np.asarray(4 * q * q * np.sin(np.pi * f * TAU0) ** 2 / TAU0)  # noqa: E731
-    return Kind(make, _sum(_flat, _flicker_density, of_counts), {"N": N, "B": B, "Q": q})
+    density: Density = lambda f: np.asarray(4 * q * q * np.sin(np.pi * f * TAU0) ** 2 / TAU0)  # noqa: E731
+    return Kind(make, _sum(_flat, _flicker_density, density), {"N": N, "B": B, "Q": q})
 
 
 _MEAN_OF_8 = np.ones(8) / 8
 
 KINDS: dict[str, Kind] = {
-    "N": _beside(_nothing),
-    "N + B": _beside(_nothing, B=B),
-    "N + K": _beside(_nothing, K=K),
-    "N + B + K": _beside(_nothing, B=B, K=K),
-    "process of 3 s, 3 N²": _beside(lambda rng: _process(rng, 3, 3), _process_density(3, 3)),
-    "process of 20 s, 2 N²": _beside(lambda rng: _process(rng, 20, 2), _process_density(20, 2)),
-    "process of 60 s, 10 N²": _beside(lambda rng: _process(rng, 60, 10), _process_density(60, 10)),
-    "processes of 2 s and 80 s": _beside(
+    "N": _white_with(_nothing),
+    "N + B": _white_with(_nothing, B=B),
+    "N + K": _white_with(_nothing, K=K),
+    "N + B + K": _white_with(_nothing, B=B, K=K),
+    "process of 3 s, 3 N²": _white_with(lambda rng: _process(rng, 3, 3), _process_density(3, 3)),
+    "process of 20 s, 2 N²": _white_with(lambda rng: _process(rng, 20, 2), _process_density(20, 2)),
+    "process of 60 s, 10 N²": _white_with(lambda rng: _process(rng, 60, 10), _process_density(60, 10)),
+    "processes of 2 s and 80 s": _white_with(
         lambda rng: _process(rng, 2, 5) + _process(rng, 80, 60), _sum(_process_density(2, 5), _process_density(80, 60))
     ),
-    "telegraph noise of 15 s, upper level for 20 %": _beside(
+    "telegraph noise of 15 s, upper level for 20 %": _white_with(
         lambda rng: _telegraph(rng, 15, 4, 0.2), _process_density(15, 4)
     ),
-    "K, telegraph noise of 30 s": _beside(lambda rng: _telegraph(rng, 30, 8), _process_density(30, 8), K=K),
-    "f^-0.9": _beside(lambda rng: _coloured(rng, _power_law(0.9)), _power_law(0.9)),
-    "f^-1.3": _beside(lambda rng: _coloured(rng, _power_law(1.3)), _power_law(1.3)),
+    "K, telegraph noise of 30 s": _white_with(lambda rng: _telegraph(rng, 30, 8), _process_density(30, 8), K=K),
+    "f^-0.9": _white_with(lambda rng: _coloured(rng, _power_law(0.9)), _power_law(0.9)),
+    "f^-1.3": _white_with(lambda rng: _coloured(rng, _power_law(1.3)), _power_law(1.3)),
     "B, smoothing with a = 0.1": _filtered(np.array([1.0]), (0.9,)),
     "smoothing with a = 0.04": _filtered(np.array([1.0]), (0.96,), flicker=False),
     "B, running mean of 40": _filtered(np.ones(40)),
@@ -262,7 +262,7 @@ KINDS: dict[str, Kind] = {
         {"N": N, "B": B},
         _lines_of_square(4e-5, 400),
     ),
-    "B, warm-up of 600 s": _beside(lambda rng: _warm_up(rng, 2e-4, 600), B=B),
+    "B, warm-up of 600 s": _white_with(lambda rng: _warm_up(rng, 2e-4, 600), B=B),
     "B, level of N from 0.85 to 1.15": _drifting_level(),
     "B, Student's t with 3.5 degrees of freedom": _heavy(3.5),
     "B, increments of an angle in counts": _counts(),

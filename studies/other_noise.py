@@ -37,7 +37,7 @@ def _axis(analysis: st.Analysis, channel: str, kind: str) -> Row:
         if (term := fit.get(name)) is not None:
             row["terms"][letter] = (term.observed, term.value, term.low, term.high, term.upper_limit)
     parts = {"line": fit.sinusoid, "process": fit.gauss_markov, "resonance": fit.resonance}
-    row["parts"] = [name for name, found in parts.items() if found]
+    row["parts"] = [name for name, is_present in parts.items() if is_present]
     row["parts"] += [fit.response.shape] if fit.response is not None else []
     row["parts"] += ["warm-up"] if fit.warm_up is not None else []
     if fit.trust == "good" and analysis.model is not None and channel in analysis.model.channels:
@@ -79,11 +79,11 @@ def _covers(term: tuple[Any, ...], true: float) -> bool | None:
 
 
 def _covered(rows: list[Row], letter: str, true: float) -> list[bool]:
-    found = (_covers(row["terms"][letter], true) for row in rows if letter in row["terms"])
-    return [covers for covers in found if covers is not None]
+    covers_ = (_covers(row["terms"][letter], true) for row in rows if letter in row["terms"])
+    return [covers for covers in covers_ if covers is not None]
 
 
-def _least(limit: float, count: int) -> float:
+def _lower_gate(limit: float, count: int) -> float:
     """A limit less three standard errors of a share of so many."""
     return limit - 3 * math.sqrt(limit * (1 - limit) / max(count, 1))
 
@@ -99,7 +99,7 @@ def _row(kind: str, rows: list[Row]) -> tuple[str, list[str], list[bool]]:
         shares.append(f"{100 * np.mean(covered):.0f}" if covered else "–")
         if letter in "NBK" and covered:
             every += covered
-            if np.mean(covered) < _least(COVERED, len(covered)):
+            if np.mean(covered) < _lower_gate(COVERED, len(covered)):
                 fails.append(f"{letter} covered in {100 * np.mean(covered):.0f} %")
     absent = [letter for letter in "BKQ" if not terms.get(letter) and not (letter == "B" and kind.startswith("f^"))]
     false = []
@@ -109,14 +109,14 @@ def _row(kind: str, rows: list[Row]) -> tuple[str, list[str], list[bool]]:
             false.append(f"{letter} {100 * np.mean(bare):.0f}")
         if np.mean(bare) > FALSE + 3 * math.sqrt(FALSE * (1 - FALSE) / len(bare)):
             fails.append(f"{letter} falsely in {100 * np.mean(bare):.0f} %")
-    seen = []
+    observed_terms = []
     for letter in (letter for letter in "BK" if terms.get(letter)):
         widths = [
             50 * (high - low) / value
             for observed, value, low, high, _ in (row["terms"][letter] for row in rows)
             if observed and low is not None
         ]
-        seen.append(
+        observed_terms.append(
             f"{letter} {100 * len(widths) / len(rows):.0f} (±{np.median(widths) if widths else math.nan:.0f} %)"
         )
     trust = Counter(row["trust"] for row in rows)
@@ -129,8 +129,8 @@ def _row(kind: str, rows: list[Row]) -> tuple[str, list[str], list[bool]]:
     grades = "/".join(f"{100 * trust[grade] / len(rows):.0f}" for grade in ("good", "partial", "poor"))
     named = 100 * np.mean([row["named"] for row in rows])
     text = (
-        f"| {kind} | {grades} | {' | '.join(shares)} | {', '.join(seen) or '–'} | {', '.join(false) or '–'} | {named:.0f} "
-        f"| {listed or '–'} | {sum(x > 1 for x in bands)}, {off} of {len(bands)} |"
+        f"| {kind} | {grades} | {' | '.join(shares)} | {', '.join(observed_terms) or '–'} | {', '.join(false) or '–'} "
+        f"| {named:.0f} | {listed or '–'} | {sum(x > 1 for x in bands)}, {off} of {len(bands)} |"
     )
     return text, fails, every
 
@@ -150,7 +150,7 @@ def main() -> None:
     head = _HEAD.format(
         kinds=len(KINDS), axes=3 * RECORDS, covered=100 * COVERED, pooled=share, least=100 * POOLED, false=100 * FALSE
     )
-    verdict = "holds" if share / 100 >= _least(POOLED, len(pooled)) else "does NOT hold"
+    verdict = "holds" if share / 100 >= _lower_gate(POOLED, len(pooled)) else "does NOT hold"
     tail = [f"\nThe limit of {100 * POOLED:g} % for all kinds together {verdict}.\n"]
     tail += ["Kinds that do not hold a limit:\n", *failing, ""] if failing else ["Every kind holds its limits.\n"]
     page = "\n".join([head, *lines, *tail, _LIMITS])

@@ -45,15 +45,15 @@ def verdicts() -> dict[str, Verdict]:
 
 def page() -> str:
     """The page."""
-    found = verdicts()
-    judged = [j for verdict in found.values() for j in verdict.judged if j.readings[0].measured.value is not None]
+    compared = verdicts()
+    judged = [j for verdict in compared.values() for j in verdict.judged if j.readings[0].measured.value is not None]
     total = sum(len(table) for table in TABLES.values())
     counts = {status: sum(j.status == status for j in judged) for status in ("within", "undecided", "out")}
     with_maximum = [j for j in judged if j.claim.maximum is not None]
     typical = [j.readings[0].typical for j in judged if j.claim.maximum is None]
     farthest = max(abs(c.sigmas) for c in typical if c is not None and c.sigmas is not None)
     proven = sum(j.status == "within" for j in with_maximum)
-    blocks = "\n\n".join(f"```text\n{verdict!r}\n```" for verdict in found.values())
+    blocks = "\n\n".join(f"```text\n{verdict!r}\n```" for verdict in compared.values())
     return _TEXT.format(
         blocks=blocks,
         total=total,

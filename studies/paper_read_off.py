@@ -104,8 +104,10 @@ def ranges(unit: str, channel: str) -> dict[str, Span]:
 def crossing(first: tuple[str, str, str], second: tuple[str, str, str]) -> float:
     """Averaging time at which the lines of two printed coefficients cross. [s]"""
     m = np.unique(np.geomspace(1, SECONDS * RATES[first[0]] / 4, 2000).astype(int))
-    one, other = (avar(key[2], true_value(key), m=m, tau0=1 / RATES[key[0]]) for key in (first, second))
-    return float(m[np.argmin(np.abs(np.log(one / other)))]) / RATES[first[0]]
+    variance, variance_of_second = (
+        avar(key[2], true_value(key), m=m, tau0=1 / RATES[key[0]]) for key in (first, second)
+    )
+    return float(m[np.argmin(np.abs(np.log(variance / variance_of_second)))]) / RATES[first[0]]
 
 
 def model(unit: str) -> NoiseModel:
@@ -118,12 +120,12 @@ def model(unit: str) -> NoiseModel:
 def read(curve: DeviationCurve, unit: str, with_fit: ReadOff) -> dict[str, dict[str, list[float]]]:
     """Value, error and range of each coefficient of a curve, by way and term; `with_fit`: as analyze reads it off."""
     by_hand: Any = ranges(unit, curve.channel)
-    found = {
+    results = {
         "by hand": read_off(curve, rules={}, **by_hand),
         "by the rules": read_off(curve),
         "beside the fit": with_fit,
     }
-    lines = {way: dict(one) for way, one in found.items()}
+    lines = {way: dict(line) for way, line in results.items()}
     lines["alone"] = {
         term: read_off(curve, rules={}, force=True, **{term: span})[term] for term, span in by_hand.items()
     }
@@ -155,14 +157,14 @@ def within(results: dict[str, Any], key: tuple[str, str, str], way: str) -> list
     """Readings of a coefficient that are within its printed ±."""
     value, error, *_ = PRINTED[key]
     truth = true_value(key)
-    return [one for one in readings(results, key, way) if abs(one[0] / truth - 1) <= error / value]
+    return [reading for reading in readings(results, key, way) if abs(reading[0] / truth - 1) <= error / value]
 
 
 def readings(results: dict[str, Any], key: tuple[str, str, str], way: str) -> list[list[float]]:
     """All readings of a coefficient: value, error and range."""
     unit, channel, term = key
     records = [results[f"{unit} {k}"][channel][way] for k in range(SEEDS)]
-    return [one[term] for one in records if term in one]
+    return [lines[term] for lines in records if term in lines]
 
 
 def main() -> None:
@@ -205,16 +207,16 @@ def _row(results: dict[str, Any], key: tuple[str, str, str]) -> str:
     delta = float(percentage_error(SECONDS * RATES[unit], [round(longest * RATES[unit])])[0])
     cells.append(f"{_time(ranges(unit, channel)[term][0])} … {_time(longest)} ({100 * delta:.2g} %)")
     for way in WAYS:
-        all_of = readings(results, key, way)
+        all_readings = readings(results, key, way)
         cells.append(f"{len(within(results, key, way))}")
-        if not all_of:
+        if not all_readings:
             cells += [""] * (2 if way in _WITH_RANGE else 1)
             continue
-        off = 100 * (np.array([one[0] for one in all_of]) / true_value(key) - 1)
+        off = 100 * (np.array([reading[0] for reading in all_readings]) / true_value(key) - 1)
         cells.append(f"{off.mean():+.2g} ± {off.std(ddof=1):.2g}" if len(off) > 1 else f"{off[0]:+.2g}")
         if way in _WITH_RANGE:
-            middle = [float(np.median(column)) for column in zip(*all_of, strict=True)]
-            stated = float(np.median([one[1] / one[0] for one in all_of]))
+            middle = [float(np.median(column)) for column in zip(*all_readings, strict=True)]
+            stated = float(np.median([reading[1] / reading[0] for reading in all_readings]))
             cells.append(f"{_time(middle[2])} … {_time(middle[3])} ({100 * stated:.2g} %)")
     return f"| {' | '.join(cells)} |"
 

@@ -67,11 +67,11 @@ def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
     An angle or velocity is a sum, the position of a constant rate over each step half a step more; a gyro acts on the
     velocity through its angle times g.
     """
-    left = ahead - np.arange(ahead) - 0.5
+    remaining = ahead - np.arange(ahead) - 0.5
     by_sum: dict[str, list[NDArray[np.floating]]] = {
         "heading": [np.full(ahead, dt)],
-        "velocity_x": [STANDARD_GRAVITY * dt**2 * left, np.full(ahead, dt)],
-        "position_x": [STANDARD_GRAVITY * dt**3 * (left**2 / 2 + 1 / 24), dt**2 * left],
+        "velocity_x": [STANDARD_GRAVITY * dt**2 * remaining, np.full(ahead, dt)],
+        "position_x": [STANDARD_GRAVITY * dt**3 * (remaining**2 / 2 + 1 / 24), dt**2 * remaining],
     }
     by_sensor = by_sum[error]
     return np.array([np.concatenate((np.full(calibration, -w.sum() / calibration), w)) for w in by_sensor])
@@ -161,11 +161,11 @@ def cell(seed: int, name: str) -> list[list[list[float]]]:
     """Of each record, error and time: the ratio, its range, segments."""
     rng = np.random.default_rng(seed)
     truth = NoiseModel(channels=MODELS[name])
-    known = _cases(truth, name)
+    expected_cases = _cases(truth, name)
     rows = []
     for _ in range(RECORDS // PARTS):
         record = simulate(truth, duration=2 * HALF, rate=RATE, rng=rng)
-        rows.append(_of_record(record, truth, known, name))
+        rows.append(_judge_record(record, truth, expected_cases, name))
     return rows
 
 
@@ -178,7 +178,7 @@ def _cases(model: NoiseModel, name: str) -> list[Expected]:
     ]
 
 
-def _of_record(record: Record, truth: NoiseModel, known: list[Expected], name: str) -> list[list[float]]:
+def _judge_record(record: Record, truth: NoiseModel, expected_cases: list[Expected], name: str) -> list[list[float]]:
     half = round(HALF * RATE)
     first = replace(record, streams=tuple(stream.cut(0, half) for stream in record.streams))
     try:
@@ -187,10 +187,10 @@ def _of_record(record: Record, truth: NoiseModel, known: list[Expected], name: s
         return []
     later = [stream.column(channel)[half:] for stream in record.streams for channel in stream.channels]
     rows = []
-    for pair in zip(_cases(fitted, name), known, strict=True):
+    for pair in zip(_cases(fitted, name), expected_cases, strict=True):
         for case in pair:
-            found = case.held_against(later)
-            rows.append([found.ratio, found.low, found.high, found.freedom])
+            result = case.held_against(later)
+            rows.append([result.ratio, result.low, result.high, result.freedom])
     return rows
 
 
@@ -213,15 +213,15 @@ def field() -> list[str]:
             # The angle of any one gyro; its name decides which angle, not how large.
             single = NoiseModel(channels={"gyro_z": model.channels[channel]})
             for after in AFTER:
-                found = held_out(
+                result = held_out(
                     single, "heading", [column[slice(*parts[held])]], after=after, calibration=CALIBRATION, dt=0.01
                 )
-                bounds = f"{found.low:.3f} … {found.high:.3f}"
-                inside = "yes" if found.low < found.ratio < found.high else "**no**"
+                bounds = f"{result.low:.3f} … {result.high:.3f}"
+                inside = "yes" if result.low < result.ratio < result.high else "**no**"
                 tau_min = "" if fit.tau_min is None else f"{fit.tau_min:.3g} s"
                 rows.append(
-                    f"| {channel} | {fitted} | {fit.verdict}, from {tau_min} | {after:g} s | {found.segments}"
-                    f" | {found.ratio:.3f} | {bounds} | {inside} |"
+                    f"| {channel} | {fitted} | {fit.verdict}, from {tau_min} | {after:g} s | {result.segments}"
+                    f" | {result.ratio:.3f} | {bounds} | {inside} |"
                 )
     return rows
 
@@ -232,18 +232,18 @@ def main() -> None:
     results = run("prediction", cells, settings=repr((MODELS, AFTER, CALIBRATION, RATE, HALF, RECORDS, PARTS)))
     lines, failures = [_HEAD.format(records=RECORDS)], []
     for name in MODELS:
-        found = np.array([row for k in range(PARTS) for row in results[f"{name} {k}"] if row])
+        ratios = np.array([row for k in range(PARTS) for row in results[f"{name} {k}"] if row])
         cases = [(error, after) for error in ERRORS[name] for after in AFTER]
         for k, (error, after) in enumerate(cases):
             texts = []
             for j, kind in ((2 * k, "fitted"), (2 * k + 1, "true")):
-                ratio, low, high, _ = found[:, j].T
+                ratio, low, high, _ = ratios[:, j].T
                 inside = float(np.mean((low < ratio) & (ratio < high)))
                 texts.append(f"{100 * inside:.1f} %")
                 texts.append(f"{math.sqrt(float(np.mean(ratio**2))):.3f}")
-                if inside < 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(found)):
+                if inside < 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(ratios)):
                     failures.append(f"- {name}, {error} after {after:g} s, {kind} model: {100 * inside:.1f} %")
-            lines.append(f"| {name} | {error.replace('_', ' ')} | {after:g} s | {len(found)} | {' | '.join(texts)} |")
+            lines.append(f"| {name} | {error.replace('_', ' ')} | {after:g} s | {len(ratios)} | {' | '.join(texts)} |")
     lines += ["", _GATES, "", *(failures or ["All gates are met."])]
     rows = field()
     lines += ["", _FIELD, *rows] if rows else []

@@ -42,12 +42,12 @@ _REJECTED = 0.002
 def ideal(seed: int, name: str, n: int) -> list[Any]:
     """P-value of the terms alone, and whether a process is found, by record."""
     model, rng = st.NoiseModel(channels={"gyro_x": IDEAL[name]}), np.random.default_rng(seed)
-    found = []
+    results = []
     for _ in range(RECORDS):
         curve = st.allan(st.simulate(model, duration=n, rate=1.0, rng=rng), taus="half", threads=1)["gyro_x"]
         fitted = st.fit(curve)
-        found.append([_alone(curve, n), bool(fitted.gauss_markov), fitted.verdict, fitted.tau_min])
-    return found
+        results.append([_alone(curve, n), bool(fitted.gauss_markov), fitted.verdict, fitted.tau_min])
+    return results
 
 
 def _alone(curve: st.DeviationCurve, n: int) -> float:
@@ -61,7 +61,7 @@ def process(seed: int, time: float, deg_per_h: float) -> list[Any]:
     from scipy.signal import lfilter
 
     rng, sigma, decay = np.random.default_rng(seed), to_si(deg_per_h, "deg/h"), math.exp(-1 / (_RATE * time))
-    found = []
+    results = []
     for _ in range(PROCESS_RECORDS):
         driven = rng.standard_normal(_N) * sigma * math.sqrt(1 - decay**2)
         driven[0] /= math.sqrt(1 - decay**2)
@@ -69,13 +69,13 @@ def process(seed: int, time: float, deg_per_h: float) -> list[Any]:
         record = st.Record.from_arrays(rate=_RATE, gyro_x=rates, unit={"gyro": "rad/s"})
         curve = st.allan(record, taus="half", threads=1)["gyro_x"]
         fitted = st.fit(curve)
-        held = [_holds(one.sigma, sigma) and _holds(one.time, time) for one in fitted.gauss_markov]
+        held = [_holds(process_.sigma, sigma) and _holds(process_.time, time) for process_ in fitted.gauss_markov]
         used = curve.m <= _N // 3
         above = float(np.sqrt((fitted.avar(m=curve.m[used]) / curve.avar[used]).max()))
         walk = fitted["random_walk"]
         good = walk.low is not None and walk.high is not None and walk.low <= _WHITE <= walk.high
-        found.append([_alone(curve, _N), bool(held), all(held), fitted.verdict, above, good])
-    return found
+        results.append([_alone(curve, _N), bool(held), all(held), fitted.verdict, above, good])
+    return results
 
 
 def _holds(interval: Interval, value: float) -> bool:
@@ -97,18 +97,18 @@ def main() -> None:
             moved = np.mean([row[3] is None or row[3] > 1 for row in rows])
             texts = " | ".join(f"{100 * share:.1f}" for share in (*shares, moved, refused))
             lines.append(f"| {name} | {n} | {texts} |")
-            for what, share, limit in (("p < 0.05", shares[0], 0.05), ("a process", shares[3], 0.02)):
+            for label, share, limit in (("p < 0.05", shares[0], 0.05), ("a process", shares[3], 0.02)):
                 if share > limit + 3 * math.sqrt(limit * (1 - limit) / len(rows)):
-                    failures.append(f"- {name}, {n} samples: {what} in {100 * share:.1f} %")
+                    failures.append(f"- {name}, {n} samples: {label} in {100 * share:.1f} %")
     lines.append(_PROCESSES.format(records=PROCESS_RECORDS))
     for time, size in PROCESSES:
         rows = results[f"process {time:g} {size:g}"]
         rejected = np.array([row[0] < _REJECTED for row in rows])
-        found = np.array([row[1] for row in rows])
-        either = float((found | [row[3] != "adequate" for row in rows]).mean())
+        detected = np.array([row[1] for row in rows])
+        either = float((detected | [row[3] != "adequate" for row in rows]).mean())
         held = np.mean([row[2] for row in rows if row[1]])
         above, walk = [row[4] for row in rows], np.mean([row[5] for row in rows])
-        texts = " | ".join(f"{100 * share:.0f}" for share in (rejected.mean(), found.mean(), either, held, walk))
+        texts = " | ".join(f"{100 * share:.0f}" for share in (rejected.mean(), detected.mean(), either, held, walk))
         lines.append(f"| {time:g} s | {size:g} deg/h | {texts} | {np.median(above):.1f} | {max(above):.1f} |")
         if (time, size) == (100.0, 20.0) and either < 0.95 - 3 * math.sqrt(0.95 * 0.05 / len(rows)):
             failures.append(f"- {time:g} s, {size:g} deg/h: found or rejected in {100 * either:.0f} %")

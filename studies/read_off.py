@@ -141,8 +141,8 @@ def main() -> None:
                 name = USED if value == getattr(rule, field) else f"{term} {field} {value:g}"
                 false, where = _false(results, name, term)
                 mark = "**" if name == USED else ""
-                found = _found(results, name, term, ruled)
-                lines.append(f"| {term} | {field} | {mark}{value:g}{mark} | {false:.1f} | {where} | {found:.0f} |")
+                detected = _detected(results, name, term, ruled)
+                lines.append(f"| {term} | {field} | {mark}{value:g}{mark} | {false:.1f} | {where} | {detected:.0f} |")
     lines.append(_SECOND)
     for case in CASES:
         for term in TERMS:
@@ -164,7 +164,7 @@ def _false(results: dict[str, Any], name: str, term: str) -> tuple[float, str]:
     return cells[where], where if cells[where] else "none"
 
 
-def _found(results: dict[str, Any], name: str, term: str, ruled: dict[str, dict[str, float]]) -> float:
+def _detected(results: dict[str, Any], name: str, term: str, ruled: dict[str, dict[str, float]]) -> float:
     """Mean share of records, over the cases in which the term rules a decade, in which it is reported. [%]"""
     return float(np.mean([_share(results[case], name, term) for case in CASES if ruled[case].get(term, 0) >= 1]))
 

@@ -53,17 +53,17 @@ LIMIT = 1.5
 
 def fitted(record: Record, channel: str) -> NoiseFit:
     """As `analyze` fits a channel."""
-    found = fit_channel(record, channel)
+    fit = fit_channel(record, channel)
     steps = resolution(record.stream_of(channel), channel)
     if steps is None or steps.ratio > 3:
-        return found
-    return adjusted(found, partial(rounding_adjustment, step=steps.step, noise=steps.noise))
+        return fit
+    return adjusted(fit, partial(rounding_adjustment, step=steps.step, noise=steps.noise))
 
 
-def deviate(one: NoiseFit, other: NoiseFit, term: str) -> float | None:
+def deviate(first: NoiseFit, second: NoiseFit, term: str) -> float | None:
     """Difference of the logarithms of a coefficient over its standard error; None if either has no interval."""
     sides = []
-    for fit in (one, other):
+    for fit in (first, second):
         stated = fit.terms.get(term)
         if stated is None or not stated.value or not stated.low or not stated.high:
             return None
@@ -74,7 +74,7 @@ def deviate(one: NoiseFit, other: NoiseFit, term: str) -> float | None:
 
 def rows(folder: Path) -> list[dict[str, Any]]:
     """Every axis: its fit, those of the halves, and the deviates between these."""
-    found = []
+    results = []
     for name, options in RECORDS.items():
         if not (folder / name).exists():
             sys.stderr.write(f"real_records: skipped, {name} is absent\n")
@@ -92,17 +92,17 @@ def rows(folder: Path) -> list[dict[str, Any]]:
             for channel in stream.channels:
                 whole, first, second = (fitted(part, channel) for part in (record, *halves))
                 deviates = {term: deviate(first, second, term) for term in TERMS}
-                found.append({"record": name, "whole": whole, "halves": (first, second), "deviates": deviates})
-    return found
+                results.append({"record": name, "whole": whole, "halves": (first, second), "deviates": deviates})
+    return results
 
 
 def main() -> None:
     """Run the study and write docs/study/real-records.md."""
-    found = rows(Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")))
-    if not found:
+    results = rows(Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")))
+    if not results:
         return
     lines = [_HEAD]
-    for row in found:
+    for row in results:
         fit = row["whole"]
         text = f"| {Path(row['record']).name} | {fit.channel} | {fit.headline()}"
         for term in TERMS:
@@ -113,12 +113,14 @@ def main() -> None:
     lines.append("")
     for name, chosen in (("gyros", "gyro"), ("accelerometers", "accel")):
         for term in TERMS:
-            z = [r["deviates"][term] for r in found if r["whole"].channel.startswith(chosen)]
-            known = np.array([one for one in z if one is not None])
-            rms = math.sqrt(float(np.mean(known**2))) if len(known) else math.nan
-            lines.append(f"- {name}, {term}: rms {rms:.2f} of {len(known)} axes, {np.sum(np.abs(known) > 3)} beyond 3")
-    without = [r for r in found if r["whole"].terms["random_walk"].high is None]
-    lines.append(f"- axes without an interval of the random walk: {len(without)} of {len(found)}")
+            z = [r["deviates"][term] for r in results if r["whole"].channel.startswith(chosen)]
+            deviates = np.array([value for value in z if value is not None])
+            rms = math.sqrt(float(np.mean(deviates**2))) if len(deviates) else math.nan
+            lines.append(
+                f"- {name}, {term}: rms {rms:.2f} of {len(deviates)} axes, {np.sum(np.abs(deviates) > 3)} beyond 3"
+            )
+    without = [r for r in results if r["whole"].terms["random_walk"].high is None]
+    lines.append(f"- axes without an interval of the random walk: {len(without)} of {len(results)}")
     Path("docs/study/real-records.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

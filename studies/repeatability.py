@@ -33,28 +33,28 @@ def numbers(seed: int, k: int, ratio: float, spread: float) -> dict[str, float]:
     rng = np.random.default_rng(seed)
     errors = np.exp(rng.normal(0.0, spread, (SETS, k)))
     values = ratio * rng.standard_normal((SETS, k)) + errors * rng.standard_normal((SETS, k))
-    found = group_effects(values, errors, level=LEVEL)
+    effects = group_effects(values, errors, level=LEVEL)
     new_error = np.exp(rng.normal(0.0, spread, SETS))
     new = ratio * rng.standard_normal(SETS) + new_error * rng.standard_normal(SETS)
     moved = values.copy()
     moved[:, 0] += SHIFT * np.sqrt(ratio**2 + errors[:, 0] ** 2)
     with_odd = group_effects(moved, errors, level=LEVEL)
     named = (with_odd.outlier_p < 1 - LEVEL) & (with_odd.outlier == 0)
-    return {**_shares(found, truth=0.0, ratio=ratio, new=new, values=values), "outlier power": float(named.mean())}
+    return {**_shares(effects, truth=0.0, ratio=ratio, new=new, values=values), "outlier power": float(named.mean())}
 
 
 def _shares(
-    found: GroupEffects, *, truth: float, ratio: float, new: np.ndarray[Any, Any], values: np.ndarray[Any, Any]
+    effects: GroupEffects, *, truth: float, ratio: float, new: np.ndarray[Any, Any], values: np.ndarray[Any, Any]
 ) -> dict[str, float]:
-    tau = (found.tau_low <= ratio + 1e-12) & (found.tau_high >= ratio - 1e-12)
+    tau = (effects.tau_low <= ratio + 1e-12) & (effects.tau_high >= ratio - 1e-12)
     rule = values.std(axis=1, ddof=1) < 1.0
     return {
-        "varies": float((found.p_value < 1 - LEVEL).mean()),
-        "too alike": float((found.p_low < (1 - LEVEL) / 2).mean()),
+        "varies": float((effects.p_value < 1 - LEVEL).mean()),
+        "too alike": float((effects.p_low < (1 - LEVEL) / 2).mean()),
         "tau": float(tau.mean()),
-        "mean": float((np.abs(found.mean - truth) <= found.mean_error).mean()),
-        "next": float((np.abs(new - found.mean) <= found.next_error).mean()),
-        "outlier": float((found.outlier_p < 1 - LEVEL).mean()),
+        "mean": float((np.abs(effects.mean - truth) <= effects.mean_error).mean()),
+        "next": float((np.abs(new - effects.mean) <= effects.next_error).mean()),
+        "outlier": float((effects.outlier_p < 1 - LEVEL).mean()),
         "paper": float(rule.mean()),
     }
 
@@ -67,32 +67,32 @@ def records(seed: int, spread: float) -> dict[str, list[float]]:
         factors = np.exp(rng.normal(0.0, spread, (DAYS + 1, len(TRUE))))
         results = []
         for day in factors:
-            terms = {term: value * float(of) for (term, value), of in zip(TRUE.items(), day, strict=True)}
+            terms = {term: value * float(factor) for (term, value), factor in zip(TRUE.items(), day, strict=True)}
             model = NoiseModel(channels={"gyro_x": terms})
             record = simulate(model, duration=DURATION, rate=RATE, rng=int(rng.integers(1 << 62)))
             results.append(analyze(record, threads=1).to_dict())
         compared = compare_runs(results[:DAYS])
         for term, value in TRUE.items():
-            one = compared["gyro_x", term]
+            comparison = compared["gyro_x", term]
             after = results[DAYS]["channels"]["gyro_x"]["fit"]["terms"][term]
-            if one.k < 2 or one.p_value is None or one.p_low is None or after.get("value") is None:
-                counts[term].append([float(one.k), *[math.nan] * 6])
+            if comparison.k < 2 or comparison.p_value is None or comparison.p_low is None or after.get("value") is None:
+                counts[term].append([float(comparison.k), *[math.nan] * 6])
                 continue
-            assert one.tau_low is not None
-            assert one.tau_high is not None
-            assert one.low is not None
-            assert one.high is not None
-            assert one.next_low is not None
-            assert one.next_high is not None
+            assert comparison.tau_low is not None
+            assert comparison.tau_high is not None
+            assert comparison.low is not None
+            assert comparison.high is not None
+            assert comparison.next_low is not None
+            assert comparison.next_high is not None
             counts[term].append(
                 [
-                    float(one.k),
-                    float(one.p_value < 1 - LEVEL),
-                    float(one.p_low < (1 - LEVEL) / 2),
-                    float(one.tau_low <= spread <= one.tau_high),
-                    float(one.low <= value <= one.high),
-                    float(one.next_low <= after["value"] <= one.next_high),
-                    float((one.outlier_p or 1.0) < 1 - LEVEL),
+                    float(comparison.k),
+                    float(comparison.p_value < 1 - LEVEL),
+                    float(comparison.p_low < (1 - LEVEL) / 2),
+                    float(comparison.tau_low <= spread <= comparison.tau_high),
+                    float(comparison.low <= value <= comparison.high),
+                    float(comparison.next_low <= after["value"] <= comparison.next_high),
+                    float((comparison.outlier_p or 1.0) < 1 - LEVEL),
                 ]
             )
     return {term: np.nanmean(np.array(rows), axis=0).tolist() for term, rows in counts.items()}
@@ -108,52 +108,52 @@ def main() -> None:
     }
     cells |= {f"records, spread {spread}, part {p}": (records, (spread,)) for spread in SPREADS for p in range(PARTS)}
     settings = repr((SETS, PARTS, UNITS, DAYS, DURATION, RATE, TRUE, SHIFT, LEVEL))
-    found = run("repeatability", cells, settings=settings)
+    results = run("repeatability", cells, settings=settings)
     lines = [_HEAD.format(sets=SETS)]
     failures: list[str] = []
     for spread in (0.0, UNEVEN):
-        accepted = [found[f"k {k}, tau/s 0.0, errors 0.0"]["paper"] for k in RUNS]
-        wrong = found["k 3, tau/s 4.0, errors 0.0"]["paper"]
+        accepted = [results[f"k {k}, tau/s 0.0, errors 0.0"]["paper"] for k in RUNS]
+        wrong = results["k 3, tau/s 4.0, errors 0.0"]["paper"]
         equal = _EQUAL.format(least=100 * min(accepted), most=100 * max(accepted), wrong=100 * wrong)
         lines += ["", equal if spread == 0 else _UNEQUAL, "", *_TABLE]
         for k in RUNS:
             for ratio in RATIOS:
-                one = found[f"k {k}, tau/s {ratio}, errors {spread}"]
-                lines.append(_row(k, ratio, one))
+                shares = results[f"k {k}, tau/s {ratio}, errors {spread}"]
+                lines.append(_row(k, ratio, shares))
                 failures += _failures(
-                    f"k = {k}, τ/s = {ratio:g}, errors {'equal' if spread == 0 else 'unequal'}", ratio, one
+                    f"k = {k}, τ/s = {ratio:g}, errors {'equal' if spread == 0 else 'unequal'}", ratio, shares
                 )
-    lines += ["", *_of_records(found), "", "## Gates", "", _GATES, ""]
+    lines += ["", *_rows_of_records(results), "", "## Gates", "", _GATES, ""]
     lines += failures or ["All gates are met."]
     Path("docs/study/repeatability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _row(k: int, ratio: float, one: Mapping[str, float]) -> str:
+def _row(k: int, ratio: float, shares: Mapping[str, float]) -> str:
     names = ("varies", "too alike", "tau", "mean", "next", "outlier", "outlier power", "paper")
-    return f"| {k} | {ratio:g} | " + " | ".join(f"{100 * one[name]:.1f}" for name in names) + " |"
+    return f"| {k} | {ratio:g} | " + " | ".join(f"{100 * shares[name]:.1f}" for name in names) + " |"
 
 
-def _failures(where: str, ratio: float, one: Mapping[str, float]) -> list[str]:
+def _failures(where: str, ratio: float, shares: Mapping[str, float]) -> list[str]:
     def error(p: float) -> float:
         return 3 * math.sqrt(p * (1 - p) / SETS)
 
-    found = []
-    if ratio == 0 and abs(one["varies"] - 0.05) > error(0.05):
-        found.append(f"- {where}: the size of the test is {100 * one['varies']:.1f} %")
-    found += [
-        f"- {where}: the interval of {_NAMES[name]} covers {100 * one[name]:.1f} %"
+    failures = []
+    if ratio == 0 and abs(shares["varies"] - 0.05) > error(0.05):
+        failures.append(f"- {where}: the size of the test is {100 * shares['varies']:.1f} %")
+    failures += [
+        f"- {where}: the interval of {_NAMES[name]} covers {100 * shares[name]:.1f} %"
         for name in ("tau", "mean", "next")
-        if one[name] < 0.95 - error(0.95)
+        if shares[name] < 0.95 - error(0.95)
     ]
-    if one["outlier"] > 0.05 + error(0.05):
-        found.append(f"- {where}: {100 * one['outlier']:.1f} % false outliers")
-    return found
+    if shares["outlier"] > 0.05 + error(0.05):
+        failures.append(f"- {where}: {100 * shares['outlier']:.1f} % false outliers")
+    return failures
 
 
 _NAMES = {"tau": "τ", "mean": "the mean", "next": "the next run"}
 
 
-def _of_records(found: Mapping[str, Any]) -> list[str]:
+def _rows_of_records(results: Mapping[str, Any]) -> list[str]:
     lines = [_RECORDS.format(units=PARTS * UNITS, days=DAYS, minutes=DURATION / 60, rate=RATE), ""]
     lines += [
         "| term | spread [%] | days that show it | p < 5 % | p_low < 2.5 % | τ covered | mean covered | day 8 covered"
@@ -162,7 +162,7 @@ def _of_records(found: Mapping[str, Any]) -> list[str]:
     ]
     for term in TRUE:
         for spread in SPREADS:
-            parts = [found[f"records, spread {spread}, part {p}"][term] for p in range(PARTS)]
+            parts = [results[f"records, spread {spread}, part {p}"][term] for p in range(PARTS)]
             k, *shares = np.mean(parts, axis=0).tolist()
             name = term.replace("_", " ")
             lines.append(

@@ -37,7 +37,7 @@ def verdict(record: st.Record) -> Rest:
         return rest(from_the_start(record))
 
 
-def of_moving(seed: int, kind: str, sensors: str, records: int) -> list[str]:
+def judge_moving(seed: int, kind: str, sensors: str, records: int) -> list[str]:
     """Verdicts on moving records."""
     rng = np.random.default_rng(seed)
     return [verdict(moving(int(rng.integers(1 << 62)), kind, sensors=sensors)).verdict for _ in range(records)]
@@ -56,9 +56,9 @@ def at_rest(seed: int, kind: str, length: str) -> st.Record:
         x = record.stream_of(name).column(name)
         t = np.arange(len(x)) / rate
         white = float(np.median(np.abs(np.diff(x)))) / 0.954  # standard deviation of the white noise
-        one = to_si(1.0, "deg/s") if name.startswith("gyro") else to_si(20.0, "mg")
+        unit = to_si(1.0, "deg/s") if name.startswith("gyro") else to_si(20.0, "mg")
         if kind == "warm-up":
-            x = x + rng.uniform(0.2, 1.0) * one * np.exp(-t / rng.uniform(100, 1200))
+            x = x + rng.uniform(0.2, 1.0) * unit * np.exp(-t / rng.uniform(100, 1200))
         elif kind == "lines":
             for f in 10 ** rng.uniform(-1, math.log10(rate / 2), size=8):
                 x = x + white * rng.uniform(0.05, 0.3) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6))
@@ -75,19 +75,19 @@ def at_rest(seed: int, kind: str, length: str) -> st.Record:
             a = math.exp(-1 / rate / time)
             x = x + lfilter([power * math.sqrt((1 - a * a) / (2 * time))], [1, -a], rng.standard_normal(len(x)))
         else:
-            shaken = (0.3 if name.startswith("gyro") else 5.0) * one
+            shaken = (0.3 if name.startswith("gyro") else 5.0) * unit
             x = x + rng.uniform(0.2, 2) * shaken * band(rng, len(x), rate, 0.2 * rate, 0.45 * rate)
         columns[name] = x
     return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
 
 
-def of_clean(seed: int, kind: str, length: str, records: int) -> list[str]:
+def judge_clean(seed: int, kind: str, length: str, records: int) -> list[str]:
     """Verdicts on records at rest."""
     rng = np.random.default_rng(seed)
     return [verdict(at_rest(int(rng.integers(1 << 62)), kind, length)).verdict for _ in range(records)]
 
 
-def of_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
+def judge_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
     """Records with ten seconds of handling: verdict, share kept of gyros and accelerometers, and which intervals hold."""
     rng = np.random.default_rng(seed)
     truth = st.NoiseModel.from_dict({"channels": {"gyro_x": GRADES[grade][0]}}).channels["gyro_x"].terms
@@ -96,18 +96,20 @@ def of_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
         record, (start, stop) = handled(int(rng.integers(1 << 62)), grade)
         with keep_facts():
             record = from_the_start(record)
-            found = rest(record)
-            part, told = at_rest_only(record, found, assumed=False)
-            kept = {one.stream: one.share for finding in told for one in getattr(finding.details, "kept", ())}
+            resting = rest(record)
+            part, findings = at_rest_only(record, resting, assumed=False)
+            shares = {
+                stream.stream: stream.share for finding in findings for stream in getattr(finding.details, "kept", ())
+            }
             holds: dict[str, list[bool]] = {term: [] for term in TERMS}
-            for channel in part.stream_of("gyro_x").channels if found.verdict == "partly_at_rest" else ():
+            for channel in part.stream_of("gyro_x").channels if resting.verdict == "partly_at_rest" else ():
                 fitted = fit_channel(part, channel)
                 for term in TERMS:
-                    one = fitted.terms[term]
-                    low, high = (one.low, one.high) if one.observed else (0.0, one.upper_limit or math.inf)
+                    stated = fitted.terms[term]
+                    low, high = (stated.low, stated.high) if stated.observed else (0.0, stated.upper_limit or math.inf)
                     holds[term].append(bool((low or 0.0) <= truth[term] <= (high or math.inf)))
-        outside = all(b <= start + 1 or a >= stop - 1 for a, b in found.still)
-        rows.append({"verdict": found.verdict, "kept": kept, "holds": holds, "outside": outside})
+        outside = all(b <= start + 1 or a >= stop - 1 for a, b in resting.still)
+        rows.append({"verdict": resting.verdict, "kept": shares, "holds": holds, "outside": outside})
     return rows
 
 
@@ -116,50 +118,50 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     made: dict[str, tuple[Any, tuple[Any, ...]]] = {}
     for kind in KINDS:
         for sensors in SENSORS:
-            made[f"{kind}, {sensors}"] = (of_moving, (kind, sensors, MOVING // len(KINDS)))
+            made[f"{kind}, {sensors}"] = (judge_moving, (kind, sensors, MOVING // len(KINDS)))
     kinds = (*false_alarms.GRADES, *DISTURBED)
     pairs = [(kind, length) for kind in kinds for length in false_alarms.LENGTHS]
     for kind, length in pairs:
-        made[f"{kind}, {length}"] = (of_clean, (kind, length, math.ceil(CLEAN / len(pairs))))
+        made[f"{kind}, {length}"] = (judge_clean, (kind, length, math.ceil(CLEAN / len(pairs))))
     for grade in GRADES:
         for k in range(HANDLED // len(GRADES) // A_CELL):
-            made[f"handled, {grade}, {k}"] = (of_handled, (grade, A_CELL))
+            made[f"handled, {grade}, {k}"] = (judge_handled, (grade, A_CELL))
     return rest_windows.cells() | rest_axes.cells() | rest_small.cells() | made
 
 
 def main() -> None:
     """Run the study and write docs/study/rest.md."""
     every = cells()
-    found = run("rest", every, settings=repr((MOVING, CLEAN, HANDLED, A_CELL)))
+    results = run("rest", every, settings=repr((MOVING, CLEAN, HANDLED, A_CELL)))
     lines = [_HEAD]
     wrong = 0
     for sensors, text in SENSORS.items():
         row = [f"| {text}"]
         for kind in KINDS:
-            seen = Counter(found[f"{kind}, {sensors}"])
-            wrong += len(found[f"{kind}, {sensors}"]) - seen["not_at_rest"] if sensors == "both" else 0
-            row.append(" / ".join(str(seen[one]) for one in ("not_at_rest", "partly_at_rest", "at_rest")))
+            counts = Counter(results[f"{kind}, {sensors}"])
+            wrong += len(results[f"{kind}, {sensors}"]) - counts["not_at_rest"] if sensors == "both" else 0
+            row.append(" / ".join(str(counts[verdict]) for verdict in ("not_at_rest", "partly_at_rest", "at_rest")))
         lines.append(" | ".join(row) + " |")
     lines.append(f"\nSix-axis records with coefficients: **{wrong}** of {MOVING}; none is allowed.\n{_CLEAN}")
     false = total = 0
     for kind in (*false_alarms.GRADES, *DISTURBED):
         row = [f"| {kind}"]
         for length in false_alarms.LENGTHS:
-            verdicts = found[f"{kind}, {length}"]
-            here = sum(one != "at_rest" for one in verdicts)
-            false, total = false + here, total + len(verdicts)
-            row.append(f"{here} of {len(verdicts)}")
+            verdicts = results[f"{kind}, {length}"]
+            moving = sum(verdict != "at_rest" for verdict in verdicts)
+            false, total = false + moving, total + len(verdicts)
+            row.append(f"{moving} of {len(verdicts)}")
         lines.append(" | ".join(row) + " |")
     error = math.sqrt(max(false, 1)) / total
     holds = "holds" if false / total <= LIMIT_FALSE + 3 * error else "does NOT hold"
     lines.append(f"\nNot called at rest: {false} of {total}; the limit of {100 * LIMIT_FALSE:g} % {holds}.\n{_HANDLED}")
     for grade in GRADES:
-        rows = [row for name in found if name.startswith(f"handled, {grade}") for row in found[name]]
+        rows = [row for name in results if name.startswith(f"handled, {grade}") for row in results[name]]
         partly = [row for row in rows if row["verdict"] == "partly_at_rest"]
         shares = [np.mean([row["kept"][sensor] for row in partly]) for sensor in ("gyro", "accel")]
         texts = []
         for term in TERMS:
-            inside = [one for row in partly for one in row["holds"][term]]
+            inside = [holds_ for row in partly for holds_ in row["holds"][term]]
             share = float(np.mean(inside))
             error = math.sqrt(LEAST_COVERED * (1 - LEAST_COVERED) / len(inside))
             texts.append(f"{100 * share:.1f} %" + ("" if share >= LEAST_COVERED - 3 * error else " (too few)"))
@@ -169,9 +171,9 @@ def main() -> None:
             + " | ".join(texts)
             + " |"
         )
-    lines.append(rest_axes.text(found))
-    lines.append(rest_small.text(found))
-    lines.append(rest_windows.text(found))
+    lines.append(rest_axes.text(results))
+    lines.append(rest_small.text(results))
+    lines.append(rest_windows.text(results))
     Path("docs/study/rest.md").write_text("\n".join(lines), encoding="utf-8")
 
 

@@ -62,17 +62,17 @@ def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
     return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
 
 
-def of_axes(seed: int, kind: str, sensors: str) -> list[dict[str, Any]]:
+def judge_axes(seed: int, kind: str, sensors: str) -> list[dict[str, Any]]:
     """Verdicts, where one at rest with an axis of trust "good" is "good"; and the errors of the random walk of such axes."""
     rng = np.random.default_rng(seed)
     sensor = sensors.split(", ")[0]
     rows = []
     for _ in range(RECORDS):
         drawn = int(rng.integers(1 << 62))
-        found = st.analyze(moving_axes(drawn, kind, sensors), threads=1)
-        at_rest = "" if found.rest is None else found.rest.verdict
+        analysis = st.analyze(moving_axes(drawn, kind, sensors), threads=1)
+        at_rest = "" if analysis.rest is None else analysis.rest.verdict
         truth = random_walk_of(grade_of_axes(drawn, kind), sensor)
-        errors = [error_of_walk(fitted, truth) for fitted in found.fits.values() if fitted.trust == "good"]
+        errors = [error_of_walk(fitted, truth) for fitted in analysis.fits.values() if fitted.trust == "good"]
         rows.append({"verdict": "good" if errors and at_rest == "at_rest" else at_rest, "errors": errors})
     return rows
 
@@ -86,7 +86,7 @@ def error_of_walk(fitted: st.NoiseFit, truth: float) -> float:
     return float((walk.value or high or 0.0) / truth)
 
 
-def of_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
+def judge_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
     """Clean records: verdicts on some axes of each, and whether a fit of one axis is beyond the noisiest sensors."""
     rng = np.random.default_rng(seed)
     rows = []
@@ -110,12 +110,12 @@ def of_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     """All cells by name."""
     moves = {
-        f"axes, {kind}, {sensors}": (of_axes, (kind, sensors))
+        f"axes, {kind}, {sensors}": (judge_axes, (kind, sensors))
         for sensors in SENSORS
         for kind in MOTIONS[sensors.split(", ")[0]]
     }
     return moves | {
-        f"clean axes, {grade}, {k}": (of_clean_axes, (grade,)) for grade in CLASSES for k in range(CLEAN_CELLS)
+        f"clean axes, {grade}, {k}": (judge_clean_axes, (grade,)) for grade in CLASSES for k in range(CLEAN_CELLS)
     }
 
 
@@ -142,11 +142,11 @@ def text(results: Mapping[str, Any]) -> str:
         for kind in kinds
     }
     lines += [_TAIL, _ERRORS]
-    for kind, of_kind in errors.items():
-        if of_kind:
-            outside = sum(error != 1 for error in of_kind)
-            large = sum(max(error, 1 / error) > LARGE for error in of_kind)
-            lines.append(f"| {kind} | {len(of_kind)} | {outside} | {large} |")
+    for kind, errors_of_kind in errors.items():
+        if errors_of_kind:
+            outside = sum(error != 1 for error in errors_of_kind)
+            large = sum(max(error, 1 / error) > LARGE for error in errors_of_kind)
+            lines.append(f"| {kind} | {len(errors_of_kind)} | {outside} | {large} |")
     names = [f"clean axes, {grade}, {k}" for grade in CLASSES for k in range(CLEAN_CELLS)]
     rows = [row for name in names for row in results[name]]
     refused = sum(row["verdict"] != "at_rest" for row in rows)

@@ -47,13 +47,13 @@ def small_hand(seed: int, tremor: float, slow: float) -> st.Record:
     )
 
 
-def of_hands(seed: int, tremor: float, slow: float) -> list[str]:
+def judge_hands(seed: int, tremor: float, slow: float) -> list[str]:
     """Verdicts on hands."""
     rng = np.random.default_rng(seed)
     return [verdict(small_hand(int(rng.integers(1 << 62)), tremor, slow)).verdict for _ in range(RECORDS)]
 
 
-def of_averaged(seed: int, zero: float) -> list[str]:
+def judge_averaged(seed: int, zero: float) -> list[str]:
     """Verdicts on sensors at rest behind one or two moving averages whose first zero is at a frequency. [Hz]"""
     rng = np.random.default_rng(seed)
     verdicts: list[str] = []
@@ -70,7 +70,7 @@ def of_averaged(seed: int, zero: float) -> list[str]:
     return verdicts
 
 
-def of_tilts(seed: int, degrees: float, seconds: float) -> list[str]:
+def judge_tilts(seed: int, degrees: float, seconds: float) -> list[str]:
     """Verdicts on accelerometers of a MEMS that tilt steadily about an axis."""
     rng = np.random.default_rng(seed)
     rate = 20.0 if seconds > 1000 else 100.0
@@ -80,7 +80,7 @@ def of_tilts(seed: int, degrees: float, seconds: float) -> list[str]:
     return [verdict(sensed(rng, none, force, rate, "MEMS", sensors="accel")).verdict for _ in range(TILT_RECORDS)]
 
 
-def of_wander(seed: int, kind: str) -> list[list[Any]]:
+def judge_wander(seed: int, kind: str) -> list[list[Any]]:
     """Verdicts on three axes that wander below 0.3 Hz or walk, and the number of axes with the finding `beyond_class`."""
     rng = np.random.default_rng(seed)
     sensor, motion = kind.split(", ")
@@ -103,9 +103,9 @@ def of_wander(seed: int, kind: str) -> list[list[Any]]:
             [np.sin(tilt[0]), np.sin(tilt[1]) * np.cos(tilt[0]), np.cos(tilt[1]) * np.cos(tilt[0])]
         )
         rates, forces = (wander, still) if sensor == "gyro" else (still, force)
-        found = st.analyze(sensed(rng, rates, forces, rate, "MEMS", sensors=sensor), threads=1)
-        beyond = {c for one in found.findings if one.code == "beyond_class" for c in one.channels}
-        rows.append(["" if found.rest is None else found.rest.verdict, len(beyond)])
+        analysis = st.analyze(sensed(rng, rates, forces, rate, "MEMS", sensors=sensor), threads=1)
+        beyond = {c for finding in analysis.findings if finding.code == "beyond_class" for c in finding.channels}
+        rows.append(["" if analysis.rest is None else analysis.rest.verdict, len(beyond)])
     return rows
 
 
@@ -131,25 +131,25 @@ def parked_people(seed: int) -> st.Record:
     return sensed(rng, size * DEGREE * moved(), upright + size / 4 * moved(), rate, "MEMS")
 
 
-def of_people(seed: int) -> list[dict[str, Any]]:
+def judge_people(seed: int) -> list[dict[str, Any]]:
     """Verdicts, and the errors of the random walk of axes of trust "good", see `error_of_walk`."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(PEOPLE_RECORDS):
-        found = st.analyze(parked_people(int(rng.integers(1 << 62))), threads=1)
-        good = [(channel, fitted) for channel, fitted in found.fits.items() if fitted.trust == "good"]
+        analysis = st.analyze(parked_people(int(rng.integers(1 << 62))), threads=1)
+        good = [(channel, fitted) for channel, fitted in analysis.fits.items() if fitted.trust == "good"]
         errors = [error_of_walk(fitted, random_walk_of("MEMS", channel.split("_")[0])) for channel, fitted in good]
-        rows.append({"verdict": "" if found.rest is None else found.rest.verdict, "errors": errors})
+        rows.append({"verdict": "" if analysis.rest is None else analysis.rest.verdict, "errors": errors})
     return rows
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
     """All cells by name."""
-    hands = {f"hand {tremor:g}, {slow:g}": (of_hands, (tremor, slow)) for tremor in TREMORS for slow in SLOW}
-    averaged = {f"averaged {zero:g}": (of_averaged, (zero,)) for zero in AVERAGED}
-    tilts = {f"tilt {d:g}, {seconds:g}": (of_tilts, (d, seconds)) for d in TILTS for seconds in TILT_SECONDS}
-    wanders = {f"wander, {kind}": (of_wander, (kind,)) for kind in WANDERS}
-    people = {f"people, {k}": (of_people, ()) for k in range(PEOPLE_CELLS)}
+    hands = {f"hand {tremor:g}, {slow:g}": (judge_hands, (tremor, slow)) for tremor in TREMORS for slow in SLOW}
+    averaged = {f"averaged {zero:g}": (judge_averaged, (zero,)) for zero in AVERAGED}
+    tilts = {f"tilt {d:g}, {seconds:g}": (judge_tilts, (d, seconds)) for d in TILTS for seconds in TILT_SECONDS}
+    wanders = {f"wander, {kind}": (judge_wander, (kind,)) for kind in WANDERS}
+    people = {f"people, {k}": (judge_people, ()) for k in range(PEOPLE_CELLS)}
     return {**hands, **averaged, **tilts, **wanders, **people}
 
 
@@ -168,8 +168,8 @@ def text(results: Mapping[str, Any]) -> str:
     for tremor in TREMORS:
         cells_of_row = [_moving(results[f"hand {tremor:g}, {slow:g}"]) for slow in SLOW]
         lines.append(f"| {tremor:g} deg/s | {' | '.join(cells_of_row)} |")
-    averaged = [one for zero in AVERAGED for one in results[f"averaged {zero:g}"]]
-    refused = sum(one != "at_rest" for one in averaged)
+    averaged = [verdict for zero in AVERAGED for verdict in results[f"averaged {zero:g}"]]
+    refused = sum(verdict != "at_rest" for verdict in averaged)
     lines.append(_AVERAGED.format(refused=refused, records=len(averaged)))
     lines += [f"| length | {' | '.join(f'{tilt:g}°' for tilt in TILTS)} |", "|---" * (len(TILTS) + 1) + "|"]
     for seconds in TILT_SECONDS:

@@ -82,7 +82,7 @@ def in_motion(seed: int, kind: str, rate: float | None = None) -> st.Record:
     return moving(seed, kind, rate=rate, minutes=None if rate is None else max(1.0, 5.0 / rate))
 
 
-def of_windows(seed: int, kind: str, records: int = RECORDS) -> dict[str, dict[str, int]]:
+def judge_windows(seed: int, kind: str, records: int = RECORDS) -> dict[str, dict[str, int]]:
     """Verdicts on windows above `SWING` by length."""
     rng = np.random.default_rng(seed)
     counts: dict[str, Counter[str]] = {str(length): Counter() for length in LENGTHS}
@@ -96,7 +96,7 @@ def of_windows(seed: int, kind: str, records: int = RECORDS) -> dict[str, dict[s
     return {length: dict(count) for length, count in counts.items()}
 
 
-def of_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
+def judge_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
     """Windows above `SWING` and those without a sign of motion, by sensors and length, without a shortest record."""
     rng = np.random.default_rng(seed)
     counts = {f"{sensor} {length}": [0, 0] for sensor in ("gyro", "accel") for length in JUDGED}
@@ -114,12 +114,12 @@ def of_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
     return counts
 
 
-def clean(seed: int, grade: str, *, least: float = LEAST_SECONDS, most: float = MOST_SECONDS) -> st.Record:
+def clean(seed: int, grade: str, *, shortest: float = LEAST_SECONDS, longest: float = MOST_SECONDS) -> st.Record:
     """A record at rest of six axes: 10 Hz to 4 kHz, one of the variants, no more than `MOST_SAMPLES`."""
     rng = np.random.default_rng(seed)
     rate = math.exp(rng.uniform(math.log(10), math.log(4000)))
-    seconds = math.exp(rng.uniform(math.log(least), math.log(most)))
-    n = max(round(min(seconds, max(MOST_SAMPLES / rate, least)) * rate), math.ceil(least * rate))
+    seconds = math.exp(rng.uniform(math.log(shortest), math.log(longest)))
+    n = max(round(min(seconds, max(MOST_SAMPLES / rate, shortest)) * rate), math.ceil(shortest * rate))
     variant = str(rng.choice(VARIANTS))
     (arw, bias, rrw), (vrw, instability), angle = CLASSES[grade]
     t = np.arange(n) / rate
@@ -153,12 +153,12 @@ def clean(seed: int, grade: str, *, least: float = LEAST_SECONDS, most: float = 
     return st.Record.from_arrays(rate=rate, **columns)  # type: ignore[arg-type]  # names of channels
 
 
-def of_clean(seed: int, grade: str, least: float, most: float, records: int) -> list[dict[str, Any]]:
+def judge_clean(seed: int, grade: str, shortest: float, longest: float, records: int) -> list[dict[str, Any]]:
     """Verdicts on clean records of six axes and of their accelerometers alone, with length and rate."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(records):
-        record = clean(int(rng.integers(1 << 62)), grade, least=least, most=most)
+        record = clean(int(rng.integers(1 << 62)), grade, shortest=shortest, longest=longest)
         grid = record.streams[0].grid
         rows.append({"verdict": verdict(record).verdict, "seconds": grid.duration, "rate": grid.rate})
     return rows
@@ -193,31 +193,31 @@ def real_logs(folder: Path) -> Iterator[tuple[str, st.Record]]:
         yield name, st.Record.from_arrays(rate=10, unit=unit, gyro=values[:, 3:], accel=values[:, :3])
 
 
-def of_real(folder: Path, *, stride: int = 1) -> dict[str, dict[int, Counter[str]]]:
+def judge_real(folder: Path, *, stride: int = 1) -> dict[str, dict[int, Counter[str]]]:
     """Verdicts on each `stride`-th window above `SWING` of each real log, one after the other, by length."""
-    found: dict[str, dict[int, Counter[str]]] = {}
+    counts_by_log: dict[str, dict[int, Counter[str]]] = {}
     for name, record in real_logs(folder):
         record = from_the_start(record)
         end = record.streams[0].grid.duration
         for length in LENGTHS:
-            count = found.setdefault(name, {}).setdefault(length, Counter())
+            count = counts_by_log.setdefault(name, {}).setdefault(length, Counter())
             for _, window in windows(record, length, np.arange(0.0, end - length + 1e-6, stride * length)):
                 if swing(window) > SWING:
                     count[verdict(window).verdict] += 1
-    return found
+    return counts_by_log
 
 
 def cells() -> Cells:
     """All cells by name."""
-    made: Cells = {f"windows, {kind}": (of_windows, (kind,)) for kind in MOTIONS}
+    made: Cells = {f"windows, {kind}": (judge_windows, (kind,)) for kind in MOTIONS}
     for kind in MOTIONS:
         for rate in RATES:
-            made[f"evidence, {kind}, {rate:g}"] = (of_evidence, (kind, rate))
+            made[f"evidence, {kind}, {rate:g}"] = (judge_evidence, (kind, rate))
     for grade in CLASSES:
         for k in range(CLEAN_RECORDS // CELL // len(CLASSES)):
-            made[f"clean, {grade}, {k}"] = (of_clean, (grade, LEAST_SECONDS, MOST_SECONDS, CELL))
+            made[f"clean, {grade}, {k}"] = (judge_clean, (grade, LEAST_SECONDS, MOST_SECONDS, CELL))
         for k in range(SHORT_RECORDS // CELL // len(CLASSES)):
-            made[f"short, {grade}, {k}"] = (of_clean, (grade, 10.0, LEAST_SECONDS, CELL))
+            made[f"short, {grade}, {k}"] = (judge_clean, (grade, 10.0, LEAST_SECONDS, CELL))
     return made
 
 
@@ -238,22 +238,24 @@ def text(results: Mapping[str, Any]) -> str:
     table: dict[str, Mapping[Any, Mapping[str, int]]] = {
         kind: {length: results[f"windows, {kind}"][str(length)] for length in LENGTHS} for kind in MOTIONS
     }
-    table |= of_real(Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")))
+    table |= judge_real(Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")))
     for name, by_length in table.items():
         row = [f"`{Path(name).name}`" if "/" in name else name]
         for length in LENGTHS:
             count = by_length[length]
             at_rest += count.get("at_rest", 0) + count.get("partly_at_rest", 0)
             total += sum(count.values())
-            row.append(" / ".join(str(count.get(one, 0)) for one in ("not_at_rest", "too_short_to_tell", "at_rest")))
+            row.append(
+                " / ".join(str(count.get(verdict, 0)) for verdict in ("not_at_rest", "too_short_to_tell", "at_rest"))
+            )
         lines.append(f"| {' | '.join(row)} |")
     lines.append(f"\nAt rest: **{at_rest}** of {total} windows; none is allowed.\n{_REFUSED}")
     refused = number = 0
     for grade in CLASSES:
         row = [grade]
         for part in ("clean", "short"):
-            rows = [one for name in results if name.startswith(f"{part}, {grade}, ") for one in results[name]]
-            bad = sum(one["verdict"] != "at_rest" for one in rows)
+            rows = [verdict for name in results if name.startswith(f"{part}, {grade}, ") for verdict in results[name]]
+            bad = sum(verdict["verdict"] != "at_rest" for verdict in rows)
             if part == "clean":
                 refused, number = refused + bad, number + len(rows)
             row.append(f"{bad} of {len(rows)}")

@@ -45,12 +45,12 @@ UNITS = {"CIMU": ("cimu.toml", 200.0), "HG1700": ("hg1700.toml", 100.0), "Motion
 
 def cases() -> dict[str, tuple[ChannelModel, float, int]]:
     """By name: model, rate in Hz, samples; of the paper's units two hours of a gyro and an accelerometer."""
-    found = dict(SINGLE)
+    all_cases = dict(SINGLE)
     for unit, (file, rate) in UNITS.items():
         model = NoiseModel.read(str(resources.files("sigmatau.data") / file))
         for channel in ("gyro_x", "accel_x"):
-            found[f"{unit} {channel}"] = (model.channels[channel], rate, round(7200 * rate))
-    return found
+            all_cases[f"{unit} {channel}"] = (model.channels[channel], rate, round(7200 * rate))
+    return all_cases
 
 
 def cell(seed: int, name: str) -> list[dict[str, Any]]:
@@ -59,11 +59,11 @@ def cell(seed: int, name: str) -> list[dict[str, Any]]:
     channel = "accel_x" if noise.quantity == "acceleration" else "gyro_x"
     model = NoiseModel(channels={channel: noise})
     rng = np.random.default_rng(seed)
-    found = []
+    results = []
     for _ in range(RECORDS // PARTS):
         fitted = fit(allan(simulate(model, duration=n / rate, rate=rate, rng=rng), threads=1)[channel])
         gm = [[[p.value, p.low, p.high] for p in (g.sigma, g.time)] for g in fitted.gauss_markov]
-        found.append(
+        results.append(
             {
                 "verdict": fitted.verdict,
                 "terms": {term: [t.observed, t.value, t.low, t.high, t.upper_limit] for term, t in fitted.items()},
@@ -71,35 +71,35 @@ def cell(seed: int, name: str) -> list[dict[str, Any]]:
                 "sinusoids": len(fitted.sinusoid),
             }
         )
-    return found
+    return results
 
 
 def main() -> None:
     """Run the study and write docs/study/round-trip.md."""
-    known = cases()
-    cells = {f"{name} {k}": (cell, (name,)) for name in known for k in range(PARTS)}
+    all_cases = cases()
+    cells = {f"{name} {k}": (cell, (name,)) for name in all_cases for k in range(PARTS)}
     results = run("round-trip", cells, settings=repr((RECORDS, SINGLE, UNITS)))
     lines, failures = [_HEAD.format(records=RECORDS)], []
-    for name, (noise, _, _) in known.items():
+    for name, (noise, _, _) in all_cases.items():
         records = [record for k in range(PARTS) for record in results[f"{name} {k}"]]
         good = [record for record in records if record["verdict"] == "adequate"]
         if len(good) < 0.98 * len(records) - 3 * math.sqrt(0.98 * 0.02 * len(records)):
             failures.append(f"- {name}: {len(good)} of {len(records)} records have an adequate model")
         for term, value in noise.items():
             stated = [record["terms"][term] for record in good]
-            seen = [s for s in stated if s[0]]
+            observed = [s for s in stated if s[0]]
             held = [_holds(s, value) for s in stated]
-            median = float(np.median([abs(s[1]) for s in seen])) if seen else math.nan
+            median = float(np.median([abs(s[1]) for s in observed])) if observed else math.nan
             label = TERMS[term].label("signal")
-            lines.append(_row(name, label, len(good), len(seen), median / abs(value) - 1, held))
+            lines.append(_row(name, label, len(good), len(observed), median / abs(value) - 1, held))
             failures += _gate(f"{name}, {label}", held)
         for process in noise.gauss_markov:
-            seen = [record for record in good if record["gauss_markov"]]
+            observed = [record for record in good if record["gauss_markov"]]
             for index, (label, value) in enumerate((("sigma", process.sigma), ("time", process.time))):
-                stated = [record["gauss_markov"][0][index] for record in seen]
+                stated = [record["gauss_markov"][0][index] for record in observed]
                 held = [low <= value <= high for _, low, high in stated]
                 off = float(np.median([v for v, _, _ in stated])) / value - 1
-                lines.append(_row(name, f"Gauss-Markov {label}", len(good), len(seen), off, held))
+                lines.append(_row(name, f"Gauss-Markov {label}", len(good), len(observed), off, held))
                 failures += _gate(f"{name}, Gauss-Markov {label}", held)
     lines += [_GATES, *(failures or ["All gates are met."])]
     Path("docs/study/round-trip.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -112,9 +112,9 @@ def _holds(stated: list[Any], value: float) -> bool:
     return limit is None or abs(value) <= limit
 
 
-def _row(name: str, label: str, good: int, seen: int, off: float, held: list[bool]) -> str:
+def _row(name: str, label: str, good: int, shown: int, off: float, held: list[bool]) -> str:
     return (
-        f"| {name} | {label} | {100 * seen / max(good, 1):.1f} | {100 * off:+.1f} | {100 * float(np.mean(held)):.1f} |"
+        f"| {name} | {label} | {100 * shown / max(good, 1):.1f} | {100 * off:+.1f} | {100 * float(np.mean(held)):.1f} |"
     )
 
 

@@ -41,10 +41,10 @@ def run(
     CACHE.mkdir(exist_ok=True)
     cache = CACHE / f"{study}-{seed_of(settings):014x}.json"
     done: dict[str, Any] = json.loads(cache.read_text()) if cache.exists() else {}
-    left = [name for name in cells if name not in done]
+    remaining = [name for name in cells if name not in done]
     started = time.monotonic()
     with ProcessPoolExecutor(WORKERS) as pool:
-        futures = {pool.submit(cells[name][0], seed_of(name), *cells[name][1]): name for name in left}
+        futures = {pool.submit(cells[name][0], seed_of(name), *cells[name][1]): name for name in remaining}
         for k, future in enumerate(as_completed(futures), 1):
             if future.exception() is not None:
                 pool.shutdown(cancel_futures=True)
@@ -52,8 +52,8 @@ def run(
             temporary = cache.with_suffix(".tmp")
             temporary.write_text(json.dumps(done))
             temporary.replace(cache)
-            sys.stderr.write(f"\r{study}: {k}/{len(left)} cells, {time.monotonic() - started:.0f} s ")
+            sys.stderr.write(f"\r{study}: {k}/{len(remaining)} cells, {time.monotonic() - started:.0f} s ")
             sys.stderr.flush()
-    if left:
+    if remaining:
         sys.stderr.write("\n")
     return {name: done[name] for name in cells}

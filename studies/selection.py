@@ -47,11 +47,11 @@ def cell(seed: int, name: str) -> list[list[float]]:
     for _ in range(RECORDS // PARTS):
         record: Record = simulate(model, duration=HOURS * 3600, rate=RATE, rng=rng)
         chosen, _ = most_stable(record, WINDOW * 3600.0)
-        found = allan(chosen, taus=np.array(SIZES) / RATE, threads=1)["gyro_x"].avar
-        scale = float(np.median(found))
-        theta = Gls(parts, found / scale, fitted).fit()[fitted] * scale / truth
-        at = [SIZES.index(round(tau * RATE)) for tau in TAUS if round(tau * RATE) in SIZES]
-        rows.append([*(found / expected)[at].tolist(), *theta.tolist()])
+        avar = allan(chosen, taus=np.array(SIZES) / RATE, threads=1)["gyro_x"].avar
+        scale = float(np.median(avar))
+        theta = Gls(parts, avar / scale, fitted).fit()[fitted] * scale / truth
+        places = [SIZES.index(round(tau * RATE)) for tau in TAUS if round(tau * RATE) in SIZES]
+        rows.append([*(avar / expected)[places].tolist(), *theta.tolist()])
     return rows
 
 
@@ -59,7 +59,7 @@ def main() -> None:
     """Run the study and write docs/study/selection.md."""
     cells = {f"{name} {k}": (cell, (name,)) for name in MODELS for k in range(PARTS)}
     results = run("selection", cells, settings=repr((MODELS, HOURS, WINDOW, RATE, RECORDS, SIZES)))
-    known = [tau for tau in TAUS if round(tau * RATE) in SIZES]
+    available = [tau for tau in TAUS if round(tau * RATE) in SIZES]
     lines = [_HEAD.format(records=RECORDS, draws=DRAWS, taus=" | ".join(f"τ = {tau:.0f} s" for tau in TAUS))]
     lines.append("|---" * (len(TAUS) + 2) + "|")
     factors, failures = [], []
@@ -80,17 +80,17 @@ def main() -> None:
         lines.append(
             f"| {name} | block means | " + " | ".join(f"{bias.at(t):.3f} ± {ours[t]:.3f}" for t in TAUS) + " |"
         )
-        texts = {tau: f"{mean[k]:.3f} ± {error[k]:.3f}" for k, tau in enumerate(known)}
+        texts = {tau: f"{mean[k]:.3f} ± {error[k]:.3f}" for k, tau in enumerate(available)}
         lines.append(f"| {name} | samples | " + " | ".join(texts.get(tau, "") for tau in TAUS) + " |")
         failures += [
             f"- {name}: {bias.at(tau):.3f} at {tau:.0f} s, with samples {mean[k]:.3f}"
-            for k, tau in enumerate(known)
+            for k, tau in enumerate(available)
             if abs(bias.at(tau) - mean[k]) > 3 * math.hypot(error[k], ours[tau])
         ]
         for k, term in enumerate(term for term in NOISE if term in terms):
-            found, scatter = mean[len(known) + k], error[len(known) + k]
+            factor, scatter = mean[len(available) + k], error[len(available) + k]
             stated = bias.factors[term]
-            factors.append(f"| {name} | {term} | {stated:.3f} | {math.sqrt(max(found, 0)):.3f} ± {scatter / 2:.3f} |")
+            factors.append(f"| {name} | {term} | {stated:.3f} | {math.sqrt(max(factor, 0)):.3f} ± {scatter / 2:.3f} |")
     lines += [
         _FACTORS.format(records=RECORDS),
         *factors,

@@ -156,19 +156,19 @@ def _variances(means: Floats, sizes: Sequence[int]) -> Floats:
 
 def _ratios(chosen: Floats, whole: Floats, sizes: Ints, expected: Floats) -> tuple[Floats, Floats]:
     """Mean Allan variance of the chosen windows over the expected one, with that of the whole records as control variate."""
-    of_chosen = _variances(chosen, sizes.tolist()) / expected
+    chosen_ratios = _variances(chosen, sizes.tolist()) / expected
     control = _variances(whole, sizes.tolist()) / expected - 1
     spread = control.std(axis=0)
-    both = ((of_chosen - of_chosen.mean(axis=0)) * (control - control.mean(axis=0))).mean(axis=0)
+    both = ((chosen_ratios - chosen_ratios.mean(axis=0)) * (control - control.mean(axis=0))).mean(axis=0)
     slope = np.divide(both, spread**2, out=np.zeros_like(both), where=spread > 0)
-    left = of_chosen - slope * control
-    return np.asarray(left.mean(axis=0)), np.asarray(left.std(axis=0, ddof=1) / math.sqrt(len(left)))
+    remainder = chosen_ratios - slope * control
+    return np.asarray(remainder.mean(axis=0)), np.asarray(remainder.std(axis=0, ddof=1) / math.sqrt(len(remainder)))
 
 
 def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, ratio: Floats) -> dict[str, float]:
     """What a fit to the mean Allan variances of the chosen windows finds, over what is there."""
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
-    sizes = sorted({size for one in half for size in (one, one + one // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
+    sizes = sorted({size for m_ in half for size in (m_, m_ + m_ // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
     parts = Components(window, tuple(sizes))
     theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in NOISE])
     # Below a block the choice tells the less, the shorter: what it lowers is slow.
@@ -178,10 +178,10 @@ def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, rati
     terms = [p for p in range(len(NOISE)) if theta[p] > 0]
     scale = float(np.median(parts.design @ theta))
     try:
-        found = Gls(parts, parts.design @ theta / scale * lowered, terms).fit(start=theta / scale) * scale
+        fitted = Gls(parts, parts.design @ theta / scale * lowered, terms).fit(start=theta / scale) * scale
     except FloatingPointError:
         return {}
-    return {NOISE[p]: math.sqrt(found[p] / theta[p]) for p in terms}
+    return {NOISE[p]: math.sqrt(fitted[p] / theta[p]) for p in terms}
 
 
 def autocovariance(term: str, lags: int, length: int) -> Floats:
@@ -190,15 +190,15 @@ def autocovariance(term: str, lags: int, length: int) -> Floats:
     The fourth difference, at strides of a block of `length` samples, of the phase autocovariance s(l) of the term (one of
     `sigmatau.noise.terms.NOISE`), over length²; the sample interval is 1. Shape (lags,).
     """
-    known = {
+    closed_forms = {
         "quantization": [6.0, -4.0, 1.0],
         "random_walk": [2.0 * length, -1.0 * length],
         # (|l|³ − |l|)/12 at strides of a block.
         "rate_random_walk": [(4 * length**3 + 2 * length) / 6, (length**3 - length) / 6],
     }.get(term)
-    if known is None:
+    if closed_forms is None:
         return _flicker(lags, length)
-    return np.array([*known, *[0.0] * lags][:lags]) / length**2
+    return np.array([*closed_forms, *[0.0] * lags][:lags]) / length**2
 
 
 def _flicker(lags: int, length: int) -> Floats:
@@ -215,6 +215,6 @@ def _flicker(lags: int, length: int) -> Floats:
     s = -j / (2 * math.pi)
     result = np.empty(lags)
     result[:exact] = (s[4:] - 4 * s[3:-1] + 6 * s[2:-2] - 4 * s[1:-3] + s[:-4]) / length**2
-    far = np.arange(exact, lags, dtype=float)
-    result[exact:] = -(1 + 1 / far**2) / (math.pi * far**2)
+    distant = np.arange(exact, lags, dtype=float)
+    result[exact:] = -(1 + 1 / distant**2) / (math.pi * distant**2)
     return result

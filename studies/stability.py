@@ -87,12 +87,12 @@ def clean(seed: int, k: int) -> list[list[int]]:
         stream = simulate(model, duration=duration, rate=rate, rng=rng).streams[0]
         celsius = 25 + np.interp(np.arange(round(duration)), np.linspace(0, duration, TEMPERATURES), _temperature(rng))
         record = Record(streams=(stream, _thermometer(celsius)))
-        fits, found = _fitted(record)
+        fits, findings = _fitted(record)
         flat = without_drifts(record, stream, fits)
-        found = [*found, *non_stationary(flat, fits), *cross_axis(stream)]
-        found = [finding for finding in found if (finding.code, finding.severity) in CODES]
+        findings = [*findings, *non_stationary(flat, fits), *cross_axis(stream)]
+        findings = [finding for finding in findings if (finding.code, finding.severity) in CODES]
         counts = [0] * len(CODES)
-        for finding in found:
+        for finding in findings:
             counts[CODES.index((finding.code, finding.severity))] += 1
         rows.append(counts)
     return rows
@@ -144,7 +144,7 @@ SENSOR = {"random_walk": 0.005, "bias_instability": 1e-3, "rate_random_walk": 3e
 def fault(seed: int, name: str) -> list[float]:
     """Share of records of 2 h at 20 Hz in which a fault is found, and the mean of the sizes stated over those planted."""
     rng = np.random.default_rng(seed)
-    found, sizes = 0, []
+    detected, sizes = 0, []
     n, rate = 144_000, 20.0
     seconds = np.arange(n) / rate
     for _ in range(FAULT_RECORDS):
@@ -164,19 +164,19 @@ def fault(seed: int, name: str) -> list[float]:
             x += 0.1 * y
         stream = Record.from_arrays(rate=rate, gyro_x=x, gyro_y=y).streams[0]
         if name == FAULTS[4]:
-            said = cross_axis(stream)
+            findings = cross_axis(stream)
         else:
-            one = stream.only("gyro_x")
-            record = Record(streams=(one, _thermometer(celsius)) if name == FAULTS[1] else (one,))
-            fits, said = _fitted(record)
+            single_axis = stream.only("gyro_x")
+            record = Record(streams=(single_axis, _thermometer(celsius)) if name == FAULTS[1] else (single_axis,))
+            fits, findings = _fitted(record)
             if name in FAULTS[:2]:
                 code = "warm_up" if name == FAULTS[0] else "temperature_drift"
-                said = [finding for finding in said if finding.code == code]
+                findings = [finding for finding in findings if finding.code == code]
             else:
-                said = non_stationary(without_drifts(record, one, fits), fits)
-        found += bool(said)
-        sizes += [finding.size for finding in said if finding.size is not None]
-    return [found / FAULT_RECORDS, float(np.mean(sizes)) if sizes else 0.0]
+                findings = non_stationary(without_drifts(record, single_axis, fits), fits)
+        detected += bool(findings)
+        sizes += [finding.size for finding in findings if finding.size is not None]
+    return [detected / FAULT_RECORDS, float(np.mean(sizes)) if sizes else 0.0]
 
 
 def main() -> None:
@@ -194,11 +194,11 @@ def main() -> None:
         rows = np.array([row for k in range(PARTS) for row in results[f"law {name} {k}"]])
         shares = [f"{100 * (rows[:, c] < level).mean():.2f}" for c in (0, 1) for level in LEVELS[:3]]
         lines.append(f"| {name} | " + " | ".join(shares) + " |")
-        for c, what in ((0, "segments"), (1, "cusum")):
+        for c, label in ((0, "segments"), (1, "cusum")):
             for level in LEVELS:
                 bound = 1.3 * level + 3 * np.sqrt(level / len(rows)) + 1e-4
                 if (rows[:, c] < level).mean() > bound:
-                    failures.append(f"- {name}: {what}, {(rows[:, c] < level).mean():.2g} below p = {level:g}")
+                    failures.append(f"- {name}: {label}, {(rows[:, c] < level).mean():.2g} below p = {level:g}")
     counts = np.array([row for k in range(PARTS * len(LENGTHS)) for row in results[f"clean {k}"]])
     lines.append(_CLEAN.format(records=len(counts), channels=3 * len(counts)))
     for (code, severity), number in zip(CODES, counts.sum(axis=0), strict=True):

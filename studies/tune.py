@@ -123,11 +123,11 @@ def aided_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> li
 
 def moving_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int]:
     """Counts: scale and delay named as they are, intervals of both that hold the truth, and the noises judged right."""
-    scale, delay, of_sensor = MOTIONS[name]
+    scale, delay, uses_sensor_rate = MOTIONS[name]
     place, factor = WRONG[wrong]
     factors = np.ones(3)
     factors[place] = factor
-    time, values, stated, rates = moving_innovations(scale, delay, factors, runs, rng, of_sensor=of_sensor)
+    time, values, stated, rates = moving_innovations(scale, delay, factors, runs, rng, of_sensor=uses_sensor_rate)
     data = {
         str(k): Innovations(time=time, innovation=series, variance=stated, rate=rate)
         for k, (series, rate) in enumerate(zip(values, rates, strict=True))

@@ -42,7 +42,7 @@ def _in_turn(sensors: list[Floats]) -> Floats:
     return np.stack(sensors, axis=1).reshape(-1, sensors[0].shape[1])
 
 
-def _of_model(rng: Generator, n: int, rate: float, axes: int, count: int = 2, bias: float = 1.0) -> Floats:
+def _same_model(rng: Generator, n: int, rate: float, axes: int, count: int = 2, bias: float = 1.0) -> Floats:
     """Units of one model: equal noise and equal spread of biases."""
     corner, spread = rate * 10 ** rng.uniform(0.5, 2.5), 10 ** rng.uniform(0.5, 1.8)
     units = [
@@ -57,7 +57,7 @@ def _of_model(rng: Generator, n: int, rate: float, axes: int, count: int = 2, bi
     return _in_turn(units)
 
 
-def _of_two_models(rng: Generator, n: int, rate: float, axes: int, bias: float = 1.0) -> Floats:
+def _two_models(rng: Generator, n: int, rate: float, axes: int, bias: float = 1.0) -> Floats:
     first = sensor(rng, n // 2, rate / 2, axes, bias=bias)
     second = rng.uniform(1.5, 5) * sensor(rng, n // 2, rate / 2, axes, bias=bias)
     if rng.random() < 0.5:  # the coarser one is also rounded
@@ -66,7 +66,7 @@ def _of_two_models(rng: Generator, n: int, rate: float, axes: int, bias: float =
     return _in_turn([first, second])
 
 
-def _of_two_rates(rng: Generator, n: int, rate: float, axes: int) -> Floats:
+def _two_rates(rng: Generator, n: int, rate: float, axes: int) -> Floats:
     each = int(rng.integers(2, 4))
     count = n // (each + 1)
     fast = sensor(rng, count * each, rate, axes).reshape(count, each, axes)
@@ -81,15 +81,15 @@ def _filtered(x: Floats, rng: Generator) -> Floats:
 
 
 SEVERAL: dict[str, Callable[[Generator, int, float, int], Floats]] = {
-    "two units of a model": _of_model,
-    "three units of a model": lambda rng, n, rate, axes: _of_model(rng, n, rate, axes, 3),
+    "two units of a model": _same_model,
+    "three units of a model": lambda rng, n, rate, axes: _same_model(rng, n, rate, axes, 3),
     "two filtered units": lambda rng, n, rate, axes: _in_turn(
         [_filtered(sensor(rng, n // 2, rate / 2, axes), rng) for _ in range(2)]
     ),
-    "two models": _of_two_models,
-    "two rates, 2:1 or 3:1": _of_two_rates,
-    "two units of equal bias": lambda rng, n, rate, axes: _of_model(rng, n, rate, axes, bias=0.0),
-    "two models of equal bias": lambda rng, n, rate, axes: _of_two_models(rng, n, rate, axes, 0.0),
+    "two models": _two_models,
+    "two rates, 2:1 or 3:1": _two_rates,
+    "two units of equal bias": lambda rng, n, rate, axes: _same_model(rng, n, rate, axes, bias=0.0),
+    "two models of equal bias": lambda rng, n, rate, axes: _two_models(rng, n, rate, axes, 0.0),
 }
 """Sensors in turn: samples of shape (n, axes) from a generator, the rows, their rate [Hz] and the number of axes."""
 

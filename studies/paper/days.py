@@ -24,7 +24,7 @@ __all__ = ["FIG_12", "FILE", "NAVIGATION", "again", "analysed_day", "cell_name",
 FILE = Path(__file__).resolve().parents[2] / "docs" / "paper" / "days.json"
 _DIGITS = 10  # significant, of the numbers in the file
 
-Found = dict[str, Any]
+Recovered = dict[str, Any]
 
 
 def cell_name(unit: str, day: int) -> str:
@@ -32,39 +32,39 @@ def cell_name(unit: str, day: int) -> str:
     return f"paper {unit} day {day}"
 
 
-def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[str, dict[str, Found]]:
+def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[str, dict[str, Recovered]]:
     """By channel and term: what the fit says (value, low, high, or upper limit), and what is read off, by the rules of
     `sigmatau.read_off` and with lines laid by hand where the authors laid theirs.
     """
     record = st.simulate(day_model(unit, day), duration=hours * 3600, rate=RATES[unit], rng=seed)
     analysis = st.analyze(record, threads=1)
-    found: dict[str, dict[str, Found]] = {}
+    recovered: dict[str, dict[str, Recovered]] = {}
     cells = [cell for cell in PRINTED if cell.unit == unit]
     by_rule = {channel: st.read_off(curve) for channel, curve in analysis.curves.items()}
     laid = {channel: _laid(unit, curve) for channel, curve in analysis.curves.items()}
     for cell in cells:
         fitted = analysis.fits[cell.channel][cell.term]
         read = by_rule[cell.channel].get(cell.term)
-        found.setdefault(cell.channel, {})[cell.term] = {
+        recovered.setdefault(cell.channel, {})[cell.term] = {
             "value": _rounded(fitted.value if fitted.observed else None),
             "low": _rounded(fitted.low if fitted.observed else None),
             "high": _rounded(fitted.high if fitted.observed else fitted.upper_limit),
             "read": _numbers(read),
             "laid": _numbers(laid[cell.channel].get(cell.term)),
         }
-    return found
+    return recovered
 
 
 def hand_range(cell: Cell) -> tuple[float, float]:
     """Averaging times through which a line is laid by hand: to the time that the printed error stands for, from the
     shortest one, or, for the term at longer times, from where the lines of the printed coefficients cross. [s]
     """
-    pair = {other.term: other for other in PRINTED if (other.unit, other.channel) == (cell.unit, cell.channel)}
-    first, second = sorted(pair.values(), key=lambda one: TERMS[one.term].slope)
+    pair = {c.term: c for c in PRINTED if (c.unit, c.channel) == (cell.unit, cell.channel)}
+    first, second = sorted(pair.values(), key=lambda line: TERMS[line.term].slope)
     if cell.term == first.term:
         return 1 / RATES[cell.unit], longest_time(cell)
-    heights = [_log_height(one) for one in (first, second)]
-    slopes = [TERMS[one.term].slope for one in (first, second)]
+    heights = [_log_height(line) for line in (first, second)]
+    slopes = [TERMS[line.term].slope for line in (first, second)]
     return math.exp((heights[0] - heights[1]) / (slopes[1] - slopes[0])), longest_time(cell)
 
 
@@ -99,11 +99,11 @@ _RECORDS, _PARTS = 100, 10
 def sampling(_seed: int) -> dict[str, list[float | None]]:
     """Random walk and its interval over that of the sensor, by the rate of the log; the seed is that of the figure."""
     true = fig_12_sensor().channels["gyro_x"]["random_walk"]
-    found = {}
+    ratios = {}
     for rate, record in fig_12_logs().items():
         walk = st.analyze(record, threads=1).fits["gyro_x"]["random_walk"]
-        found[str(rate)] = [_rounded(x / true) for x in (walk.value, walk.low, walk.high) if x is not None]
-    return found
+        ratios[str(rate)] = [_rounded(x / true) for x in (walk.value, walk.low, walk.high) if x is not None]
+    return ratios
 
 
 def navigation(seed: int) -> list[int]:
@@ -129,24 +129,24 @@ def results() -> dict[str, Any]:
     }
     cells |= {f"{NAVIGATION} {k}": (navigation, ()) for k in range(_PARTS)}
     cells[FIG_12] = (sampling, ())
-    found = run("paper", cells, settings=repr((HOURS, RATES, _RECORDS, _PARTS, "fit, rules, hand")))
-    parts = [found.pop(f"{NAVIGATION} {k}") for k in range(_PARTS)]
-    return found | {NAVIGATION: [sum(column) for column in zip(*parts, strict=True)]}
+    computed = run("paper", cells, settings=repr((HOURS, RATES, _RECORDS, _PARTS, "fit, rules, hand")))
+    parts = [computed.pop(f"{NAVIGATION} {k}") for k in range(_PARTS)]
+    return computed | {NAVIGATION: [sum(column) for column in zip(*parts, strict=True)]}
 
 
 def load() -> Mapping[str, Any]:
     """What docs/paper/days.json holds."""
-    found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
-    return found
+    content: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
+    return content
 
 
-def save(found: Mapping[str, Any]) -> None:
+def save(content: Mapping[str, Any]) -> None:
     """Write docs/paper/days.json."""
     FILE.parent.mkdir(exist_ok=True)
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(day)}" for name, day in found.items())
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(day)}" for name, day in content.items())
     FILE.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
 
 
-def again(unit: str, day: int) -> dict[str, dict[str, Found]]:
+def again(unit: str, day: int) -> dict[str, dict[str, Recovered]]:
     """One day anew, with the same seed."""
     return analysed_day(seed_of(cell_name(unit, day)), unit, day)

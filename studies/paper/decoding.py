@@ -38,41 +38,41 @@ class Decoded:
     rounded: bool  # whether δ is rounded to 0.1 % first
 
 
-def _of(size: int, *, rounded: bool = False) -> Decoded:
+def _decoded(size: int, *, rounded: bool = False) -> Decoded:
     return Decoded(size, rounded)
 
 
 # By unit, channel and term. Sizes between the powers of 2 are not supported: see `expected_hits`.
 DECODED: Mapping[tuple[str, str, str], Decoded] = {
-    ("cimu", "gyro_x", "quantization"): _of(2**14, rounded=True),
-    ("cimu", "gyro_y", "quantization"): _of(2**12),
-    ("cimu", "gyro_z", "quantization"): _of(2**11, rounded=True),
-    ("cimu", "accel_x", "quantization"): _of(2**14, rounded=True),
-    ("cimu", "accel_y", "quantization"): _of(2**14, rounded=True),
-    **{("cimu", f"gyro_{axis}", "random_walk"): _of(2**18) for axis in "xyz"},
-    **{("cimu", f"accel_{axis}", "rate_ramp"): _of(2**18) for axis in "xy"},
-    ("hg1700", "gyro_x", "quantization"): _of(2**8),
-    ("hg1700", "accel_y", "quantization"): _of(2**12),
-    ("hg1700", "accel_z", "quantization"): _of(2**10),
-    ("hg1700", "gyro_x", "random_walk"): _of(2**17),
-    **{("hg1700", f"accel_{axis}", "rate_random_walk"): _of(2**17) for axis in "xyz"},
-    ("motionpak2", "gyro_x", "random_walk"): _of(2**8),
-    ("motionpak2", "gyro_z", "random_walk"): _of(2**8),
-    **{("motionpak2", f"accel_{axis}", "random_walk"): _of(2**2) for axis in "xyz"},
-    ("motionpak2", "accel_x", "bias_instability"): _of(2**7),
-    ("motionpak2", "accel_y", "bias_instability"): _of(2**9),
-    ("motionpak2", "accel_z", "bias_instability"): _of(2**9),
+    ("cimu", "gyro_x", "quantization"): _decoded(2**14, rounded=True),
+    ("cimu", "gyro_y", "quantization"): _decoded(2**12),
+    ("cimu", "gyro_z", "quantization"): _decoded(2**11, rounded=True),
+    ("cimu", "accel_x", "quantization"): _decoded(2**14, rounded=True),
+    ("cimu", "accel_y", "quantization"): _decoded(2**14, rounded=True),
+    **{("cimu", f"gyro_{axis}", "random_walk"): _decoded(2**18) for axis in "xyz"},
+    **{("cimu", f"accel_{axis}", "rate_ramp"): _decoded(2**18) for axis in "xy"},
+    ("hg1700", "gyro_x", "quantization"): _decoded(2**8),
+    ("hg1700", "accel_y", "quantization"): _decoded(2**12),
+    ("hg1700", "accel_z", "quantization"): _decoded(2**10),
+    ("hg1700", "gyro_x", "random_walk"): _decoded(2**17),
+    **{("hg1700", f"accel_{axis}", "rate_random_walk"): _decoded(2**17) for axis in "xyz"},
+    ("motionpak2", "gyro_x", "random_walk"): _decoded(2**8),
+    ("motionpak2", "gyro_z", "random_walk"): _decoded(2**8),
+    **{("motionpak2", f"accel_{axis}", "random_walk"): _decoded(2**2) for axis in "xyz"},
+    ("motionpak2", "accel_x", "bias_instability"): _decoded(2**7),
+    ("motionpak2", "accel_y", "bias_instability"): _decoded(2**9),
+    ("motionpak2", "accel_z", "bias_instability"): _decoded(2**9),
 }
 
 
 def decoded(cell: Cell) -> tuple[Decoded, float, str] | None:
     """How the printed error of a cell comes about: the cluster size, δ, and the error to the printed digit."""
-    found = DECODED.get((cell.unit, cell.channel, cell.term))
-    if found is None:
+    size = DECODED.get((cell.unit, cell.channel, cell.term))
+    if size is None:
         return None
-    delta = float(percentage_error(cell.samples, found.size)[0])
-    used = round(delta, _TENTH_OF_A_PERCENT) if found.rounded else delta
-    return found, delta, to_digits(cell.value * used, cell.decimals)
+    delta = float(percentage_error(cell.samples, size.size)[0])
+    used = round(delta, _TENTH_OF_A_PERCENT) if size.rounded else delta
+    return size, delta, to_digits(cell.value * used, cell.decimals)
 
 
 def undecoded() -> Iterator[Cell]:
@@ -97,9 +97,9 @@ def reproducing_times(cell: Cell) -> tuple[float, float]:
 
 def longest_time(cell: Cell) -> float:
     """Longest averaging time through which the authors laid a line, by the printed error. [s]"""
-    found = DECODED.get((cell.unit, cell.channel, cell.term))
-    if found is not None:
-        return found.size / RATES[cell.unit]
+    size = DECODED.get((cell.unit, cell.channel, cell.term))
+    if size is not None:
+        return size.size / RATES[cell.unit]
     low, high = reproducing_times(cell)
     return math.sqrt(low * high)
 

@@ -54,8 +54,8 @@ def term_figure(number: int) -> Figure:
         cut = np.sqrt(avar(name, 1.0, m=fine, tau0=0.05, cutoff=1.0))
         ax.loglog(0.05 * fine, cut, color="0.35", linewidth=1, linestyle="--", label="eq. (19), f₀ = 1 Hz")
     ax.loglog(tau, np.sqrt(avar(name, 1.0, m=m, tau0=1.0)), color=COLOURS[0], linewidth=1.4, label=_FORMULAS[name])
-    one = st.NoiseModel(channels={"gyro_x": {name: 1.0}})
-    record = st.simulate(one, duration=_SAMPLES, rate=1.0, rng=number)
+    model = st.NoiseModel(channels={"gyro_x": {name: 1.0}})
+    record = st.simulate(model, duration=_SAMPLES, rate=1.0, rng=number)
     curve = st.allan(record)["gyro_x"]
     band = ""
     if name != "rate_ramp":  # which does not scatter

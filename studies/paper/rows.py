@@ -12,7 +12,7 @@ import numpy as np
 from sigmatau.lab.lots.repeatability import JUDGEMENTS, RandomEffects, random_effects
 from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.units import to_si
-from studies.paper.days import FIG_12, NAVIGATION, Found, cell_name
+from studies.paper.days import FIG_12, NAVIGATION, Recovered, cell_name
 from studies.paper.decoding import (
     decoded,
     expected_hits,
@@ -24,7 +24,7 @@ from studies.paper.decoding import (
 )
 from studies.paper.tables import DAYS, NAMES, PRINTED, RATES, STD, TITLES, Cell, truth
 
-__all__ = ["LEAST_INSIDE", "TABLES_OF", "Counted", "covered", "laid_within", "std_rows", "table"]
+__all__ = ["LEAST_INSIDE", "TABLES", "Counted", "covered", "laid_within", "std_rows", "table"]
 
 Days = Mapping[str, Any]
 """What docs/paper/days.json holds."""
@@ -46,19 +46,19 @@ class Counted:
         return f"{self.good} of {self.total}"
 
 
-def found_of(days: Days, cell: Cell, day: int) -> Found:
-    found: Found = days[cell_name(cell.unit, day)][cell.channel][cell.term]
-    return found
+def recovered_on(days: Days, cell: Cell, day: int) -> Recovered:
+    recovered: Recovered = days[cell_name(cell.unit, day)][cell.channel][cell.term]
+    return recovered
 
 
-def inside(found: Found, true: float) -> bool:
+def inside(recovered: Recovered, true: float) -> bool:
     """Whether the interval, or the range below the upper limit, has the true value; in SI."""
-    return bool((found["low"] is None or found["low"] <= true) and true <= found["high"])
+    return bool((recovered["low"] is None or recovered["low"] <= true) and true <= recovered["high"])
 
 
 def covered(days: Days, cells: Iterable[Cell] = PRINTED, on: Iterable[int] = ALL_DAYS) -> Counted:
     """Days and coefficients whose 95 % interval has the simulated value."""
-    hits = [inside(found_of(days, c, day), truth(c, day) * c.si_factor) for c in cells for day in on]
+    hits = [inside(recovered_on(days, c, day), truth(c, day) * c.si_factor) for c in cells for day in on]
     return Counted(sum(hits), len(hits))
 
 
@@ -66,7 +66,7 @@ def laid_within(days: Days, cell: Cell, on: Iterable[int] = ALL_DAYS) -> Counted
     """Days on which the line that is laid by hand gives the simulated value within the paper's own ±."""
     hits = []
     for day in on:
-        laid = found_of(days, cell, day)["laid"]
+        laid = recovered_on(days, cell, day)["laid"]
         hits.append(laid is not None and abs(laid[0] / cell.si_factor - truth(cell, day)) <= cell.error)
     return Counted(sum(hits), len(hits))
 
@@ -83,12 +83,12 @@ def decimals(spread: float) -> int:
     return min(max(1 - math.floor(math.log10(spread)), 0), 8) if spread > 0 else 8
 
 
-def fit_text(found: Found, cell: Cell) -> str:
+def fit_text(recovered: Recovered, cell: Cell) -> str:
     """``"0.972 [0.970, 0.975]"`` in the printed unit, or ``"below 0.12"``."""
-    high = found["high"] / cell.si_factor
-    if found["value"] is None:
+    high = recovered["high"] / cell.si_factor
+    if recovered["value"] is None:
         return f"below {high:.2g}"
-    value, low = found["value"] / cell.si_factor, found["low"] / cell.si_factor
+    value, low = recovered["value"] / cell.si_factor, recovered["low"] / cell.si_factor
     d = decimals((high - low) / 2)
     return f"{value:.{d}f} [{low:.{d}f}, {high:.{d}f}]"
 
@@ -124,16 +124,16 @@ def unit_table(days: Days, unit: str) -> str:
     )
     rows = []
     for cell in (cell for cell in PRINTED if cell.unit == unit):
-        found = found_of(days, cell, 1)
-        laid = found["laid"]
+        recovered = recovered_on(days, cell, 1)
+        laid = recovered["laid"]
         span = "–" if laid is None else f"{laid[2]:.3g} … {laid[3]:.4g}"
         rows.append(
             (
                 name_of(cell),
                 unit_text(cell),
                 f"{cell.printed} ± {cell.printed_error}",
-                fit_text(found, cell) + ("" if inside(found, truth(cell, 1) * cell.si_factor) else ", misses"),
-                read_text(found["read"], cell),
+                fit_text(recovered, cell) + ("" if inside(recovered, truth(cell, 1) * cell.si_factor) else ", misses"),
+                read_text(recovered["read"], cell),
                 read_text(laid, cell),
                 span,
             )
@@ -157,18 +157,20 @@ def plus_minus_table() -> str:
     )
     rows: list[tuple[str, ...]] = []
     for cell in PRINTED:
-        found = decoded(cell)
+        explanation = decoded(cell)
         start = (TITLES[cell.unit], name_of(cell), cell.printed, cell.printed_error)
         chance = f"{100 * reproducing_share(cell, rounding=True):.0f} %"
-        if found is None:
+        if explanation is None:
             rows.append((*start, "–", "–", "–", "–", "not explained", chance))
             continue
-        size, delta, text = found
+        size, delta, text = explanation
         rounded = f"to {round(100 * delta, 1):g} %" if size.rounded else "no"
         tau = f"{size.size / RATES[cell.unit]:.6g}"
         rows.append((*start, f"2^{math.log2(size.size):.0f}", tau, f"{100 * delta:.3g} %", rounded, text, chance))
     explained = [cell for cell in PRINTED if decoded(cell)]
-    agreeing = sum(found[2] == cell.printed_error for cell in explained if (found := decoded(cell)) is not None)
+    agreeing = sum(
+        explanation[2] == cell.printed_error for cell in explained if (explanation := decoded(cell)) is not None
+    )
     assert all(not reproducing_sizes(cell) for cell in undecoded())
     return (
         f"{agreeing} of {len(PRINTED)} printed errors are eq. (26) at a power of 2, to the printed digit.\n\n"
@@ -188,9 +190,9 @@ def chance_table() -> str:
     )
     rows = []
     for name, cells, rounding in groups:
-        found = expected_hits(cells, rounding=rounding)
-        chance = f"{found.mean:.1f} ± {found.std:.1f}"
-        rows.append((name, f"{found.hits} of {found.cells}", chance, f"{found.p_value:.1g}"))
+        expected = expected_hits(cells, rounding=rounding)
+        chance = f"{expected.mean:.1f} ± {expected.std:.1f}"
+        rows.append((name, f"{expected.hits} of {expected.cells}", chance, f"{expected.p_value:.1g}"))
     rest = [cell for cell in PRINTED if not any(not decoded.rounded for decoded in reproducing_sizes(cell))]
     further = [cell for cell in rest if any(not decoded.rounded for decoded in reproducing_sizes(cell, per_octave=2))]
     between = sum(reproducing_share(cell, rounding=False) for cell in rest)
@@ -222,11 +224,11 @@ def days_table(days: Days, unit: str) -> str:
         if cell.term != "quantization":
             continue
         for day in ALL_DAYS:
-            found, true = found_of(days, cell, day), truth(cell, day)
-            laid = found["laid"][0] / cell.si_factor
-            contains = "yes" if inside(found, true * cell.si_factor) else "**no**"
+            recovered, true = recovered_on(days, cell, day), truth(cell, day)
+            laid = recovered["laid"][0] / cell.si_factor
+            contains = "yes" if inside(recovered, true * cell.si_factor) else "**no**"
             axis = cell.channel[-1].upper() if day == 1 else ""
-            rows.append((axis, f"{day}", f"{true:.3f}", fit_text(found, cell), contains, f"{laid:.4f}"))
+            rows.append((axis, f"{day}", f"{true:.3f}", fit_text(recovered, cell), contains, f"{laid:.4f}"))
     return table(head, rows)
 
 
@@ -250,10 +252,10 @@ def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[Spread]:
     arcsec = to_si(1, "arcsec")
     for unit, axes in DAYS.items():
         for channel, values in axes.items():
-            found = [days[cell_name(unit, day)][channel]["quantization"] for day in on]
+            recovered = [days[cell_name(unit, day)][channel]["quantization"] for day in on]
             used = [values[day - 1] for day in on]
-            fits = [one["value"] / arcsec for one in found]
-            laid = [one["laid"][0] / arcsec for one in found]
+            fits = [value_of_day["value"] / arcsec for value_of_day in recovered]
+            laid = [value_of_day["laid"][0] / arcsec for value_of_day in recovered]
             spreads = [float(np.std(x, ddof=ddof)) for x, ddof in ((used, 1), (used, 0), (fits, 1), (laid, 1))]
             rows.append(Spread(unit, channel, STD[unit][channel], *spreads))
     return rows
@@ -296,7 +298,7 @@ def coverage_table(days: Days) -> str:
         for sensor, term in kinds:
             cells = [c for c in PRINTED if (c.unit, c.term) == (unit, term) and c.channel.startswith(sensor)]
             good = covered(days, cells)
-            values = [found_of(days, c, day)["value"] for c in cells for day in ALL_DAYS]
+            values = [recovered_on(days, c, day)["value"] for c in cells for day in ALL_DAYS]
             limits = sum(value is None for value in values)
             laid = [laid_within(days, c) for c in cells]
             within = Counted(sum(c.good for c in laid), sum(c.total for c in laid))
@@ -306,7 +308,7 @@ def coverage_table(days: Days) -> str:
     share = every.good / every.total
     verdict = "met" if share >= LEAST_INSIDE else "NOT met"
     hand = [laid_within(days, cell) for cell in PRINTED]
-    always = sum(one.good == one.total for one in hand)
+    always = sum(counted.good == counted.total for counted in hand)
     head = (
         "unit",
         "coefficient",
@@ -318,7 +320,7 @@ def coverage_table(days: Days) -> str:
         f"{table(head, rows)}\n\n"
         f"All: **{every}** intervals ({100 * share:.1f} %) contain the value that was simulated on the day. "
         f"Gate: at least {100 * LEAST_INSIDE:.0f} %, {verdict}.\n\n"
-        f"Lines by hand: within the paper's own ± in {sum(one.good for one in hand)} of {sum(one.total for one in hand)} "
+        f"Lines by hand: within the paper's own ± in {sum(c.good for c in hand)} of {sum(c.total for c in hand)} "
         f"cells; on all seven days for {always} of {len(hand)} coefficients."
     )
 
@@ -343,9 +345,11 @@ def repeated(days: Days, unit: str, channel: str) -> dict[str, RandomEffects]:
     cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == (unit, channel, "quantization"))
     rounding = 0.001 / math.sqrt(12)
     exact = np.hypot(printed / math.sqrt(2 * cell.samples), rounding)
-    found = [found_of(days, cell, day) for day in ALL_DAYS]
-    fits = np.array([one["value"] for one in found]) / cell.si_factor
-    errors = np.array([one["high"] - one["low"] for one in found]) / cell.si_factor / 2 / 1.96
+    recovered = [recovered_on(days, cell, day) for day in ALL_DAYS]
+    fits = np.array([value_of_day["value"] for value_of_day in recovered]) / cell.si_factor
+    errors = (
+        np.array([value_of_day["high"] - value_of_day["low"] for value_of_day in recovered]) / cell.si_factor / 2 / 1.96
+    )
     return {
         "printed, the paper's ±": random_effects(printed, np.full(7, cell.error)),
         "printed, error of Q": random_effects(printed, exact),
@@ -372,7 +376,7 @@ def random_effects_table(days: Days) -> str:
     rows = []
     for unit, axes in DAYS.items():
         for channel in axes:
-            for k, (what, effects) in enumerate(repeated(days, unit, channel).items()):
+            for k, (label, effects) in enumerate(repeated(days, unit, channel).items()):
                 assert effects.error is not None
                 assert effects.p_value is not None
                 p = f"p = {effects.p_value:.2g}" if effects.p_value > _SMALLEST_P else f"p < {_SMALLEST_P:.0e}"
@@ -383,7 +387,7 @@ def random_effects_table(days: Days) -> str:
                 spread = f"{tau} [{low}, {high}] %"
                 next_day = f"±{100 * (effects.next_error or 0):.1f} %"
                 judgement = JUDGEMENTS[effects.judgement].partition(":")[0].format(run=(effects.outlier or 0) + 1)
-                rows.append((*first, what, f"{100 * effects.error:.2f} %", p, spread, next_day, judgement, rule))
+                rows.append((*first, label, f"{100 * effects.error:.2f} %", p, spread, next_day, judgement, rule))
     return table(head, rows)
 
 
@@ -414,5 +418,5 @@ def _tables() -> Iterator[tuple[str, Callable[[Days], str]]]:
     yield "unexplained", lambda _: unexplained_table()
 
 
-TABLES_OF: Mapping[str, Callable[[Days], str]] = dict(_tables())
+TABLES: Mapping[str, Callable[[Days], str]] = dict(_tables())
 """Tables of the pages, by the name in their marks."""

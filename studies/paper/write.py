@@ -9,7 +9,7 @@ import re
 import sys
 
 from studies.paper import days, figures, notebook
-from studies.paper.rows import TABLES_OF, Days
+from studies.paper.rows import TABLES, Days
 from studies.paper.tables import PAGES
 
 __all__ = ["PAGES", "made"]
@@ -17,19 +17,19 @@ __all__ = ["PAGES", "made"]
 _MADE = re.compile(r"^(<!-- made: ([\w -]+) -->\n).*?^(<!-- end -->)", flags=re.DOTALL | re.MULTILINE)
 
 
-def made(page: str, found: Days) -> str:
+def made(page: str, content: Days) -> str:
     """A page with its tables."""
-    return _MADE.sub(lambda mark: f"{mark[1]}\n{TABLES_OF[mark[2]](found)}\n\n{mark[3]}", page)
+    return _MADE.sub(lambda mark: f"{mark[1]}\n{TABLES[mark[2]](content)}\n\n{mark[3]}", page)
 
 
 def main() -> None:
     """Simulate what is not in the cache, draw the figures, fill the tables of all pages, and run the notebook."""
     days.save(days.results())
-    found = days.load()
+    content = days.load()
     figures.draw()
     for path in sorted(PAGES.glob("*.md")):
         sys.stderr.write(f"{path.name}\n")
-        path.write_text(made(path.read_text(encoding="utf-8"), found), encoding="utf-8")
+        path.write_text(made(path.read_text(encoding="utf-8"), content), encoding="utf-8")
     sys.stderr.write(f"{notebook.NOTEBOOK.name}\n")
     notebook.write()
 

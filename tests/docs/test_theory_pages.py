@@ -304,7 +304,7 @@ def test_clusters_that_do_not_overlap():
 # What `plan` says, on the pages of the terms
 
 N_MEMS = {"random_walk": to_si(0.3, "deg/sqrt(h)")}
-BESIDE = {"N": N_MEMS, "N, B": N_MEMS | {"bias_instability": to_si(5, "deg/h")}}
+BACKGROUNDS = {"N": N_MEMS, "N, B": N_MEMS | {"bias_instability": to_si(5, "deg/h")}}
 HOURS = {"10 min": 1 / 6, "1 h": 1, "10 h": 10, "100 h": 100}
 
 
@@ -318,7 +318,7 @@ def test_lengths_of_records(page):
     assert {row[0] for row in rows} == HOURS.keys()
     for length, beside, half, unit, most, _ in rows:
         found = st.plan(
-            BESIDE.get(beside, others), term, duration=3600 * HOURS[length], channel="gyro_x", quantity="angular_rate",
+            BACKGROUNDS.get(beside, others), term, duration=3600 * HOURS[length], channel="gyro_x", quantity="angular_rate",
             rate_unit="rad/s", rate=100,
         )  # fmt: skip
         assert [float(f"{x / find(unit).factor:.3g}") for x in (found.half, found.most)] == [float(half), float(most)]

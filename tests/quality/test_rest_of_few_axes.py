@@ -40,7 +40,7 @@ def test_one_axis_of_a_hand_has_a_tremor():
 @pytest.mark.parametrize("grade", CLASSES)
 @pytest.mark.parametrize("channels", [("accel_x",), ("accel_x", "accel_y", "accel_z"), ("gyro_z",)])
 def test_clean_axes(grade, channels):
-    record = clean(seed_of(f"{grade} {channels}"), grade, most=600.0)
+    record = clean(seed_of(f"{grade} {channels}"), grade, longest=600.0)
     axes = {channel: record.stream_of(channel).column(channel) for channel in channels}
     record = st.Record.from_arrays(rate=record.streams[0].grid.rate, **axes)
     assert verdict(record).verdict == "at_rest"

@@ -8,7 +8,7 @@ import jsonschema
 import numpy as np
 import pytest
 from studies.motions import held, moving
-from studies.rest_windows import CLASSES, MOTIONS, clean, of_real, of_windows, verdict
+from studies.rest_windows import CLASSES, MOTIONS, clean, judge_real, judge_windows, verdict
 
 import sigmatau as st
 from known import seed_of
@@ -32,7 +32,7 @@ def still(seconds, *, rate=100.0, name="still", **parts):
 @pytest.mark.parametrize("kind", MOTIONS)
 def test_windows_of_moving_records(kind):
     """Windows of 3 to 20 s in which a gyro swings by 6 deg/s: none is at rest."""
-    counts = sum((Counter(one) for one in of_windows(seed_of(f"windows {kind}"), kind, 2).values()), Counter())
+    counts = sum((Counter(one) for one in judge_windows(seed_of(f"windows {kind}"), kind, 2).values()), Counter())
     assert not [one for one in AT_REST if counts[one]]
     if kind != "ship":  # which seldom swings as fast
         assert counts["not_at_rest"] > 6
@@ -40,7 +40,7 @@ def test_windows_of_moving_records(kind):
 
 def test_windows_of_real_records(field_data):
     """Each sixth window of the study."""
-    counts = {name: sum(by_length.values(), Counter()) for name, by_length in of_real(field_data, stride=6).items()}
+    counts = {name: sum(by_length.values(), Counter()) for name, by_length in judge_real(field_data, stride=6).items()}
     if not counts:
         pytest.skip("no moving records")
     assert {name: count for name, count in counts.items() if count["at_rest"] or count["partly_at_rest"]} == {}

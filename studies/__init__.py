@@ -1,1 +1,1 @@
-"""Monte Carlo studies behind the constants and claims of the package; ``make study`` runs them all."""
+"""Monte Carlo studies that support the constants and claims of the package; ``make study`` runs them all."""

@@ -1,7 +1,7 @@
-"""A real unit: six axes of an Analog Devices ADIS16405, fitted as `sigmatau analyze` does it.
+"""A real unit: six axes of an Analog Devices ADIS16405, fitted as by `sigmatau analyze`.
 
-The record (2.78 h at 100 Hz, static; SMAC-Group/imudata, imu1) is not ours to ship: the folder that holds
-adis16405_static.csv.gz is named by SIGMATAU_FIELD_DATA; without it this study is skipped.
+The record (2.78 h at 100 Hz, static; SMAC-Group/imudata, imu1) is not distributed with the package: SIGMATAU_FIELD_DATA
+is the folder of adis16405_static.csv.gz; without it this study is skipped.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ def main() -> None:
 
 
 Walk = tuple[float, float, float]
-"""Value and ends of the interval of a random walk."""
+"""Value and interval of a random walk."""
 
 
 def _halves(stream: Stream) -> list[str]:
-    """How far halves of the record, and of its halves, differ: by intervals before and after the change of the level."""
+    """Compare halves of the record, and of its halves, by intervals before and after the adjustment for a changing level."""
     n = stream.grid.n
     walks: dict[tuple[int, int, str], list[Walk]] = {}
     for parts in (2, 4):
@@ -91,7 +91,7 @@ def _halves(stream: Stream) -> list[str]:
 
 
 def _deviate(first: Walk, second: Walk) -> float:
-    """Difference of two random walks in standard errors on the sides that face each other."""
+    """Difference of two random walks, in standard errors of the ends that face each other."""
     if first[0] > second[0]:
         return -_deviate(second, first)
     error = math.hypot(math.log(first[2] / first[0]), math.log(second[0] / second[1])) / 1.96

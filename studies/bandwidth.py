@@ -1,7 +1,7 @@
 """Fig. 12 of the paper: a sensor with a bandwidth of 30 Hz, sampled at 10 to 2000 Hz without an anti-alias filter.
 
-The sampled processes are exact: the first-order filter makes an AR(1) process, the second-order Butterworth filter two
-states whose transition over a sample interval and its noise are those of the continuous system.
+The sampled processes are exact: an AR(1) process for the first-order filter, and for the second-order Butterworth filter
+two states with the transition and noise of the continuous system over a sample interval.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ BANDWIDTH = 30.0
 RATES = (10.0, 50.0, 100.0, 500.0, 1000.0, 2000.0)
 DURATION = 2000.0
 TAU_MIN = 4.0
-"""754 time constants of the first-order filter: what is still missing of N is 0.1 %, the error of a mean 0.4 %."""
+"""754 time constants of the first-order filter: N is still 0.1 % too small, and the error of a mean is 0.4 %."""
 STATED = {1: (3.070, 1.405, 1.131, 1.006), 2: (2.58, 1.118, 1.009)}
-"""Of the first rates, from the folded spectrum at frequency 0."""
+"""Ratios stated for the first rates, from the folded spectrum at frequency 0."""
 
 
 def filtered_white(n: int, *, rate: float, bandwidth: float, order: int, rng: np.random.Generator) -> Floats:
-    """Samples of white noise of unit two-sided density behind a Butterworth filter of order 1 or 2; shape (n,)."""
+    """Samples of white noise of unit two-sided density after a Butterworth filter of order 1 or 2; shape (n,)."""
     from scipy.signal import lfilter
 
     w = 2 * math.pi * bandwidth
@@ -41,17 +41,17 @@ def filtered_white(n: int, *, rate: float, bandwidth: float, order: int, rng: np
         return np.asarray(lfilter([1.0], [1.0, -p], noise, zi=[p * first])[0])
     transition, covariance = _two_states(w, 1 / rate)
     noises = rng.standard_normal((n, 2)) @ np.linalg.cholesky(covariance).T
-    # Stationary: the position has the variance w/(2√2), the velocity w² times that, and the two are independent.
+    # Stationary start: the position has the variance w/(2√2), the velocity w² times that, and both are independent.
     spread = math.sqrt(w / (2 * math.sqrt(2)))
     noises[0] += transition @ (rng.standard_normal(2) * [spread, w * spread])
-    # The position alone: (1 − tr z + det z²) x = (1 − F₁₁ z) e₀ + F₀₁ z e₁, with z the delay by one sample.
+    # Recursion of the position: (1 − tr z + det z²) x = (1 − F₁₁ z) e₀ + F₀₁ z e₁, with z the delay by one sample.
     drive = noises[:, 0].copy()
     drive[1:] += transition[0, 1] * noises[:-1, 1] - transition[1, 1] * noises[:-1, 0]
     return np.asarray(lfilter([1.0], [1.0, -np.trace(transition), np.linalg.det(transition)], drive))
 
 
 def _two_states(w: float, step: float) -> tuple[Floats, Floats]:
-    """Transition of position and velocity over a step, and the covariance of the noise that comes in meanwhile."""
+    """Transition of position and velocity over a step, and the covariance of the noise during the step."""
     from scipy.linalg import expm
 
     system = np.array([[0.0, 1.0], [-w * w, -math.sqrt(2) * w]])
@@ -61,7 +61,7 @@ def _two_states(w: float, step: float) -> tuple[Floats, Floats]:
 
 
 def cell(seed: int, order: int, rate: float) -> list[float]:
-    """Random walks of a share of the records, fitted from `TAU_MIN` on."""
+    """Fit the random walks of a part of the records from `TAU_MIN` on."""
     rng = np.random.default_rng(seed)
     walks = []
     for _ in range(RECORDS // PARTS):

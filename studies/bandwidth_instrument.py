@@ -1,8 +1,8 @@
 """`sigmatau.bandwidth` on simulated sensors: filters of four kinds, 2 to 6 logs at 10 Hz to 2 kHz, and single logs.
 
-The logs are made in the time domain at a high rate, 64 times the bandwidth and 16 times the rate of the log or more: white
-noise through the differential equation of the filter, or through its taps, then every k-th sample. Nothing of the fitted
-spectra is used.
+The logs are simulated in the time domain at a high rate, at least 64 times the bandwidth and 16 times the rate of the
+log: white noise passes the differential equation or the taps of the filter, then every k-th sample is used. The fitted
+spectra are not used.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ Floats = NDArray[np.float64]
 
 SENSORS = 1000
 PART = 25
-"""Sensors of a cell."""
+"""Number of sensors in a cell."""
 
 SINGLE = 100
-"""Single logs that are too slow, and single fast ones."""
+"""Numbers of single logs that are too slow, and of fast single logs."""
 
 KINDS = ("one pole", "Butterworth", "two poles", "running mean", "FIR")
 RATES = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 SAMPLES = (3000, 9000)
 OVER_BANDWIDTH, OVER_RATE = 64.0, 16.0
 MEMORY = 4.0
-"""Of poles, over the inverse of the bandwidth: what is before has an amplitude of 1e-5."""
+"""Memory of poles, over the inverse of the bandwidth: earlier noise has an amplitude of 1e-5."""
 HALF_POWER_OF_MEAN = 0.44294647
 """Frequency of half the power of a running mean, times its length: sin²x = x²/2 at x = 1.391557."""
 STEPS = (1e-3, 1.0)
-"""Of the values, over the standard deviation of their differences."""
+"""Steps of the values, over the standard deviation of their differences."""
 
 LEVEL = 0.95
 DENSITY = 1e-4
@@ -44,7 +44,7 @@ DENSITY = 1e-4
 
 
 class Sensor:
-    """A filter with random numbers, as a difference equation at any high rate."""
+    """A filter with random parameters, as a difference equation at any high rate."""
 
     def __init__(self, kind: str, rng: np.random.Generator, *, lowest: float, highest: float) -> None:
         self.kind = kind
@@ -54,7 +54,7 @@ class Sensor:
         self.slow_passes = bool(rng.integers(2))
 
     def taps(self, rate: float) -> tuple[Floats, Floats]:
-        """Numerator and denominator at a high rate."""
+        """Numerator and denominator of the filter at a high rate."""
         from scipy.signal import cont2discrete
 
         w = 2 * math.pi * self.corner
@@ -66,7 +66,7 @@ class Sensor:
             num, den, _ = cont2discrete(system, 1 / rate, method="zoh")
             return np.asarray(num).ravel(), np.asarray(den).ravel()
         if self.kind == "running mean":
-            length = HALF_POWER_OF_MEAN * rate / self.corner  # the ends have a part of the weight
+            length = HALF_POWER_OF_MEAN * rate / self.corner  # the ends have part of the weight
             whole = math.floor(length / 2 - 0.5)
             end = 0.5 * (length - 2 * whole - 1)
             taps = np.concatenate(([end], np.ones(2 * whole + 1), [end]))
@@ -78,7 +78,7 @@ class Sensor:
         return taps / taps.sum(), np.ones(1)
 
     def samples(self, rate: float, n: int, rng: np.random.Generator) -> Floats:
-        """White noise behind the filter, sampled without an anti-alias filter, with slow noise and rounding; shape (n,)."""
+        """White noise after the filter, sampled without an anti-alias filter, with slow noise and rounding; shape (n,)."""
         from scipy.signal import lfilter
 
         over = math.ceil(max(OVER_RATE, OVER_BANDWIDTH * self.corner / rate))
@@ -87,7 +87,7 @@ class Sensor:
             y = self._running_mean(rate, over, n, rng)
             return _rounded(y + self._slow(rate, n, rng), rng)
         num, den = self.taps(fast)
-        # Of the noise before a sample only the part matters that the filter remembers.
+        # Only the noise within the memory of the filter affects a sample.
         memory = len(num) if len(den) == 1 else round(MEMORY * fast / self.corner)
         sigma = DENSITY * math.sqrt(fast)
         if over >= memory:
@@ -102,7 +102,7 @@ class Sensor:
         return _rounded(y + self._slow(rate, n, rng), rng)
 
     def _running_mean(self, rate: float, over: int, n: int, rng: np.random.Generator) -> Floats:
-        """Means of continuous white noise over a time that is no whole number of fast samples, from its integral."""
+        """Means of continuous white noise over a time that is not a whole number of fast samples, from its integral."""
         length = HALF_POWER_OF_MEAN / self.corner
         if length * rate <= 1:
             return np.asarray(DENSITY / math.sqrt(length) * rng.standard_normal(n))
@@ -110,7 +110,7 @@ class Sensor:
         whole = math.floor(length / step)
         rest = length / step - whole
         cells = n * over + whole + 1
-        # Of each cell the part that a mean that begins in it contains, and the part before.
+        # Part of each cell that is in a mean that begins in the cell, and the part before it.
         within = DENSITY * math.sqrt(rest * step) * rng.standard_normal(cells)
         integral = np.cumsum(within + DENSITY * math.sqrt((1 - rest) * step) * rng.standard_normal(cells))
         ends = whole + 1 + over * np.arange(n)
@@ -120,7 +120,7 @@ class Sensor:
         """Flicker and a random walk that cross the white noise far below the bandwidth and half the rate."""
         from scipy.signal import freqz
 
-        long = 2 * n  # of which half is used, so that its ends do not meet
+        long = 2 * n  # half of it is used, so that its ends do not join
         f = np.fft.rfftfreq(long, 1 / rate)
         crossing = np.exp(rng.uniform(math.log(1e-3), math.log(0.03), 2)) * min(rate / 2, self.corner)
         density = np.zeros(len(f))
@@ -148,7 +148,9 @@ class Sensor:
 
 
 def _rounded(y: Floats, rng: np.random.Generator) -> Floats:
-    """The values in steps of up to the standard deviation of their differences: the error of coarser ones is not white."""
+    """Round values to steps of up to the standard deviation of their differences; the error of coarser steps is not
+    white.
+    """
     step = float(np.diff(y).std()) * float(np.exp(rng.uniform(*np.log(STEPS))))
     return np.asarray(np.round(y / step) * step)
 
@@ -164,20 +166,20 @@ def logs_of(sensor: Sensor, rates: Floats, rng: np.random.Generator) -> dict[str
 
 
 def sensors(seed: int, kind: str, count: int) -> list[dict[str, Any]]:
-    """Results of some sensors of a kind, with 2 to 6 logs each."""
+    """Results for some sensors of a kind, with 2 to 6 logs each."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(count):
         logs = int(rng.integers(2, 7))
         rates = np.sort(rng.choice(RATES, size=logs, replace=False))
-        # From a bandwidth that the fastest log resolves to one that no log does.
+        # From a bandwidth that the fastest log resolves to one that no log resolves.
         sensor = Sensor(kind, rng, lowest=0.03 * rates[-1], highest=0.6 * rates[-1])
         rows.append(judged(sensor, logs_of(sensor, rates, rng)) | {"logs": logs})
     return rows
 
 
 def single_logs(seed: int, fast: bool, count: int) -> list[dict[str, Any]]:  # noqa: FBT001  as a cell calls it
-    """Results of one log alone: at 3 to 20 times the bandwidth, or at a tenth to a third of it."""
+    """Results for single logs: at 3 to 20 times the bandwidth, or at a tenth to a third of it."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(count):
@@ -227,7 +229,7 @@ def main() -> None:
 
 
 def page(several: list[dict[str, Any]], slow: list[dict[str, Any]], fast: list[dict[str, Any]]) -> str:
-    """The page of the study, of all sensors or of those that are done."""
+    """Page of the study, for the finished sensors."""
     gates = Gates()
     lines = [_HEAD.format(sensors=len(several), planned=SENSORS, level=100 * LEVEL)]
     lines.append(_row("all", several, gates))
@@ -262,30 +264,32 @@ def page(several: list[dict[str, Any]], slow: list[dict[str, Any]], fast: list[d
 
 
 FALSE_ALARMS = 0.01
-"""Share of consistent logs that may be refused, and of slow logs that may have a bandwidth: ten times the tests' level."""
+"""Share of consistent logs that may be refused, and of slow logs that may have a bandwidth: ten times the level of the
+tests.
+"""
 
 
 class Gates:
-    """Stated limits ± 3 standard errors, each a line of the page."""
+    """Gates: stated limits ± 3 standard errors, one line of the page each."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
 
     def near_level(self, quantity: str, inside: int, count: int) -> None:
-        """Coverage at the level."""
+        """Gate for coverage at the level."""
         share, error = inside / count, math.sqrt(LEVEL * (1 - LEVEL) / count)
         verdict = "held" if abs(share - LEVEL) <= 3 * error else "**missed**"
         self.lines.append(f"- {quantity}: {100 * share:.1f} %, stated {100 * LEVEL:g} ± {300 * error:.1f} %: {verdict}")
 
     def at_most(self, quantity: str, number: int, count: int, limit: float) -> None:
-        """A share below a limit."""
+        """Gate for a share below a limit."""
         highest = limit + 3 * math.sqrt(limit * (1 - limit) / count)
         verdict = "held" if number / count <= highest else "**missed**"
         self.lines.append(f"- {quantity}: {number} of {count}, at most {100 * highest:.1f} %: {verdict}")
 
 
 def _row(name: str, rows: list[dict[str, Any]], gates: Gates | None = None) -> str:
-    """Coverage and width in a group of sensors; those refused have no interval."""
+    """Coverage and width in a group of sensors; refused sensors have no interval."""
     with_intervals = [row for row in rows if "bandwidth" in row]
     cells = [f"| {name} | {len(rows)} | {_count(rows, 'rate too low')}"]
     for quantity in ("bandwidth", "random_walk"):
@@ -311,7 +315,9 @@ def _share(number: int, count: int) -> str:
 
 
 def _is_named(row: dict[str, Any]) -> bool:
-    """Whether the form of the sensor is among those of the result. Two poles of any damping hold Butterworth's."""
+    """Whether the form of the sensor is among those of the result. Two poles of any damping include the Butterworth
+    filter.
+    """
     names = {"Butterworth": ("Butterworth, 2 poles", "two poles"), "FIR": ("FIR, Hamming taper", "FIR, Blackman taper")}
     return any(shape in names.get(row["kind"], (row["kind"],)) for shape in row.get("shapes", ()))
 

@@ -1,4 +1,4 @@
-"""Whether what is made of a fit agrees with it: verification, Allan deviation and predicted heading of its own model.
+"""Check of results derived from a fit: verification, Allan deviation and predicted heading of its model.
 
 ``python -m studies.carried`` prints the table; records of 3 h at 100 Hz, as in `studies.likelihood`.
 """
@@ -30,13 +30,13 @@ LEVELS = (0.05, 0.002)
 
 
 def cell(_: int, background: str, time: float, records: int = RECORDS) -> list[dict[str, Any]]:
-    """What is made of the fits of some records, each with a seed of its own name."""
+    """Results derived from the fits of some records, each with a seed from its name."""
     truth = ChannelModel(terms=BACKGROUNDS[background], gauss_markov=(GaussMarkov(sigma=SIGMA, time=time),))
     return [judge_record(truth, seed_of(f"carried {background}, {time:g} s, {k}")) for k in range(records)]
 
 
 def judge_record(truth: ChannelModel, seed: int) -> dict[str, Any]:
-    """The same of one record."""
+    """Results derived from the fit of one record."""
     true = NoiseModel(channels={"gyro_z": truth})
     record = simulate(true, duration=DURATION, rate=RATE, rng=seed)
     curve = allan(record)["gyro_z"]
@@ -64,7 +64,7 @@ def judge_record(truth: ChannelModel, seed: int) -> dict[str, Any]:
 
 
 def table(results: Mapping[str, list[dict[str, Any]]]) -> str:
-    """A row a cell: shares in per cent."""
+    """One row per cell: shares in per cent."""
     head = "case; adequate; verify p < " + "; ".join(f"{level:g}" for level in LEVELS)
     rows = [head + "; curve inside at every tau; at a tau by the interval of each; " + f"heading after {AFTER}"]
     for name, every in [*results.items(), ("all", [row for rows in results.values() for row in rows])]:

@@ -1,4 +1,4 @@
-"""Rates logged with steps near their noise: coverage of the intervals, which allow for the rounding.
+"""Rates logged with steps close to their noise: coverage of the intervals, which allow for rounding.
 
 ``python -m studies.coarse`` writes docs/study/coarse.md.
 """
@@ -33,7 +33,7 @@ LETTERS = {"random_walk": "N", "bias_instability": "B", "rate_random_walk": "K"}
 
 
 def rows(seed: int, mixture: str, ratio: float) -> list[dict[str, Any]]:
-    """Intervals of some records with noise of `ratio` steps and the mean anywhere between two; a constant one has none."""
+    """Intervals of some records with noise of `ratio` steps and a random mean; a constant record has none."""
     rng = np.random.default_rng(seed)
     step = WHITE / math.sqrt(TAU0) / ratio
     results = []

@@ -1,9 +1,10 @@
-"""Is a filter with the exported N and K as honest as the file says? Simulated filters, six sensors, five process models.
+"""Test of whether a filter with the exported N and K states its errors as the file claims: six sensors, five process models.
 
     python -m studies.consistent
 
-writes docs/study/consistent.md. The simulator is of its own: flicker noise by its spectrum, not by Gauss-Markov processes,
-and filters with the covariance recursion of each target at its own step, whose numbers are read from the written files.
+writes docs/study/consistent.md. The simulator is independent: it generates flicker noise from its spectrum, not from
+Gauss-Markov processes, and runs the covariance recursion of each target at its step, with the numbers of the written
+files.
 """
 
 from __future__ import annotations
@@ -28,23 +29,23 @@ from studies.runner import run
 Floats = NDArray[np.float64]
 
 RUNS = 200
-STEP = 0.2  # s, between two measurements
+STEP = 0.2  # interval between two measurements [s]
 WARM_UP = 8000.0  # s
-WINDOWS = 10  # starts of coasting in a run
-SPACING = 200.0  # s, between them
+WINDOWS = 10  # number of starts of coasting in a run
+SPACING = 200.0  # interval between these starts [s]
 TIMES = (10.0, 60.0, 600.0)
-RECORD = 10800.0  # s, of a record that is fitted
-RECORDS = 40  # that are fitted, of a sensor
-RATE = 100.0  # Hz, of the filters without a step of their own
+RECORD = 10800.0  # length of a fitted record [s]
+RECORDS = 40  # number of fitted records per sensor
+RATE = 100.0  # rate of filters without a fixed step [Hz]
 _DEG_H = math.radians(1) / 3600
 _DEG_SQRT_H = math.radians(1) / 60
 _UG = 9.80665e-6
-_LARGEST_NUMBER_OF_STEPS = 200_000  # of a recursion of the covariance
+_LARGEST_NUMBER_OF_STEPS = 200_000  # limit of a recursion of the covariance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensor:
-    """The true noise of a sensor, in the units of its kind; `limit` of a K that was not observed."""
+    """True noise of a sensor, in the units of its kind; `limit`: upper limit of a K that was not observed."""
 
     n: float
     b: float = 0.0
@@ -80,7 +81,7 @@ TARGETS = ("kalibr", "vins", "fast-lio", "px4", "ardupilot")
 
 
 def model_of(kind: str, sensor: Sensor) -> ChannelModel:
-    """What an analysis of a long record knows of the sensor."""
+    """Model from an analysis of a long record of the sensor."""
     unit_of_n, unit_of_b = UNITS[kind]
     quantity, unit = QUANTITIES[kind]
     terms = {
@@ -145,7 +146,7 @@ def simulated(kind: str, sensor: Sensor, rng: np.random.Generator, steps: int, r
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Filter:
-    """A filter of the integral and one or two biases, by the matrices of one of its steps."""
+    """A filter of the integral and one or two biases, given by the matrices of one step."""
 
     step: float  # s
     transition: Floats
@@ -159,7 +160,7 @@ class Filter:
         return whole, added
 
     def stationary(self, r: float) -> tuple[Floats, Floats]:
-        """Gain, and covariance after a measurement of standard deviation r, by running the recursion."""
+        """Gain and covariance after a measurement of standard deviation r, from the recursion."""
         transition, added = self.between()
         p = np.diag([r**2, *[1e4 * self.noise[0, 0] / self.step**2] * (len(added) - 1)])
         for k in range(_LARGEST_NUMBER_OF_STEPS):
@@ -174,7 +175,7 @@ class Filter:
 
 
 def filter_of(target: str, kind: str, text: str) -> Filter:
-    """The process model of a target with the numbers of its file, by the target's own source (see docs/how-to)."""
+    """Process model of a target with the numbers of its file, as in the source of the target (see docs/how-to)."""
     keys = {
         "kalibr": (
             "gyroscope_noise_density", "gyroscope_random_walk", "accelerometer_noise_density", "accelerometer_random_walk",
@@ -231,7 +232,7 @@ class Ratio:
 def ratios(
     filters: list[Filter], kind: str, increments: Floats, bias: Floats, rng: np.random.Generator
 ) -> list[list[Ratio]]:
-    """NEES of the bias and real over stated error after the times, of filters that run beside each other."""
+    """NEES of the bias, and ratio of the real to the stated error after the times, for filters that run in parallel."""
     r = AIDING[kind].deviation
     runs = len(increments)
     gains, lines, decays, stated = [], [], [], []
@@ -289,13 +290,13 @@ def ratios(
 
 
 def judge_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
-    """Ratios and their errors by filter, and what the file says; NEES, then the error after the times."""
+    """Ratios with errors by filter, and the statement of the file; NEES, then the error after the times."""
     rng = np.random.default_rng(seed)
     sensor = SENSORS[kind][name]
     model = model_of(kind, sensor)
     noise = model.terms["random_walk"]
     increments, bias = simulated(kind, sensor, rng, round((WARM_UP + WINDOWS * SPACING + TIMES[-1]) / STEP) + 2, RUNS)
-    # The files have both sensors; the other one is any.
+    # The files need both sensors; the second one is arbitrary.
     whole = {sensor_: model_of(sensor_, SENSORS[sensor_][name if sensor_ == kind else "K"]) for sensor_ in SENSORS}
     whole = {f"{sensor_}_x": channel for sensor_, channel in whole.items()}
     files = {
@@ -331,7 +332,7 @@ def judge_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]
     statements = [
         f.details for f in prepared.findings if isinstance(f.details, PairConsistency) and f.details.sensor == kind
     ]
-    # Without a finding all is right.
+    # Without a finding, the filter is consistent.
     stated = [statements[0].nees, *(1 / each.share for each in statements[0].stated)] if statements else [1.0] * 4
     result["file"] = [[value, 0.0] for value in stated]
     result["walk"] = [[walk, 0.0]]
@@ -342,10 +343,12 @@ POLICIES: tuple[Unobserved, ...] = ("mean", "upper-limit", "absent")
 
 
 def judge_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
-    """NEES and real over stated error after 60 s of filters with the files of fitted models, by policy; a pair a record."""
+    """NEES and ratio of the real to the stated error after 60 s, for filters with files of fitted models; a pair per
+    record.
+    """
     rng = np.random.default_rng(seed)
     sensor = SENSORS[kind][name]
-    # K of the truth is here one of the prior.
+    # The true K is drawn from the prior.
     sensor = replace(sensor, k=sensor.k or sensor.limit * rng.uniform(), limit=0.0)
     truth = model_of(kind, sensor)
     noise = TrueNoise(terms=truth.terms, gauss_markov=truth.gauss_markov)
@@ -368,7 +371,7 @@ def judge_fits(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
 
 
 def is_met(value: float, error: float, expected: float, limit: float) -> bool:
-    """Whether a ratio is within a relative limit of what is expected, up to 3 standard errors."""
+    """Whether a ratio is within a relative limit of its expectation, up to 3 standard errors."""
     return abs(value - expected) <= limit * expected + 3 * error
 
 
@@ -424,7 +427,7 @@ def main() -> None:
 
 
 def _rules(result: Mapping[str, list[list[float]]]) -> list[str]:
-    """The table of rules for K, of the consumer gyro."""
+    """Table of rules for K, for the consumer gyro."""
     rows = {
         "K": "N and K of the model",
         "horizon": "`--rate-random-walk gyro=horizon`, 60 s", "kalibr": "**consistent, the default**",
@@ -438,7 +441,7 @@ def _rules(result: Mapping[str, list[list[float]]]) -> list[str]:
 
 
 def _fits(done: Mapping[str, Mapping[str, list[list[float]]]]) -> list[str]:
-    """The table of files of fitted models: medians, and the range of the error after 60 s."""
+    """Table of files of fitted models: medians, and the range of the error after 60 s."""
     lines = [_ON_FITS.format(records=RECORDS, hours=RECORD / 3600)]
     lines += ["| sensor | K of the file | bias NEES | error after 60 s | range |", "|---|---|---|---|---|"]
     texts: dict[str, str] = {"observed or limit": "observed, or the upper limit"}

@@ -1,4 +1,4 @@
-"""Is a filter with the exported Gauss-Markov biases as honest as the file says? Simulated filters of KF-GINS, six sensors.
+"""Test of whether KF-GINS with the exported Gauss-Markov biases states its errors as the file claims: six sensors.
 
     python -m studies.consistent_process
 
@@ -61,7 +61,7 @@ def filter_of(kind: str, text: str) -> Filter:
 
 
 def judge_sensor(seed: int, kind: str, name: str) -> dict[str, list[list[float]]]:
-    """Ratios and their errors of both rules, and what the file says; NEES, then the error after the times."""
+    """Ratios with errors for both rules, and the statement of the file; NEES, then the error after the times."""
     rng = np.random.default_rng(seed)
     model = model_of(kind, SENSORS[kind][name])
     increments, bias = simulated(

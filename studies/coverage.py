@@ -1,4 +1,4 @@
-"""Do the intervals hold, are absent terms left out, is a good model called good."""
+"""Coverage of the intervals, false terms, and false misfits of the fit of a curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ABSENT_RECORDS = 2000
 TIMES = (1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
 PARTS = 4
 
-# term sought: beside which others
+# term sought, and the other terms of the record
 SOUGHT: dict[str, tuple[str, dict[str, float]]] = {
     "Q beside N, B": ("quantization", {"random_walk": 1.0, "bias_instability": 0.1}),
     "N beside Q, B": ("random_walk", {"quantization": 30.0, "bias_instability": 0.1}),
@@ -32,7 +32,7 @@ SOUGHT: dict[str, tuple[str, dict[str, float]]] = {
 }
 _N = 2**15
 
-# The case of a study of likelihood intervals: their median 95 % upper limits, in units of _ONE_SIGMA, by true value.
+# Case of likelihood intervals: their median 95 % upper limits, in units of _ONE_SIGMA, by true value.
 LIMIT_RECORDS = 400
 _LIMIT_BACKGROUND = {"random_walk": 1.0, "bias_instability": 0.1}
 _ONE_SIGMA = 1.1595e-3
@@ -40,19 +40,19 @@ PROFILE = {0.0: 1.6, 0.5: 1.75, 1.0: 2.2, 1.5: 2.7, 2.0: 3.4, 3.0: 4.4, 5.0: 6.6
 
 
 def sought(seed: int, name: str, times: float) -> list[dict[str, Any]]:
-    """What a fit states about every noise term of a share of the records of a cell."""
+    """Statements of a fit on every noise term, for a part of the records of a cell."""
     term, background = SOUGHT[name]
     value = times * smallest_detectable(background, term, n=_N, tau0=1.0, power=0.5)
     return _stated(seed, Mixture(_N, 1.0, {**background, term: value}), RECORDS // PARTS)
 
 
 def absent(seed: int, name: str) -> list[dict[str, Any]]:
-    """The same for a mixture that lacks terms."""
+    """Statements of a fit, for a mixture that lacks terms."""
     return _stated(seed, ABSENT[name], ABSENT_RECORDS // PARTS)
 
 
 def limit(seed: int, times: float) -> list[dict[str, Any]]:
-    """A rate random walk beside white noise and flicker, in units of the θ that is one standard error of an absent one."""
+    """Rate random walk with white and flicker noise, in units of the standard error of θ of an absent walk."""
     return _stated(
         seed, Mixture(_N, 1.0, {**_LIMIT_BACKGROUND, "rate_random_walk": times * _ONE_SIGMA}), LIMIT_RECORDS // PARTS
     )

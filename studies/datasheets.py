@@ -1,4 +1,4 @@
-"""How often a unit is called out by its datasheet, by how large its noise is over the limit."""
+"""Share of units with the status "out", by the ratio of their noise to the limit of the datasheet."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ AXES = 240
 PARTS = 4
 RATIOS = (0.5, 0.8, 0.9, 1.0, 1.1, 1.25, 1.6, 2.0)
 LEVEL = 0.95
-LEVELS = (0.7, 0.95, 0.99)  # of units exactly at the limit
+LEVELS = (0.7, 0.95, 0.99)  # levels for units exactly at the limit
 _ASKED = (*((LEVEL, ratio) for ratio in RATIOS), *((level, 1.0) for level in LEVELS))
 _N, _B, _K = 0.005, 0.0028, 1e-4
 
-# Name: the noise, the key of the sheet, what else the sheet says, the true value that the limit is about, its unit.
+# Name: noise, key of the datasheet, further specifications, true value of the limited quantity, unit.
 CASES: dict[str, tuple[dict[str, float], str, dict[str, str], float, str]] = {
     "N, of white noise": ({"random_walk": _N}, "random_walk", {}, _N, "rad/sqrt(s)"),
     "N, with B": ({"random_walk": _N, "bias_instability": _B}, "random_walk", {}, _N, "rad/sqrt(s)"),
@@ -61,7 +61,7 @@ CASES: dict[str, tuple[dict[str, float], str, dict[str, str], float, str]] = {
 
 
 def cell(seed: int, name: str) -> list[list[str]]:
-    """The status of each axis by each ratio of its true value to the limit, and at the limit by each level."""
+    """Status of each axis for each ratio of its true value to the limit, and for each level at the limit."""
     rng = np.random.default_rng(seed)
     terms, key, specifications, truth, unit = CASES[name]
     channels = [f"gyro_{axis}" for axis in "xyz"]

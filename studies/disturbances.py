@@ -1,4 +1,4 @@
-"""What disturbances do to the coefficients when they are left out by default: coverage, wrong terms, false alarms.
+"""Effect of disturbances, left out by default, on the coefficients: coverage, wrong terms, false alarms.
 
 ``python -m studies.disturbances`` writes docs/study/disturbances.md; ``--parts 1`` stops after a part of the records.
 """
@@ -33,7 +33,10 @@ TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 GYRO = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "10 deg/h", "rate_random_walk": "20 deg/h/sqrt(h)"}
 ACCEL = {"random_walk": "0.06 m/s/sqrt(h)", "bias_instability": "0.04 mg", "rate_random_walk": "3 m/s/h^(3/2)"}
 MODEL = {"gyro_x": GYRO, "gyro_y": GYRO, "gyro_z": GYRO, "accel_z": ACCEL}
-_SIGMA = {"gyro": math.radians(0.3) / 60 * math.sqrt(RATE), "accel": 0.06 / 60 * math.sqrt(RATE)}  # of a sample
+_SIGMA = {
+    "gyro": math.radians(0.3) / 60 * math.sqrt(RATE),
+    "accel": 0.06 / 60 * math.sqrt(RATE),
+}  # standard deviation of a sample
 
 
 def clean(rng: np.random.Generator, minutes: float, rate: float) -> Axes:
@@ -60,13 +63,13 @@ def _ringing(axes: Axes, rng: np.random.Generator, sigmas: float, decay: float, 
 
 
 def bump(axes: Axes, rng: np.random.Generator) -> None:
-    """Somebody passes: 15 standard deviations of a sample, gone in seconds, three times."""
+    """A passer-by, three times: 15 standard deviations of a sample, decays within seconds."""
     for _ in range(3):
         _ringing(axes, rng, 15, 0.5, 7.0)
 
 
 def knock(axes: Axes, rng: np.random.Generator) -> None:
-    """300 standard deviations, gone within a second."""
+    """A knock: 300 standard deviations, decays within a second."""
     _ringing(axes, rng, 300, 0.08, 15.0)
 
 
@@ -146,7 +149,7 @@ def record(rng: np.random.Generator, case: str) -> st.Record:
 
 
 def _wrong(fitted: NoiseFit, case: str) -> bool:
-    """Whether anything is observed that the record does not have."""
+    """Whether a part is observed that is not in the record."""
     allowed = {*TERMS, *(["quantization"] if case == PULSES else [])}
     terms = any(term.observed for name, term in fitted.terms.items() if name not in allowed)
     drift = case != WARM_UP and bool(fitted.warm_up or fitted.regressors)
@@ -154,7 +157,7 @@ def _wrong(fitted: NoiseFit, case: str) -> bool:
 
 
 def part(seed: int, case: str) -> list[dict[str, Any]]:
-    """What is stated of each channel of a part of the records of a case."""
+    """Statements on each channel, for a part of the records of a case."""
     rng, rows = np.random.default_rng(seed), []
     truth = st.NoiseModel.from_dict({"channels": MODEL})
     for _ in range(RECORDS // PARTS):
@@ -176,7 +179,7 @@ def part(seed: int, case: str) -> list[dict[str, Any]]:
 
 
 def clean_part(seed: int, grade: str, length: str) -> list[tuple[bool, bool]]:
-    """Whether a warning is given, and whether samples are left out, of clean records of six axes."""
+    """Whether clean records of six axes have a warning, and whether samples are left out."""
     rng, rows = np.random.default_rng(seed), []
     for k in range(false_alarms.A_CELL):
         clean_record = false_alarms.record(int(rng.integers(1 << 62)), grade, length, gravity=k % 2 == 0)
@@ -194,7 +197,7 @@ FILTERED, FILTERED_PARTS, FILTERED_RATE, FILTERED_SAMPLES = 200, 4, 100.0, 60_00
 
 
 def filtered(rng: np.random.Generator, name: str) -> st.Record:
-    """Three gyros at 100 Hz with white noise behind a filter, alone or beside flicker noise or a walk; half are rounded."""
+    """Three gyros at 100 Hz with white noise after a filter, alone or with flicker noise or a walk; half are rounded."""
     n, rate = FILTERED_SAMPLES, FILTERED_RATE
     x = rng.standard_normal((3, 2 * n))
     if name.startswith("B"):
@@ -218,7 +221,7 @@ def filtered(rng: np.random.Generator, name: str) -> st.Record:
 
 
 def filtered_part(seed: int, name: str) -> list[list[str]]:
-    """Causes for which samples of clean filtered records are left out."""
+    """Causes by which samples of clean filtered records are left out."""
     rng, rows = np.random.default_rng(seed), []
     for _ in range(FILTERED // FILTERED_PARTS):
         with keep_facts():
@@ -240,7 +243,7 @@ def main(parts: int = PARTS) -> None:
 
 
 def page(results: Mapping[str, Any]) -> str:
-    """The page, of the cells that are there."""
+    """Page of the study, for the finished cells."""
     records = RECORDS // PARTS * sum(name.startswith(f"{PULSES} ") for name in results)
     lines, fails = [_HEAD.format(records=records, covered=100 * COVERED, wrong=100 * WRONG)], []
     for case in CASES:

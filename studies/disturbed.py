@@ -1,8 +1,6 @@
-"""Disturbed records: what quiet real records show beside their noise, and what a parked vehicle makes of the random walk.
-
-The real records are not ours to ship: SIGMATAU_FIELD_DATA names the folder that holds them; those that are absent are
-skipped.
-``python -m studies.disturbed`` writes docs/study/disturbed.md.
+"""Disturbed records: disturbances in quiet real records, and the effect of a parked vehicle on the random walk. The real
+records are not distributed with the package: SIGMATAU_FIELD_DATA is their folder; absent records are skipped. ``python -m
+studies.disturbed`` writes docs/study/disturbed.md.
 """
 
 from __future__ import annotations
@@ -27,14 +25,15 @@ from studies.real_records import RECORDS, WINDOWS
 from studies.runner import run
 
 LENGTHS, PARTS, LONGEST = (60.0, 200.0, 600.0, 4000.0), 2, 4000.0
-"""Lengths of the parts of real records, and how many of each; no more of a record than the longest is used. [s]"""
+"""Lengths of the parts of real records, and numbers of each; not more of a record than the longest is used. [s]"""
 QUIET, PARKED, BURSTS = 60, 40, 20
-"""Axes of a grade on a bench, of a grade and kind of disturbance, and of a kind of burst."""
+"""Numbers of axes: of a grade on a bench, of a grade and kind of disturbance, and of a kind of burst."""
 _BURSTS = {"10 times in 2 %": (10.0, 0.02), "30 times in 0.5 %": (30.0, 0.005), "5 times in 10 %": (5.0, 0.1)}
 MOST_DISTURBED = 0.005
 LEVEL, WRONG_BY = 0.05, 1.0
-"""Share of intervals that do not have the truth; and distance of the truth from an interval, in half widths, beyond which a
-number is wrong: 3.9 standard errors, which chance makes once in 10,000."""
+"""Share of intervals that do not contain the truth; and distance of the truth from an interval, in half widths, beyond
+which a number is wrong: 3.9 standard errors, once in 10,000 by chance.
+"""
 
 
 def _row(fitted: NoiseFit) -> dict[str, Any]:
@@ -103,7 +102,7 @@ def fit_simulated(seed: int, name: str, kind: str, records: int) -> list[dict[st
 
 
 def held(row: dict[str, Any], truth: float) -> bool:
-    """Whether the interval, or the interval from 0 to the limit, has the truth."""
+    """Whether the interval, or the interval from 0 to the limit, contains the truth."""
     value, low, high, limit = row["walk"]
     if value is None:
         return limit is None or truth <= limit
@@ -111,7 +110,7 @@ def held(row: dict[str, Any], truth: float) -> bool:
 
 
 def distance(row: dict[str, Any], truth: float) -> float:
-    """Distance of the truth from the interval, in half widths of the interval; of a limit, relative to it; 0 inside."""
+    """Distance of the truth from the interval, in half widths, or from a limit, relative to it; 0 inside."""
     value, low, high, limit = row["walk"]
     if held(row, truth):
         return 0.0

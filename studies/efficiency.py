@@ -1,4 +1,4 @@
-"""Bias, spread and efficiency of the coefficients: generalised least squares and what others do, side by side."""
+"""Bias, spread and efficiency of the coefficients: generalised least squares compared with common methods."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from studies.runner import run
 RECORDS = 400
 PARTS = 8
 WELL = 0.15
-"""A cell is well determined if the estimator's theory gives a relative standard deviation below this."""
+"""Relative standard deviation, by the theory of the estimator, below which a cell is well determined."""
 
 Floats = NDArray[np.float64]
 GRIDS: dict[str, TauGrid] = {"MEMS": "half", "tactical": "half", "navigation": "eighth"}
@@ -37,7 +37,7 @@ METHODS = (
 
 
 def cell(seed: int, name: str) -> list[dict[str, dict[str, float]]]:
-    """Coefficients of each record by every method: ``[{method: {term: value}}]``; a term not found is absent."""
+    """Coefficients of each record by every method: ``[{method: {term: value}}]``; a term that was not observed is absent."""
     mixture = GRADES[name]
     model = st.NoiseModel(channels={mixture.channel: mixture.truth})
     rng = np.random.default_rng(seed)
@@ -46,7 +46,7 @@ def cell(seed: int, name: str) -> list[dict[str, dict[str, float]]]:
         record = st.simulate(model, duration=mixture.n / mixture.rate, rate=mixture.rate, rng=rng)
         curve = st.allan(record, taus=GRIDS[name], threads=1)[mixture.channel]
         analysis = st.analyze(record, threads=1)
-        read = st.read_off(analysis.curves[mixture.channel])  # by the rules, without the fit
+        read = st.read_off(analysis.curves[mixture.channel])  # read off by the rules, without the fit
         likelihood = st.fit_channel(record, mixture.channel, terms=list(mixture.truth), processes=[], threads=1)
         octaves = st.allan(record, taus="octave", threads=1)[mixture.channel]
         results.append(
@@ -114,7 +114,7 @@ def _row(name: str, term: str, method: str, values: Floats, bound: float, theory
 
 
 def _theory(name: str) -> tuple[Floats, Floats]:
-    """Relative standard deviations: the Cramér-Rao bound and this estimator's."""
+    """Relative standard deviations: the Cramér-Rao bound, and that of this estimator."""
     mixture = GRADES[name]
     tau0 = 1 / mixture.rate
     sizes = cluster_sizes(GRIDS[name], n=mixture.n, tau0=tau0)
@@ -160,7 +160,7 @@ def _with_known_terms(curve: DeviationCurve, terms: Collection[str]) -> dict[str
 
 
 def _diagonal(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
-    """Each variance weighted by its degrees of freedom for the fitted model, neighbours taken as independent."""
+    """Fit with each variance weighted by its degrees of freedom for the fitted model, as if neighbours were independent."""
     parts, avar = _parts(curve)
     active = [p for p, name in enumerate(NOISE) if name in terms]
     theta = np.zeros(len(NOISE))
@@ -173,7 +173,7 @@ def _diagonal(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]
 
 
 def _logarithmic(curve: DeviationCurve, terms: Collection[str]) -> dict[str, float]:
-    """Least squares on log σ, every averaging time the same weight: what most scripts do."""
+    """Least squares on log σ with the same weight for every averaging time, as in most scripts."""
     from scipy.optimize import least_squares
 
     parts, avar = _parts(curve)

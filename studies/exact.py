@@ -14,9 +14,9 @@ Floats = NDArray[np.float64]
 TERMS = ("quantization", "random_walk", "bias_instability", "rate_random_walk")
 
 _STEPS = 50
-_STEP_TOLERANCE = 1e-3  # standard errors: a hundredth of what estimates are compared to
-_SHORTEST = 1e-3  # share of a step
-_LEAST_SHARE = 0.3  # of a coefficient that a step leaves
+_STEP_TOLERANCE = 1e-3  # [standard errors] a hundredth of the tolerance of the comparison
+_SHORTEST = 1e-3  # shortest step, over the full step
+_LEAST_SHARE = 0.3  # smallest share of a coefficient after a step
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,16 @@ class ExactFit:
 class Exact:
     """Sampled rates of n points: white noise, flicker noise, random walk, quantization of the angle.
 
-    Samples are replaced by their n − 1 contrasts with consecutive means (Helmert), which no constant rate changes. Only
-    variograms γ(d) = E (y(t + d) − y(t))²/2 are then needed, and no variance is infinite.
+    Samples are replaced by their n − 1 contrasts with consecutive means (Helmert), which do not depend on a constant
+    rate. Only variograms γ(d) = E (y(t + d) − y(t))²/2 are then needed, and no variance is infinite.
     """
 
     def __init__(self, n: int, tau0: float) -> None:
         self.contrasts = _helmert(n)
         lag = np.arange(n)
         odd = np.concatenate([[0.0], np.cumsum(1 / (2.0 * np.arange(1, n) - 1))])
-        # Of unit coefficients. Flicker: γ(d) = ∫ S (1 − cos 2πf d τ₀) df with S = τ₀/(2 sin πf τ₀) is twice the sum of the
-        # first d odd harmonics over π. Quantization: the difference of white angles, Q²(2, −1)/τ₀².
+        # Variograms for unit coefficients. Flicker: γ(d) = ∫ S (1 − cos 2πf d τ₀) df with S = τ₀/(2 sin πf τ₀) is twice
+        # the sum of the first d odd harmonics over π. Quantization: the difference of white angles, Q²(2, −1)/τ₀².
         variograms = {
             "quantization": np.where(lag == 0, 0.0, np.where(lag == 1, 3.0, 2.0)) / tau0**2,
             "random_walk": np.where(lag == 0, 0.0, 1.0) / tau0,
@@ -67,7 +67,9 @@ class Exact:
     def fit(
         self, y: Floats, terms: tuple[str, ...], start: Floats, information: Floats, *, held: int | None = None
     ) -> ExactFit:
-        """Scoring from squared coefficients with the information near them; `held`: index of one that stays as it is."""
+        """Maximise by scoring from squared coefficients, with the information at the start; `held`: index of a fixed
+        coefficient.
+        """
         z = self.contrasts @ y
         theta = np.array(start, dtype=float)
         free = [k for k in range(len(terms)) if k != held]
@@ -108,7 +110,7 @@ class Exact:
 
 
 def _helmert(n: int) -> Floats:
-    """Orthonormal contrasts: each sample less the mean of those before it."""
+    """Orthonormal contrasts: each sample minus the mean of the previous samples."""
     rows = np.tril(np.ones((n, n)), -1)[1:]
     k = np.arange(1, n)
     rows[k - 1, k] = -k

@@ -1,4 +1,4 @@
-"""How often a clean record is said to have something wrong with it."""
+"""Share of clean records with a warning or an error."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GRADES: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     ),
     "white": ({"random_walk": "0.5 deg/sqrt(h)"}, {"random_walk": "0.1 m/s/sqrt(h)"}),
 }
-# Hours and hertz.
+# Length [h] and rate [Hz].
 LENGTHS = {"20 min at 50 Hz": (1 / 3, 50.0), "1 h at 100 Hz": (1.0, 100.0), "2 h at 25 Hz": (2.0, 25.0)}
 
 

@@ -37,7 +37,7 @@ MIXTURES: dict[str, Mixture] = {
     "K": SHORT["K"],
 }
 
-SHORTEST, LONGEST = 20, 2000  # blocks of missing samples, log-uniform
+SHORTEST, LONGEST = 20, 2000  # lengths of blocks of missing samples, log-uniform
 MASKS: dict[str, tuple[str, float]] = {
     "none": ("random", 0.0),
     "5 % at random": ("random", 0.05),
@@ -55,7 +55,7 @@ MASKS: dict[str, tuple[str, float]] = {
 
 
 def missing(kind: str, size: float, n: int, rng: np.random.Generator) -> Mask:
-    """Where samples are missing."""
+    """Mask of missing samples."""
     is_missing = np.zeros(n, dtype=bool)
     if kind == "random":
         return np.asarray(rng.random(n) < size)
@@ -77,7 +77,7 @@ def missing(kind: str, size: float, n: int, rng: np.random.Generator) -> Mask:
 
 
 def analysed(y: Floats, absent: Mask, tau0: float) -> ChannelFit:
-    """The fit of one record; as `sigmatau.fitting.likelihood` does it."""
+    """Fit one record like `sigmatau.fitting.likelihood`."""
     if not absent.any():
         return summarize([y], samples=len(y), tau0=tau0).fit()
     first, last = int(np.argmin(absent)), len(absent) - int(np.argmin(absent[::-1]))
@@ -90,7 +90,7 @@ def analysed(y: Floats, absent: Mask, tau0: float) -> ChannelFit:
 
 
 def records(seed: int, name: str, mask: str) -> list[Row]:
-    """What is stated of a part of the records of a mixture."""
+    """Statements on a part of the records of a mixture."""
     mixture, (kind, size) = MIXTURES[name], MASKS[mask]
     rng, tau0 = np.random.default_rng(seed), 1 / mixture.rate
     rows = []
@@ -104,7 +104,7 @@ def records(seed: int, name: str, mask: str) -> list[Row]:
 
 
 def truth_of(name: str, mask: str) -> dict[str, float]:
-    """True coefficients. Without neighbours, the random walk stands for quantization noise, too: N² + 2 Q²/τ₀."""
+    """True coefficients. Without neighbouring samples, the random walk includes quantization noise: N² + 2 Q²/τ₀."""
     mixture = MIXTURES[name]
     truth = dict(mixture.truth)
     if mask == "every second" and "quantization" in truth:
@@ -123,7 +123,7 @@ def main(parts: int = PARTS) -> None:
 
 
 def page(results: Mapping[str, list[Row]]) -> str:
-    """The page, of the cells that are there."""
+    """Page of the study, for the finished cells."""
     failures: list[str] = []
     pooled: dict[str, list[bool]] = {}
     by_mask: dict[str, list[bool]] = {}
@@ -175,7 +175,7 @@ def _rows(results: Mapping[str, list[Row]], name: str, mask: str) -> list[Row]:
 
 
 def _false_parts(rows: list[Row], truth: Mapping[str, float]) -> dict[str, float | None]:
-    """Shares of records with parts that are not there; None for a term that is."""
+    """Shares of records with false parts; None for a term that is present."""
 
     def share(flags: Iterator[bool]) -> float:
         return float(np.mean(list(flags)))

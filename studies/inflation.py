@@ -1,4 +1,4 @@
-"""Is the factor of vibration on N right, and its cause? Pairs of simulated records at rest and beside motors.
+"""Test of the factor of vibration on N, and of its cause: pairs of simulated records at rest and with running motors.
 
     python -m studies.inflation
 
@@ -20,7 +20,7 @@ from studies.runner import run
 PAIRS = 100
 RATE = 50.0  # Hz
 REST, RUNNING = 1800.0, 600.0  # s
-LINE = (13.0, 20.0)  # Hz; amplitude in deviations of a sample at rest
+LINE = (13.0, 20.0)  # frequency [Hz]; amplitude over the deviation of a sample at rest
 _DEG_SQRT_H = math.radians(1) / 60
 NOISE, FLICKER = 0.3 * _DEG_SQRT_H, math.radians(6) / 3600
 
@@ -45,7 +45,7 @@ def record_of(noise: float, duration: float, rng: np.random.Generator, *, line: 
 
 
 def judge_kind(seed: int, name: str) -> list[int]:
-    """Counts: the interval of the factor holds the true one, and the causes are right."""
+    """Numbers of intervals that contain the true factor, and of correct causes."""
     rng = np.random.default_rng(seed)
     factor, line, causes = KINDS[name]
     counts = np.zeros(2, dtype=int)

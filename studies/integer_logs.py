@@ -1,4 +1,4 @@
-"""Simulated logs of whole numbers: pulses of ring laser and fibre-optic gyros, increments of accelerometers, MEMS counts.
+"""Simulated logs of integers: pulses of ring laser and fibre-optic gyros, increments of accelerometers, MEMS counts.
 
 The step is 0.2 to 30 times the standard deviation of the noise in a sample, so that most samples of many logs are zero.
 """
@@ -26,14 +26,14 @@ KINDS = (
     "MEMS counts",
 )
 RATES = (10.0, 50.0, 100.0, 200.0, 400.0, 1000.0)
-COUNT = 4.848e-7  # a tenth of an arcsecond [rad], or so much of a speed [m/s]
+COUNT = 4.848e-7  # a tenth of an arcsecond [rad], or the same number of m/s
 _FAULTS = 3  # stretches of a faulty log
 STUCK, FILLED = 150, 60
-"""Lengths of the stretches that `faulty` makes. [samples]"""
+"""Lengths of the stretches in `faulty`. [samples]"""
 
 
 def _noise(rng: np.random.Generator, n: int, rate: float, *, vibrated: bool) -> Floats:
-    """Unit noise with a slow walk; some behind a filter, some with a line, and some vibrated."""
+    """Unit noise with a slow walk; in some cases after a filter, with a line, or with vibration."""
     w = rng.standard_normal(n) + np.cumsum(rng.standard_normal(n)) * 10 ** rng.uniform(-5, -3)
     if rng.random() < 0.3:
         f = np.fft.rfftfreq(n)
@@ -47,7 +47,7 @@ def _noise(rng: np.random.Generator, n: int, rate: float, *, vibrated: bool) -> 
 
 
 def _split(rng: np.random.Generator, angle: Floats) -> Floats:
-    """Increments of pulses of 2 to 16 counts, each shared out between two samples by its time."""
+    """Increments of pulses of 2 to 16 counts, each divided between two samples according to its time."""
     pulse, fine = int(rng.integers(2, 17)), 16
     inside = np.floor(np.interp(np.arange(0, len(angle), 1 / fine), np.arange(len(angle)), angle))
     return np.diff(np.round(pulse * np.convolve(inside, np.ones(fine) / fine, "same")[::fine]))
@@ -86,7 +86,7 @@ def faulty(seed: int, counts: Floats, fault: str) -> Floats:
 
 
 def as_record(counts: Floats, rate: float, kind: str) -> st.Record:
-    """The record of a log, as a user reads it."""
+    """The record of a log, as read by a user."""
     name = "accel" if "gravity" in kind else "gyro"
     rates = kind in ("rounded rates", "MEMS counts")
     unit = {"accel": "m/s", "gyro": "rad/s" if rates else "rad"}[name]

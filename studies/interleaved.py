@@ -1,4 +1,4 @@
-"""Rows of several sensors in turn: which are found, which are missed, and which single sensors are taken for several.
+"""Alternating rows of several sensors: detected and missed ones, and single sensors mistaken for several.
 
 ``python -m studies.interleaved`` writes docs/study/interleaved.md. Real records: see `studies.real_records`.
 """
@@ -27,10 +27,10 @@ RECORDS_OF_A_CELL = 20
 LENGTHS = {"10 s at 100 Hz": (1000, 100.0), "20 s at 1 kHz": (20_000, 1000.0), "10 min at 50 Hz": (30_000, 50.0)}
 AXES = (3, 6)
 STAMPS = {"even": "even stamps or none", "equal pairs": "stamps in groups"}
-CLEAN = 250  # records of each of eight kinds
-NULL = 400  # pairs of series
-EQUAL_MEANS = 100  # logs of 6000 rows
-WINDOW = 6000  # rows of a real record
+CLEAN = 250  # number of records of each of eight kinds
+NULL = 400  # number of pairs of series
+EQUAL_MEANS = 100  # number of logs of 6000 rows
+WINDOW = 6000  # number of rows of a window of a real record
 CHANNELS = tuple(f"{name}_{axis}" for name in ("gyro", "accel") for axis in "xyz")
 
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ def judge_kind(seed: int, kind: str, how: str, length: str) -> dict[str, int]:
 
 
 def judge_clean(seed: int, kind: str) -> dict[str, int]:
-    """Verdicts on logs of whole numbers of one sensor, with three axes of one kind and even stamps."""
+    """Verdicts on integer logs of one sensor, with three axes of one kind and even stamps."""
     rng = np.random.default_rng(seed)
     verdicts: Counter[str] = Counter()
     for _ in range(CLEAN):
@@ -67,14 +67,14 @@ def judge_clean(seed: int, kind: str) -> dict[str, int]:
 
 
 def judge_null(seed: int, n: int) -> dict[str, int]:
-    """Verdicts of the slow noise on pairs of independent sensors, whose rows have nothing in common."""
+    """Verdicts from the slow noise on pairs of independent sensors, whose rows have nothing in common."""
     rng = np.random.default_rng(seed)
     return dict(Counter(compare_slow_noise(sensor(rng, n, 50.0, 6), sensor(rng, n, 50.0, 6)) for _ in range(NULL)))
 
 
 def judge_equal_means(seed: int, kind: str) -> int:
-    """Logs of 100 in which no mean depends on the turn. `kind`: of `SEVERAL` or `SINGLE`, or "zeroed": units of a model
-    whose means of the first 2 s are subtracted, as firmware does with gyros.
+    """Number of logs of 100 in which the means do not depend on the turn. `kind`: of `SEVERAL` or `SINGLE`, or "zeroed":
+    units of a model minus their means over the first 2 s, like the zeroing of gyros by firmware.
     """
     rng = np.random.default_rng(seed)
     make = {**SEVERAL, **SINGLE, "zeroed": SEVERAL["two units of a model"]}[kind]
@@ -91,7 +91,7 @@ def judge_equal_means(seed: int, kind: str) -> int:
 
 
 def real(folder: Path) -> dict[str, Any]:
-    """Windows of real records, and those that are taken for several sensors."""
+    """Number of windows of real records, and windows mistaken for several sensors."""
     windows, asked = 0, []
     at_rest = ((name, st.read(folder / name, **how)) for name, how in RECORDS.items() if (folder / name).exists())
     names = set()

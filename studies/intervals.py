@@ -24,7 +24,7 @@ PARTS = 4
 
 
 def cell(seed: int, letter: str) -> list[list[float]]:
-    """Allan variances of a share of the records, over their expectation."""
+    """Allan variances of a part of the records, over their expectation."""
     rng = np.random.default_rng(seed)
     expected = avar(TYPES[letter], 1.0, m=SIZES, tau0=1.0)
     rows = []

@@ -1,4 +1,4 @@
-"""Joint fits: coverage, what seven runs show that one does not, false alarms, and runs that do not belong.
+"""Joint fits: coverage, gain of seven runs over one, false alarms, and outlying runs.
 
 ``python -m studies.joint`` writes docs/study/joint.md.
 """
@@ -21,8 +21,8 @@ from sigmatau.record.record import Record
 from studies.likelihood import _above, _below, _origin
 from studies.runner import run, seed_of
 
-RATE, N = 10.0, 1 << 14  # Hz, samples of a run
-SETS, PARTS = 120, 4  # sets of runs in a cell, parts that are computed by themselves
+RATE, N = 10.0, 1 << 14  # rate [Hz], samples of a run
+SETS, PARTS = 120, 4  # sets of runs in a cell, parts that are computed separately
 LETTERS = {"quantization": "Q", "random_walk": "N", "bias_instability": "B", "rate_random_walk": "K", "rate_ramp": "R"}
 ALPHA = 0.01
 
@@ -69,17 +69,17 @@ CASES = {
     "one run with 1.4 N, N differs 2.5 %": Case(WEAK, spreads={"random_walk": 0.025}, odd={"random_walk": 1.4}),
     "one run with a smoothing of 1.1 Hz, the others of 1.5 Hz": Case(WEAK, corner=1.5, odd_corner=1.1),
 }
-ODD = 3  # place of the run that differs
+ODD = 3  # position of the outlying run
 
 
 def sets(seed: int, name: str, part: int) -> list[Row]:
     """Joint fits of some sets of runs."""
-    del seed  # each set has a seed of its own name
+    del seed  # each set has a seed from its name
     return [fit_set(CASES[name], seed_of(f"joint {name} {part} {k}")) for k in range(SETS // PARTS)]
 
 
 def fit_set(case: Case, seed: int) -> Row:
-    """A joint fit of one set of runs, beside the fits of the single runs."""
+    """Fit one set of runs jointly, and each run alone."""
     rng = np.random.default_rng(seed)
     runs = [build_run(record_of(case, k, rng), "gyro_x", name=f"run {k}") for k in range(case.runs)]
     joint = join(runs, "gyro_x", common=case.common)
@@ -104,7 +104,7 @@ def _stated(term: Any) -> list[Any]:  # noqa: ANN401
 
 
 def record_of(case: Case, k: int, rng: np.random.Generator) -> Record:
-    """A run: an odd one, or a usual one."""
+    """Simulate a run, usual or outlying."""
     n = round(N * case.lengths[k % len(case.lengths)])
     theta = {
         name: value * math.exp(case.spreads.get(name, 0.0) * rng.standard_normal())
@@ -134,7 +134,7 @@ def record_of(case: Case, k: int, rng: np.random.Generator) -> Record:
 
 
 def _flicker(n: int, rng: np.random.Generator) -> Floats:
-    """Flicker noise of unit coefficient: exact first differences by circulant embedding, THEORY of Davies and Harte."""
+    """Flicker noise of unit coefficient: exact first differences by circulant embedding (Davies and Harte)."""
     lags = np.arange(n + 1, dtype=float)
     covariance = -(4 / math.pi) / (4 * lags**2 - 1)
     covariance[0] = 4 / math.pi
@@ -164,7 +164,7 @@ def page(results: Mapping[str, list[Row]]) -> str:
         case = CASES[name]
         for term, value in case.truth.items():
             if case.odd.get(term):
-                continue  # no value is that of all runs
+                continue  # the runs have no common value
             joint = [row["terms"].get(term) for row in rows]
             single = [fit.get(term) for row in rows for fit in row["single"]]
             cover = [_holds(stated, value) for stated in joint]
@@ -237,7 +237,7 @@ def _detections(stated: Sequence[list[Any] | None]) -> list[bool]:
 
 
 def _holds(stated: list[Any] | None, value: float) -> bool:
-    """Whether an interval or a limit holds the truth; one that is not known does."""
+    """Whether an interval or a limit contains the truth; a missing one counts as containing it."""
     return stated is None or stated[3] is None or stated[2] <= value <= stated[3]
 
 

@@ -1,6 +1,6 @@
-"""The likelihood of a channel: spread, bias, coverage, false parts, Gauss-Markov processes, records that are not ideal.
+"""Likelihood of a channel: spread, bias, coverage, false parts, Gauss-Markov processes, records that are not ideal.
 
-``python -m studies.likelihood`` writes docs/study/likelihood.md; ``--largest 131072 --parts 4`` leaves out longer ideal
+``python -m studies.likelihood`` writes docs/study/likelihood.md; ``--largest 131072 --parts 4`` omits longer ideal
 records and half of the records of every cell.
 """
 
@@ -41,7 +41,7 @@ PARTS_OF_LONGEST = 2
 PROCESS_RECORDS = 200
 CASE_RECORDS = 200
 WELL = 0.2
-"""A coefficient is well known if its Cramér-Rao bound is below this."""
+"""Cramér-Rao bound below which a coefficient is well determined."""
 
 LETTERS = {"quantization": "Q", "random_walk": "N", "bias_instability": "B", "rate_random_walk": "K"}
 
@@ -79,14 +79,14 @@ MIXTURES: dict[str, Mixture] = {**SHORT, **GRADES, **_axes()}
 
 
 def ideal(seed: int, name: str, n: int) -> list[Row]:
-    """What is stated of a share of the records of a mixture."""
+    """Statements on a part of the records of a mixture."""
     mixture = MIXTURES[name]
     rng, tau0 = np.random.default_rng(seed), 1 / mixture.rate
     return [_stated(_simulated(rng, n, tau0, mixture.truth), tau0) for _ in range(RECORDS // PARTS)]
 
 
 def process(seed: int, background: str, time: float) -> list[Row]:
-    """The same with a Gauss-Markov process, and how far the model's Allan deviation is from the truth."""
+    """Statements on records with a Gauss-Markov process, and distance of the Allan deviation of the model from the truth."""
     rng, tau0 = np.random.default_rng(seed), 1 / PROCESS_RATE
     terms = BACKGROUNDS[background]
     sizes = np.unique(np.geomspace(1, PROCESS_N // 3, 40).astype(np.int64))
@@ -110,7 +110,7 @@ def process(seed: int, background: str, time: float) -> list[Row]:
 
 
 def misspecified(seed: int, case: str) -> list[Row]:
-    """The same for records that no model describes exactly."""
+    """Statements on records that no model describes exactly."""
     rng = np.random.default_rng(seed)
     return [_stated(record(case, rng), TAU0) for _ in range(CASE_RECORDS // PARTS)]
 
@@ -124,7 +124,7 @@ def _stated(y: Floats, tau0: float) -> Row:
 
 
 def _row(fitted: ChannelFit) -> Row:
-    """A fit, as far as it is judged."""
+    """The parts of a fit that are judged."""
     terms = dict(fitted.terms)
     ramp = terms.pop("rate_ramp")
     return {
@@ -181,7 +181,7 @@ def _resonance(sigma: float, centre: float, width: float, taus: Floats) -> Float
 
 
 def _curve_limits(terms: Mapping[str, float], time: float, sizes: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
-    """The true Allan variances, and limits of the ratio of deviations: the 95 % interval of the measured one, or 10 %."""
+    """True Allan variances, and limits of the ratio of deviations: the 95 % interval of the measured deviation, or 10 %."""
     from scipy.stats import chi2
 
     parts = Components(PROCESS_N, tuple(int(m) for m in sizes), correlation_time=time * PROCESS_RATE)
@@ -196,8 +196,8 @@ def _theta(terms: Mapping[str, float], tau0: float) -> Floats:
 
 
 def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, float]:
-    """Cramér-Rao bounds of the relative standard deviations of the noise terms; of unbiased estimators of all four terms,
-    or of those that are there alone.
+    """Cramér-Rao bounds of the relative standard deviations of the noise terms; for unbiased estimators of all four
+    terms, or of the present terms only.
     """
     theta = _theta(mixture.truth, 1 / mixture.rate)
     present = np.flatnonzero(theta)
@@ -216,7 +216,7 @@ def bounds(mixture: Mixture, n: int, *, all_terms: bool = False) -> dict[str, fl
 def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
     """Run the study and write docs/study/likelihood.md."""
     sizes = [n for n in SIZES if n <= largest]
-    # In order of importance, for a run that is stopped.
+    # in order of importance, in case the run is stopped
     cells: dict[str, Any] = {}
     for k in range(parts):
         cells |= {f"{name} {sizes[0]} {k}": (ideal, (name, sizes[0])) for name in MIXTURES}
@@ -232,7 +232,7 @@ def main(largest: int = max(SIZES), parts: int = PARTS) -> None:
 
 
 def page(results: Mapping[str, list[Row]], sizes: Sequence[int]) -> str:
-    """The page, of the cells that are there."""
+    """Page of the study, for the finished cells."""
     failures: list[str] = []
     single: list[bool] = []
     lines = [_HEAD.format(origin=_origin(), well=100 * WELL)]
@@ -273,7 +273,7 @@ def _above(share: float, limit: float, count: int) -> bool:
 
 
 def _holds(stated: Sequence[Any] | None, value: float) -> bool:
-    """Whether an interval contains the value; nothing is stated of a term that was not fitted."""
+    """Whether an interval contains the value; a term that was not fitted has no statement."""
     if stated is None:
         return True
     _, _, low, high = stated
@@ -281,7 +281,7 @@ def _holds(stated: Sequence[Any] | None, value: float) -> bool:
 
 
 def _right(row: Row, well: Collection[str], mixture: Mixture) -> bool:
-    """Whether the terms that are well known were found, and no part that is not there."""
+    """Whether the well-determined terms were observed, without false parts."""
     observed = [term for term in NOISE if row["terms"].get(term, [False])[0]]
     terms = all(term in observed for term in well) and all(term in mixture.truth for term in observed)
     return bool(terms and not row["processes"] and not row["filter"] and not row["cut"] and not row["warm_up"])
@@ -416,7 +416,7 @@ def _processes(results: Mapping[str, list[Row]], failures: list[str]) -> list[st
 
 
 def _nearest(row: Row, time: float) -> list[Any] | None:
-    """The Gauss-Markov process nearest to a time."""
+    """The Gauss-Markov process with the correlation time closest to a time."""
     processes = [p for p in row["processes"] if p[0] == "gauss_markov"]
     return min(processes, key=lambda p: abs(math.log(p[4] / time)), default=None)
 

@@ -14,13 +14,13 @@ from studies.runner import run
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "study" / "mean-stability.md"
 
 _RATE = 1.0  # [Hz]
-_MEANS = 512  # of 10 s, a power of two, for which the expectation is a sum of Allan variances
+_MEANS = 512  # number of means of 10 s: a power of two, so that the expectation is a sum of Allan variances
 _TRIALS = 500
 _AT_ONCE = 50
 _LEVEL = 0.95
 
-# Coefficients in SI: white noise alone; with flicker noise that is as large as the white noise of 10 s means; with a
-# random walk too, which dominates their variance.
+# Coefficients in SI: white noise alone; with flicker noise as large as the white noise of 10 s means; also with a
+# random walk that dominates their variance.
 CASES = {
     "N": {"random_walk": 1e-3},
     "N, B": {"random_walk": 1e-3, "bias_instability": 3e-4},
@@ -37,8 +37,8 @@ def expected(model: dict[str, float], average: float, means: int) -> float:
 
 
 def cell(seed: int, case: str) -> dict[str, list[float]]:
-    """Of some records, how many intervals are below, around and above the truth, or absent, by averaging time; and the sum
-    of the logarithms of their upper over their lower ends.
+    """Numbers of intervals below, containing and above the truth, and absent ones, by averaging time; and the sum of the
+    logarithms of the ratio of their ends.
     """
     model, rng = CASES[case], np.random.default_rng(seed)
     counts = {"10": [0.0] * 5, "100": [0.0] * 5}
@@ -47,7 +47,7 @@ def cell(seed: int, case: str) -> dict[str, list[float]]:
         record = simulate(noise, duration=10 * _MEANS / _RATE, rate=_RATE, rng=rng)
         for stability in analyze(record, threads=1).mean_stability["gyro_x"]:
             name = f"{stability.average:g}"
-            # 51 means of 100 s: the expectation of 51 is between those of 32 and 64, by the straight line in the logarithm.
+            # The expectation of 51 means of 100 s is interpolated between those of 32 and 64, linearly in the logarithm.
             truth = (
                 expected(model, stability.average, stability.means)
                 if stability.means == _MEANS

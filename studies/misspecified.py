@@ -1,4 +1,4 @@
-"""Records that no model of the likelihood describes exactly, around known coefficients."""
+"""Records with known coefficients that no model of the likelihood describes exactly."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _TIME = np.arange(N) * TAU0
 _SIGMA = TRUTH["random_walk"] / math.sqrt(TAU0)
 _SLOW = {name: value for name, value in TRUTH.items() if name != "random_walk"}
 _SETTLING = 1800  # steps of 1 s before a slow modulation counts
-_CORNER = 30.0  # of the analogue filter [Hz]
-_STEP = 0.5  # of a coarse log, over the standard deviation of white noise
+_CORNER = 30.0  # corner of the analogue filter [Hz]
+_STEP = 0.5  # step of a coarse log, over the standard deviation of white noise
 
 Source = np.random.Generator
 
@@ -117,7 +117,7 @@ def _smoothed(y: Floats, time: float) -> Floats:
 
 
 def _folded(rng: Source) -> Floats:
-    """White noise behind an analogue filter of first order, sampled: an Ornstein-Uhlenbeck process."""
+    """White noise after an analogue filter of first order, sampled: an Ornstein-Uhlenbeck process."""
     from scipy.signal import lfilter
 
     variance = TRUTH["random_walk"] ** 2 * math.pi * _CORNER
@@ -133,7 +133,7 @@ def _modulated(rng: Source) -> Floats:
 
 
 def _rippled(rng: Source) -> Floats:
-    """The density of the white noise with a ripple of 6 %, which no part of a model has."""
+    """White noise with a ripple of 6 % in its density, which no part of a model describes."""
     phase = rng.uniform(0, 2 * np.pi)
 
     def density(f: Floats) -> Floats:
@@ -174,7 +174,7 @@ def _temperature(rng: Source) -> Floats:
 
 
 def _steep(rng: Source) -> Floats:
-    """Noise with a density as 1/f^1.5 beside the white noise, equal to it at 0.01 Hz."""
+    """White noise plus noise with a density proportional to 1/f^1.5, equal at 0.01 Hz."""
     return _white(rng) + _coloured(rng, lambda f: TRUTH["random_walk"] ** 2 * (0.01 / f) ** 1.5)
 
 

@@ -1,4 +1,4 @@
-"""The mixtures of noise that the studies of the fit simulate."""
+"""Mixtures of noise that the studies of the fit simulate."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["ABSENT", "GRADES", "SHORT", "Mixture", "crb", "si"]
 
 
 def si(**coefficients: str) -> dict[str, float]:
-    """``si(random_walk="0.3 deg/sqrt(h)")`` in SI."""
+    """Convert ``si(random_walk="0.3 deg/sqrt(h)")`` to SI."""
     return {term: to_si(float(text.split()[0]), text.split()[1]) for term, text in coefficients.items()}
 
 
@@ -46,10 +46,10 @@ GRADES: dict[str, Mixture] = {
     ),
     "navigation": Mixture(2**20, 200.0, si(quantization="0.972 arcsec", random_walk="0.0015 deg/sqrt(h)")),
 }
-"""Of three grades of gyro, the last that of the paper's CIMU X (Table II)."""
+"""Three grades of gyro; the last is the CIMU X of the paper (Table II)."""
 
 _N = 2**15
-# In units of the random walk and of samples: what counts is where the terms cross, not how large they are.
+# In units of the random walk and of samples: only the crossings of the terms matter, not their sizes.
 SHORT: dict[str, Mixture] = {
     "N": Mixture(_N, 1.0, {"random_walk": 1.0}),
     "Q": Mixture(_N, 1.0, {"quantization": 1.0}),
@@ -65,17 +65,18 @@ SHORT: dict[str, Mixture] = {
     "N R": Mixture(_N, 1.0, {"random_walk": 1.0, "rate_ramp": 2e-5}),
     "N B R": Mixture(_N, 1.0, {"random_walk": 1.0, "bias_instability": 0.1, "rate_ramp": 2e-4}),
 }
-"""Records of 2^15 samples, for cells of a thousand of them."""
+"""Records of 2^15 samples, for cells of a thousand records."""
 
 ABSENT = {name: mixture for name, mixture in SHORT.items() if len(mixture.truth) < 4}
 
 
 def crb(spectra: NDArray[np.float64], modes: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cramér-Rao bound of the relative standard deviation of the coefficients √θ with θ > 0, those terms alone known.
+    """Cramér-Rao bound of the relative standard deviation of the coefficients √θ, with only the terms with θ > 0 in the
+    model.
 
-    From the Fisher information ½ Σ S_p S_q / S² of independent modes (`sigmatau.fitting.components`), which the discrete
-    cosine transform makes of white noise and a random walk exactly; `tests/fitting/test_components.py` holds it against
-    the information of the full covariance matrix.
+    From the Fisher information ½ Σ S_p S_q / S² of independent modes (`sigmatau.fitting.components`), into which the
+    discrete cosine transform converts white noise and a random walk exactly; `tests/fitting/test_components.py` compares
+    it with the information of the full covariance matrix.
     """
     active = np.flatnonzero(theta)
     ratio = spectra[active] / (theta @ spectra)

@@ -1,7 +1,7 @@
-"""Simulated sensors that move: car, walk, drone, hand, turntable, ship at anchor; and sensors that are handled.
+"""Simulated moving sensors: car, walk, drone, hand, turntable, ship at anchor; and sensors that are picked up.
 
 Angles, speeds and positions are smooth functions of time. Body rates and specific forces follow from them by rigid-body
-kinematics with gravity; the noise of the sensor is added. Sizes are those of such motion in everyday life, drawn at random.
+kinematics with gravity; the noise of the sensor is added. Sizes are random, as in everyday life.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def band(rng: Generator, n: int, rate: float, low: float, high: float) -> Floats
 
 
 def _smooth_steps(t: Floats, edges: Floats, values: Floats, ramp: float) -> Floats:
-    """Levels that change within `ramp` seconds after each edge, without a jump of the first derivative."""
+    """Levels that change within `ramp` seconds after each edge, with a continuous first derivative."""
     x = np.full(len(t), values[0])
     for edge, before, after in zip(edges, values[:-1], values[1:], strict=True):
         u = np.clip((t - edge) / ramp, 0, 1)
@@ -59,7 +59,7 @@ def kinematics(angles: Floats, acceleration: Floats, rate: float) -> tuple[Float
     dr, dp, dy = np.gradient(angles, 1 / rate, axis=1)
     sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
     rates = np.stack([dr - dy * sp, dp * cr + dy * sr * cp, -dp * sr + dy * cr * cp])
-    # Level axes turn with the heading, so that yaw does not enter: forwards, left, up.
+    # Level axes (forwards, left, up) turn with the heading, so that yaw has no effect.
     ax, ay, az = acceleration[0], acceleration[1], acceleration[2] + GRAVITY
     force = np.stack([cp * ax - sp * az, sr * sp * ax + cr * ay + sr * cp * az, cr * sp * ax - sr * ay + cr * cp * az])
     return rates, force
@@ -69,7 +69,7 @@ def _car(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
     t = np.arange(n) / rate
     legs = rng.uniform(8, 40, size=int(t[-1] / 8) + 2)
     speeds = rng.uniform(5, 25, size=len(legs) + 1)
-    stops = np.flatnonzero(rng.random(len(speeds) - 2) < 0.3)[::2] + 1  # never two in a row
+    stops = np.flatnonzero(rng.random(len(speeds) - 2) < 0.3)[::2] + 1  # never two consecutive stops
     speeds[stops], legs[stops] = 0.0, rng.uniform(10, 22, size=len(stops))
     legs = np.cumsum(legs)
     speed = _smooth_steps(t, legs, speeds, 7.0)
@@ -109,13 +109,13 @@ def _drone(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
     size = 10 ** rng.uniform(-0.3, 1.0) * DEGREE
     angles = np.stack([*(size * band(rng, n, rate, 0.05, 2) for _ in "xy"), 2 * size * band(rng, n, rate, 0.01, 0.3)])
     shaken = rng.uniform(0.3, 5) * np.stack([band(rng, n, rate, 0.25 * rate, 0.45 * rate) for _ in "xyz"])
-    # Thrust is along the body's axis: horizontal accelerations are those that tilt makes.
+    # Thrust is along the body axis: horizontal accelerations come from the tilt.
     level = np.stack([GRAVITY * np.tan(angles[1]), -GRAVITY * np.tan(angles[0]), 0.3 * band(rng, n, rate, 0.05, 1)])
     return angles, level + shaken
 
 
 def _hand(rng: Generator, n: int, rate: float) -> tuple[Floats, Floats]:
-    size = 10 ** rng.uniform(-0.3, 1.5) * DEGREE  # from held as still as one can to waved about
+    size = 10 ** rng.uniform(-0.3, 1.5) * DEGREE  # from a hand kept still to a waving hand
     tremor = rng.uniform(0.02, 0.1) * DEGREE
     angles = np.stack(
         [size * band(rng, n, rate, 0, rng.uniform(0.3, 1.5)) + tremor * band(rng, n, rate, 6, 11) for _ in "xyz"]
@@ -198,7 +198,7 @@ SMALL_KINDS = {"tilt": _tilted, "springs": _springs, "vibration": _vibrated}
 
 
 def mounted(rng: Generator, rates: Floats, force: Floats, largest: float) -> tuple[Floats, Floats]:
-    """The same as a sensor feels it that is not aligned: turned by up to `largest`. [rad]"""
+    """Rates and forces for a misaligned sensor, turned by up to `largest`. [rad]"""
     roll, pitch, yaw = rng.uniform(-largest, largest, size=3)
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
     turn = (
@@ -212,7 +212,7 @@ def mounted(rng: Generator, rates: Floats, force: Floats, largest: float) -> tup
 def sensed(
     rng: Generator, rates: Floats, force: Floats, rate: float, grade: str, *, sensors: str = "both"
 ) -> st.Record:
-    """A record of these rates and forces by sensors of a grade: `sensors` are both, gyro or accel."""
+    """Record these rates and forces with sensors of a grade; `sensors`: both, gyro or accel."""
     n = rates.shape[1]
     gyro, accel = GRADES[grade]
     channels = {f"gyro_{axis}": gyro for axis in "xyz"} | {f"accel_{axis}": accel for axis in "xyz"}
@@ -240,7 +240,7 @@ def moving(
     minutes: float | None = None,
     grade: str | None = None,
 ) -> st.Record:
-    """A record of 1 to 10 min at 50 to 200 Hz, or as stated, of a sensor of either grade that moves all the time."""
+    """A record of a sensor of either grade that moves all the time: by default 1 to 10 min at 50 to 200 Hz."""
     rng = np.random.default_rng(seed)
     drawn = float(rng.choice([50.0, 100.0, 200.0])), rng.uniform(1, 10)
     rate, minutes = drawn[0] if rate is None else rate, drawn[1] if minutes is None else minutes
@@ -251,7 +251,7 @@ def moving(
 
 
 def held(seed: int, *, rate: float = 100.0, seconds: float = 60.0, sensors: str = "both") -> st.Record:
-    """A phone in a hand that is kept still: a tremor of 8 to 12 Hz over a wander of 7 to 16 deg/√h, on all axes."""
+    """A phone in a still hand: a tremor of 8 to 12 Hz plus a wander of 7 to 16 deg/√h, on all axes."""
     rng = np.random.default_rng(seed)
     n = round(seconds * rate)
     density = rng.uniform(7, 16, size=(3, 1)) * DEGREE / 60  # two-sided [rad/s/√Hz]
@@ -268,10 +268,9 @@ def held(seed: int, *, rate: float = 100.0, seconds: float = 60.0, sensors: str 
 def handled(
     seed: int, grade: str, *, minutes: float = 30.0, lasting: float = 10.0
 ) -> tuple[st.Record, tuple[float, float]]:
-    """A record at 50 Hz of a sensor at rest that is taken up for some seconds and put down again, and when that is. [s]
-
-    It is put down in another position half of the time: tilted by some tenths of a degree, with another heading. Gyros feel
-    the rotation of the Earth.
+    """A record at 50 Hz of a sensor at rest that is picked up for a few seconds and put down again, and the times of
+    this. [s] In half of the cases its position changes: tilted by a few tenths of a degree, with another heading. Gyros
+    measure the rotation of the Earth.
     """
     rng = np.random.default_rng(seed)
     rate = 50.0

@@ -1,13 +1,13 @@
-"""Seeded bugs: does the test suite find them? ``python -m studies.mutations`` writes docs/study/mutations.md.
+"""Test of the test suite by seeded bugs. ``python -m studies.mutations`` writes docs/study/mutations.md.
 
-One bug of mutations.toml at a time is put into a copy of the tree, and tests run until one fails: first those named for the
-bug, then those of its room and of the faces. A bug is found by a test that fails with it and passes without it. Results are
-kept in .study/mutations.json, so that a stopped study goes on; a result is repeated if the bug or its tests are edited. Exit
-code 1 if a bug is not found.
+Each bug of mutations.toml is put into a copy of the tree, and tests run until one fails: first those named for the bug,
+then those of its room and of the interfaces. A bug is found by a test that fails with it and passes without it. Results
+are stored in .study/mutations.json, so that a stopped study can continue; a result is repeated if the bug or its tests
+are edited. The exit code is 1 if a bug is not found.
 
     python -m studies.mutations                   # all bugs without a result
-    python -m studies.mutations --check           # only whether every change still fits its file
-    python -m studies.mutations gap-start         # these again
+    python -m studies.mutations --check           # only check that every bug fits its file
+    python -m studies.mutations gap-start         # repeat these bugs
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / ".study" / "mutations.json"
 PAGE = ROOT / "docs" / "study" / "mutations.md"
-TARGET = ROOT / ".study" / "mutation-target"  # of cargo, kept between the bugs in Rust
+TARGET = ROOT / ".study" / "mutation-target"  # target folder of cargo, shared by the bugs in Rust
 
 _COPIED = ("python", "tests", "docs", "benches", "studies", "crates", "scripts", "requirements")
 _NOTHING_RUN = 5  # exit code of pytest
@@ -53,7 +53,7 @@ class Mutation(NamedTuple):
 
     @property
     def neighbours(self) -> tuple[str, ...]:
-        """Tests that are tried if those named do not find the bug."""
+        """Tests that are tried if the named tests do not find the bug."""
         room = {"crates/formats": "io", "crates/core": "estimators"}.get(self.room, self.room)
         folders = dict.fromkeys((room, "quality", "cli"))
         paths = [f"tests/{name}" for name in folders if (ROOT / "tests" / name).is_dir()]
@@ -61,7 +61,7 @@ class Mutation(NamedTuple):
 
 
 def mutations() -> list[Mutation]:
-    """Those of mutations.toml. Raises ValueError unless each fits exactly one place of its file."""
+    """Read mutations.toml. Raises ValueError unless each bug fits exactly one place of its file."""
     table = tomllib.loads((ROOT / "studies" / "mutations.toml").read_text(encoding="utf-8"))
     every, wrong = [], []
     for name, row in table.items():
@@ -82,7 +82,7 @@ def mutations() -> list[Mutation]:
 
 
 def main(arguments: Sequence[str] = ()) -> int:
-    """Put in every bug that has no result yet, and write the page; 1 if one is not found."""
+    """Test every bug without a result, and write the page; return 1 if a bug is not found."""
     every = mutations()
     if "--check" in arguments:
         return 0
@@ -130,10 +130,10 @@ class Copy:
                 shutil.copy2(file, root / file.name)
 
     def first_failure(self, mutation: Mutation, tests: Sequence[str]) -> str | None:
-        """The first of some tests that fails with a bug and passes without it, as ``file::test``; None if there is none."""
+        """First test that fails with a bug and passes without it, as ``file::test``; None if there is none."""
         file = self.root / mutation.file
         text = file.read_text(encoding="utf-8")
-        red: set[str] = set()  # tests that fail without the bug
+        red: set[str] = set()  # tests that also fail without the bug
         while True:
             file.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             try:
@@ -150,7 +150,7 @@ class Copy:
             red.add(failure)
 
     def _failed(self, tests: Sequence[str], but: Sequence[str] | set[str]) -> str | None:
-        """The first of some tests that fails."""
+        """First of some tests that fails."""
         command = [
             sys.executable,
             "-m",
@@ -166,7 +166,7 @@ class Copy:
             "2",
         ]
         done = self._run([*command, *(f"--deselect={name}" for name in sorted(but)), *tests])
-        if done.returncode in (0, _NOTHING_RUN):  # nothing: all are skipped, for want of a package
+        if done.returncode in (0, _NOTHING_RUN):  # all tests are skipped, because a package is missing
             return None
         failed = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", done.stdout, re.M)
         if failed is None:
@@ -174,7 +174,7 @@ class Copy:
         return failed.group(1).strip()
 
     def _in_rust(self, mutation: Mutation, tests: Sequence[str], but: set[str]) -> str | None:
-        """The first test of the crate that fails, or of some tests in Python with the extension built anew."""
+        """First failing test of the crate, or of some tests in Python with the rebuilt extension."""
         cargo = ("--release", "--locked", "--quiet", "-p")
         crate = mutation.room.removeprefix("crates/")
         if tests == mutation.tests and not but:

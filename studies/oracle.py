@@ -1,4 +1,4 @@
-"""The likelihood against the exact one of all samples, for records of 512 to 4096 samples.
+"""Comparison of the likelihood with the exact likelihood of all samples, for records of 512 to 4096 samples.
 
 ``python -m studies.oracle`` writes docs/study/oracle.md.
 """
@@ -35,7 +35,7 @@ _exact = cache(Exact)
 
 
 def compared(seed: int, name: str, n: int) -> list[list[float] | None]:
-    """Differences from the exact estimates, in standard errors; None for a record in which other parts are found."""
+    """Differences from the exact estimates, in standard errors; None for a record with further parts in the model."""
     exact, mixture = _exact(n, 1.0), MIXTURES[name]
     terms = tuple(term for term in TERMS if term in mixture)
     information = exact.information(terms, np.array([mixture[term] ** 2 for term in terms]))

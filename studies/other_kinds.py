@@ -1,4 +1,4 @@
-"""Sensors whose noise is not one of five slopes: how their records are made, and what is true of them."""
+"""Sensors whose noise does not have one of the five slopes: simulation of their records, and true values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEP = 3 * N * math.sqrt(TAU0)
 
 _SIGMA = N / math.sqrt(TAU0)
 _TIME = np.arange(SAMPLES) * TAU0
-_CIRCLE = 8  # lengths of the record after which a synthesis repeats itself
+_CIRCLE = 8  # period of a synthesis, in lengths of the record
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Kind:
     density : callable
         Two-sided density of the noise, up to half the rate. [(rad/s)²/Hz]
     terms : mapping
-        Letter and true value; that of a term that is absent is 0.
+        True values by letter; 0 for an absent term.
     lines : tuple of (float, float)
-        Amplitude and frequency of what a model may state as lines. [rad/s, Hz]
+        Amplitude and frequency of components that a model may state as lines. [rad/s, Hz]
     """
 
     make: Callable[[Source], Floats]
@@ -116,7 +116,7 @@ def _process(rng: Source, time: float, ratio: float) -> Floats:
 
 
 def _telegraph(rng: Source, time: float, ratio: float, high: float = 0.5) -> Floats:
-    """Two levels; `high`: share of the time on the upper one. Its density is that of a Gauss-Markov process."""
+    """Telegraph signal; `high`: share of the time on the upper level. Its density is that of a Gauss-Markov process."""
     sigma = N * math.sqrt(ratio / (2 * time))
     dwell = time / (1 - high), time / high  # 1/T is the sum of both rates
     count = int(3 * SAMPLES * TAU0 / min(dwell)) + 50
@@ -127,12 +127,12 @@ def _telegraph(rng: Source, time: float, ratio: float, high: float = 0.5) -> Flo
 
 
 def _power_law(exponent: float) -> Density:
-    """Noise of f^−α that has the density of B at 0.01 Hz."""
+    """Noise with a density f^−α, equal to that of B at 0.01 Hz."""
     return lambda f: np.asarray(B * B / (0.02 * np.pi) * (f / 0.01) ** -exponent)
 
 
 def _filter(taps: Floats, poles: tuple[float, ...] = ()) -> tuple[Callable[[Source], Floats], Density]:
-    """White noise behind a filter of the log's samples, with a gain of 1 at f = 0; and its density."""
+    """White noise after a filter of the samples, with a gain of 1 at f = 0; and its density."""
     from scipy.signal import freqz, lfilter
 
     below = np.poly(poles) if poles else np.array([1.0])
@@ -160,7 +160,7 @@ def _nothing(rng: Source) -> Floats:
 
 
 def _white_with(extra: Callable[[Source], Floats], density: Density | None = None, **terms: float) -> Kind:
-    """White noise, the terms B and K that are stated, and something else with its density."""
+    """White noise, the given terms B and K, and a further noise with its density."""
     parts = {"B": (_flicker, _flicker_density), "K": (_walk, _walk_density)}
     used = [parts[letter] for letter in terms if letter in parts]
 
@@ -186,7 +186,7 @@ def _square(rng: Source, amplitude: float, period: float) -> Floats:
 
 
 def _lines_of_square(amplitude: float, period: float) -> tuple[tuple[float, float], ...]:
-    """The first five harmonics, behind the time constant."""
+    """The first five harmonics, after the time constant."""
     order = np.arange(1, 6)
     sizes = 4 * amplitude / (np.pi * order) * np.abs(np.sin(0.4 * np.pi * order))
     sizes /= np.sqrt(1 + (0.2 * np.pi * order) ** 2)

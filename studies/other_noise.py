@@ -1,4 +1,4 @@
-"""Noise that is not one of five slopes, analysed as a user does: coverage, false terms, curves; and power where it is.
+"""Analysis of noise without one of the five slopes: coverage, false terms, curves; and power for ideal noise.
 
 ``python -m studies.other_noise`` writes docs/study/other-noise.md.
 """
@@ -18,10 +18,10 @@ from studies.other_kinds import KINDS, RATE, SAMPLES, TAU0
 from studies.runner import run
 
 RECORDS, A_CELL = 20, 5
-"""Records of three axes of a kind, and of a cell."""
+"""Number of records of three axes per kind, and per cell."""
 
 COVERED, POOLED, FALSE, OFF = 0.95, 0.93, 0.05, 0.01
-"""Coverage of a kind, that of all, false terms without an alternative, curves of good records off by three bands: limits."""
+"""Limits: coverage of a kind and of all, false terms without an alternative, curves of good records off by three bands."""
 
 TIMES = 24
 BANDS = 3.0
@@ -54,7 +54,7 @@ def _axis(analysis: st.Analysis, channel: str, kind: str) -> Row:
 
 
 def cell(seed: int, kind: str) -> list[Row]:
-    """The axes of the records of a cell."""
+    """Results for the axes of the records of a cell."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(A_CELL):
@@ -66,12 +66,12 @@ def cell(seed: int, kind: str) -> list[Row]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """Four of a kind."""
+    """Four cells per kind."""
     return {f"other noise, {kind}, {k}": (cell, (kind,)) for kind in KINDS for k in range(RECORDS // A_CELL)}
 
 
 def _covers(term: tuple[Any, ...], true: float) -> bool | None:
-    """Whether an interval or a limit holds the truth; None if the term is unknown."""
+    """Whether an interval or a limit contains the truth; None if the term is unknown."""
     observed, _, low, high, limit = term
     if not observed:
         return None if limit is None else true <= limit
@@ -84,12 +84,12 @@ def _covered(rows: list[Row], letter: str, true: float) -> list[bool]:
 
 
 def _lower_gate(limit: float, count: int) -> float:
-    """A limit less three standard errors of a share of so many."""
+    """A limit minus three standard errors of a share of `count`."""
     return limit - 3 * math.sqrt(limit * (1 - limit) / max(count, 1))
 
 
 def _row(kind: str, rows: list[Row]) -> tuple[str, list[str], list[bool]]:
-    """A row of the table, what fails, and whether each interval of N, B and K holds the truth."""
+    """Row of the table, failed gates, and whether each interval of N, B and K contains the truth."""
     terms, fails, every = KINDS[kind].terms, [], []
     shares = []
     for letter in ("N", "B", "K", "Q"):

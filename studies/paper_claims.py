@@ -1,4 +1,4 @@
-"""The paper's sentence "close to the manufacturers' claim", term by term: Tables II, IV and V against its section III.
+"""Check of the sentence "close to the manufacturers' claim" of the paper: Tables II, IV and V against section III, by term.
 
 ``python -m studies.paper_claims`` writes docs/study/paper-claims.md.
 """
@@ -23,7 +23,7 @@ _ONE_SIGMA = 0.6826894921370859  # probability of ± one standard deviation of a
 
 
 def measured(unit: str) -> NoiseModel:
-    """What the paper measured, with its ± as one standard deviation."""
+    """Values measured in the paper, with their ± as one standard deviation."""
     text = resources.files("sigmatau.data").joinpath(f"{unit}.toml")
     with resources.as_file(text) as path:
         model = NoiseModel.read(path)
@@ -38,7 +38,7 @@ def measured(unit: str) -> NoiseModel:
 
 
 def verdicts() -> dict[str, Verdict]:
-    """Each of the three units against what the paper says that its maker states."""
+    """Compare each of the three units with the manufacturer's values in the paper."""
     titles = {"cimu": "Table II", "hg1700": "Table IV", "motionpak2": "Table V"}
     return {unit: compare_with(measured(unit), datasheet(unit), unit=titles[unit]) for unit in TABLES}
 

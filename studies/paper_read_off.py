@@ -1,8 +1,7 @@
-"""The paper's Tables II, IV and V read off simulated records: how often a coefficient is found within its printed ±.
-
-Each record has the printed coefficients of one unit, two hours long at the paper's rate. Its curves are read off in four
-ways: by hand, in the ranges of averaging times that the printed ± reveal; by hand, each line alone; by the rules; and beside
-the fit of `analyze`, in the ranges that it finds.
+"""Read-off of the paper's Tables II, IV and V from simulated records: share of coefficients within their printed ±. Each
+record has the printed coefficients of one unit, two hours long at the rate of the paper. Its curves are read off in four
+ways: by hand, in the ranges of averaging times that the printed ± imply; by hand, each line alone; by the rules; and with
+the fit of `analyze`, in its ranges.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ from sigmatau.units import to_si
 from studies.runner import run
 
 SEEDS = 12
-ENOUGH = 10  # of the seeds, in which a coefficient is within the printed ±
+ENOUGH = 10  # smallest share of the seeds with a coefficient within its printed ±
 FURTHER = (
-    60  # further records of the MotionPak's accelerometers, whose ± is below a standard deviation: is there a bias?
+    60  # further records of the MotionPak accelerometers, to test for a bias: their ± is below a standard deviation
 )
-ERRORS = 3.0  # standard errors, beyond which a mean is biased
+ERRORS = 3.0  # number of standard errors beyond which a mean is biased
 SECONDS = 7200
 RATES = {"cimu": 200, "hg1700": 100, "motionpak2": 100}
 UNITS = {"cimu": "CIMU", "hg1700": "HG1700", "motionpak2": "MotionPak II"}
-LONG = 1310.72  # the last octave whose error by eq. (26) is 33 %, as the paper says of its long-term coefficients [s]
+LONG = 1310.72  # last octave whose error by eq. (26) is 33 %, as stated in the paper for its long-term coefficients [s]
 
-# Printed value and ±, its unit, factor to it from the paper's m/s/h of quantization noise, and the longest averaging time
-# that gives the ± by eq. (26). [s] The ± of the HG1700's Y and Z gyros follow from no averaging time
+# Printed value and ±, its unit, factor to it from the paper's m/s/h of quantization noise, and the longest averaging
+# time that gives the ± by eq. (26). [s] No averaging time explains the ± of the Y and Z gyros of the HG1700
 # (docs/theory/read-off.md).
 Q, N, B, K, R = "quantization", "random_walk", "bias_instability", "rate_random_walk", "rate_ramp"
 PRINTED: dict[tuple[str, str, str], tuple[float, float, str, float, float]] = {
@@ -77,7 +76,7 @@ PRINTED: dict[tuple[str, str, str], tuple[float, float, str, float, float]] = {
     ("motionpak2", "accel_z", B): (4.36, 0.08, "m/s/h", 1, 5.12),
 }
 UNEXPLAINED = [("hg1700", f"gyro_{axis}", term) for axis in "yz" for term in (Q, N)]
-"""Coefficients whose ± is that of no averaging time; they are not counted."""
+"""Coefficients whose ± no averaging time explains; they are not counted."""
 
 _EQ_28 = ("cimu", "gyro_x", N)
 
@@ -91,8 +90,8 @@ def true_value(key: tuple[str, str, str]) -> float:
 
 
 def ranges(unit: str, channel: str) -> dict[str, Span]:
-    """Ranges by hand, by term: up to the time that the printed ± reveals, from the first averaging time or the crossing of
-    the two lines of the printed coefficients on.
+    """Ranges by hand, by term: from the first averaging time, or the crossing of the lines of the two printed
+    coefficients, to the time of the printed ±.
     """
     first, second = (key for key in PRINTED if key[:2] == (unit, channel))
     return {
@@ -111,14 +110,14 @@ def crossing(first: tuple[str, str, str], second: tuple[str, str, str]) -> float
 
 
 def model(unit: str) -> NoiseModel:
-    """The model of a unit that ships with the package: the printed coefficients."""
+    """Model of a unit in the package, with the printed coefficients."""
     file = resources.files("sigmatau.data").joinpath(f"{unit}.toml")
     with resources.as_file(file) as path:
         return NoiseModel.read(path)
 
 
 def read(curve: DeviationCurve, unit: str, with_fit: ReadOff) -> dict[str, dict[str, list[float]]]:
-    """Value, error and range of each coefficient of a curve, by way and term; `with_fit`: as analyze reads it off."""
+    """Value, error and range of each coefficient of a curve, by way and term; `with_fit`: read-off by `analyze`."""
     by_hand: Any = ranges(unit, curve.channel)
     results = {
         "by hand": read_off(curve, rules={}, **by_hand),
@@ -140,7 +139,7 @@ def cell(seed: int, unit: str) -> dict[str, Any]:
 
 
 def further(seed: int) -> dict[str, Any]:
-    """Readings of one more record of the MotionPak's accelerometers."""
+    """Readings of a further record of the MotionPak accelerometers."""
     record = simulate(
         model("motionpak2").of([f"accel_{axis}" for axis in "xyz"]),
         duration=SECONDS,
@@ -190,7 +189,7 @@ def main() -> None:
     Path("docs/study/paper-read-off.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-_WITH_RANGE = ("by the rules", "beside the fit")  # ways whose range is that of the record, with its δ
+_WITH_RANGE = ("by the rules", "beside the fit")  # methods whose range depends on the record, with its δ
 
 
 def _row(results: dict[str, Any], key: tuple[str, str, str]) -> str:
@@ -222,7 +221,7 @@ def _row(results: dict[str, Any], key: tuple[str, str, str]) -> str:
 
 
 def _bias_row(results: dict[str, Any], key: tuple[str, str, str], way: str) -> str:
-    """Mean of a coefficient that is within its ± in too few records, over all records; empty for any other."""
+    """Mean over all records of a coefficient that is within its ± in too few records; otherwise empty."""
     inside = len(within(results, key, way))
     if inside >= ENOUGH:
         return ""

@@ -1,7 +1,7 @@
 """Simulated gyros at rest in a parked vehicle or a building with ventilation, and quiet ones on a bench.
 
-Rates and integer increments of grades from ring laser to consumer MEMS. Disturbances have the size of such motion in angle,
-whatever the grade: a MEMS gyro may not notice what a ring laser gyro shows as dozens of lines.
+Rates and integer increments of grades from ring laser to consumer MEMS. The angle of the disturbances does not depend on
+the grade: dozens of lines of a ring laser gyro may be invisible with a MEMS gyro.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ARCSECOND = math.pi / 180 / 3600
 
 @dataclass(frozen=True, kw_only=True)
 class Grade:
-    """A grade of gyros: coefficients in the field's units, and the step of its increments if it counts pulses."""
+    """A grade of gyros: coefficients in the units of the field, and the step of the increments if it counts pulses."""
 
     random_walk: float  # [deg/√h]
     bias_instability: float  # [deg/h]
@@ -48,7 +48,7 @@ def truth_of(grade: Grade) -> float:
 
 
 def _modes(rng: Generator, n: int, rate: float, excited: Floats, low: float, high: float) -> Floats:
-    """Narrow-band resonances of a structure that noise of a changing size excites."""
+    """Narrow-band resonances of a structure, excited by noise of a changing size."""
     total = np.zeros(n)
     for _ in range(int(rng.integers(2, 6))):
         f = math.exp(rng.uniform(math.log(low), math.log(min(high, 0.45 * rate))))
@@ -61,13 +61,13 @@ def _modes(rng: Generator, n: int, rate: float, excited: Floats, low: float, hig
 
 
 def _people(rng: Generator, n: int, rate: float) -> Floats:
-    """People who move now and then: bursts of seconds that excite resonances of 1 to 40 Hz."""
+    """People who move intermittently: bursts of a few seconds that excite resonances of 1 to 40 Hz."""
     envelope = np.exp(rng.uniform(0.5, 1.5) * band(rng, n, rate, 0, 1 / rng.uniform(2, 20)))
     return _modes(rng, n, rate, envelope, 1.0, 40.0)
 
 
 def _engine(rng: Generator, n: int, rate: float) -> Floats:
-    """Half orders of an idle engine of 600 to 900 rpm that wanders by a per cent, beside the resonances of the body."""
+    """Half orders of an idle engine of 600 to 900 rpm that varies by one per cent, with the resonances of the body."""
     speed = rng.uniform(10, 15) * (1 + rng.uniform(0.002, 0.015) * band(rng, n, rate, 0, 1 / rng.uniform(5, 30)))
     turned = 2 * np.pi * np.cumsum(speed) / rate
     total = 0.5 * _people(rng, n, rate)
@@ -79,7 +79,7 @@ def _engine(rng: Generator, n: int, rate: float) -> Floats:
 
 
 def _knocks(rng: Generator, n: int, rate: float) -> Floats:
-    """Doors and steps beside the vehicle: rings that decay within seconds."""
+    """Doors and footsteps near the vehicle: ringing that decays within seconds."""
     hits = np.zeros(n)
     places = rng.choice(n, int(rng.integers(4, 40)), replace=False)
     hits[places] = rng.standard_normal(len(places)) * 30
@@ -87,7 +87,7 @@ def _knocks(rng: Generator, n: int, rate: float) -> Floats:
 
 
 def _ventilation(rng: Generator, n: int, rate: float) -> Floats:
-    """A fan and its harmonics, steady to a thousandth, beside the resonances of a building that it excites."""
+    """A fan and its harmonics, steady to a thousandth, with the resonances of a building that it excites."""
     fan = rng.uniform(8, 30) * (1 + rng.uniform(1e-4, 1e-3) * band(rng, n, rate, 0, 0.05))
     turned = 2 * np.pi * np.cumsum(fan) / rate
     total = 0.5 * _modes(rng, n, rate, np.ones(n), 3.0, 12.0)
@@ -122,7 +122,7 @@ def quiet(rng: Generator, grade: Grade, duration: float, rate: float) -> Floats:
 
 
 def logged(rng: Generator, rates: Floats, grade: Grade, rate: float) -> st.Record:
-    """The record of a log: rates, or whole pulses of the angle of a gyro that counts them."""
+    """The record of a log: rates, or integer pulses of the angle if the gyro counts them."""
     bias = rng.normal(0, 10 * to_si(grade.bias_instability, "deg/h"))
     if grade.step is None:
         return st.Record.from_arrays(rate=rate, gyro_x=rates + bias)
@@ -146,5 +146,5 @@ def parked(seed: int, name: str, kind: str, *, duration: tuple[float, float] = (
     rate = float(rng.choice(RATES))
     span = math.exp(rng.uniform(math.log(duration[0]), math.log(duration[1])))
     x = quiet(rng, GRADES[name], span, rate)
-    shaken = np.gradient(KINDS[kind](rng, len(x), rate))  # an angle that returns: its rate has no white noise
+    shaken = np.gradient(KINDS[kind](rng, len(x), rate))  # a bounded angle: its rate has no white noise
     return logged(rng, x + 10 ** rng.uniform(-5.7, -2.7) * shaken / shaken.std(), GRADES[name], rate)

@@ -1,4 +1,4 @@
-"""Predicted errors of navigation against held-out halves: simulated records, and the gyros of a real unit."""
+"""Comparison of predicted navigation errors with held-out halves: simulated records, and the gyros of a real unit."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ ERRORS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOut:
-    """What segments show against what was predicted.
+    """Errors of segments compared with the prediction.
 
     Attributes
     ----------
     ratio : float
-        Root mean square over the segments, over that predicted.
+        Root mean square over the segments, over the prediction.
     low, high : float
-        Where it is in 95 % of cases if the model is right, with the errors of its coefficients.
+        Range of the ratio in 95 % of cases if the model is correct, including the errors of its coefficients.
     segments : int
     freedom : float
-        How many independent segments tell as much.
+        Equivalent number of independent segments.
     """
 
     ratio: float
@@ -62,9 +62,8 @@ class HeldOut:
 
 
 def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
-    """Of each sample of a sensor in an error after `ahead` samples, on a flat Earth; shape (n_sensors, n).
-
-    An angle or velocity is a sum, the position of a constant rate over each step half a step more; a gyro acts on the
+    """Weight of each sample of a sensor in an error after `ahead` samples, on a flat Earth; shape (n_sensors, n). An
+    angle or velocity is a sum; a position adds half a step for the constant rate over each step; a gyro affects the
     velocity through its angle times g.
     """
     remaining = ahead - np.arange(ahead) - 0.5
@@ -79,7 +78,7 @@ def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Expected:
-    """What a model says of segments one after another.
+    """Prediction of a model for consecutive segments.
 
     Attributes
     ----------
@@ -110,7 +109,7 @@ class Expected:
 
 
 def expected(model: NoiseModel, error: str, n: int, *, after: float, calibration: float, dt: float) -> Expected:
-    """The prediction of a model for n samples, and how far the root mean square over their segments may be off."""
+    """Prediction of a model for n samples, and the range of the root mean square over their segments."""
     from scipy.stats import f
 
     average, ahead = round(calibration / dt), round(after / dt)
@@ -130,16 +129,16 @@ def expected(model: NoiseModel, error: str, n: int, *, after: float, calibration
 def held_out(
     model: NoiseModel, error: str, samples: list[Floats], *, after: float, calibration: float, dt: float
 ) -> HeldOut:
-    """Segments of samples, one after another, against the prediction of a model."""
+    """Compare consecutive segments of samples with the prediction of a model."""
     case = expected(model, error, len(samples[0]), after=after, calibration=calibration, dt=dt)
     return case.held_against(samples)
 
 
 def independent(channels: list[ChannelModel], w: Floats, count: int, dt: float) -> float:
-    """(tr C)²/tr C² of the covariance C of the segments' errors: neighbours share slow noise."""
+    """(tr C)²/tr C² for the covariance C of the errors of segments, because neighbours share slow noise."""
     length = w.shape[1]
     covariances = np.zeros(count)
-    # Twice differenced, noise is stationary; weights that sum to 0 are a difference of their running sums.
+    # The second difference of the noise is stationary; weights that sum to 0 are a difference of their running sums.
     for channel, row in zip(channels, w, strict=True):
         covariances += _covariances(channel, row, count, length, dt)
     c = covariances[np.abs(np.subtract.outer(np.arange(count), np.arange(count)))]
@@ -147,18 +146,18 @@ def independent(channels: list[ChannelModel], w: Floats, count: int, dt: float) 
 
 
 def _covariances(channel: ChannelModel, row: Floats, count: int, length: int, dt: float) -> Floats:
-    """Of errors of segments 0 … count−1 apart: their spectrum is that of the noise times the weights' own."""
+    """Covariances of errors of segments 0 … count−1 apart: their spectrum is that of the noise times that of the weights."""
     n = 1 << (2 * count * length - 1).bit_length()
     power = np.abs(np.fft.rfft(row, n)) ** 2
     frequency = np.fft.rfftfreq(n, dt)
     density = channel.psd(frequency[1:], tau0=dt) / dt
-    # At 0 the weights, which sum to 0, cancel what is not finite there.
+    # At 0 the weights, which sum to 0, cancel the infinite density.
     correlation = np.fft.irfft(np.concatenate(([0.0], power[1:] * density)), n)
     return np.asarray(correlation[: count * length : length])
 
 
 def cell(seed: int, name: str) -> list[list[list[float]]]:
-    """Of each record, error and time: the ratio, its range, segments."""
+    """Ratio, its range, and number of segments, for each record, error and time."""
     rng = np.random.default_rng(seed)
     truth = NoiseModel(channels=MODELS[name])
     expected_cases = _cases(truth, name)
@@ -195,7 +194,7 @@ def _judge_record(record: Record, truth: NoiseModel, expected_cases: list[Expect
 
 
 def field() -> list[str]:
-    """Rows of the page: each gyro of the ADIS16405, each half predicted from the other; none without the data."""
+    """Rows of the page: each gyro of the ADIS16405, with each half predicted from the other; none without the data."""
     log = Path(os.environ.get("SIGMATAU_FIELD_DATA", "../shared/data")) / "adis16405_static.csv.gz"
     if not log.exists():
         return []
@@ -210,7 +209,7 @@ def field() -> list[str]:
         for channel, column in y.items():
             fit = analysis.fits[channel]
             model = analysis.model.of([channel])
-            # The angle of any one gyro; its name decides which angle, not how large.
+            # The gyro only determines which angle is predicted, not its size.
             single = NoiseModel(channels={"gyro_z": model.channels[channel]})
             for after in AFTER:
                 result = held_out(

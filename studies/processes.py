@@ -1,4 +1,4 @@
-"""Goodness of fit of a curve, false Gauss-Markov processes, and processes that are there."""
+"""Goodness of fit of a curve, false Gauss-Markov processes, and true processes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ IDEAL: dict[str, dict[str, float]] = {
 }
 LENGTHS = (2**12, 2**16)
 
-# Beside 0.3 deg/√h in 3 h at 10 Hz: correlation time in s, standard deviation in deg/h.
+# Correlation time [s] and standard deviation [deg/h] of processes, with 0.3 deg/√h in 3 h at 10 Hz.
 PROCESSES = [(10.0, 20.0), (30.0, 20.0), (100.0, 20.0), (300.0, 20.0), (30.0, 5.0), (100.0, 5.0), (300.0, 5.0)]
 _N, _RATE = 108_000, 10.0
 _WHITE = to_si(0.3, "deg/sqrt(h)")
@@ -40,7 +40,7 @@ _REJECTED = 0.002
 
 
 def ideal(seed: int, name: str, n: int) -> list[Any]:
-    """P-value of the terms alone, and whether a process is found, by record."""
+    """P-value of the terms alone, and whether a process is detected, by record."""
     model, rng = st.NoiseModel(channels={"gyro_x": IDEAL[name]}), np.random.default_rng(seed)
     results = []
     for _ in range(RECORDS):
@@ -57,7 +57,7 @@ def _alone(curve: st.DeviationCurve, n: int) -> float:
 
 
 def process(seed: int, time: float, deg_per_h: float) -> list[Any]:
-    """The same with a process, its intervals, and how far the model lies above the curve."""
+    """Detection of a process, its intervals, and the excess of the model over the curve."""
     from scipy.signal import lfilter
 
     rng, sigma, decay = np.random.default_rng(seed), to_si(deg_per_h, "deg/h"), math.exp(-1 / (_RATE * time))

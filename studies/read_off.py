@@ -1,9 +1,8 @@
-"""What reading coefficients off the curve gives: the rules of `sigmatau.fitting.read_off_regions`, set and judged.
-
-Each case is a mixture of terms in SI. A record is simulated, its curve computed on half octaves and read by the rules in
-use and by others, in which one number of the rule of one term is changed. Two numbers judge a rule of a term: how often it
-reports the term in a case that does not contain it, and how often in one where the term rules the curve over a decade or
-more. The errors of what is then reported follow.
+"""Read-off of coefficients: choice and test of the rules of `sigmatau.fitting.read_off_regions`. Each case is a mixture
+of terms in SI. A record is simulated, and its curve on half octaves is read by the rules in use and by others, in which
+one number of one rule is changed. Two numbers judge the rule of a term: how often the term is reported in a case that
+does not contain it, and in a case where it dominates the curve over a decade or more. The errors of the reported
+coefficients follow.
 """
 
 from __future__ import annotations
@@ -38,8 +37,8 @@ def _si(**coefficients: str) -> dict[str, float]:
     return {term: to_si(float(text.split()[0]), text.split()[1]) for term, text in coefficients.items()}
 
 
-# name: (rate [Hz], length [s], channel, coefficients). The paper's units from its Tables II, IV and V, the others made so
-# that two terms meet where a third would be looked for.
+# name: (rate [Hz], length [s], channel, coefficients). The units of the paper are from its Tables II, IV and V; in the
+# other cases two terms meet where a third could be detected.
 CASES: dict[str, tuple[float, float, str, dict[str, float]]] = {
     "Q alone": (100, 7200, "gyro", _si(quantization="1 arcsec")),
     "N alone": (100, 7200, "gyro", _si(random_walk="0.1 deg/sqrt(h)")),
@@ -88,7 +87,7 @@ CASES: dict[str, tuple[float, float, str, dict[str, float]]] = {
 
 
 def tried() -> dict[str, dict[str, Rule]]:
-    """Sets of rules by name: those in use, and for each term those with one number changed."""
+    """Sets of rules by name: the rules in use, and for each term rules with one changed number."""
     sets = {USED: dict(RULES)}
     for term, rule in RULES.items():
         for field, values in CHANGES:
@@ -99,7 +98,9 @@ def tried() -> dict[str, dict[str, Rule]]:
 
 
 def cell(seed: int, case: str) -> dict[str, Any]:
-    """Readings of one case: of the rules in use ``{term: [[value, δ], …]}``, of another set the count of its own term."""
+    """Readings of one case: ``{term: [[value, δ], …]}`` for the rules in use; for another set, the count of its changed
+    term.
+    """
     rate, duration, stream, coefficients = CASES[case]
     channel = f"{stream}_x"
     model = NoiseModel(channels={channel: coefficients})
@@ -117,7 +118,7 @@ def cell(seed: int, case: str) -> dict[str, Any]:
 
 
 def dominated(case: str) -> dict[str, float]:
-    """Decades of τ, up to a quarter of the record, over which a term of the case makes 90 % of the variance or more."""
+    """Decades of τ, up to a quarter of the record, over which a term is 90 % of the variance or more."""
     rate, duration, _, coefficients = CASES[case]
     m = np.unique(np.geomspace(1, rate * duration / 4, 400).astype(int))
     parts = {term: avar(term, value, m=m, tau0=1 / rate) for term, value in coefficients.items()}
@@ -165,7 +166,7 @@ def _false(results: dict[str, Any], name: str, term: str) -> tuple[float, str]:
 
 
 def _detected(results: dict[str, Any], name: str, term: str, ruled: dict[str, dict[str, float]]) -> float:
-    """Mean share of records, over the cases in which the term rules a decade, in which it is reported. [%]"""
+    """Mean share of records in which the term is reported, over the cases in which it dominates a decade. [%]"""
     return float(np.mean([_share(results[case], name, term) for case in CASES if ruled[case].get(term, 0) >= 1]))
 
 

@@ -1,6 +1,6 @@
 """Real records at rest: the random walk and bias instability of every axis, and of both halves of each record.
 
-The records are not ours to ship: SIGMATAU_FIELD_DATA names the folder that holds them; those that are absent are skipped.
+The records are not distributed with the package: SIGMATAU_FIELD_DATA is their folder; absent records are skipped.
 ``python -m studies.real_records`` writes docs/study/real-records.md.
 """
 
@@ -45,14 +45,14 @@ RECORDS: dict[str, dict[str, Any]] = {
     "field/xdot_2.csv.gz": {"unit": {"gyro": "deg/s", "accel": "m/s^2", "time": "s"}},
 }
 WINDOWS = {"field/vn100_stationary.mat": "520s:1140s", "field/xdot_2.csv.gz": "1s:120s"}
-"""Parts at rest: before, people walked by; the first row is not a sample."""
+"""Parts at rest: people walked past before; the first row is not a sample."""
 
 TERMS = ("random_walk", "bias_instability")
 LIMIT = 1.5
 
 
 def fitted(record: Record, channel: str) -> NoiseFit:
-    """As `analyze` fits a channel."""
+    """Fit a channel like `analyze`."""
     fit = fit_channel(record, channel)
     steps = resolution(record.stream_of(channel), channel)
     if steps is None or steps.ratio > 3:
@@ -73,7 +73,7 @@ def deviate(first: NoiseFit, second: NoiseFit, term: str) -> float | None:
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:
-    """Every axis: its fit, those of the halves, and the deviates between these."""
+    """Results of every axis: its fit, the fits of the halves, and their deviates."""
     results = []
     for name, options in RECORDS.items():
         if not (folder / name).exists():

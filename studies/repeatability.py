@@ -1,4 +1,4 @@
-"""Repeatability over runs: size and power of the tests, coverage of the intervals; of numbers, and of simulated records."""
+"""Repeatability over runs: size and power of the tests, coverage of the intervals; for numbers and for simulated records."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SETS = 2000
 RUNS = (3, 7, 30)
 RATIOS = (0.0, 0.5, 1.0, 2.0, 4.0)  # spread between runs over the error of a run
 UNEVEN = 0.5  # standard deviation of the logarithm of the errors, in the second half of the study
-SHIFT = 6.0  # of the run that does not belong, in standard deviations of a value
+SHIFT = 6.0  # shift of the outlying run, in standard deviations of a value
 
 PARTS = 5
-UNITS = 60  # simulated units a part
+UNITS = 60  # simulated units per part
 DAYS = 7
-DURATION, RATE = 1800.0, 20.0  # of a record [s], [Hz]
-TRUE = {"random_walk": 8.7e-5, "bias_instability": 1.2e-4}  # [SI], a gyro
-SPREADS = (0.0, 0.05, 0.2)  # of the coefficients from day to day, logarithm
+DURATION, RATE = 1800.0, 20.0  # duration [s] and rate [Hz] of a record
+TRUE = {"random_walk": 8.7e-5, "bias_instability": 1.2e-4}  # true coefficients of a gyro [SI]
+SPREADS = (0.0, 0.05, 0.2)  # standard deviation of the logarithm of coefficients from day to day
 LEVEL = 0.95
 
 
@@ -60,7 +60,7 @@ def _shares(
 
 
 def records(seed: int, spread: float) -> dict[str, list[float]]:
-    """Units of simulated days, analysed and compared: by term, shares as of `numbers`."""
+    """Units of simulated days, analysed and compared: shares as from `numbers`, by term."""
     rng = np.random.default_rng(seed)
     counts: dict[str, list[list[float]]] = {term: [] for term in TRUE}
     for _ in range(UNITS):

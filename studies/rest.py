@@ -1,4 +1,5 @@
-"""Whether a record is at rest: moving sensors of six kinds, clean records, and records with ten seconds of handling.
+"""Test of whether a record is at rest: moving sensors of six kinds, clean records, and records of sensors that are picked
+up for ten seconds.
 
 ``python -m studies.rest`` writes docs/study/rest.md.
 """
@@ -32,7 +33,7 @@ TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 
 
 def verdict(record: st.Record) -> Rest:
-    """As `sigmatau.analyze` has it."""
+    """Verdict of `sigmatau.analyze`."""
     with keep_facts():
         return rest(from_the_start(record))
 
@@ -44,7 +45,7 @@ def judge_moving(seed: int, kind: str, sensors: str, records: int) -> list[str]:
 
 
 def at_rest(seed: int, kind: str, length: str) -> st.Record:
-    """A record at rest of one of the grades of the study of false alarms, or one of consumer MEMS with something more."""
+    """A record at rest of one of the grades of the study of false alarms, or of consumer MEMS with a disturbance."""
     rng = np.random.default_rng(seed)
     grade = kind if kind in false_alarms.GRADES else "consumer MEMS"
     record = false_alarms.record(seed, grade, length, gravity=True)
@@ -88,7 +89,9 @@ def judge_clean(seed: int, kind: str, length: str, records: int) -> list[str]:
 
 
 def judge_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
-    """Records with ten seconds of handling: verdict, share kept of gyros and accelerometers, and which intervals hold."""
+    """Records of sensors that are picked up for ten seconds: verdict, share kept of gyros and accelerometers, and
+    coverage.
+    """
     rng = np.random.default_rng(seed)
     truth = st.NoiseModel.from_dict({"channels": {"gyro_x": GRADES[grade][0]}}).channels["gyro_x"].terms
     rows = []

@@ -1,6 +1,5 @@
-"""Rest of accelerometers alone and of one axis: verdicts on moving records, and axes that are trusted.
-
-The table is a part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for accelerometers alone and for one axis: verdicts on moving records, and trusted axes. The table is part
+of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
 RECORDS = 20  # a cell
 CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # a cell, and a class of sensors
 UNIT_OF_WALK = {"gyro": "deg/sqrt(h)", "accel": "m/s/sqrt(h)"}
-LARGE = 1.5  # an error of a random walk that makes it of little use
+LARGE = 1.5  # error that makes a random walk useless
 
 
 def grade_of_axes(seed: int, kind: str) -> str:
@@ -63,7 +62,9 @@ def moving_axes(seed: int, kind: str, sensors: str) -> st.Record:
 
 
 def judge_axes(seed: int, kind: str, sensors: str) -> list[dict[str, Any]]:
-    """Verdicts, where one at rest with an axis of trust "good" is "good"; and the errors of the random walk of such axes."""
+    """Verdicts, replaced by "good" for a record at rest with an axis of trust "good"; and errors of the random walk of
+    such axes.
+    """
     rng = np.random.default_rng(seed)
     sensor = sensors.split(", ")[0]
     rows = []
@@ -87,7 +88,7 @@ def error_of_walk(fitted: st.NoiseFit, truth: float) -> float:
 
 
 def judge_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
-    """Clean records: verdicts on some axes of each, and whether a fit of one axis is beyond the noisiest sensors."""
+    """Clean records: verdicts on some axes of each, and whether the fit of an axis exceeds the noisiest sensors."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(CLEAN_RECORDS):
@@ -120,7 +121,7 @@ def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
 
 
 def text(results: Mapping[str, Any]) -> str:
-    """The section of the page."""
+    """Section of the page."""
     kinds = dict.fromkeys(kind for kinds in MOTIONS.values() for kind in kinds)
     assert set(kinds) <= {*KINDS, *SMALL_KINDS, "held"}
     lines = [_HEAD, f"| axes | {' | '.join(kinds)} |", "|---" * (len(kinds) + 1) + "|"]

@@ -1,6 +1,5 @@
-"""Rest of sensors that move a little: hands with a faint tremor, and accelerometers that tilt by a few degrees.
-
-The tables are a part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for slightly moving sensors: hands with a faint tremor, and accelerometers that tilt by a few degrees. The
+tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from studies.rest_windows import verdict
 
 Floats = NDArray[np.float64]
 
-TREMORS = (0.1, 0.2, 0.4, 0.8)  # of a gyro, root mean square at 8 to 12 Hz [deg/s]
-SLOW = (0.0, 0.3, 0.6, 1.0, 1.5)  # motion of 0.3 to 4 Hz over the tremor, root mean squares [1]
+TREMORS = (0.1, 0.2, 0.4, 0.8)  # root mean square of a gyro at 8 to 12 Hz [deg/s]
+SLOW = (0.0, 0.3, 0.6, 1.0, 1.5)  # ratio of the motion of 0.3 to 4 Hz to the tremor, root mean squares [1]
 HAND_RATES, HAND_SECONDS = (50.0, 100.0, 400.0), (12.0, 60.0)
-ACCELERATION = 1 / 9  # of a hand over its rate [m/s² per deg/s]
+ACCELERATION = 1 / 9  # acceleration of a hand over its rate [m/s² per deg/s]
 AVERAGED = (2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0)  # first zeros of moving averages [Hz]
-TILTS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)  # in a record [deg]
+TILTS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)  # tilt in a record [deg]
 TILT_SECONDS = (20.0, 60.0, 300.0, 1800.0)
 WANDERS = ("gyro, slow", "gyro, walk", "accel, slow", "accel, walk")
 RECORDS, TILT_RECORDS, WANDER_RECORDS = 40, 10, 20  # a cell
@@ -32,7 +31,7 @@ PEOPLE_RECORDS, PEOPLE_CELLS = 6, 6
 
 
 def small_hand(seed: int, tremor: float, slow: float) -> st.Record:
-    """Six axes of a MEMS in a hand, with a tremor [deg/s], and a slow motion of a part of it."""
+    """Six axes of a MEMS in a hand, with a tremor [deg/s] and a slow motion relative to it."""
     rng = np.random.default_rng(seed)
     rate = float(rng.choice(HAND_RATES))
     n = round(rate * rng.uniform(*HAND_SECONDS))
@@ -54,7 +53,7 @@ def judge_hands(seed: int, tremor: float, slow: float) -> list[str]:
 
 
 def judge_averaged(seed: int, zero: float) -> list[str]:
-    """Verdicts on sensors at rest behind one or two moving averages whose first zero is at a frequency. [Hz]"""
+    """Verdicts on sensors at rest with one or two moving averages whose first zero is at a frequency. [Hz]"""
     rng = np.random.default_rng(seed)
     verdicts: list[str] = []
     for _ in range(RECORDS):
@@ -71,7 +70,7 @@ def judge_averaged(seed: int, zero: float) -> list[str]:
 
 
 def judge_tilts(seed: int, degrees: float, seconds: float) -> list[str]:
-    """Verdicts on accelerometers of a MEMS that tilt steadily about an axis."""
+    """Verdicts on MEMS accelerometers that tilt steadily about an axis."""
     rng = np.random.default_rng(seed)
     rate = 20.0 if seconds > 1000 else 100.0
     angle = np.radians(np.linspace(0, degrees, round(seconds * rate)))
@@ -122,7 +121,7 @@ def parked_people(seed: int) -> st.Record:
     size = 10 ** rng.uniform(-1.5, -0.4)  # [deg/s]
     low = rng.uniform(0.6, 2.0)
     high = low + rng.uniform(0.5, 2.0)
-    sway = rng.choice([0.0, 1 / 30])  # of the size, all the time
+    sway = rng.choice([0.0, 1 / 30])  # share of the size that is always present
 
     def moved() -> Floats:
         return np.stack([envelope * band(rng, n, rate, low, high) + sway * band(rng, n, rate, 1.2, 2) for _ in "xyz"])
@@ -159,7 +158,7 @@ def _moving(verdicts: list[str]) -> str:
 
 
 def text(results: Mapping[str, Any]) -> str:
-    """The section of the page."""
+    """Section of the page."""
     lines = [
         _HANDS,
         f"| tremor | {' | '.join(f'slow motion {slow:g}' for slow in SLOW)} |",

@@ -1,6 +1,5 @@
-"""Rest of short records: windows of moving records, simulated and real, and clean records of 10 s to 4 h.
-
-The tables are a part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for short records: windows of moving records, simulated and real, and clean records of 10 s to 4 h. The
+tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations
@@ -30,9 +29,22 @@ Cells = dict[str, tuple[Any, tuple[Any, ...]]]
 
 MOTIONS = (*KINDS, "held")
 LENGTHS = (3, 4, 5, 10, 20)
-SWING = math.radians(6.0)  # peak to peak of the gyro of a window that must not be at rest [rad/s]
+SWING = math.radians(6.0)  # peak-to-peak rate of a window that must not be at rest [rad/s]
 RATES = (1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 200.0, 1000.0)
-JUDGED = (3, 4, 5, 6, 8, 10, 15, 20, 30, 50, 80, 150)  # lengths of windows without the rule of the shortest record [s]
+JUDGED = (
+    3,
+    4,
+    5,
+    6,
+    8,
+    10,
+    15,
+    20,
+    30,
+    50,
+    80,
+    150,
+)  # lengths of windows in the test without the rule of the shortest record [s]
 RECORDS, WINDOWS = 8, 4  # a cell
 
 # Coefficients of gyros [deg/√h, deg/h, deg/h/√h] and of accelerometers [m/s/√h, mg], and angle noise [arcsec], from optical
@@ -53,7 +65,7 @@ LIMIT_REFUSED = 0.005
 
 
 def verdict(record: st.Record) -> Rest:
-    """As `sigmatau.analyze` has it."""
+    """Verdict of `sigmatau.analyze`."""
     with keep_facts():
         return rest(from_the_start(record))
 
@@ -70,13 +82,13 @@ def windows(record: st.Record, length: float, starts: Floats) -> Iterator[tuple[
 
 
 def swing(record: st.Record) -> float:
-    """Largest peak to peak of a gyro axis. [rad/s]"""
+    """Largest peak-to-peak rate of a gyro axis. [rad/s]"""
     columns = [s.column(c) for s in record.streams if s.quantity == "angular_rate" for c in s.channels]
     return max(float(np.nanmax(x) - np.nanmin(x)) if np.isfinite(x).any() else 0.0 for x in columns)
 
 
 def in_motion(seed: int, kind: str, rate: float | None = None) -> st.Record:
-    """A record that moves: of a minute if its rate is stated, longer for slow rates."""
+    """A record in motion: one minute if its rate is stated, longer for slow rates."""
     if kind == "held":
         return held(seed, rate=rate or 100.0, seconds=60.0 if rate is None else max(60.0, 300.0 / rate))
     return moving(seed, kind, rate=rate, minutes=None if rate is None else max(1.0, 5.0 / rate))
@@ -97,7 +109,9 @@ def judge_windows(seed: int, kind: str, records: int = RECORDS) -> dict[str, dic
 
 
 def judge_evidence(seed: int, kind: str, rate: float) -> dict[str, list[int]]:
-    """Windows above `SWING` and those without a sign of motion, by sensors and length, without a shortest record."""
+    """Numbers of windows above `SWING` and of those without a sign of motion, by sensors and length, without a shortest
+    record.
+    """
     rng = np.random.default_rng(seed)
     counts = {f"{sensor} {length}": [0, 0] for sensor in ("gyro", "accel") for length in JUDGED}
     for _ in range(RECORDS // 2):
@@ -194,7 +208,7 @@ def real_logs(folder: Path) -> Iterator[tuple[str, st.Record]]:
 
 
 def judge_real(folder: Path, *, stride: int = 1) -> dict[str, dict[int, Counter[str]]]:
-    """Verdicts on each `stride`-th window above `SWING` of each real log, one after the other, by length."""
+    """Verdicts on every `stride`-th window above `SWING` of each real log, by length."""
     counts_by_log: dict[str, dict[int, Counter[str]]] = {}
     for name, record in real_logs(folder):
         record = from_the_start(record)
@@ -222,7 +236,7 @@ def cells() -> Cells:
 
 
 def text(results: Mapping[str, Any]) -> str:
-    """The sections of the page."""
+    """Sections of the page."""
     lines = [_EVIDENCE]
     for sensor, title in (("gyro", "gyros"), ("accel", "accelerometers")):
         lines += [f"\n| {title} | {' | '.join(f'{rate:g} Hz' for rate in RATES)} |", "|---" * (len(RATES) + 1) + "|"]

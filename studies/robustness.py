@@ -1,4 +1,4 @@
-"""What records that are not ideal do to the random walk: filters, lines, warm-up, spikes, noise that is not Gaussian."""
+"""Random walk of records that are not ideal: filters, lines, warm-up, spikes, noise that is not Gaussian."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _varying(y: Floats, rng: np.random.Generator) -> Floats:
     return y + _SIGMA * np.sqrt(power) * rng.standard_normal(N)
 
 
-# name: (what is done to the record, whether it brings the white noise itself)
+# name: (change of the record, whether it includes the white noise)
 CASES: dict[str, tuple[Callable[[Floats, np.random.Generator], Floats] | None, bool]] = {
     "ideal": (None, False),
     "first-order low-pass, 30 Hz": (_low_pass, False),
@@ -75,7 +75,7 @@ CASES: dict[str, tuple[Callable[[Floats, np.random.Generator], Floats] | None, b
 
 
 def cell(seed: int, case: str) -> list[dict[str, Any]]:
-    """Fits of a share of the records."""
+    """Fits of a part of the records."""
     degrade, brings_white = CASES[case]
     truth = {term: value for term, value in TRUTH.items() if not (brings_white and term == "random_walk")}
     model = st.NoiseModel(channels={"gyro_x": truth})

@@ -1,4 +1,4 @@
-"""From a model to a record and back: do the intervals that a fit states hold what was put in?"""
+"""From a model to a record and back: coverage of the simulated values by the intervals of a fit."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ UNITS = {"CIMU": ("cimu.toml", 200.0), "HG1700": ("hg1700.toml", 100.0), "Motion
 
 
 def cases() -> dict[str, tuple[ChannelModel, float, int]]:
-    """By name: model, rate in Hz, samples; of the paper's units two hours of a gyro and an accelerometer."""
+    """Cases by name: model, rate in Hz, samples; for the units of the paper, two hours of a gyro and an accelerometer."""
     all_cases = dict(SINGLE)
     for unit, (file, rate) in UNITS.items():
         model = NoiseModel.read(str(resources.files("sigmatau.data") / file))
@@ -54,7 +54,7 @@ def cases() -> dict[str, tuple[ChannelModel, float, int]]:
 
 
 def cell(seed: int, name: str) -> list[dict[str, Any]]:
-    """What fits state about a share of the records of a case."""
+    """Statements of fits on a part of the records of a case."""
     noise, rate, n = cases()[name]
     channel = "accel_x" if noise.quantity == "acceleration" else "gyro_x"
     model = NoiseModel(channels={channel: noise})

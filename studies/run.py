@@ -1,4 +1,4 @@
-"""Run every study: ``make study``. Each writes its page in docs/study/; what is done is kept in .study/."""
+"""Run every study: ``make study``. Each writes its page in docs/study/; finished cells are stored in .study/."""
 
 from __future__ import annotations
 

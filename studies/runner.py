@@ -1,4 +1,6 @@
-"""Running a study: named cells, seeds from their names, all cores, results kept so that a stopped study goes on."""
+"""Execution of a study: named cells with seeds from their names, on all cores; results are stored, so that a stopped
+study can continue.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +16,11 @@ from typing import Any
 
 CACHE = Path(".study")
 WORKERS = int(os.environ.get("STUDY_WORKERS", os.cpu_count() or 1))
-"""Processes; the environment variable STUDY_WORKERS leaves cores to others."""
+"""Number of processes; the environment variable STUDY_WORKERS limits it."""
 
 
 def seed_of(name: str) -> int:
-    """A seed from a case's name: never chosen, never changed."""
+    """Seed from the name of a case: neither chosen nor changed."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
 
 
@@ -30,13 +32,13 @@ def run(
     Parameters
     ----------
     study : str
-        Names the cache.
+        Name of the cache.
     cells : mapping
         Name to ``(function, arguments)``; the function is called as ``function(seed, *arguments)`` in a worker process
         and returns something that JSON can hold.
     settings : str
-        All that the results depend on beside a cell's name and the code; other settings have another cache. After a
-        change of the code delete ``.study``.
+        Further settings on which the results depend, besides the name of a cell and the code; other settings have another
+        cache. After a change of the code delete ``.study``.
     """
     CACHE.mkdir(exist_ok=True)
     cache = CACHE / f"{study}-{seed_of(settings):014x}.json"

@@ -1,4 +1,4 @@
-"""The best two hours of four: what choosing the calmest window does to the Allan variance and to the coefficients."""
+"""The best two hours of four: effect of choosing the most stable window on the Allan variance and the coefficients."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ THEIR_DRAWS = 100
 
 
 def cell(seed: int, name: str) -> list[list[float]]:
-    """Records made of samples, cut by `most_stable`: Allan variances over the expected ones, and θ over the true ones."""
+    """Simulated records, cut by `most_stable`: Allan variances over the expected ones, and θ over the true ones."""
     rng = np.random.default_rng(seed)
     terms = MODELS[name]
     model = NoiseModel(channels={"gyro_x": terms})

@@ -1,7 +1,7 @@
 """Bias of the result if the window is chosen by the least scatter of its own noise.
 
-Stationary noise has quiet stretches, and the window whose means scatter least contains less slow noise than any other: of
-four hours of a rate random walk, the two most stable hours show half of its Allan variance at τ = 30 min. The choice is
+Stationary noise has quiet stretches, and the window whose means scatter least contains less slow noise than any other:
+the two most stable of four hours of a rate random walk show half of its Allan variance at τ = 30 min. The choice is
 simulated: means over 60 s of records with the given noise (their differences are a stationary Gaussian series of known
 covariance, drawn by circulant embedding), the most stable window of each, and its Allan variance over the expected one.
 
@@ -48,7 +48,7 @@ class SelectionBias:
     draws: int
 
     def at(self, tau: float) -> float:
-        """The ratio at an averaging time, between those computed by a line in the logarithm of τ."""
+        """Ratio at an averaging time, interpolated linearly in the logarithm of τ."""
         return float(np.interp(math.log(tau), np.log(self.tau), self.ratio))
 
 
@@ -80,7 +80,7 @@ def selection_bias(
     Raises
     ------
     ValueError
-        For a window that is longer than the record, or shorter than ten blocks; for an unknown term, or no noise.
+        For a window that is longer than the record, or shorter than ten blocks; for an unknown term, or without noise.
     """
     block = block_length(window * tau0, tau0) if block is None else block
     blocks, size = n // block, window // block
@@ -116,7 +116,7 @@ def selection_bias(
 def _draw(
     model: Mapping[str, float], blocks: int, block: int, tau0: float, draws: int, generator: np.random.Generator
 ) -> Floats:
-    """Block means of records with the given noise, from 0 at the first; shape (draws, blocks)."""
+    """Block means of records with the given noise, relative to the first; shape (draws, blocks)."""
     unknown = set(model) - set(TERMS)
     if unknown:
         raise ValueError(f"unknown term {min(unknown)!r}; terms: {', '.join(TERMS)}")
@@ -128,7 +128,7 @@ def _draw(
             covariance += theta * autocovariance(term, count + 1, block)
     if not covariance[0] > 0:
         raise ValueError("the model has no noise")
-    # The eigenvalues of the circulant are those of its first row; none is below 0 but by rounding.
+    # The eigenvalues of the circulant are the transform of its first row; they are negative only by rounding.
     power = np.maximum(np.fft.rfft(np.concatenate([covariance, covariance[-2:0:-1]])).real, 0.0)
     white = np.fft.rfft(generator.standard_normal((draws, 2 * count)), axis=1)
     differences = np.fft.irfft(white * np.sqrt(power), n=2 * count, axis=1)[:, :count]
@@ -137,7 +137,7 @@ def _draw(
 
 
 def _sizes(size: int) -> Ints:
-    """Averaging times in blocks: whole ones, about four an octave, up to a third of the window."""
+    """Averaging times in whole blocks: about four per octave, up to a third of the window."""
     steps = np.unique(np.round(2.0 ** np.arange(0, math.log2(size / _WINDOW_PER_TAU) + 0.01, 0.25)))
     return np.union1d(steps, [size // 4]).astype(np.int64)
 
@@ -166,12 +166,12 @@ def _ratios(chosen: Floats, whole: Floats, sizes: Ints, expected: Floats) -> tup
 
 
 def _factors(model: Mapping[str, float], window: int, tau0: float, m: Ints, ratio: Floats) -> dict[str, float]:
-    """What a fit to the mean Allan variances of the chosen windows finds, over what is there."""
+    """Ratio of the coefficients fitted to the mean Allan variances of the chosen windows to the true ones."""
     half = [1 << j for j in range(int(math.log2(window)) + 1)]
     sizes = sorted({size for m_ in half for size in (m_, m_ + m_ // 2) if 1 <= size <= window // _WINDOW_PER_TAU})
     parts = Components(window, tuple(sizes))
     theta = np.array([model.get(term, 0.0) ** 2 * tau0 ** (power_of_interval(term) - 2) for term in NOISE])
-    # Below a block the choice tells the less, the shorter: what it lowers is slow.
+    # Below a block the choice has less effect at shorter times, because it reduces slow noise.
     lowered = np.interp(np.log(sizes), np.log(m), ratio)
     short = np.array(sizes) < m[0]
     lowered[short] = 1 - (1 - ratio[0]) * np.array(sizes)[short] / m[0]

@@ -1,4 +1,4 @@
-"""Drift, stationarity and correlation: how often clean records raise a finding, and how often a fault does."""
+"""Drift, stationarity and correlation: share of clean and of faulty records with a finding."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MIXTURES: dict[str, dict[str, float]] = {
     "Q, N, R": {"quantization": 3.0, "random_walk": 0.2, "rate_ramp": 1e-3},
     "Q, B, K": {"quantization": 30.0, "bias_instability": 0.1, "rate_random_walk": 3e-3},
 }
-"""At an interval of 1 s; 16384 samples."""
+"""Mixtures at an interval of 1 s; 16384 samples."""
 
 LAW_RECORDS = 4000
 PARTS = 4
@@ -49,7 +49,7 @@ LENGTHS = ((600.0, 10.0), (600.0, 100.0), (3600.0, 10.0), (14400.0, 10.0))
 
 
 def law(seed: int, name: str) -> list[list[float]]:
-    """For each record: p-values of segments and cusum."""
+    """P-values of segments and cusum, for each record."""
     rng = np.random.default_rng(seed)
     model = MIXTURES[name]
     fitted = NoiseFit(
@@ -65,7 +65,7 @@ def law(seed: int, name: str) -> list[list[float]]:
 
 
 def _temperature(rng: np.random.Generator) -> Floats:
-    """A temperature that has nothing to do with the sensor: a walk, a cycle, a cooling, some of each."""
+    """A temperature without effect on the sensor: a walk, a cycle, a cooling, or a mixture."""
     t = np.arange(TEMPERATURES)
     kind = int(rng.integers(4))
     if kind == 0:
@@ -78,7 +78,7 @@ def _temperature(rng: np.random.Generator) -> Floats:
 
 
 def clean(seed: int, k: int) -> list[list[int]]:
-    """Findings of each check in records of three axes: warnings, and infos."""
+    """Findings of each check in records of three axes: warnings and infos."""
     rng = np.random.default_rng(seed)
     rows = []
     for _ in range(CLEAN_RECORDS // PARTS // len(LENGTHS)):
@@ -107,13 +107,13 @@ DRIFTS = [("warm_up", "info"), ("temperature_drift", "info")]
 
 
 def _fitted(record: Record) -> tuple[dict[str, NoiseFit], list[Finding]]:
-    """Fits of the sensor of a record, and what they say."""
+    """Fits of the sensor of a record, and their findings."""
     fits = {channel: fit_channel(record, channel) for channel in record.streams[0].channels}
     return fits, by_channel(fits, (), record)
 
 
 def _model(rng: np.random.Generator, duration: float, rate: float) -> NoiseModel:
-    """Three axes of one of all kinds of mixtures: N = 1, the others where they cross it inside the record."""
+    """Three axes with a random mixture: N = 1, and other terms that cross it within the record."""
     channels = {}
     for axis in "xyz":
         cross = np.exp(rng.uniform(np.log(3 / rate), np.log(duration), size=4))
@@ -138,11 +138,11 @@ def _thermometer(celsius: Floats) -> Stream:
 
 FAULTS = ("warm-up", "temperature", "noise × 1.25 in one half", "K × 20 in one half", "axes correlated by 0.1")
 SENSOR = {"random_walk": 0.005, "bias_instability": 1e-3, "rate_random_walk": 3e-5}
-"""Per second, as degrees: a good MEMS gyro."""
+"""Coefficients in degrees and seconds: a good MEMS gyro."""
 
 
 def fault(seed: int, name: str) -> list[float]:
-    """Share of records of 2 h at 20 Hz in which a fault is found, and the mean of the sizes stated over those planted."""
+    """Share of records of 2 h at 20 Hz in which a fault is detected, and mean ratio of the stated to the simulated size."""
     rng = np.random.default_rng(seed)
     detected, sizes = 0, []
     n, rate = 144_000, 20.0

@@ -1,9 +1,9 @@
-"""Does `tune` name the wrong noise of a filter, and is its factor right? Simulated Kalman filters with one wrong number.
+"""Test of whether `tune` names the wrong noise of a filter with its factor: simulated Kalman filters with one wrong number.
 
     python -m studies.tune
 
-writes docs/study/tune.md. The simulator is of its own: a truth in time, and a Kalman filter with its recursion from the
-start, whose innovations and S are what a user has.
+writes docs/study/tune.md. The simulator is independent: a true state over time, and a Kalman filter with its recursion
+from the start, whose innovations and S are the input.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from studies.runner import run
 from studies.tune_filters import AIDED, AIDINGS, MOTIONS, Floats, Setting, aided_innovations, moving_innovations
 
 RUNS = 1000
-FEWER_RUNS = 100  # of filters with several measurements, with a varying S, or with motion
-FACTOR = 3.0  # by which a filter is wrong
+FEWER_RUNS = 100  # runs of filters with several measurements, with a varying S, or with motion
+FACTOR = 3.0  # factor by which a filter is wrong
 NOISES = ("measurement", "white", "slow")
 
 
@@ -64,7 +64,7 @@ def innovations(setting: Setting, assumed: Setting, runs: int, rng: np.random.Ge
 
 
 def cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int]:
-    """Counts: verdicts right, something called wrong, and the intervals of the three factors that hold the truth."""
+    """Numbers of correct verdicts, of verdicts "wrong", and of intervals of the three factors that contain the truth."""
     setting = SETTINGS[name]
     place, factor = WRONG[wrong]
     numbers = [setting.deviation, setting.noise, setting.walk]
@@ -92,7 +92,7 @@ def cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int
 
 
 def aided_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int]:
-    """Counts: verdicts right, something called wrong, and the intervals of the factors that contain the truth."""
+    """Numbers of correct verdicts, of verdicts "wrong", and of intervals of the factors that contain the truth."""
     aiding = AIDINGS[name]
     count = len(aiding.deviations)
     true = np.ones(count + 2)
@@ -122,7 +122,9 @@ def aided_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> li
 
 
 def moving_cell(name: str, wrong: str, runs: int, rng: np.random.Generator) -> list[int]:
-    """Counts: scale and delay named as they are, intervals of both that hold the truth, and the noises judged right."""
+    """Numbers of correctly named scales and delays, of their intervals that contain the truth, and of correct noise
+    verdicts.
+    """
     scale, delay, uses_sensor_rate = MOTIONS[name]
     place, factor = WRONG[wrong]
     factors = np.ones(3)
@@ -156,7 +158,7 @@ def names_of_noises(count: int) -> list[str]:
 
 
 def wrong_numbers(count: int) -> list[str]:
-    """What is wrong in the filters with some measurements."""
+    """Wrong numbers of the filters with some measurements."""
     return ["nothing", *(f"{noise} too {size}" for noise in names_of_noises(count) for size in ("small", "large"))]
 
 

@@ -25,7 +25,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Aiding:
-    """How measurements aid a filter of the consumer gyro: how they come, and their deviations over √R."""
+    """Measurements of a filter of the consumer gyro: their schedule, and their deviations over √R."""
 
     deviations: tuple[float, ...]
     kind: str  # "together", "in turn", "adaptive", "dropouts"
@@ -45,7 +45,7 @@ def schedule(aiding: Aiding, duration: float, rng: np.random.Generator) -> tuple
     n = round(duration * 10 / 9 / AIDED.interval)
     time = AIDED.interval * np.arange(n, dtype=np.float64)
     deviations = AIDED.deviation * np.tile(aiding.deviations, (n, 1))
-    if aiding.kind == "in turn":  # the second sensor once a second, between two measurements of the first
+    if aiding.kind == "in turn":  # the second sensor measures once a second, between two measurements of the first
         late = time[2::5] + 0.37 * AIDED.interval
         time = np.concatenate([time, late])
         order = np.argsort(time)
@@ -53,10 +53,12 @@ def schedule(aiding: Aiding, duration: float, rng: np.random.Generator) -> tuple
         deviations = np.tile(AIDED.deviation * np.array(aiding.deviations), (len(time), 1))
         deviations[np.hstack([~first, first])] = np.nan
         time = time[order]
-    elif aiding.kind == "adaptive":  # 1 to 4 times, slowly, and three times as large for some seconds
+    elif (
+        aiding.kind == "adaptive"
+    ):  # deviations 1 to 4 times as large, slowly varying, and a further three times for a few seconds
         deviations = deviations * (2.5 + 1.5 * np.sin(2 * np.pi * time / 300.0))[:, None]
         deviations[(time % 47.0) < 5.0] *= 3
-    elif aiding.kind == "dropouts":  # one of three is lost, and all of 10 s in each 2 min
+    elif aiding.kind == "dropouts":  # one of three measurements is lost, and all during 10 s in every 2 min
         received = (rng.uniform(size=n) > 1 / 3) & (time % 120.0 > 10.0)
         time, deviations = time[received], deviations[received]
     return time, deviations
@@ -65,7 +67,7 @@ def schedule(aiding: Aiding, duration: float, rng: np.random.Generator) -> tuple
 def aided_innovations(
     aiding: Aiding, factors: Floats, runs: int, rng: np.random.Generator, *, duration: float = AIDED.duration
 ) -> tuple[Floats, Floats, Floats]:
-    """Times, innovations (runs, n, n_measurements) and S of filters that assume each √R, N and K times factors."""
+    """Times, innovations (runs, n, n_measurements) and S of filters with each √R, N and K multiplied by factors."""
     time, true = schedule(aiding, duration, rng)
     assumed = true * factors[:-2]
     noise, walk = factors[-2] * AIDED.noise, factors[-1] * AIDED.walk
@@ -116,7 +118,7 @@ def moving_innovations(
     of_sensor: bool,
     duration: float = AIDED.duration,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Times, innovations (runs, n), S, and the rate (runs, n) of a filter that assumes √R, N and K times factors."""
+    """Times, innovations (runs, n), S, and the rate (runs, n) of a filter with √R, N and K multiplied by factors."""
     n, dt = round(duration * 10 / 9 / AIDED.interval), AIDED.interval
     time = dt * np.arange(n, dtype=np.float64)
     phases = rng.uniform(0, 2 * np.pi, (len(TURNS), runs))
@@ -136,7 +138,7 @@ def moving_innovations(
     values, stated, measured = np.empty((n, runs)), np.empty(n), rate.copy()
     for k in range(n):
         total = covariance[0, 0] + r**2
-        # The measurement is late: it is the angle of an earlier time.
+        # A late measurement is the angle of an earlier time.
         innovation = error[0] + AIDED.deviation * rng.standard_normal(runs) - delay * rate[k]
         values[k], stated[k] = innovation, total
         gain = covariance[:, 0] / total

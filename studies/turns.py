@@ -1,7 +1,7 @@
-"""Simulated rows of sensors that take turns, and of single sensors that resemble them.
+"""Simulated rows of alternating sensors, and of single sensors that resemble them.
 
-Samples are over the standard deviation of the white noise. Every axis has white noise, a bias and a slow wander: three
-Gauss–Markov processes, which make a flicker floor, and a random walk.
+Samples are in units of the standard deviation of the white noise. Every axis has white noise, a bias and a slow wander:
+three Gauss–Markov processes, which form a flicker floor, and a random walk.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Generator = np.random.Generator
 
 STAMPS = ("even", "pairs", "equal pairs", "none")
-_FLOOR = 0.664  # of the flicker noise, over the bias instability
+_FLOOR = 0.664  # floor of the flicker noise, over the bias instability
 
 
 def wander(rng: Generator, n: int, corner: float) -> Floats:
@@ -60,7 +60,7 @@ def _same_model(rng: Generator, n: int, rate: float, axes: int, count: int = 2, 
 def _two_models(rng: Generator, n: int, rate: float, axes: int, bias: float = 1.0) -> Floats:
     first = sensor(rng, n // 2, rate / 2, axes, bias=bias)
     second = rng.uniform(1.5, 5) * sensor(rng, n // 2, rate / 2, axes, bias=bias)
-    if rng.random() < 0.5:  # the coarser one is also rounded
+    if rng.random() < 0.5:  # the coarser unit is also rounded
         step = rng.uniform(0.5, 3)
         second = step * np.round(second / step)
     return _in_turn([first, second])
@@ -75,7 +75,7 @@ def _two_rates(rng: Generator, n: int, rate: float, axes: int) -> Floats:
 
 
 def _filtered(x: Floats, rng: Generator) -> Floats:
-    """The samples behind a low-pass filter of first order."""
+    """The samples after a low-pass filter of first order."""
     a = rng.uniform(0.2, 0.8)
     return np.asarray(lfilter([1 - a], [1, -a], x - x[0], axis=0) + x[0])
 
@@ -91,7 +91,9 @@ SEVERAL: dict[str, Callable[[Generator, int, float, int], Floats]] = {
     "two units of equal bias": lambda rng, n, rate, axes: _same_model(rng, n, rate, axes, bias=0.0),
     "two models of equal bias": lambda rng, n, rate, axes: _two_models(rng, n, rate, axes, 0.0),
 }
-"""Sensors in turn: samples of shape (n, axes) from a generator, the rows, their rate [Hz] and the number of axes."""
+"""Alternating sensors: functions of a generator, the number of rows, their rate [Hz] and the number of axes, for samples
+of shape (n, axes).
+"""
 
 
 def _line(rng: Generator, n: int, rate: float, axes: int, offset: float, *, equal: bool, drift: float = 0.0) -> Floats:
@@ -111,7 +113,7 @@ def _resonant(rng: Generator, n: int, rate: float, axes: int) -> Floats:
 
 
 def _dithered(rng: Generator, n: int, rate: float, axes: int) -> Floats:
-    """Counts of a converter that adds a quarter of its step, and takes it away, in turn."""
+    """Counts of a converter that alternately adds and subtracts a quarter of its step."""
     steps = 10 ** rng.uniform(-1, 0)
     return np.asarray(np.round(sensor(rng, n, rate, axes) * steps + 0.25 * (-1.0) ** np.arange(n)[:, None]) / steps)
 
@@ -147,7 +149,7 @@ SINGLE: dict[str, Callable[[Generator, int, float, int], Floats]] = {
     "each sample twice": lambda rng, n, rate, axes: _held(sensor(rng, (n + 1) // 2, rate / 2, axes), n),
     "accelerometer of half the rate": _slow_accelerometer,
 }
-"""Single sensors: as `SEVERAL`."""
+"""Single sensors, in the same form as `SEVERAL`."""
 
 
 def stamps(rng: Generator, n: int, rate: float, kind: str, period: int = 2) -> Floats | None:

@@ -1,4 +1,4 @@
-"""A second set of layouts, for which the program was never changed: ``python tests/layouts/run.py --module blind``."""
+"""A second set of layouts, not used to develop the program: ``python tests/layouts/run.py --module blind``."""
 
 import math
 import zlib

@@ -1,4 +1,4 @@
-"""A third set of layouts, read once before any mend: ``python tests/layouts/run.py --module unseen``."""
+"""A third set of layouts, read once before any correction: ``python tests/layouts/run.py --module unseen``."""
 
 import itertools
 import json

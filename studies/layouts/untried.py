@@ -1,4 +1,4 @@
-"""A fourth set of layouts, read once before any mend: ``python tests/layouts/run.py --module untried``."""
+"""A fourth set of layouts, read once before any correction: ``python tests/layouts/run.py --module untried``."""
 
 import itertools
 import json

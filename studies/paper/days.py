@@ -22,19 +22,19 @@ from studies.runner import run, seed_of
 __all__ = ["FIG_12", "FILE", "NAVIGATION", "again", "analysed_day", "cell_name", "load", "results", "save"]
 
 FILE = Path(__file__).resolve().parents[2] / "docs" / "paper" / "days.json"
-_DIGITS = 10  # significant, of the numbers in the file
+_DIGITS = 10  # significant digits of the numbers in the file
 
 Recovered = dict[str, Any]
 
 
 def cell_name(unit: str, day: int) -> str:
-    """Name of a unit's day, from which its seed follows."""
+    """Name of a day of a unit, which determines the seed."""
     return f"paper {unit} day {day}"
 
 
 def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[str, dict[str, Recovered]]:
-    """By channel and term: what the fit says (value, low, high, or upper limit), and what is read off, by the rules of
-    `sigmatau.read_off` and with lines laid by hand where the authors laid theirs.
+    """Results by channel and term: from the fit (value, low, high, or upper limit), and read off by the rules of
+    `sigmatau.read_off` and with lines drawn by hand in the ranges of the authors.
     """
     record = st.simulate(day_model(unit, day), duration=hours * 3600, rate=RATES[unit], rng=seed)
     analysis = st.analyze(record, threads=1)
@@ -56,8 +56,8 @@ def analysed_day(seed: int, unit: str, day: int, hours: float = HOURS) -> dict[s
 
 
 def hand_range(cell: Cell) -> tuple[float, float]:
-    """Averaging times through which a line is laid by hand: to the time that the printed error stands for, from the
-    shortest one, or, for the term at longer times, from where the lines of the printed coefficients cross. [s]
+    """Averaging times of a line drawn by hand: up to the time of the printed error; from the shortest time, or for the
+    second term from the crossing of the lines of the printed coefficients. [s]
     """
     pair = {c.term: c for c in PRINTED if (c.unit, c.channel) == (cell.unit, cell.channel)}
     first, second = sorted(pair.values(), key=lambda line: TERMS[line.term].slope)
@@ -97,7 +97,7 @@ _RECORDS, _PARTS = 100, 10
 
 
 def sampling(_seed: int) -> dict[str, list[float | None]]:
-    """Random walk and its interval over that of the sensor, by the rate of the log; the seed is that of the figure."""
+    """Random walk and its interval over that of the sensor, by rate of the log, with the seed of the figure."""
     true = fig_12_sensor().channels["gyro_x"]["random_walk"]
     ratios = {}
     for rate, record in fig_12_logs().items():
@@ -107,7 +107,7 @@ def sampling(_seed: int) -> dict[str, list[float | None]]:
 
 
 def navigation(seed: int) -> list[int]:
-    """Intervals of the CIMU's gyros' random walk in more records: their number, too low, too high."""
+    """Intervals of the random walk of the CIMU gyros in further records: total number, too low, too high."""
     rng = np.random.default_rng(seed)
     gyros = model("cimu").of([f"gyro_{axis}" for axis in "xyz"])
     low = high = total = 0
@@ -123,7 +123,7 @@ def navigation(seed: int) -> list[int]:
 
 
 def results() -> dict[str, Any]:
-    """All days of all units, by `cell_name`, and the other cells; computed as far as they are not in the cache."""
+    """All days of all units, by `cell_name`, and the other cells; those missing in the cache are computed."""
     cells: dict[str, tuple[Any, tuple[Any, ...]]] = {
         cell_name(unit, day): (analysed_day, (unit, day)) for unit in NAMES for day in range(1, 8)
     }
@@ -135,7 +135,7 @@ def results() -> dict[str, Any]:
 
 
 def load() -> Mapping[str, Any]:
-    """What docs/paper/days.json holds."""
+    """Content of docs/paper/days.json."""
     content: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
     return content
 
@@ -148,5 +148,5 @@ def save(content: Mapping[str, Any]) -> None:
 
 
 def again(unit: str, day: int) -> dict[str, dict[str, Recovered]]:
-    """One day anew, with the same seed."""
+    """Repeat one day with the same seed."""
     return analysed_day(seed_of(cell_name(unit, day)), unit, day)

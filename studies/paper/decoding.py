@@ -1,4 +1,4 @@
-"""Where the paper's ± come from: eq. (26) at a power of 2 per cell, rounded or not, and how often chance gives as much."""
+"""Origin of the ± of the paper: eq. (26) at a power of 2 per cell, rounded or not, and the probability of this by chance."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ __all__ = [
     "undecoded",
 ]
 
-_TENTH_OF_A_PERCENT = 3  # digits of a δ that is rounded to 0.1 % before it is multiplied
+_TENTH_OF_A_PERCENT = 3  # decimals of a δ that is rounded to 0.1 % before the multiplication
 
 
 @dataclass(frozen=True, slots=True)
 class Decoded:
-    """A cluster size that gives the printed error of a cell."""
+    """A cluster size that results in the printed error of a cell."""
 
     size: int  # samples
     rounded: bool  # whether δ is rounded to 0.1 % first
@@ -42,7 +42,7 @@ def _decoded(size: int, *, rounded: bool = False) -> Decoded:
     return Decoded(size, rounded)
 
 
-# By unit, channel and term. Sizes between the powers of 2 are not supported: see `expected_hits`.
+# By unit, channel and term. There is no evidence of sizes between powers of 2: see `expected_hits`.
 DECODED: Mapping[tuple[str, str, str], Decoded] = {
     ("cimu", "gyro_x", "quantization"): _decoded(2**14, rounded=True),
     ("cimu", "gyro_y", "quantization"): _decoded(2**12),
@@ -66,7 +66,7 @@ DECODED: Mapping[tuple[str, str, str], Decoded] = {
 
 
 def decoded(cell: Cell) -> tuple[Decoded, float, str] | None:
-    """How the printed error of a cell comes about: the cluster size, δ, and the error to the printed digit."""
+    """Explanation of the printed error of a cell: the cluster size, δ, and the error to the printed digit."""
     size = DECODED.get((cell.unit, cell.channel, cell.term))
     if size is None:
         return None
@@ -76,17 +76,17 @@ def decoded(cell: Cell) -> tuple[Decoded, float, str] | None:
 
 
 def undecoded() -> Iterator[Cell]:
-    """Cells whose error no power of 2 gives, see `reproducing_times`."""
+    """Cells whose error no power of 2 explains, see `reproducing_times`."""
     return (cell for cell in PRINTED if (cell.unit, cell.channel, cell.term) not in DECODED)
 
 
 def to_digits(value: float, decimals: int) -> str:
-    """A value to so many decimals, halves away from 0."""
+    """Round a value to some decimals, halves away from 0."""
     return str(Decimal(repr(value)).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_HALF_UP))
 
 
 def reproducing_times(cell: Cell) -> tuple[float, float]:
-    """Averaging times between which eq. (26), not rounded, gives the printed error. [s]"""
+    """Averaging times between which eq. (26) without rounding gives the printed error. [s]"""
     half = 0.5 * 10.0**-cell.decimals
     low, high = (
         1 / (1 + 0.5 / ((cell.error + sign * half) / cell.value) ** 2) * cell.samples / RATES[cell.unit]
@@ -96,7 +96,7 @@ def reproducing_times(cell: Cell) -> tuple[float, float]:
 
 
 def longest_time(cell: Cell) -> float:
-    """Longest averaging time through which the authors laid a line, by the printed error. [s]"""
+    """Longest averaging time of the line of the authors, from the printed error. [s]"""
     size = DECODED.get((cell.unit, cell.channel, cell.term))
     if size is not None:
         return size.size / RATES[cell.unit]
@@ -126,7 +126,7 @@ def _reproduces(cell: Cell, delta: float, *, rounded: bool) -> bool:
     return Decimal(to_digits(error, cell.decimals)) == Decimal(cell.printed_error)
 
 
-_STARTS = 500  # of octaves; more change the sums by less than 0.05
+_STARTS = 500  # starts per octave; more change the sums by less than 0.05
 
 
 def reproducing_share(cell: Cell, *, rounding: bool, per_octave: int = 1) -> float:
@@ -147,7 +147,7 @@ def reproducing_share(cell: Cell, *, rounding: bool, per_octave: int = 1) -> flo
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """How many cells a set of cluster sizes reproduces, and how many are expected by chance."""
+    """Number of cells that a set of cluster sizes reproduces, and the number expected by chance."""
 
     hits: int
     cells: int
@@ -157,7 +157,7 @@ class Expected:
 
 
 def expected_hits(cells: Sequence[Cell], *, rounding: bool) -> Expected:
-    """Cells that a power of 2 reproduces, and the number that octaves from a random start reproduce."""
+    """Numbers of cells that powers of 2 reproduce, and that octaves from a random start reproduce."""
     share = [reproducing_share(cell, rounding=rounding) for cell in cells]
     hits = sum(any(rounding or not decoded.rounded for decoded in reproducing_sizes(cell)) for cell in cells)
     counts = np.ones(1)  # probability of each number of hits

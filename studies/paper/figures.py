@@ -42,7 +42,7 @@ FIG_12_MINUTES = 10.0
 
 
 def term_figure(number: int) -> Figure:
-    """Figs. 1 to 5: σ(τ) of a term with coefficient 1, where it is read, and a record simulated with it."""
+    """Figs. 1 to 5: σ(τ) of a term with coefficient 1, its read-off point, and a simulated record."""
     name = TERM_FIGURES[number]
     term = TERMS[name]
     m = np.unique(np.geomspace(1, _SAMPLES / 2, 160).round().astype(np.int64))
@@ -102,14 +102,16 @@ def unit_figure(number: int) -> Figure:
 
 
 def fig_12_sensor() -> st.NoiseModel:
-    """The X gyro of Table V behind the 30 Hz of section III, as a first-order filter."""
+    """The X gyro of Table V after a first-order filter with the 30 Hz of section III."""
     terms = dict(model("motionpak2").channels["gyro_x"].items())
     channel = st.ChannelModel(terms=terms, bandwidth=st.LowPass(order=1, corner=30.0))
     return st.NoiseModel(channels={"gyro_x": channel})
 
 
 def fig_12_logs(minutes: float = FIG_12_MINUTES) -> dict[int, st.Record]:
-    """By rate: every 200th, 40th … sample of one record at 2000 Hz. No filter, so that what is above half the rate folds."""
+    """Logs by rate: every 200th, 40th … sample of one record at 2000 Hz, without a filter, so that higher frequencies are
+    aliased.
+    """
     fastest = max(FIG_12_RATES)
     record = st.simulate(fig_12_sensor(), duration=60 * minutes, rate=fastest, rng=12)
     rates = record.streams[0].column("gyro_x")
@@ -125,10 +127,10 @@ def overlay_figure() -> Figure:
 
 
 def draw() -> None:
-    """Draw all of them into docs/figures."""
+    """Draw all figures into docs/figures."""
     from matplotlib import rc_context
 
-    with rc_context({"svg.hashsalt": "sigmatau"}):  # the same file again
+    with rc_context({"svg.hashsalt": "sigmatau"}):  # makes the file reproducible
         for number in TERM_FIGURES:
             save(term_figure(number), str(HERE / f"paper-{number}.svg"))
     for number in UNIT_FIGURES:

@@ -1,4 +1,4 @@
-"""Run docs/paper/paper.ipynb and store what its cells show, the same on every run."""
+"""Run docs/paper/paper.ipynb and store its outputs, which are the same on every run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["NOTEBOOK", "executed", "write"]
 
 NOTEBOOK = PAGES / "paper.ipynb"
 
-_COLOURS = 64  # of a figure
+_COLOURS = 64  # number of colours of a figure
 
 
 def executed(notebook: dict[str, Any]) -> dict[str, Any]:
-    """The notebook with its outputs and the numbers of its cells."""
+    """Execute the notebook; return it with outputs and cell numbers."""
     import matplotlib as mpl
 
     mpl.use("agg")
@@ -37,7 +37,7 @@ def executed(notebook: dict[str, Any]) -> dict[str, Any]:
 
 
 def _outputs(source: str, scope: dict[str, Any], number: int) -> Iterator[dict[str, Any]]:
-    """Run a cell: what it prints, and its last value."""
+    """Run a cell; return its printed text and its last value."""
     tree = ast.parse(source)
     last = tree.body[-1] if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     if last is not None:
@@ -57,7 +57,7 @@ def _outputs(source: str, scope: dict[str, Any], number: int) -> Iterator[dict[s
 
 
 def _shown(value: object) -> dict[str, Any]:
-    """A value as Jupyter shows it, by media type: a figure as a picture, without the address of the object."""
+    """Representation of a value in Jupyter, by media type: a figure as a picture, without the address of the object."""
     from matplotlib.figure import Figure
 
     if isinstance(value, Figure):
@@ -70,7 +70,7 @@ def _shown(value: object) -> dict[str, Any]:
 
 
 def _png(figure: Any) -> str:  # noqa: ANN401  a figure of matplotlib
-    """A picture in few colours, without date and version."""
+    """PNG in few colours, without date and version."""
     from PIL import Image
 
     drawn, smaller = io.BytesIO(), io.BytesIO()

@@ -1,4 +1,4 @@
-"""The tables of docs/paper, made from the printed numbers and the seven simulated days."""
+"""Tables of docs/paper, from the printed numbers and the seven simulated days."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from studies.paper.tables import DAYS, NAMES, PRINTED, RATES, STD, TITLES, Cell,
 __all__ = ["LEAST_INSIDE", "TABLES", "Counted", "covered", "laid_within", "std_rows", "table"]
 
 Days = Mapping[str, Any]
-"""What docs/paper/days.json holds."""
+"""Content of docs/paper/days.json."""
 
 LEAST_INSIDE = 0.91
-"""Share of the cells whose 95 % interval must contain the simulated value: 0.95 less 3 standard errors of 238 cells."""
+"""Share of the cells whose 95 % interval must contain the simulated value: 0.95 minus 3 standard errors of 238 cells."""
 
 ALL_DAYS = range(1, 8)
 
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """How many of how many."""
+    """A count out of a total."""
 
     good: int
     total: int
@@ -52,18 +52,18 @@ def recovered_on(days: Days, cell: Cell, day: int) -> Recovered:
 
 
 def inside(recovered: Recovered, true: float) -> bool:
-    """Whether the interval, or the range below the upper limit, has the true value; in SI."""
+    """Whether the interval, or the range below the upper limit, contains the true value; in SI."""
     return bool((recovered["low"] is None or recovered["low"] <= true) and true <= recovered["high"])
 
 
 def covered(days: Days, cells: Iterable[Cell] = PRINTED, on: Iterable[int] = ALL_DAYS) -> Counted:
-    """Days and coefficients whose 95 % interval has the simulated value."""
+    """Days and coefficients whose 95 % interval contains the simulated value."""
     hits = [inside(recovered_on(days, c, day), truth(c, day) * c.si_factor) for c in cells for day in on]
     return Counted(sum(hits), len(hits))
 
 
 def laid_within(days: Days, cell: Cell, on: Iterable[int] = ALL_DAYS) -> Counted:
-    """Days on which the line that is laid by hand gives the simulated value within the paper's own ±."""
+    """Days on which the line drawn by hand gives the simulated value within the ± of the paper."""
     hits = []
     for day in on:
         laid = recovered_on(days, cell, day)["laid"]
@@ -112,7 +112,7 @@ def unit_text(cell: Cell) -> str:
 
 
 def unit_table(days: Days, unit: str) -> str:
-    """Tables II, IV and V: printed, and what is recovered on day 1."""
+    """Tables II, IV and V: printed and recovered values of day 1."""
     head = (
         "coefficient",
         "unit as printed",
@@ -142,7 +142,7 @@ def unit_table(days: Days, unit: str) -> str:
 
 
 def plus_minus_table() -> str:
-    """Every ± of Tables II, IV and V with the cluster size behind it."""
+    """Every ± of Tables II, IV and V with its cluster size."""
     head = (
         "table",
         "coefficient",
@@ -179,7 +179,7 @@ def plus_minus_table() -> str:
 
 
 def chance_table() -> str:
-    """How many ± the powers of 2 give, and how many octaves from a random start would give."""
+    """Number of ± that powers of 2 explain, and that octaves from a random start would explain."""
     plain = [cell for cell in PRINTED if significant_digits(cell) > 1]
     coarse = [cell for cell in PRINTED if significant_digits(cell) == 1]
     groups = (
@@ -204,7 +204,7 @@ def chance_table() -> str:
 
 
 def unexplained_table() -> str:
-    """The ± that no power of 2 gives."""
+    """The ± that no power of 2 explains."""
     head = ("table", "coefficient", "printed", "τ that would give it [s]", "n there")
     rows = []
     for cell in undecoded():
@@ -217,7 +217,7 @@ def unexplained_table() -> str:
 
 
 def days_table(days: Days, unit: str) -> str:
-    """Tables I and III: the day's coefficient, and what is recovered."""
+    """Tables I and III: coefficients by day, and recovered values."""
     head = ("axis", "day", "printed, simulated", "fit, 95 % interval", "contains it", "line by hand")
     rows = []
     for cell in (cell for cell in PRINTED if cell.unit == unit and cell.channel in DAYS[unit]):
@@ -239,10 +239,10 @@ class Spread:
     unit: str
     channel: str
     printed: str
-    used: float  # of the printed values, which are simulated; ddof = 1
+    used: float  # of the printed values, with which the days are simulated; ddof = 1
     ddof_0: float
     fits: float
-    laid: float  # of the lines by hand
+    laid: float  # of the lines drawn by hand
 
 
 def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[Spread]:
@@ -262,7 +262,7 @@ def std_rows(days: Days, on: Iterable[int] = ALL_DAYS) -> list[Spread]:
 
 
 LAST_DIGIT = 0.001
-"""Of the printed STD rows. [arcsec]"""
+"""Last digit of the printed STD rows. [arcsec]"""
 
 
 def std_table(days: Days) -> str:
@@ -291,7 +291,7 @@ def std_table(days: Days) -> str:
 
 
 def coverage_table(days: Days) -> str:
-    """Cells whose interval has the simulated value, by unit and term, and the gate."""
+    """Cells whose interval contains the simulated value, by unit and term, and the gate."""
     rows = []
     for unit in NAMES:
         kinds = dict.fromkeys((c.channel.split("_")[0], c.term) for c in PRINTED if c.unit == unit)
@@ -338,8 +338,8 @@ def aliasing_table(days: Days) -> str:
 
 
 def repeated(days: Days, unit: str, channel: str) -> dict[str, RandomEffects]:
-    """Seven days of the quantization noise of a gyro: printed values with the paper's ±, and with the error of the
-    coefficient and of the rounding to 0.001; the fits with theirs.
+    """Quantization noise of a gyro on seven days: printed values with the ± of the paper, and with the error of the
+    coefficient and of the rounding to 0.001; fits with their errors.
     """
     printed = np.array(DAYS[unit][channel])
     cell = next(c for c in PRINTED if (c.unit, c.channel, c.term) == (unit, channel, "quantization"))
@@ -361,7 +361,7 @@ _SMALLEST_P = 1e-300
 
 
 def random_effects_table(days: Days) -> str:
-    """What `random_effects` says of Tables I and III, beside the paper's rule."""
+    """Result of `random_effects` for Tables I and III, compared with the rule of the paper."""
     head = (
         "unit",
         "axis",
@@ -392,7 +392,7 @@ def random_effects_table(days: Days) -> str:
 
 
 def navigation_text(days: Days) -> str:
-    """What more records say of the intervals of the CIMU's random walk."""
+    """Result of further records for the intervals of the random walk of the CIMU."""
     total, low, high = days[NAVIGATION]
     inside = total - low - high
     error = math.sqrt(0.05 * 0.95 / total)
@@ -419,4 +419,4 @@ def _tables() -> Iterator[tuple[str, Callable[[Days], str]]]:
 
 
 TABLES: Mapping[str, Callable[[Days], str]] = dict(_tables())
-"""Tables of the pages, by the name in their marks."""
+"""Tables of the pages, by the names in their marks."""

@@ -1,7 +1,7 @@
 """Tables I to V of the paper as they are printed, and the noise models of its units by day.
 
 N. El-Sheimy, H. Hou, X. Niu, "Analysis and modeling of inertial sensors using Allan variance", IEEE Trans. Instrum. Meas.
-57(1), 2008, doi 10.1109/TIM.2007.908635. The row of the CIMU's accelerometer Z is not legible in our copy of Table II.
+57(1), 2008, doi 10.1109/TIM.2007.908635. The row of accelerometer Z of the CIMU is not legible in our copy of Table II.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PAGES = Path(__file__).resolve().parents[2] / "docs" / "paper"
 
 NAMES = {"cimu": "CIMU", "hg1700": "HG1700", "motionpak2": "MotionPak II"}
 TITLES = {"cimu": "II", "hg1700": "IV", "motionpak2": "V"}
-RATES = {"cimu": 200.0, "hg1700": 100.0, "motionpak2": 100.0}  # Hz; of the CIMU: see the page on errata
+RATES = {"cimu": 200.0, "hg1700": 100.0, "motionpak2": 100.0}  # [Hz]; for the CIMU see the page on errata
 HOURS = 2.0
 
 _QUANTITY_UNITS = {
@@ -68,7 +68,9 @@ class Cell:
 
     @property
     def si_factor(self) -> float:
-        """SI of one printed unit. Quantization of an accelerometer is a velocity: the printed number / 3600 in m/s."""
+        """Factor of the printed unit to SI. Quantization of an accelerometer is a velocity: the printed number / 3600 in
+        m/s.
+        """
         if self.term == "quantization" and self.channel.startswith("accel"):
             return 1 / 3600
         return to_si(1.0, self.printed_unit)
@@ -153,13 +155,13 @@ STD: Mapping[str, Mapping[str, str]] = {
 
 
 def model(unit: str) -> NoiseModel:
-    """The model of a unit by its Table II, IV or V."""
+    """Model of a unit from its Table II, IV or V."""
     with resources.as_file(resources.files("sigmatau.data").joinpath(f"{unit}.toml")) as path:
         return NoiseModel.read(path)
 
 
 def day_model(unit: str, day: int) -> NoiseModel:
-    """The model on day 1 … 7: quantization noise of the gyros by Table I or III, all else by Table II, IV or V."""
+    """Model on day 1 … 7: quantization noise of the gyros from Table I or III, other values from Table II, IV or V."""
     by_day = DAYS.get(unit, {})
     channels: dict[str, ChannelModel | dict[str, float]] = {}
     for name, channel in model(unit).channels.items():

@@ -1,6 +1,6 @@
 """Fill the tables of docs/paper: ``make paper``, which then writes the outputs by tests/docs/pages.py.
 
-A page is its own template, as is the notebook: ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`.
+Pages and the notebook are templates: ``<!-- made: NAME -->`` … ``<!-- end -->`` holds a table of `rows`.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _MADE = re.compile(r"^(<!-- made: ([\w -]+) -->\n).*?^(<!-- end -->)", flags=re.
 
 
 def made(page: str, content: Days) -> str:
-    """A page with its tables."""
+    """Fill the tables of a page."""
     return _MADE.sub(lambda mark: f"{mark[1]}\n{TABLES[mark[2]](content)}\n\n{mark[3]}", page)
 
 
 def main() -> None:
-    """Simulate what is not in the cache, draw the figures, fill the tables of all pages, and run the notebook."""
+    """Simulate days that are not in the cache, draw the figures, fill the tables of all pages, and run the notebook."""
     days.save(days.results())
     content = days.load()
     figures.draw()

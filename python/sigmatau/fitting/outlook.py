@@ -113,7 +113,7 @@ def _needed_length(fitted: NoiseFit, width: float) -> float:
     if width <= ENOUGH:
         return length
     observed = _observed(fitted)
-    z = normal_quantile((1 + fitted.level) / 2)
+    z = float(normal_quantile((1 + fitted.level) / 2))
 
     def predicted(n: int) -> float:
         return z * relative_error(observed, "random_walk", observed["random_walk"], n=n, tau0=fitted.tau0)

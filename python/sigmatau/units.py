@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 
 from sigmatau.errors import OptionError
 from sigmatau.frozen import frozen
@@ -182,6 +183,16 @@ def _table() -> dict[str, Unit]:
 
 _UNITS = _table()
 
+FIGURE_UNITS: Mapping[str, tuple[str, ...]] = {
+    "angular_rate": ("deg/h", "deg/s", "mdeg/s", "rad/s"),
+    "acceleration": ("ug", "mg", "m/s^2", "mGal"),
+}
+"""Units of rates in figures, and the others that a page offers.
+
+All figures have the first one: deviations in deg/h and µg, densities in its square per hertz. It is the family of the
+coefficients in tables: deg/h beside deg/√h and deg/h/√h, µg beside µg/√Hz.
+"""
+
 # The integral of a rate, kind by kind: what an increment or an accumulated output is measured in.
 _INTEGRAL = {"rad/s": "rad", "m/s^2": "m/s"}
 
@@ -304,6 +315,25 @@ def _normalise(spelling: str) -> str:
 def symbols(si: str | None = None) -> tuple[str, ...]:
     """Symbols of the table; of one kind if its SI unit is given."""
     return tuple(symbol for symbol, unit in _UNITS.items() if si is None or unit.si == si)
+
+
+def figure_unit(quantity: str, unit: str) -> str | None:
+    """The unit of `FIGURE_UNITS` in which figures draw a rate; None for other quantities, and for integrals of rates."""
+    names = FIGURE_UNITS.get(quantity)
+    return names[0] if names and find(names[0]).si == unit else None
+
+
+def density_text(text: str) -> str:
+    """How a density is written whose root has the unit `text` times 1/√Hz.
+
+    Examples
+    --------
+    >>> density_text("deg/h"), density_text("µg"), density_text("V"), density_text("1")
+    ('(deg/h)²/Hz', '(µg)²/Hz', 'V²/Hz', '1/Hz')
+    """
+    if text == "1":
+        return "1/Hz"
+    return f"{text}²/Hz" if len(text) == 1 else f"({text})²/Hz"
 
 
 def usual(si: str) -> str:

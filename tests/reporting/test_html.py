@@ -119,16 +119,16 @@ def _contrast(a, b):
 
 
 def test_colours_can_be_read(page):
-    """WCAG 2.1 AA: 4.5 for text, 3 for lines, in both themes; the two definitions of the dark one are the same."""
+    """WCAG 2.1 AA: 4.5 in both themes, for names of lines in their colours too; the two definitions of the dark one are the
+    same.
+    """
     text = page.read_text(encoding="utf-8")
     light, system, dark = (dict(CSS.findall(part)) for part in re.findall(r":root[^{]*\{(.*?)\}", text, re.DOTALL)[:3])
     assert system == dark
     for theme in (light, dark):
         for ground in ("ground", "raised"):
-            for ink in ("ink", "soft", "link"):
+            for ink in ("ink", "soft", "link", "guide", "poor", *(f"axis-{k}" for k in range(6))):
                 assert _contrast(theme[ink], theme[ground]) >= 4.5, (ink, ground)
-            for k in range(6):
-                assert _contrast(theme[f"axis-{k}"], theme[ground]) >= 3, (k, ground)
         for mark in ("good", "partial", "poor", "info"):
             assert _contrast(theme[mark], theme[f"{mark}-ground"]) >= 4.5, mark
 

@@ -9,6 +9,7 @@ import pytest
 from report_records import DATE, HOSTILE, signals, six_axes
 
 import sigmatau as st
+from sigmatau.quality.selection.window import cut
 
 CHARTS = ("deviation", "density", "residuals", "series", "map")
 
@@ -223,6 +224,53 @@ def test_reading_by_mouse_and_by_keys(opened, page, analysis):
     box = figure(tab, "map").locator(".u-over").bounding_box()
     tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     assert "times the median" in figure(tab, "map").locator(".readout").inner_text()
+
+
+def test_the_crosshair_is_on_a_point(opened, page):
+    """Not where the mouse is: it is where the arrow keys put it, which move from point to point."""
+    tab = opened(page)
+    shown = figure(tab, "deviation")
+    plot, across, down = shown.locator(".u-over"), shown.locator(".u-cursor-x"), shown.locator(".u-cursor-y")
+
+    def place():
+        boxes = across.bounding_box(), down.bounding_box()
+        return boxes[0]["x"] - plot.bounding_box()["x"], boxes[1]["y"] - plot.bounding_box()["y"]
+
+    box = plot.bounding_box()
+    tab.mouse.move(box["x"] + 0.37 * box["width"], box["y"] + 0.03 * box["height"])
+    by_mouse, tau = place(), shown.locator(".readout b").first.inner_text()
+    assert by_mouse[1] > 0.1 * box["height"]
+    tab.mouse.move(0, 0)
+    shown.locator(".plot").focus()
+    for _ in range(40):
+        tab.keyboard.press("ArrowRight")
+        if shown.locator(".readout b").first.inner_text() == tau:
+            break
+    assert place()[0] == pytest.approx(by_mouse[0], abs=1)
+
+
+def test_a_range_of_the_time_series_is_an_option(opened, page, record):
+    """Dragged over a quarter of the record; the text is that of `analyze --window`."""
+    tab = opened(page)
+    shown = figure(tab, "series")
+    plot = shown.locator(".u-over").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    tab.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 20)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 25, steps=4)
+    tab.mouse.up()
+    text = shown.locator(".window code").inner_text()
+    start, stop = (float(end) for end in re.fullmatch(r"--window ([\d.]+)s:([\d.]+)s", text).groups())
+    length = record.streams[0].grid.duration
+    assert (start, stop) == (
+        pytest.approx(0.5 * length, rel=0.02),
+        pytest.approx(0.75 * length, rel=0.02),
+    )
+    shown.locator(".window button").click()
+    assert shown.locator(".window button").inner_text() in ("Copied", "Selected")
+    part = cut(record, text.removeprefix("--window "))
+    assert part.streams[0].grid.duration == pytest.approx(stop - start, abs=0.1)
 
 
 def test_saved_pictures(opened, page):

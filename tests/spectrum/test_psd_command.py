@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from known import seed_of
-from sigmatau import NoiseModel, psd, read, simulate
+from sigmatau import NoiseModel, allan, psd, read, simulate
 from sigmatau.cli import main
 from sigmatau.io.write import write
+from sigmatau.plot.curves import curve_unit
 from sigmatau.simulation.imperfections import Imperfections, Temperature
 from sigmatau.spectrum.tapers import bin_starts
 
@@ -127,9 +128,10 @@ def test_ratios_of_bands_are_those_of_the_bands_mean(log):
 def test_the_figure_says_what_is_what(log):
     model = NoiseModel.read("m.toml")
     figure = psd(log).plot(model=model)
-    shown = [ax for ax in figure.axes if "rad/s" in ax.get_ylabel() or "m/s" in ax.get_ylabel()]
-    assert {ax.get_ylabel().split("[")[1] for ax in shown} == {"(rad/s)²/Hz]", "(m/s²)²/Hz]"}
+    shown = [ax for ax in figure.axes if "degC" not in ax.get_ylabel()]
+    assert {ax.get_ylabel().split("[")[1] for ax in shown} == {"(deg/h)²/Hz]", "(µg)²/Hz]"}
+    assert {curve_unit(curve, None)[1] for curve in allan(log).values()} == {"deg/h", "µg"}
     for ax in shown:
         texts = [text.get_text() for text in ax.get_legend().get_texts()]
         assert any("1/f²" in text for text in texts)
-        assert ("gyro_x: model without sinusoid at 5 Hz" in texts) == ("rad" in ax.get_ylabel())
+        assert ("gyro_x: model without sinusoid at 5 Hz" in texts) == ("deg" in ax.get_ylabel())

@@ -29,10 +29,10 @@ from sigmatau.quality.first_look import SensorMean, first_look
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.record import Record, stream_name
 from sigmatau.record.summary import ChannelSummary, summarise
-from sigmatau.reporting.charts import UNITS
 from sigmatau.reporting.envelope import envelope
 from sigmatau.results import printable
 from sigmatau.typed.config import EXPORT, check_names, command_line, from_toml, split_exports, to_toml
+from sigmatau.units import FIGURE_UNITS
 
 _MOST_COLUMNS = 512  # of a table that are listed
 _LARGEST_WHOLE = 2.0**63
@@ -51,7 +51,7 @@ def about(*, progress: Progress) -> str:
         "choices": export_controls(),
         "labels": labels(),
         "terms": [{"name": name, "label": term.label("angular_rate"), "slope": term.slope} for name, term in TERMS.items()],
-        "units": {quantity: list(names) for quantity, names in UNITS.items()},
+        "units": {quantity: list(names) for quantity, names in FIGURE_UNITS.items()},
         "stages": ["read", *STAGE_NAMES],
     }  # fmt: skip
     return json.dumps(content)

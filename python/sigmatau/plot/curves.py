@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sigmatau._version import __version__
 from sigmatau.noise.terms import TERMS, asked_rate_unit, avar
 from sigmatau.plot.style import legend, make_panels, new_figure, parent_figure, small
-from sigmatau.units import find, find_unit
+from sigmatau.units import figure_unit, find, find_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 # Okabe & Ito's palette: distinct for any colour vision, and by lightness in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_PLOT_UNITS = {"angular_rate": "deg/h", "acceleration": "ug"}
 TITLES = {"angular_rate": "Gyroscopes", "acceleration": "Accelerometers"}
 
 _SHOWN = ("random_walk", "bias_instability", "rate_random_walk")  # number of terms in a legend
@@ -368,8 +367,7 @@ def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[floa
     asked = None if unit else asked_rate_unit(curve.quantity, curve.unit)
     if asked is not None:
         return asked[1], asked[0]
-    # In the field's units as long as it is a rate.
-    wanted = unit or (_PLOT_UNITS.get(curve.quantity) if curve.unit in ("rad/s", "m/s^2") else None)
+    wanted = unit or figure_unit(curve.quantity, curve.unit)
     if wanted in (None, curve.unit):
         return 1.0, curve.unit
     known_unit = find_unit(curve.unit)  # that of an array is as the user gave it

@@ -29,7 +29,7 @@ from sigmatau.record.record import Record, stream_name
 from sigmatau.record.streams import Stream
 from sigmatau.reporting.envelope import envelope
 from sigmatau.spectrum.estimate import psd
-from sigmatau.units import find
+from sigmatau.units import FIGURE_UNITS, find
 
 _DIGITS = 5
 _MOST_TAUS = 240  # largest number of averaging times of a curve
@@ -42,12 +42,6 @@ _LOST = 0xFFFF  # code of NaN in packed numbers
 
 LONGEST = 1 << 24
 """Samples of a stream from which its densities and its map are computed."""
-
-UNITS: Mapping[str, tuple[str, ...]] = {
-    "angular_rate": ("deg/h", "deg/s", "mdeg/s", "rad/s"),
-    "acceleration": ("ug", "mg", "m/s^2", "mGal"),
-}
-"""Units that a chart offers; the first one is shown first."""
 
 TITLES = {"angular_rate": "Gyroscope", "acceleration": "Accelerometer"}
 
@@ -82,7 +76,9 @@ def collect_sensors(kinds: Mapping[str, Kind]) -> list[dict[str, Any]]:
     for channel, kind in kinds.items():
         name = stream_name(channel)
         if name not in sensors:
-            units = [(unit.text, unit.factor) for unit in map(find, UNITS.get(kind.quantity, ()))] or [(kind.unit, 1.0)]
+            units = [(unit.text, unit.factor) for unit in map(find, FIGURE_UNITS.get(kind.quantity, ()))] or [
+                (kind.unit, 1.0)
+            ]
             asked = asked_rate_unit(kind.quantity, kind.unit)
             units = units if asked is None else [asked, *(unit for unit in units if unit[0] != asked[0])]
             sensors[name] = {

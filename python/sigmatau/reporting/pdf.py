@@ -27,6 +27,7 @@ from sigmatau.reporting.charts import unpacked
 from sigmatau.reporting.content import Coefficients, Content, FindingText
 from sigmatau.reporting.words import SEVERITIES, VERDICTS, WITHOUT_COEFFICIENTS, explain_trust, length_text
 from sigmatau.results import printable
+from sigmatau.units import density_text
 
 _TEXT_WIDTH = 174.0  # of a page [mm]
 _GUTTER = 6.0  # between two columns of figures [mm]
@@ -276,7 +277,7 @@ def _curves(
         lines = [curve.get("lines", np.empty(0)) for curve in curves.values()]
         scaled = [_scaled(curve, ("density", "low", "high", "model"), factor**2) for curve in curves.values()]
         svg = printed.densities(scaled, highest, lines, **size)
-        unit = "1/Hz" if text == "1" else f"({text})²/Hz" if "/" in text else f"{text}²/Hz"
+        unit = density_text(text)
     elif kind == "residuals":
         scaled = [_scaled(curve, ("adev", "low", "high", "model"), 1.0) for curve in curves.values()]
         svg, unit = printed.ratios(scaled, spans, **size), ""

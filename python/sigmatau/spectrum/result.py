@@ -18,7 +18,7 @@ from sigmatau.noise.terms import asked_density
 from sigmatau.results import ByChannel, Printed, plain
 from sigmatau.spectrum.comparison import ModelComparison
 from sigmatau.spectrum.tapers import bin_starts, levelled, line_density, shared
-from sigmatau.units import find, symbols
+from sigmatau.units import density_text, figure_unit, find, symbols
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -304,7 +304,8 @@ class Spectrum(Printed):
         model : ChannelModel or NoiseModel, optional
             See `expected`.
         unit : str, optional
-            Unit of the rate, ``"deg/s"``; the density has the square of this unit per hertz. Default: SI.
+            Unit of the rate, ``"deg/s"``; the density has the square of this unit per hertz. Default:
+            deg/h and µg, as in figures of the Allan deviation.
 
         Returns
         -------
@@ -345,12 +346,11 @@ class Spectrum(Printed):
             return asked.factor, f"two-sided density [({asked.bare})²]"
         if asked is not None:
             text, factor = asked.bare.removesuffix("/√Hz"), asked.factor
-        elif unit:
-            text, factor = find(unit, si=self.unit).text, find(unit).factor
+        elif wanted := unit or figure_unit(self.quantity, self.unit):
+            text, factor = find(wanted, si=self.unit).text, find(wanted).factor
         else:
             text, factor = find(self.unit).text if self.unit in symbols() else self.unit, 1.0
-        squared = f"({text})²" if "/" in text else f"{text}²"
-        return factor, f"{asked.sided if asked else 'two'}-sided density [{squared}/Hz]"
+        return factor, f"{asked.sided if asked else 'two'}-sided density [{density_text(text)}]"
 
     def __repr__(self) -> str:
         kind = "sine tapers" if self.method == "multitaper" else "segments"

@@ -10,7 +10,7 @@ export const density = {
   title: "Power spectral density",
   has: (channel) => Boolean(channel.density),
   height: () => 340,
-  unitText: (unit) => (unit === "1" ? "1/Hz" : `(${unit})²/Hz`),
+  unitText: (unit) => (unit === "1" ? "1/Hz" : unit.length === 1 ? `${unit}²/Hz` : `(${unit})²/Hz`),
   options: [
     { name: "bands", text: "Intervals", on: (sensor) => sensor.channels.length <= 6 },
     { name: "model", text: "Model", on: () => true, needs: hasModel },

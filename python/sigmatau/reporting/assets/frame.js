@@ -28,7 +28,7 @@ function chosenOf(sensor) {
 /** Fill a section with a figure a sensor.
  *
  * kind: {id, title, options: [{name, text, on}], describe(sensor, state): descriptions, readout(read, sensor, state): nodes,
- *        has(channel), drawn(figure), onread(point, figure), onselect(from, to, description)}
+ *        has(channel), drawn(figure), onread(point, figure), onselect(from, to, description): in place of a zoom, onrange(from, to, figure, description): after one}
  */
 export function fill(place, kind) {
   const sensors = content.sensors.filter((sensor) => sensor.channels.some((name) => kind.has(content.channels[name])));
@@ -67,6 +67,7 @@ function figure(kind, sensor) {
         readout.replaceChildren(...(point ? kind.readout(point, sensor, state, described) : [hint(kind)]));
         kind.onread?.(point, made, described);
       };
+      if (kind.onrange) described.onrange = (from, to) => kind.onrange(from, to, made, described);
       if (kind.onselect) described.onselect = (from, to) => kind.onselect(from, to, described);
       made.drawn.push(draw(place, described));
       zoomTo(made.drawn[made.drawn.length - 1], zoomed.get(described.title) ?? []);

@@ -34,6 +34,7 @@ export function draw(place, described) {
       series.push(styled(line, edge), styled(line, edge));
     }
   }
+  let held = false; // while a range is dragged, the cursor is where the mouse is
   const options = {
     width: Math.max(place.clientWidth, 200),
     height: described.height,
@@ -42,7 +43,7 @@ export function draw(place, described) {
     scales: { x: scaleOf(described, "x"), y: scaleOf(described, "y") },
     axes: [axisOf(described, "x"), axisOf(described, "y")],
     series, bands,
-    cursor: { drag: { x: true, y: true, uni: 30, setScale: false }, points: { show: false }, y: !described.cells },
+    cursor: { drag: { x: true, y: true, uni: 30, setScale: false }, points: { show: false }, y: !described.cells, move: (u, left, top) => (held ? [left, top] : snapped(u, described, left, top)) },
     hooks: {
       drawClear: [(u) => under(u, described)],
       draw: [(u) => over(u, described)],
@@ -55,6 +56,7 @@ export function draw(place, described) {
   keyboard(made);
   plots.add(made);
   new ResizeObserver(() => !onPaper && u.width !== place.clientWidth && place.clientWidth && u.setSize({ width: place.clientWidth, height: described.height })).observe(place);
+  u.over.addEventListener("mousedown", () => { held = true; addEventListener("mouseup", () => { held = false; }, { once: true, capture: true }); }, true);
   // A tap has no movement that uPlot follows.
   u.over.addEventListener("click", (event) => u.setCursor({ left: event.offsetX, top: event.offsetY }));
   u.over.addEventListener("dblclick", (event) => { event.stopImmediatePropagation(); made.reset(); }, true);
@@ -274,6 +276,22 @@ function nearest(u, described) {
   return { x: at, values };
 }
 
+/** Where the crosshair is drawn: on the point that is read which is nearest to the mouse. */
+function snapped(u, described, left, top) {
+  if (described.cells || left < 0) return [left, top];
+  let place = [left, top], least = Infinity;
+  for (const line of described.lines) {
+    const k = line.read ? closest(line.x, u.posToVal(left, "x"), described.x.log) : -1;
+    if (k < 0) continue;
+    const across = u.valToPos(line.x[k], "x"), value = line.y?.[k] ?? null;
+    const height = value === null ? top : u.valToPos(value, "y"), off = Math.abs(height - top);
+    if (across < 0 || across > u.over.clientWidth || off >= least) continue;
+    least = off;
+    place = [across, Math.min(Math.max(height, 0), u.over.clientHeight)];
+  }
+  return place;
+}
+
 export function closest(xs, x, log) {
   let best = -1, least = Infinity;
   for (let k = 0; k < xs.length; k++) {
@@ -321,8 +339,10 @@ export function zoomTo({ u, described }, ranges) {
 /** Zoom to what was dragged over: of an axis along which it is the whole plot, the range stays. */
 function select(u, described) {
   const { left, top, width, height } = u.select;
-  if (described.onselect && width > 2) described.onselect(u.posToVal(left, "x"), u.posToVal(left + width, "x"));
+  const range = [u.posToVal(left, "x"), u.posToVal(left + width, "x")];
+  if (described.onselect && width > 2) described.onselect(...range);
   else zoomToSelection(u, described);
+  if (width > 2 && width < u.over.clientWidth) described.onrange?.(...range);
   u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
 }
 
@@ -363,5 +383,6 @@ function move({ u, described }, steps) {
   if (!seen.length) return;
   const now = u.cursor.left >= 0 ? closest(seen, u.posToVal(u.cursor.left, "x"), described.x.log) : steps > 0 ? -1 : seen.length;
   const k = Math.min(Math.max(now + steps, 0), seen.length - 1);
-  u.setCursor({ left: u.valToPos(seen[k], "x"), top: u.over.clientHeight / 2 });
+  const value = line.y?.[line.x.indexOf(seen[k])] ?? null;
+  u.setCursor({ left: u.valToPos(seen[k], "x"), top: value === null ? u.over.clientHeight / 2 : u.valToPos(value, "y") });
 }

@@ -11,6 +11,7 @@ from sigmatau._native.distributions import normal_quantile
 from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.lots.comparison_text import COMPARED, display_unit, in_order, term_name
 from sigmatau.lab.lots.runs import MEAN, SIGNED
+from sigmatau.lab.lots.short_names import short_names
 from sigmatau.noise.terms import TERMS
 from sigmatau.plot.style import make_panels, parent_figure, small
 from sigmatau.record import stream_name
@@ -99,7 +100,7 @@ def _draw(comparison: RunComparison, row: int, ax: Axes) -> None:
     ax.set_ylim(-0.7, count - 0.3)
     names = [run.serial if comparison.by == "run" and run.serial else run.name for run, _, _ in listed]
     is_named = count <= _MOST_NAMES
-    ax.set_yticks(places if is_named else [], [_shortened(name) for name in names] if is_named else [])
+    ax.set_yticks(places if is_named else [], short_names(names) if is_named else [])
     values = np.concatenate([low, high, value])
     ends_of_axis = float(np.nanmin(values)), float(np.nanmax(values))
     if len(prediction) == 2 and prediction[1] - prediction[0] < 4 * (ends_of_axis[1] - ends_of_axis[0]):
@@ -115,7 +116,3 @@ def limit_axis(ax: Axes, low: float, high: float) -> None:
     ax.ticklabel_format(axis="x", useOffset=False, scilimits=_PLAIN)
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     ax.set_xlim(low - margin, high + margin)
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= 18 else f"…{name[-17:]}"

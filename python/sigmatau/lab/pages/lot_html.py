@@ -17,6 +17,7 @@ from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
 from sigmatau.lab.lots.lot_screen import drift_lines
 from sigmatau.lab.lots.lot_statistics import Band
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
+from sigmatau.lab.lots.short_names import common_prefix
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,
@@ -98,18 +99,20 @@ def _units(lot: Lot) -> Markup:
         *(element("th", raised(head), scope="col", data_sort="number") for _, _, head, _ in columns),
     ]
     order = {state: k for k, state in enumerate(STATES)}
-    rows = [_unit(unit, columns, order) for unit in sorted(lot.units, key=lambda unit: order[unit.state])]
+    prefix = common_prefix([unit.name for unit in lot.units if unit.state != "missing"])
+    rows = [_unit(unit, columns, order, prefix) for unit in sorted(lot.units, key=lambda unit: order[unit.state])]
     table = element("table", element("thead", element("tr", heads)), element("tbody", rows), class_="units")
     about = "Coefficients are the largest of the axes. Select the head of a column to sort by it."
-    return joined(element("p", about, class_="about"), scrolled(table))
+    begin = [" Names begin with ", name(printable(prefix)), "."] if prefix else []
+    return joined(element("p", about, begin, class_="about"), scrolled(table))
 
 
-def _unit(unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int]) -> Markup:
+def _unit(unit: JudgedUnit, columns: Sequence[Column], order: Mapping[State, int], prefix: str) -> Markup:
     chip = element("span", STATE_WORDS[unit.state], class_=f"chip {MARKS[unit.state]}")
     why = unit.brief if unit.state != "passed" else "; ".join(r.text for r in unit.notes if r.code in CODES)
     return element(
         "tr",
-        element("th", name(printable(unit.name)), scope="row", title=printable(unit.name)),
+        element("th", name(printable(unit.name.removeprefix(prefix))), scope="row", title=printable(unit.name)),
         element("td", chip, data_key=str(order[unit.state])),
         element("td", why, class_="reason"),
         (element("td", cell, class_="value") for cell in unit_values(unit, columns)),
@@ -179,15 +182,16 @@ _STEP = 1000  # steps per decade
 
 
 def chart_data(lot: Lot) -> dict[str, Any]:
-    """Names of the units, panels of curves by channel, and panels of values over the order of the units by coefficient.
+    """Names of the units without their common prefix, panels of curves by channel, and panels of values over the order of
+    the units by coefficient.
 
     Plain values for JSON, short enough for hundreds of units: curves are thousandths of a decade from the median of the lot,
     values have four digits.
     """
-    names = [unit.name for unit in lot.units]
-    number = {name: k for k, name in enumerate(names)}
+    number = {unit.name: k for k, unit in enumerate(lot.units)}
+    prefix = common_prefix([unit.name for unit in lot.units if unit.state != "missing"])
     return {
-        "units": names,
+        "units": [name.removeprefix(prefix) for name in number],
         "curves": [_curve_chart(lot, band, number) for band in lot.bands if len(band.tau)],
         "values": [_value_chart(row, number) for row in pooled(lot)],
     }

@@ -54,7 +54,7 @@ LEFT_BY_ROOM = {
     "(top)": 3,
     "_native": 3,
     "findings": 4,
-    "lab": 5,
+    "lab": 4,
     "quality": 4,
 }
 LEFT_IN_RUST = 495

@@ -12,7 +12,7 @@ from typing import Any
 
 from sigmatau.analysis import Analysis, AnalysisOptions, analyze_in_stages, as_analysis, read_result
 from sigmatau.app.calls import Progress, cached, number, reading_options
-from sigmatau.app.faces import as_controls
+from sigmatau.app.faces import page_words
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.fitting.read_off import ReadOff
@@ -79,7 +79,7 @@ def _parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) ->
 
 def _summary(analysis: Analysis, content: Content) -> dict[str, Any]:
     """The words of a report, with the controls of the page in place of options."""
-    findings = tuple(finding_text(finding, as_controls) for finding in analysis.findings)
+    findings = tuple(finding_text(finding, page_words(finding)) for finding in analysis.findings)
     return asdict(replace(content, charts={}, findings=findings))
 
 

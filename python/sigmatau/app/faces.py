@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from sigmatau.exporting.choices import Choices
-from sigmatau.hints import RATE, Face, Hint, as_options, hints_in
+from sigmatau.findings.finding import Finding, Words
+from sigmatau.hints import RATE, Hint, as_options, hints_in, worded
 from sigmatau.options import declared
 from sigmatau.typed.forms import spelled
 
@@ -61,6 +62,11 @@ def as_controls(hints: Sequence[Hint]) -> str:
     return " and ".join(map(_control, hints))
 
 
+def page_words(finding: Finding) -> Words:
+    """Message and action of a finding, with controls of the page."""
+    return Words(*(worded(text, as_controls) for text in finding.words()))
+
+
 def _control(hint: Hint) -> str:
     pairs = hint.pairs()
     if pairs is not None and not _has_placeholder(pairs.values()):
@@ -72,7 +78,7 @@ def _control(hint: Hint) -> str:
         return "the sampling rate"
     choices = declared(Choices)
     if hint.option == "names":
-        return "; ".join(_quoted(key.replace("_", " "), value) for key, value in (pairs or {}).items())
+        return "; ".join(_quoted(key.replace("_", " "), value) for key, value in (pairs or {"names": None}).items())
     if hint.option in choices:
         label, unit = export_label(hint.option), choices[hint.option].unit
     elif hint.option in LABELS:
@@ -100,17 +106,17 @@ def _columns_named(place: str) -> str:
     return f"columns {first} to {last}" if separator else f"column {first}"
 
 
-def hints_content(text: str, face: Face = as_controls) -> list[dict[str, Any]] | None:
+def hints_content(text: str) -> list[dict[str, Any]] | None:
     """The options that a message names, as the page offers them; None if it names none."""
-    hints = [_hint_content(hint, face) for hint in hints_in(text)]
+    hints = [_hint_content(hint) for hint in hints_in(text)]
     return hints or None
 
 
-def _hint_content(hint: Hint, face: Face) -> dict[str, Any]:
+def _hint_content(hint: Hint) -> dict[str, Any]:
     return {
         "option": spelled(hint.option),
         "key": hint.key,
         "value": hint.value,
-        "text": face([hint]),
+        "text": as_controls([hint]),
         "remark": hint.remark,
     }

@@ -12,7 +12,7 @@ from sigmatau._version import __version__
 from sigmatau.analysis import STAGE_NAMES
 from sigmatau.app.calls import Progress, cached, error_content, number, reading_options
 from sigmatau.app.controls import default_file, export_controls, labels, target_content
-from sigmatau.app.faces import as_controls
+from sigmatau.app.faces import page_words
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.exporting.targets import NAMES
@@ -255,7 +255,7 @@ def _topics(tables: Iterable[TableInfo]) -> list[dict[str, Any]]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    message, action = finding.words_in(as_controls)
+    message, action = page_words(finding)
     return {
         "severity": finding.severity,
         "code": finding.code,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import secrets
 import socket
 import threading
@@ -26,12 +27,8 @@ _NEEDS = "the workbench needs starlette and uvicorn: pip install 'sigmatau[app]'
 
 def need_libraries() -> None:
     """Raise `ImportError` with the command to install what the server needs, if it is missing."""
-    try:
-        import starlette
-        import uvicorn
-    except ImportError:
-        raise ImportError(_NEEDS) from None
-    del starlette, uvicorn
+    if any(importlib.util.find_spec(name) is None for name in ("starlette", "uvicorn")):
+        raise ImportError(_NEEDS)
 
 
 def guarded(workbench: Workbench, *, token: str, port: int) -> ASGIApp:
@@ -63,7 +60,7 @@ def serve(
     recording : Recording, optional
         A live record that the page shows.
     ready : callable
-        Takes the address of the page when it is served.
+        Takes the address of the page when its socket listens. The browser can start while the server is imported.
 
     Raises
     ------
@@ -73,28 +70,35 @@ def serve(
         Without starlette or uvicorn.
     """
     need_libraries()
+    with _listening(port) as listener:
+        token = secrets.token_urlsafe(24)
+        try:
+            ready(f"http://{_HOST}:{listener.getsockname()[1]}/{token}/")
+            _run(listener, token, places, max_upload=max_upload, recording=recording)
+        except KeyboardInterrupt as interruption:
+            if type(interruption) is not KeyboardInterrupt:  # terminated
+                raise
+
+
+def _run(
+    listener: socket.socket, token: str, places: Iterable[Path], *, max_upload: int, recording: Recording | None
+) -> None:
+    """Answer requests at a socket until the server is stopped."""
     import uvicorn
 
     from sigmatau.app.files import Roots
     from sigmatau.app.routes import Workbench
 
-    with _listening(port) as listener:
-        token, port = secrets.token_urlsafe(24), listener.getsockname()[1]
-        workbench = Workbench(Roots(places), max_upload=max_upload, recording=recording)
-        threading.Thread(target=workbench.looks.warm, daemon=True).start()
-        config = uvicorn.Config(
-            guarded(workbench, token=token, port=port), log_level="critical", access_log=False, lifespan="off", ws="none",
-            server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
-        )  # fmt: skip
-        server = uvicorn.Server(config)
-        try:
-            ready(f"http://{_HOST}:{port}/{token}/")
-            server.run(sockets=[listener])
-        except KeyboardInterrupt as interruption:
-            if type(interruption) is not KeyboardInterrupt:  # terminated
-                raise
-        finally:
-            workbench.close()
+    workbench = Workbench(Roots(places), max_upload=max_upload, recording=recording)
+    threading.Thread(target=workbench.looks.warm, daemon=True).start()
+    config = uvicorn.Config(
+        guarded(workbench, token=token, port=listener.getsockname()[1]), log_level="critical", access_log=False,
+        lifespan="off", ws="none", server_header=False, proxy_headers=False, timeout_graceful_shutdown=1,
+    )  # fmt: skip
+    try:
+        uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        workbench.close()
 
 
 def _listening(port: int) -> socket.socket:

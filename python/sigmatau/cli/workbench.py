@@ -20,7 +20,6 @@ from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.follow import BAUD
 from sigmatau.io.read.options import ReadOptions
-from sigmatau.typed.config import live_command
 
 if TYPE_CHECKING:
     from sigmatau.app.recording import Recording
@@ -120,6 +119,8 @@ def _live(
         return None
     if piped is not None and serial is not None:
         raise OptionError("{option} is read in place of standard input; leave out -", option="serial")
+    from sigmatau.typed.config import live_command
+
     source = live_source("-", serial=serial, baud=baud, save=save)
     if source == "-":
         if os.name == "nt":

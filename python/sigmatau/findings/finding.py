@@ -8,7 +8,7 @@ from dataclasses import field
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from sigmatau.frozen import frozen
-from sigmatau.hints import Face, Hint, as_options, hints_in, worded
+from sigmatau.hints import Hint, as_options, hints_in, worded
 from sigmatau.noise.terms import RANKED
 from sigmatau.results import Tabular, plain_value, printable
 
@@ -182,11 +182,7 @@ class Finding:
 
     def words_of_files(self) -> Words:
         """Message and action with options in the form of the command line, whatever program writes the file."""
-        return self.words_in(as_options)
-
-    def words_in(self, face: Face) -> Words:
-        """Message and action with options as a face words them."""
-        return Words(*(worded(text, face) for text in self.words()))
+        return Words(*(worded(text, as_options) for text in self.words()))
 
     def words(self) -> Words:
         """Message and action with hints in them; see `sigmatau.hints`."""

@@ -8,7 +8,6 @@ from dataclasses import field
 from sigmatau.frozen import frozen
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.options import option, same_option
-from sigmatau.quality.selection.exclusion import causes_to_keep, spans_to_keep
 
 Bandwidth = Mapping[str, tuple[float, int | None]]
 """Bandwidth of the sensor in Hz and order of its filter, if known, by channel or stream."""
@@ -54,17 +53,20 @@ class CheckOptions:
     )
 
     def __post_init__(self) -> None:
-        causes_to_keep(self.keep)
-        spans_to_keep(self.keep)
+        _ = self.kept_causes, self.kept_spans  # raise an error for a word that is neither
 
     @property
     def kept_causes(self) -> tuple[str, ...]:
         """Causes of disturbances that are not left out."""
+        from sigmatau.quality.selection.exclusion import causes_to_keep  # which imports the checks
+
         return causes_to_keep(self.keep)
 
     @property
     def kept_spans(self) -> tuple[tuple[float, float], ...]:
         """Times in which no disturbance is left out. [s]"""
+        from sigmatau.quality.selection.exclusion import spans_to_keep
+
         return spans_to_keep(self.keep)
 
 

@@ -15,13 +15,12 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.estimators.allan import allan
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.targets import NAMES
-from sigmatau.findings.finding import Finding
+from sigmatau.findings.finding import Finding, Words
 from sigmatau.findings.phrases import short_axes
 from sigmatau.fitting.noise_fit import NoiseFit
 from sigmatau.fitting.overview import Overview, dominant_terms, main_coefficients
 from sigmatau.fitting.read_off import ReadOffCoefficient
 from sigmatau.frozen import frozen
-from sigmatau.hints import Face, as_options
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.quality.selection.exclusion import from_the_start
 from sigmatau.record.mask import only_used
@@ -188,11 +187,11 @@ def _verdict(analysis: Analysis) -> str:
     return "assumed" if not analysis.rest.is_usable and analysis.fits else analysis.rest.verdict
 
 
-def finding_text(finding: Finding, face: Face = as_options) -> FindingText:
-    """The words of a finding."""
+def finding_text(finding: Finding, words: Words | None = None) -> FindingText:
+    """A finding in words: those of files, or others."""
     spans = [f"{seconds(a)} s" if a == b else f"{seconds(a)}–{seconds(b)} s" for a, b in finding.spans[:_MOST_SPANS]]
     hidden = len(finding.spans) + finding.more_spans - _MOST_SPANS
-    message, action = finding.words_in(face)
+    message, action = finding.words_of_files() if words is None else words
     return FindingText(
         severity=finding.severity,
         axes=printable(": ".join(filter(None, (finding.topic, short_axes(finding.channels))))),

@@ -1,0 +1,3 @@
+from .entry import opened, read
+
+__all__ = ["opened", "read"]

@@ -8,7 +8,7 @@ import gc
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 # Options of mallopt(3) of glibc.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
@@ -21,13 +21,29 @@ def keep_freed() -> None:
     Collections of cycles are rare too, because an analysis keeps most objects that it makes: they took 4 % of its time.
     """
     gc.set_threshold(100_000)
-    try:
-        mallopt = ctypes.CDLL(None).mallopt
-    except (OSError, AttributeError, TypeError):  # another library, or another system
+    mallopt = _from_libc("mallopt")
+    if mallopt is None:
         return
     mallopt(_MMAP_THRESHOLD, _LARGEST_MMAP_THRESHOLD)
     mallopt(_TRIM_THRESHOLD, (1 << 31) - 1)
     mallopt(_ARENA_MAX, 1)
+
+
+def return_freed() -> None:
+    """Collect cycles and return freed memory to the system, which a process that only waits does not need."""
+    gc.collect()
+    malloc_trim = _from_libc("malloc_trim")
+    if malloc_trim is not None:
+        malloc_trim(0)
+
+
+def _from_libc(name: str) -> Callable[..., int] | None:
+    """A function of glibc; None with another library, or on another system."""
+    try:
+        function: Callable[..., int] = getattr(ctypes.CDLL(None), name)
+    except (OSError, AttributeError, TypeError):
+        return None
+    return function
 
 
 @contextlib.contextmanager

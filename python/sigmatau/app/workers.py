@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.app.answers import CallError
-from sigmatau.process import end_with_parent, keep_freed, uninterrupted
+from sigmatau.process import end_with_parent, keep_freed, return_freed, uninterrupted
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -189,3 +189,5 @@ def _work(calls: Connection, preloaded: Sequence[str]) -> None:
             calls.send(outcome)
         except OSError:
             return
+        del outcome
+        return_freed()

@@ -19,6 +19,7 @@ from studies import (
     intervals,
     joint,
     likelihood,
+    lots,
     mean_stability,
     oracle,
     other_noise,
@@ -69,6 +70,7 @@ STUDIES = (
     adis16405,
     real_records,
     repeatability,
+    lots,
     paper_claims,
 )
 

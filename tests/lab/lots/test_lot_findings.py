@@ -50,6 +50,10 @@ WORDS = {
     "turned by 180° about z: the means are those of other axes of the lot": kinds.Orientation(
         changes=(AxisChange(sources=(0, 1, 2), signs=(-1, -1, 1)),)
     ),
+    "outlier: rate random walk 30 deg/h/√h; the Allan deviation at 61.4 s is 3.6 times the lot's median": kinds.SlowNoise(
+        tau=61.44, ratio=3.6, what="rate random walk", value=15.0, unit="deg/h/√h", factor=0.5
+    ),
+    "slow noise: Allan deviation at 100 s is 3.6 times the lot's median": kinds.SlowNoise(tau=100.0, ratio=3.6),
     "outlier: mean 30 deg/h; the lot has 2 ± 1 deg/h": kinds.OtherMean(
         value=15.0, median=1.0, spread=0.5, unit="deg/h", factor=0.5
     ),

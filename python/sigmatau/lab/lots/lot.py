@@ -16,9 +16,10 @@ from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
 from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
 from sigmatau.lab.lots.lot_judging import remarks_on_findings, remarks_on_verdict
-from sigmatau.lab.lots.lot_others import collect_distributions, compare_units
+from sigmatau.lab.lots.lot_others import compare_units
 from sigmatau.lab.lots.lot_remark import Remark, State, remark
 from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
+from sigmatau.lab.lots.lot_series import collect_distributions
 from sigmatau.lab.lots.lot_unit import UnitResult, summarize_unit, without_result
 
 Undecided = Literal["not-judged", "pass", "fail"]
@@ -171,6 +172,7 @@ def judge_lot(
         spec=sheet,
         units=(*units, *missing),
         distributions=distributions.values,
+        sensors=(*distributions.sensors, *distributions.slow),
         bands=distributions.bands,
         expected=None if expect is None else expect if isinstance(expect, int) else len(expect),
         too_many=surplus,

@@ -140,6 +140,40 @@ class Outlier(ComparedValue, code="outlier"):
 
 
 @frozen
+class SlowNoise(OfLot, code="slow_noise"):
+    """The Allan deviation at a long averaging time is an outlier among those of the other units.
+
+    Attributes
+    ----------
+    tau : float
+        Averaging time. [s]
+    ratio : float
+        Ratio to the median of the lot. [1]
+    what : str
+        Slow coefficient that the unit shows and the lot does not; empty without one.
+    value : float or None
+        Its value. [`factor` of `unit`]
+    unit : str
+        Unit in which it is printed.
+    factor : float
+        Factor from this unit to that of the value.
+    """
+
+    tau: float
+    ratio: float
+    what: str = ""
+    value: float | None = None
+    unit: str = ""
+    factor: float = 1.0
+
+    def words(self, finding: Finding) -> Words:
+        off = f"Allan deviation at {self.tau:.3g} s is {difference(self.ratio)} the lot's median"
+        if self.value is None:
+            return Words(f"slow noise: {off}")
+        return Words(f"outlier: {self.what} {self.value / self.factor:.3g} {self.unit}; the {off}")
+
+
+@frozen
 class OtherScale(OfLot, code="other_scale"):
     """The curves of a sensor, or its gravity, are not those of the lot: a wrong unit, a wrong scale, or a bad unit.
 

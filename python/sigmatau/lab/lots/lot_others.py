@@ -5,30 +5,21 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from sigmatau.frozen import frozen
-from sigmatau.lab.lots.lot_findings import OtherAxes, OtherRate, OtherScale, Outlier, SameData, ShortRecord
+from sigmatau.lab.lots.lot_bands import Band, mistaken_units, scale
+from sigmatau.lab.lots.lot_findings import OtherAxes, OtherRate, OtherScale, SameData, ShortRecord
 from sigmatau.lab.lots.lot_means import compare_means
+from sigmatau.lab.lots.lot_outliers import outlier_remarks
 from sigmatau.lab.lots.lot_remark import Remark, remark
-from sigmatau.lab.lots.lot_statistics import (
-    MEAN_SHARE,
-    Band,
-    Distribution,
-    band,
-    distribution,
-    mistaken_units,
-    scale,
-)
-from sigmatau.lab.lots.lot_unit import UnitCoefficient, UnitResult
-from sigmatau.lab.lots.lot_words import what_text, what_unit
-from sigmatau.noise.terms import TERMS
+from sigmatau.lab.lots.lot_series import Distributions
+from sigmatau.lab.lots.lot_statistics import MEAN_SHARE
+from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.record import stream_name
 from sigmatau.results import printable
 
-_WHATS = (*TERMS, "means_10", "means_100")
 _MIN_UNITS = 3  # smallest number of units with a median to compare with
 _OTHER_SCALE = math.log(5)
 """Factor by which all curves of a sensor differ from those of the lot, on all axes, if its unit is wrong or it is bad. Units
@@ -38,47 +29,6 @@ of a type differ by tens of per cent.
 _SAME_ON_AXES = math.log(1.5)  # largest difference of the scale between the axes of a sensor
 _SHORT = 0.8  # ratio to the usual length
 _OTHER_RATE = 0.02  # relative difference of sampling rates; clocks differ by less
-_INTERVAL_WIDTH = 3.92  # width of a 95 % interval in standard errors
-
-
-@frozen(eq=False)
-class Distributions:
-    """The distributions and the curves of a lot."""
-
-    values: tuple[Distribution, ...]
-    bands: tuple[Band, ...]
-
-
-def collect_distributions(units: Mapping[str, UnitResult]) -> Distributions:
-    """Distributions of the coefficients that at least half of the units show, and the bands of the curves, by channel."""
-    channels: dict[str, dict[str, UnitResult]] = {}
-    for name, unit in units.items():
-        for channel in unit.channels:
-            channels.setdefault(channel, {})[name] = unit
-    shown: list[tuple[str, str, dict[str, tuple[float, float]], int]] = []
-    bands = []
-    for channel, those in channels.items():
-        first = next(iter(those.values())).channels[channel]
-        parts = {name: unit.channels[channel] for name, unit in those.items()}
-        parts = {name: part for name, part in parts.items() if part.unit == first.unit}
-        curves = {name: (part.tau, part.adev) for name, part in parts.items()}
-        bands.append(band(channel, curves, quantity=first.quantity, unit=first.unit))
-        for what in _WHATS:
-            coefficients = {name: part.coefficients[what] for name, part in parts.items() if what in part.coefficients}
-            values = {name: (c.value, _error(c)) for name, c in coefficients.items() if c.value}
-            if values and 2 * len(values) >= len(coefficients):
-                shown.append((channel, what, values, len(coefficients) - len(values)))
-    distributions = tuple(
-        distribution(channel, what, values, below=below, families=len(shown)) for channel, what, values, below in shown
-    )
-    return Distributions(values=distributions, bands=tuple(bands))
-
-
-def _error(coefficient: UnitCoefficient) -> float:
-    """Standard error of the logarithm of a coefficient, from its interval; 0 if it has none."""
-    if coefficient.low is None or coefficient.high is None:
-        return 0.0
-    return math.log(coefficient.high / coefficient.low) / _INTERVAL_WIDTH if coefficient.low > 0 else math.inf
 
 
 def compare_units(
@@ -99,7 +49,8 @@ def compare_units(
             probability=MEAN_SHARE,
             judged=judged,
         )
-        _outliers(units_with_channels, distributions.values, remarks, judged=judged, scaled=scaled)
+        for name, about in outlier_remarks(units_with_channels, distributions, judged=judged, scaled=scaled).items():
+            remarks[name] += about
         _other_records(units_with_channels, remarks)
     return remarks
 
@@ -145,31 +96,6 @@ def _other_scales(
         named.add((name, sensor))
         remarks[name].append(remark(OtherScale(ratio=ratio, likely=likely), "lot", tuple(ratios)))
     return named
-
-
-def _outliers(
-    units: Mapping[str, UnitResult],
-    distributions: Sequence[Distribution],
-    remarks: dict[str, list[Remark]],
-    *,
-    judged: bool,
-    scaled: set[tuple[str, str]],
-) -> None:
-    for distribution_ in distributions:
-        for name, ratio in distribution_.outliers.items():
-            if (name, stream_name(distribution_.channel)) in scaled:
-                continue
-            channel = units[name].channels[distribution_.channel]
-            value = channel.coefficients[distribution_.what].value
-            text, factor = what_unit(distribution_.what, channel.quantity, channel.unit, [value])
-            details = Outlier(
-                what=what_text(distribution_.what, channel.quantity),
-                value=value,
-                ratio=ratio,
-                unit=text,
-                factor=factor,
-            )
-            remarks[name].append(remark(details, "note" if judged else "lot", (distribution_.channel,)))
 
 
 def _other_records(units: Mapping[str, UnitResult], remarks: dict[str, list[Remark]]) -> None:

@@ -13,8 +13,9 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.lot_bands import Band
 from sigmatau.lab.lots.lot_remark import STATES, Remark, State
-from sigmatau.lab.lots.lot_statistics import Band, Distribution
+from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.lab.lots.lot_words import STATE_WORDS, what_text, what_unit
 from sigmatau.noise.terms import TERMS, coefficient_unit
@@ -167,6 +168,8 @@ class Lot(Tabular):
         Distributions of the coefficients that at least half of the units show, by channel.
     bands : tuple of Band
         The curves of all units by channel, with their median and range.
+    sensors : tuple of Distribution
+        Geometric means of the coefficients over the axes of each sensor, and Allan deviations at a long averaging time.
     expected : int or None
         Number of units that were expected.
     too_many : int
@@ -192,6 +195,7 @@ class Lot(Tabular):
     units: tuple[JudgedUnit, ...]
     distributions: tuple[Distribution, ...]
     bands: tuple[Band, ...]
+    sensors: tuple[Distribution, ...] = ()
     expected: int | None = None
     too_many: int = 0
     settings: JudgingOptions = JudgingOptions()
@@ -230,8 +234,8 @@ class Lot(Tabular):
 
     @property
     def drifts(self) -> tuple[Distribution, ...]:
-        """The distributions that drift over the order of the units."""
-        return tuple(distribution for distribution in self.distributions if distribution.drift is not None)
+        """The distributions with a drift or a batch in the order of the units, those of the sensors first."""
+        return tuple(part for part in (*self.sensors, *self.distributions) if part.order is not None)
 
     def quantity_of(self, channel: str) -> tuple[str, str]:
         """Quantity and SI unit of a channel.
@@ -290,6 +294,7 @@ class Lot(Tabular):
             "settings": self.settings.to_dict(),
             "units": [unit.to_dict() for unit in self.units],
             "distributions": [distribution.to_dict() for distribution in self.distributions],
+            "sensors": [distribution.to_dict() for distribution in self.sensors],
         }
 
     def columns(self) -> dict[str, list[Any]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Sequence
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from sigmatau.digits import significant
 from sigmatau.hints import Hint, worded
-from sigmatau.lab.lots.lot_findings import difference
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
-from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text, listed, percent, what_text
+from sigmatau.lab.lots.lot_statistics import Distribution
+from sigmatau.lab.lots.lot_words import STATE_WORDS, change_text, count_text, listed, percent, what_text
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import WIDTH, aligned, printable, wrapped
 
@@ -51,7 +50,7 @@ def screen(lot: Lot, *, max_units: int = _MOST_UNITS, width: int = WIDTH) -> str
     lines += _only_typical(lot, rows, width)
     if rows:
         lines += ["", *table(rows, width=width)]
-    lines += drift_lines(lot, rows)
+    lines += drift_lines(lot)
     return "\n".join(lines)
 
 
@@ -170,27 +169,60 @@ def _abbreviated(row: Pooled) -> str:
     return _SHORT_NAMES.get(row.what, row.label)
 
 
-def drift_lines(lot: Lot, rows: list[Pooled], *, width: int | None = WIDTH) -> list[str]:
-    """Outliers and drifts in words."""
-    lines = []
-    scaled = {unit.name for unit in lot.units if any(remark.code == "other_scale" for remark in unit.remarks)}
-    outliers: dict[str, tuple[float, str]] = {}  # by unit, its largest difference
-    for row in rows:
-        for (name, channel), ratio in row.outliers.items():
-            size = abs(math.log(ratio))
-            if name not in scaled and size > outliers.get(name, (0.0, ""))[0]:
-                outliers[name] = (
-                    size,
-                    f"{_short(name)}: {channel} {what_text(row.what, '')}, {difference(ratio)} the median",
-                )
-    if outliers:
-        lines.append(
-            f"Outliers: {listed([text for _, text in sorted(outliers.values(), reverse=True)], _MOST_OUTLIERS)}"
-        )
-    drifts = [
-        f"{d.channel} {what_text(d.what, '')} {100 * (d.drift or 0):+.2g} % from the first to the last unit"
-        for d in lot.drifts
-    ]
-    if drifts:
-        lines.append(f"Drift: {listed(drifts)}")
+_OUTLYING = ("slow_noise", "outlier", "other_scale", "other_mean")  # codes of the remarks that are listed as outliers
+
+
+def drift_lines(lot: Lot, *, width: int | None = WIDTH) -> list[str]:
+    """Outliers, batches and drifts in words."""
+    lines = [f"Outlier {_short(unit.name)}: {text}" for unit, text in _outliers(lot)[:_MOST_OUTLIERS]]
+    surplus = len(_outliers(lot)) - _MOST_OUTLIERS
+    if surplus > 0:
+        lines.append(f"… and {surplus} more outliers; see the files of -o")
+    lines += _order_lines(lot)
     return lines if width is None else wrapped(lines, width=width)
+
+
+def _outliers(lot: Lot) -> list[tuple[JudgedUnit, str]]:
+    """Units with notes about outliers, and the first of these; reasons of a state are printed beside the state."""
+    results = []
+    for unit in lot.units:
+        notes = [remark for remark in unit.remarks if remark.code in _OUTLYING and remark not in unit.reasons]
+        if notes:
+            first = min(notes, key=lambda remark: _OUTLYING.index(remark.code))
+            results.append((unit, first.text.replace("outlier: ", "")))
+    return results
+
+
+def _order_lines(lot: Lot) -> list[str]:
+    """Batches and drifts. Coefficients that change with the same units share a line, the most significant one first."""
+    groups: dict[tuple[str, str], list[Distribution]] = {}
+    sensors = {part.channels for part in lot.drifts if len(part.channels) > 1}
+    pooled_whats = {(channel, part.what) for part in lot.drifts for channel in part.channels if len(part.channels) > 1}
+    for part in sorted(lot.drifts, key=lambda part: part.p_value or 0.0):
+        if part.order is None or (part.channels not in sensors and (part.channel, part.what) in pooled_whats):
+            continue
+        place = "" if part.order.kind == "drift" else part.order.first
+        groups.setdefault(("up" if part.order.change > 0 else "down", place), []).append(part)
+    lines = []
+    for members in groups.values():
+        first = members[0]
+        if first.order is None:
+            continue
+        head = "Drift" if first.order.kind == "drift" else f"Batch from {_dated(lot, first.order.first)}"
+        if first.order.kind != "drift":
+            head += f" to {_dated(lot, first.order.last)} ({first.order.units} units)"
+        rest = [_series_text(part) for part in members[1:]]
+        also = f"; also {listed(rest)}" if rest else ""
+        lines.append(f"{head}: {_series_text(first)} {change_text(first.order)}{also}")
+    return lines
+
+
+def _series_text(part: Distribution) -> str:
+    what = f"Allan deviation at {part.tau:.3g} s" if part.what == "adev" else what_text(part.what, "")
+    return f"{part.channel} {what}"
+
+
+def _dated(lot: Lot, name: str) -> str:
+    """The name of a unit, with its date if the name does not state it."""
+    day = lot[name].result.day
+    return f"{_short(name)} ({day})" if day and day not in name else _short(name)

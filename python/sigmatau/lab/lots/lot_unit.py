@@ -14,6 +14,7 @@ from sigmatau.errors import DataError
 from sigmatau.fitting import FittedTerm
 from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.dates import day_of_log
 from sigmatau.quality import reason_without_fits
 
 
@@ -89,6 +90,8 @@ class UnitResult:
         File of the result; empty if it came from memory.
     sha256 : str
         Checksum of the log; empty if not known.
+    day : str
+        Day of the record, ``"2026-05-07"``, of its notes or the name of its log; empty if not known.
     channels : mapping of str to UnitChannel
         By name.
     findings : tuple of Finding
@@ -107,6 +110,7 @@ class UnitResult:
 
     path: str = ""
     sha256: str = ""
+    day: str = ""
     channels: Mapping[str, UnitChannel] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     rest: str = ""
@@ -130,6 +134,7 @@ def summarize_unit(result: Analysis | FailedAnalysis) -> UnitResult:
     return UnitResult(
         path=result.source.path or "",
         sha256=result.source.sha256 or "",
+        day=day_of_log(result.notes, result.source.path or ""),
         channels={name: _channel(result, name) for name in result.curves},
         findings=result.findings,
         rest="" if result.rest is None else result.rest.verdict,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from sigmatau.digits import significant
+from sigmatau.digits import round_to_error, significant
 from sigmatau.lab.lots.lot_remark import State
+from sigmatau.lab.lots.order_effect import OrderEffect
 from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import printable
 
@@ -49,3 +50,21 @@ def listed(names: Iterable[str], max_names: int = 3) -> str:
     every = [printable(name) for name in names]
     suffix = f" and {len(every) - max_names} more" if len(every) > max_names else ""
     return ", ".join(every[:max_names]) + suffix
+
+
+def change_text(effect: OrderEffect) -> str:
+    """The size of a change in the order of production: ``"+3.0 % [+2.5, +3.5] from unit to unit"``."""
+    number = round_to_error(*(100 * value for value in (effect.change, effect.low, effect.high)), sign="+")
+    against = {
+        "drift": "from the first to the last unit",
+        "rise": "from unit to unit",
+        "batch": "against the other units",
+    }
+    return f"{number.value} % {number.interval} {against[effect.kind]}"
+
+
+def order_text(effect: OrderEffect) -> str:
+    """A change in the order of production, with its units."""
+    if effect.kind == "drift":
+        return change_text(effect)
+    return f"{change_text(effect)}, {printable(effect.first)} to {printable(effect.last)}"

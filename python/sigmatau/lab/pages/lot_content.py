@@ -9,7 +9,7 @@ from sigmatau import __version__
 from sigmatau.digits import significant
 from sigmatau.lab.datasheets.claims import Claim
 from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
-from sigmatau.lab.lots.lot_words import listed, percent, what_text, what_unit
+from sigmatau.lab.lots.lot_words import listed, order_text, percent, what_text, what_unit
 from sigmatau.record import stream_name
 from sigmatau.results import printable
 
@@ -17,7 +17,7 @@ MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadabl
 """Colours of the states, the same as those of trust."""
 
 DISTRIBUTION_HEADS = (
-    *("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift, %"),
+    *("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift or batch"),
     "Outliers",
 )
 
@@ -132,7 +132,7 @@ def distribution_rows(lot: Lot) -> list[list[str]]:
                 significant(distribution.high / factor, zeros=True),
                 limits,
                 text,
-                "–" if distribution.drift is None else f"{100 * distribution.drift:+.2g}",
+                "–" if distribution.order is None else order_text(distribution.order),
                 listed(distribution.outliers) or "–",
             ]
         )

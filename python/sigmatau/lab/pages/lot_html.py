@@ -11,11 +11,11 @@ import numpy as np
 
 from sigmatau import __version__
 from sigmatau.arrays import Floats
+from sigmatau.lab.lots.lot_bands import Band
 from sigmatau.lab.lots.lot_findings import CODES
 from sigmatau.lab.lots.lot_remark import STATES, State
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
 from sigmatau.lab.lots.lot_screen import drift_lines
-from sigmatau.lab.lots.lot_statistics import Band
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
 from sigmatau.lab.lots.short_names import common_prefix
 from sigmatau.lab.pages.lot_content import (
@@ -75,7 +75,7 @@ def page(lot: Lot, *, title: str, command: str | None, date: datetime) -> str:
 def _summary(lot: Lot) -> Markup:
     words = count_text(lot.counts, spec="" if lot.spec is None else lot.spec.name)  # type: ignore[arg-type]
     surplus = [element("p", f"{lot.too_many} more units than the {lot.expected} expected.")] if lot.too_many else []
-    drifts = [element("p", raised(line)) for line in drift_lines(lot, pooled(lot), width=None)]
+    drifts = [element("p", raised(line)) for line in drift_lines(lot, width=None)]
     return joined(element("p", f"{words}."), surplus, drifts, _claims(lot))
 
 
@@ -230,7 +230,6 @@ def _value_chart(row: Pooled, number: Mapping[str, int]) -> dict[str, Any]:
                 "values": _short(distribution.values / row.factor),
                 "median": _short([distribution.median / row.factor])[0],
                 "outliers": [number[name] for name in distribution.outliers],
-                "drift": None if distribution.drift is None else _short([distribution.drift])[0],
             }
             for distribution in row.distributions
         ],

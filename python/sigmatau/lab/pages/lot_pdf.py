@@ -60,7 +60,7 @@ def _values(lot: Lot, title: str, command: str | None, date: datetime) -> dict[s
         "made_by": f"sigmatau {__version__}",
         "chips": [[f"{n} {STATE_WORDS[state]}", MARKS[state]] for state, n in lot.counts.items() if n],  # type: ignore[index]
         "words": count_text(lot.counts, spec=spec) + ".",  # type: ignore[arg-type]
-        "drifts": drift_lines(lot, pooled(lot), width=None),
+        "drifts": drift_lines(lot, width=None),
         "claims": claim_rows(lot),
         "doubts": [
             [_cut(unit.name, _MOST_NAME), STATE_WORDS[unit.state], MARKS[unit.state], _cut(unit.brief, _MOST_WHY)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from datetime import datetime
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from sigmatau.analysis import FailedAnalysis
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint, command
+from sigmatau.lab.lots.dates import DATE_NOTES, date_in_name, iso_date
 from sigmatau.lab.lots.runs import RUN_NOTES
 from sigmatau.lab.store.rows import Entry, in_utc
 from sigmatau.results import noted_unit
@@ -25,9 +25,7 @@ FOLDER, LOG_FOLDER = "folder", "log-folder"
 IN_NAME = "name"
 """Value of `Naming.date`: the first date in the path of the log."""
 
-_DATE_NOTES = ("recorded", "start", "time", "date")
 _TEMPERATURE_NOTES = ("temperature", "temp")
-_DATE = re.compile(r"(?<!\d)(20\d\d)([-_]?)(\d\d)\2(\d\d)(?:[T_ -]?(\d\d)([:_-]?)(\d\d)(?:\6(\d\d))?)?(?!\d)")
 _TEMPERATURE = re.compile(r"([-+]?\d+(?:\.\d*)?) *(°C|degC|C|K)?", re.ASCII)
 _KELVIN = 273.15
 
@@ -76,7 +74,7 @@ class Naming:
         if self.unit is not None and not self.unit.strip():
             raise OptionError("{option} is empty; give the serial number", option="unit")
         if self.date not in (None, IN_NAME):
-            time = _iso(str(self.date))
+            time = iso_date(str(self.date))
             if time is None:
                 raise OptionError(f"{{option}} {self.date}: must be like 2026-05-01T12:00, or name", option="date")
             in_utc(time)
@@ -163,10 +161,10 @@ class Naming:
         if self.date == IN_NAME:
             return _in_name(log)
         if self.date is not None:
-            return _iso(self.date)
-        for key in _DATE_NOTES:
+            return iso_date(self.date)
+        for key in DATE_NOTES:
             if text := notes.get(key):
-                date = _iso(text)
+                date = iso_date(text)
                 if date is None:
                     raise DataError(
                         f"the note {key} {text!r:.40} is not a date like 2026-05-01T12:00; give {Hint('date')}"
@@ -203,20 +201,9 @@ def _celsius(text: str) -> float | None:
     return None if match is None else float(match[1]) - (_KELVIN if match[2] == "K" else 0.0)
 
 
-def _iso(text: str) -> datetime | None:
-    try:
-        return datetime.fromisoformat(text.strip())
-    except ValueError:
-        return None
-
-
 def _in_name(log: str) -> datetime:
-    """Find the first date in the path of a log, 2026-05-01 or 20260501_120000. Raises `DataError` without a date."""
-    for part in (PurePath(log).name, log):
-        for match in _DATE.finditer(part):
-            year, _, month, day, hour, _, minute, second = match.groups()
-            # 4512 in 20260501_4512 is a serial number, not a time.
-            for h, m, s in ((hour, minute, second), (0, 0, 0)):
-                with suppress(ValueError):
-                    return datetime(int(year), int(month), int(day), int(h or 0), int(m or 0), int(s or 0))  # noqa: DTZ001  UTC
-    raise DataError(f"no date in the name of the log; give {Hint('date', value='2026-05-01')}").about(log)
+    """Find the first date in the path of a log. Raises `DataError` without a date."""
+    date = date_in_name(log)
+    if date is None:
+        raise DataError(f"no date in the name of the log; give {Hint('date', value='2026-05-01')}").about(log)
+    return date

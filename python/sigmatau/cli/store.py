@@ -218,7 +218,12 @@ def add_command(
     if len(outcome.problems) > _MOST_PROBLEMS:
         say(f"{len(outcome.problems) - _MOST_PROBLEMS} more files were not added")
     added = outcome.added
-    counts = [(added.new, "new"), (added.revised, "revised"), (added.known, "already there")]
+    counts = [
+        (added.new, "new"),
+        (added.revised, "revised"),
+        (added.updated, "updated"),
+        (added.known, "already there"),
+    ]
     text = ", ".join(f"{count} {what}" for count, what in counts if count or what == "new")
     say(f"{text}{f', {len(outcome.problems)} not added' if outcome.problems else ''}", quiet=quiet)
     return 2 if unnamed and len(unnamed) == len(outcome.problems) else 1 if outcome.problems else 0

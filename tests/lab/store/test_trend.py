@@ -60,7 +60,7 @@ def test_interval_covers_the_slope(make, kind, slope):
     hits = 0
     for _ in range(SETS):
         one = drift(estimate_trend(make(rng, slope=slope), term="random_walk", by="year"), kind)
-        hits += one.low <= np.expm1(slope) <= one.high
+        hits += one.low <= np.expm1(slope * one.span / MONTH) <= one.high
     assert within(hits / SETS, 0.95)
 
 
@@ -74,7 +74,10 @@ def test_false_alarms_of_a_table():
         together["channel"] = [f"c{k}" for k, one in enumerate(tables) for _ in one["value"]]
         found = estimate_trend(together, term="random_walk", by="year")
         assert sum(len(one.drifts) for one in found.channels.values()) == 12
-        alarms += any(one.drifts for channel in found.channels.values() for one in channel.drifts if one.drifts)
+        alarms += any(
+            channel.order is not None or any(one.drifts for one in channel.drifts)
+            for channel in found.channels.values()
+        )
     assert alarms / 100 <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 100)
 
 
@@ -88,13 +91,69 @@ def test_false_alarms_with_units_of_heavy_tails():
 
 
 def test_drift_is_seen():
-    """A drift of 1 % per month over 40 units with 5 % of spread: four standard errors."""
+    """A drift of 1 % per month over 40 units with 5 % of spread is four standard errors; one of three tests needs 2.4."""
     rng = np.random.default_rng(seed_of("drift power"))
     seen = sum(
         drift(estimate_trend(production(rng, slope=0.01), term="random_walk", by="year"), "production").drifts
         for _ in range(100)
     )
-    assert seen / 100 >= 0.9
+    assert seen / 100 >= 0.94 - 3 * np.sqrt(0.94 * 0.06 / 100)
+
+
+def test_one_bad_unit_neither_hides_nor_makes_a_drift():
+    """A unit four times too noisy, at the beginning of a production with and without a drift."""
+    rng = np.random.default_rng(seed_of("drift with a bad unit"))
+    for slope in (0.0, 0.015):
+        table = production(rng, slope=slope)
+        first = int(np.argmin([time.timestamp() for time in table["recorded"]]))
+        table["value"] = [
+            4 * value if unit == table["unit"][first] else value
+            for value, unit in zip(table["value"], table["unit"], strict=True)
+        ]
+        one = drift(estimate_trend(table, term="random_walk", by="year"), "production")
+        assert one.drifts == (slope > 0)
+        assert one.low < np.expm1(slope * one.span / MONTH) < one.high
+
+
+def test_a_short_span_is_not_stated_per_month():
+    """Four days: the change over these days, not four hundred per cent per month."""
+    rng = np.random.default_rng(seed_of("drift of four days"))
+    days = np.repeat(np.arange(4), 10)
+    values = 1e-4 * np.exp(0.06 * days + 0.03 * rng.standard_normal(40))
+    found = estimate_trend(rows(values, days / MONTH, range(40)), term="random_walk", by="day")
+    one = drift(found, "production")
+    assert one.span == pytest.approx(3)
+    assert one.low < np.expm1(0.18) < one.high
+    assert "% over 3 days [" in repr(found)
+    assert "per month" not in repr(found)
+
+
+def test_limits_count_as_censored_values():
+    """A fifth of the units show only a limit; without them the drift would be too small."""
+    rng = np.random.default_rng(seed_of("drift with limits"))
+    hits = 0
+    for _ in range(SETS):
+        months = np.sort(rng.uniform(0, 12, 40))
+        logs = 0.02 * months + 0.1 * rng.standard_normal(40)
+        limits = 0.05 + 0.03 * rng.standard_normal(40)
+        values = np.where(logs < limits, np.nan, np.exp(logs))
+        upper = [float(np.exp(limit)) if np.isnan(value) else None for limit, value in zip(limits, values, strict=True)]
+        table = rows(values, months, range(40), limits=upper)
+        one = drift(estimate_trend(table, term="random_walk", by="year"), "production")
+        hits += one.low <= np.expm1(0.02 * one.span / MONTH) <= one.high
+    assert hits / SETS >= 0.95 - 3 * np.sqrt(0.95 * 0.05 / SETS)
+
+
+def test_a_batch_is_named_as_by_lot():
+    rng = np.random.default_rng(seed_of("batch of a store"))
+    days = np.repeat(np.arange(4), 10)
+    logs = 0.03 * rng.standard_normal(40)
+    logs[30:] += 0.2
+    found = estimate_trend(rows(np.exp(logs), days / MONTH, range(40)), term="random_walk", by="day")
+    order = found["gyro_x"].order
+    assert (order.kind, order.first, order.last, order.units) == ("batch", "u30", "u39", 10)
+    assert order.low < np.expm1(0.2) < order.high
+    assert "batch u30 to u39 (10 units): +" in repr(found)
 
 
 def test_ageing_is_not_production():
@@ -104,7 +163,7 @@ def test_ageing_is_not_production():
     assert [one.kind for one in found["gyro_x"].drifts] == ["ageing"]
     one = drift(found, "ageing")
     assert one.drifts
-    assert one.low < np.expm1(0.02) < one.high
+    assert one.low < np.expm1(0.02 * one.span / MONTH) < one.high
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 6, 10, 60])
@@ -163,8 +222,9 @@ def test_terms_with_a_sign_are_not_relative():
     months = units / 5
     found = estimate_trend(rows(1e-6 * months - 5e-6 + 1e-7 * rng.standard_normal(60), months, units), term="mean")
     one = drift(found, "production")
-    assert one.slope == pytest.approx(1e-6, abs=4 * (one.high - one.low) / 3.92)  # four standard errors
-    assert one.high - one.low < 1e-7
+    months = one.span / MONTH
+    assert one.change == pytest.approx(1e-6 * months, abs=4 * (one.high - one.low) / 3.92)  # four standard errors
+    assert one.high - one.low < 1e-7 * months
     assert "deg/h per month" in repr(found)
 
 
@@ -190,7 +250,7 @@ def test_units_are_not_mixed():
     assert trend.channels["gyro_x [m/s^2]"].periods[0].middle == pytest.approx(0.1, rel=1e-12)
 
 
-@pytest.mark.parametrize(("batches", "share"), [(0.02, 0.17), (0.05, 0.41)])
+@pytest.mark.parametrize(("batches", "share"), [(0.02, 0.13), (0.05, 0.34)])
 def test_random_batches_pass_for_drifts(batches, share):
     """What docs/how-to/store.md states of batches that differ at random, in 60 units of six months without a trend."""
     rng = np.random.default_rng(seed_of(f"drift of batches {batches}"))
@@ -200,7 +260,7 @@ def test_random_batches_pass_for_drifts(batches, share):
         months = rng.uniform(0, 6, 60)
         batch = batches * rng.standard_normal(6)[months.astype(int)]
         values = 1e-4 * np.exp(batch + 0.05 * rng.standard_normal(60))
-        [one] = estimate_trend(rows(values, months, range(60)), term="random_walk")["gyro_x"].drifts
-        found += one.drifts
-    # The stated share is of 600 sets, so both errors count.
-    assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 600))
+        channel = estimate_trend(rows(values, months, range(60)), term="random_walk")["gyro_x"]
+        found += channel.drifts[0].drifts
+    # The stated share is of 400 sets, so both errors count.
+    assert abs(found / sets - share) <= 3 * np.sqrt(share * (1 - share) * (1 / sets + 1 / 400))

@@ -34,16 +34,24 @@ class Added:
         Number of new runs.
     revised : int
         Number of results that replace earlier ones of the same log and options.
+    updated : int
+        Number of results that were already there, of which the time, temperature or place of the log is new.
     known : int
-        Number of results that were already stored.
+        Number of results that were already there, without anything new.
     """
 
     new: int = 0
     revised: int = 0
+    updated: int = 0
     known: int = 0
 
     def __add__(self, other: Added) -> Added:
-        return Added(new=self.new + other.new, revised=self.revised + other.revised, known=self.known + other.known)
+        return Added(
+            new=self.new + other.new,
+            revised=self.revised + other.revised,
+            updated=self.updated + other.updated,
+            known=self.known + other.known,
+        )
 
 
 def add(engine: Engine, entries: Iterable[Entry], *, batch: int = BATCH) -> Added:
@@ -109,12 +117,13 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
     units = _unit_ids(connection, chunk)
     now = datetime.now(UTC).replace(tzinfo=None)
     runs: dict[tuple[str, int], dict[str, Any]] = {}
-    results, replaced = [], set()
+    results, replaced, updated = [], set(), 0
     for rows_ in chunk:
         last = last_revisions.get(rows_.identity, _NONE)
         if last.has(rows_):
             if last.id is not None and (news := last.news(rows_)):
                 connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
+                updated += 1
             continue
         revision = last.revision + 1
         last_revisions[rows_.identity] = _Last(
@@ -136,7 +145,7 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
         _add_contents(connection, ids, results)
         _replace_failed(connection, rows)
     new = sum(revision == 1 for _, revision in runs)
-    return Added(new=new, revised=len(runs) - new, known=len(chunk) - len(runs))
+    return Added(new=new, revised=len(runs) - new, updated=updated, known=len(chunk) - len(runs) - updated)
 
 
 def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> None:

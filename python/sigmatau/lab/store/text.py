@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
@@ -9,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from sigmatau.analysis import FailedAnalysis
 from sigmatau.digits import limit_text, round_to_error, two_digits
 from sigmatau.lab.lots.comparison_text import usual_unit
+from sigmatau.lab.lots.lot_words import change_text
 from sigmatau.lab.lots.runs import SIGNED
-from sigmatau.results import aligned, lines_text
+from sigmatau.results import aligned, duration_text, lines_text
 
 if TYPE_CHECKING:
     from sigmatau import Analysis, NoiseFit
+    from sigmatau.lab.lots.order_effect import OrderEffect
     from sigmatau.lab.store.trend import ChannelTrend, Drift, InPeriod, Trend
 
 
@@ -56,7 +59,8 @@ def _channel(trend: Trend, channel: ChannelTrend) -> list[str]:
     )
     rows = [head, *(_row(period, size, signed=signed) for period in channel.periods)]
     slopes = (_drift(drift, unit, size, signed=signed) for drift in channel.drifts)
-    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes]
+    batch = [] if channel.order is None or channel.order.kind == "drift" else [_order(channel.order)]
+    return [f"{channel.channel} {trend.term.replace('_', ' ')}", *aligned(rows), *slopes, *batch]
 
 
 def _row(period: InPeriod, size: float, *, signed: bool) -> tuple[str, ...]:
@@ -78,6 +82,8 @@ _WITHOUT_FIT = {
     "not_at_rest": "not at rest: no coefficients",
     "too_short_to_tell": "too short to tell rest from motion: no coefficients",
 }
+_MONTH = 365.2425 / 12  # shortest observed time that is stated per month [days]
+_DAYS = 2.0  # shortest observed time that is stated in days
 _WHAT = {"production": "between units", "ageing": "within units"}
 
 
@@ -87,9 +93,25 @@ def _drift(drift: Drift, unit: str, size: float, *, signed: bool) -> str:
     count = f"{drift.units} unit{'s' if drift.units > 1 else ''}"
     if drift.kind == "ageing":
         count += f", {drift.runs} runs"
-    number = round_to_error(*(value * factor for value in (drift.slope, drift.low, drift.high)), sign="+")
-    slope = f"{_WHAT[drift.kind]}: {number.value}{unit_text} per month {number.interval}"
+    short = f"{drift.span:.2g} days" if drift.span >= _DAYS else duration_text(86400 * drift.span)
+    time = "per month" if drift.span >= _MONTH else f"over {short}"
+    ends = (drift.change, drift.low, drift.high)
+    if drift.span >= _MONTH:
+        ends = tuple(_per_month(end, drift.span, signed=signed) for end in ends)  # type: ignore[assignment]
+    number = round_to_error(*(value * factor for value in ends), sign="+")
+    slope = f"{_WHAT[drift.kind]}: {number.value}{unit_text} {time} {number.interval}"
     return f"{slope}, p = {two_digits(drift.p_value)}: {conclusion} ({count})"
+
+
+def _per_month(change: float, span: float, *, signed: bool) -> float:
+    """A change over a span in days as one over a month."""
+    share = _MONTH / span
+    return change * share if signed else math.expm1(share * math.log1p(change))
+
+
+def _order(effect: OrderEffect) -> str:
+    """A batch in a line; a drift is in the line between units."""
+    return f"batch {effect.first} to {effect.last} ({effect.units} units): {change_text(effect)}"
 
 
 def result_text(row: Mapping[str, Any], result: Analysis | FailedAnalysis) -> str:

@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau._native.distributions import chi2_quantile_above, student_below, student_quantile
-from sigmatau.arrays import Floats, Ints
+from sigmatau.arrays import Bools, Floats, Ints
 from sigmatau.errors import DataError, OptionError
 from sigmatau.frozen import frozen
 from sigmatau.hints import Hint
+from sigmatau.lab.lots.order_effect import LEAST_IN_ORDER, OrderEffect, fit_order
 from sigmatau.lab.lots.repeatability import check_level
+from sigmatau.lab.lots.robust_effect import estimate_effects
 from sigmatau.lab.lots.runs import SIGNED
 from sigmatau.results import Tabular, plain
 
@@ -23,9 +25,10 @@ PERIODS: tuple[Period, ...] = ("day", "week", "month", "quarter", "year")
 
 Kind = Literal["production", "ageing"]
 
-_MONTH = 365.2425 / 12  # length of a month [days]
-_LEAST_FREEDOM = 3  # smallest number of degrees of freedom of a slope: with fewer, its interval is too wide
-_MIN_UNITS_OF_MEDIAN = 6  # smallest number of units for which order statistics give a 95 % interval of the median
+_SAME_TIME = 1e-6  # longest observed time without a drift [days]
+_LARGEST = 700.0  # exponent of the largest number
+_LEAST_FREEDOM = 3  # degrees of freedom of a slope: with fewer, its interval says nothing
+_MIN_UNITS_OF_MEDIAN = 6  # units from which on order statistics give a 95 % interval of the median
 
 
 @frozen
@@ -63,26 +66,29 @@ class InPeriod:
 
 @frozen
 class Drift:
-    """Slope of a coefficient over time, by least squares, with Student's interval.
+    """Change of a coefficient over the observed time, by the robust regression of `sigmatau lot`, with Student's interval.
 
     Attributes
     ----------
     kind : {"production", "ageing"}
-        Over the means of units, or within units.
+        Over the units, or within units.
     units, runs : int
-        Numbers of units and runs used for the slope.
-    slope, low, high : float
-        Slope and its interval. [1/month, relative; SI/month for a term with a sign]
+        Numbers of units and runs that the change comes from.
+    span : float
+        Observed time: from the first to the last unit, or the longest time of a unit. [days]
+    change, low, high : float
+        Change over the span, with its interval: relative; of a term with a sign in SI.
     p_value : float
         Two-sided p-value of the hypothesis of no drift.
     drifts : bool
-        Whether this hypothesis is rejected, at the level of all slopes of the table together (Bonferroni).
+        Whether that is rejected, at the level of all tests of the table together (Bonferroni).
     """
 
     kind: Kind
     units: int
     runs: int
-    slope: float
+    span: float
+    change: float
     low: float
     high: float
     p_value: float
@@ -90,7 +96,7 @@ class Drift:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return plain(self, "kind units runs slope low high p_value drifts")
+        return plain(self, "kind units runs change low high p_value drifts", span_days=self.span)
 
 
 @frozen
@@ -109,7 +115,10 @@ class ChannelTrend:
     periods : tuple of InPeriod
         Periods in order of time.
     drifts : tuple of Drift
-        Drifts over production and within units, if they can be estimated.
+        Over production and within units, where they can be estimated.
+    order : OrderEffect or None
+        Drift or batch in the order of production, as in `sigmatau lot`; None unless it is significant, and for a term with a
+        sign.
     """
 
     channel: str
@@ -118,10 +127,11 @@ class ChannelTrend:
     rate_unit: str
     periods: tuple[InPeriod, ...]
     drifts: tuple[Drift, ...]
+    order: OrderEffect | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values in SI."""
-        return plain(self, "channel unit periods drifts")
+        return plain(self, "channel unit periods drifts order")
 
 
 @frozen
@@ -196,7 +206,9 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
     unit = np.array([position[name] for name in rows["unit"]], dtype=np.int64)
     time = np.array(rows["recorded"], dtype="datetime64[us]")
     limited = np.array([limit is not None for limit in rows["upper_limit"]], dtype=bool) & np.isnan(values)
+    bounded = np.where(limited, np.array(rows["upper_limit"], dtype=np.float64), values)
     channels: dict[str, ChannelTrend] = {}
+    orders: dict[str, _UnitSeries] = {}
     kinds = list(zip(rows["channel"], rows["si"], strict=True))
     distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
     which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)
@@ -208,7 +220,7 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
         first = int(channel_rows[0])
         name = kind[0] if names.count(kind[0]) == 1 else f"{kind[0]} [{kind[1]}]"
         values_of_channel = _Values(
-            y=values[channel_rows] if term in SIGNED else _log(values[channel_rows]),
+            y=bounded[channel_rows] if term in SIGNED else _log(bounded[channel_rows]),
             unit=unit[channel_rows],
             time=time[channel_rows],
             limited=limited[channel_rows],
@@ -222,31 +234,48 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
             periods=_periods(values_of_channel, by, level),
             drifts=tuple(filter(None, (_production(values_of_channel, level), _ageing(values_of_channel, level)))),
         )
-    tests = sum(len(channel.drifts) for channel in channels.values())
+        in_order = _over_units(values_of_channel)
+        if term not in SIGNED and len(in_order.y) >= LEAST_IN_ORDER:
+            orders[name] = in_order
+    tests = sum(len(channel.drifts) for channel in channels.values()) + len(orders)
+    serials = [*position]
     return Trend(
         term=term,
         by=by,
         level=level,
-        channels={name: _judged(channel, tests, level) for name, channel in channels.items()},
+        channels={
+            name: _judged(channel, orders.get(name), serials, tests, level) for name, channel in channels.items()
+        },
         undated=int((~dated & ~np.isnan(values)).sum()),
     )
 
 
 @frozen(eq=False)
 class _Values:
-    y: Floats  # logarithms, or values with a sign; NaN without a value
+    y: Floats  # logarithms, or values with a sign, or upper limits; NaN without either
     unit: Ints
     time: NDArray[np.datetime64]
     limited: NDArray[np.bool_]
     signed: bool
 
-    def observed(self) -> tuple[Floats, Ints, Floats]:
-        """Values, positions of their units (from 0), and times in months."""
+    def usable(self) -> tuple[Floats, Ints, Floats, Bools]:
+        """Values and limits, positions of their units from 0, times in days, and which are limits."""
         keep = ~np.isnan(self.y)
         if not keep.any():
-            return self.y[keep], self.unit[keep], self.y[keep]
-        months = (self.time[keep] - self.time[keep].min()) / np.timedelta64(1, "D") / _MONTH
-        return self.y[keep], np.unique(self.unit[keep], return_inverse=True)[1], months
+            return self.y[keep], self.unit[keep], self.y[keep], self.limited[keep]
+        days = (self.time[keep] - self.time[keep].min()) / np.timedelta64(1, "D")
+        return self.y[keep], np.unique(self.unit[keep], return_inverse=True)[1], days, self.limited[keep]
+
+
+@frozen(eq=False)
+class _UnitSeries:
+    """Means of the units in the order of production: value or lowest limit, time in days, position, day."""
+
+    y: Floats
+    days: Floats
+    limited: Bools
+    unit: Ints
+    date: tuple[str, ...]
 
 
 def _log(values: Floats) -> Floats:
@@ -254,58 +283,108 @@ def _log(values: Floats) -> Floats:
         return np.where(values > 0, np.log(values), np.nan)
 
 
-def _judged(channel: ChannelTrend, tests: int, level: float) -> ChannelTrend:
+def _judged(
+    channel: ChannelTrend, units: _UnitSeries | None, serials: Sequence[str], tests: int, level: float
+) -> ChannelTrend:
     from dataclasses import replace
 
     drifts = tuple(replace(drift, drifts=bool(drift.p_value * tests < 1 - level)) for drift in channel.drifts)
-    return replace(channel, drifts=drifts)
+    if units is None:
+        return replace(channel, drifts=drifts)
+    names = [serials[k] for k in units.unit.tolist()]
+    order = fit_order(names, units.y, units.limited, probability=(1 - level) / tests, dates=units.date)
+    return replace(channel, drifts=drifts, order=order.effect)
 
 
 def _means(values: Floats, unit: Ints) -> Floats:
     return np.bincount(unit, weights=values) / np.bincount(unit)
 
 
+def _over_units(values: _Values) -> _UnitSeries:
+    """The units in the order of their times. A unit that only has limits counts with the lowest one."""
+    y, unit, days, limited = values.usable()
+    count = int(unit.max()) + 1 if len(unit) else 0
+    numbers = np.bincount(unit[~limited], minlength=count)
+    totals = np.bincount(unit[~limited], weights=y[~limited], minlength=count)
+    lowest = np.full(count, np.inf)
+    np.minimum.at(lowest, unit[limited], y[limited])
+    result = np.where(numbers > 0, totals / np.maximum(numbers, 1), lowest)
+    times = _means(days, unit) if count else np.zeros(0)
+    order = np.argsort(times, kind="stable")
+    positions = np.unique(values.unit[~np.isnan(values.y)])
+    first = values.time[~np.isnan(values.y)].min() if count else np.datetime64(0, "us")
+    dates = first + (times * 86400e6).astype("timedelta64[us]")
+    return _UnitSeries(
+        y=result[order],
+        days=times[order],
+        limited=(numbers == 0)[order],
+        unit=positions[order],
+        date=tuple(str(date.astype("datetime64[D]")) for date in dates[order]),
+    )
+
+
 def _production(values: _Values, level: float) -> Drift | None:
-    """Slope over the means of units, which are independent even if runs of a unit are not."""
-    y, unit, months = values.observed()
-    units = len(np.unique(unit))
-    if units < 2 + _LEAST_FREEDOM:
+    """The change over the means of units: units are independent, whatever their runs have in common."""
+    units = _over_units(values)
+    if int((~units.limited).sum()) < 2 + _LEAST_FREEDOM:
         return None
-    return _slope(
-        _means(months, unit), _means(y, unit), units - 2, level, values, kind="production", runs=len(y), units=units
+    runs = int((~np.isnan(values.y)).sum())
+    return _drift(
+        units.days, units.y, units.limited, None, level, values, kind="production", runs=runs, units=len(units.y)
     )
 
 
 def _ageing(values: _Values, level: float) -> Drift | None:
-    """Slope within units: values and times minus the means of their unit."""
-    y, unit, months = values.observed()
-    units = len(np.unique(unit))
-    x, y = months - _means(months, unit)[unit], y - _means(y, unit)[unit]
+    """The change within units: values and times less those of their unit. Limits are not used."""
+    y, unit, days, limited = values.usable()
+    if limited.all():
+        return None
+    y, days, unit = y[~limited], days[~limited], np.unique(unit[~limited], return_inverse=True)[1]
+    units = int(unit.max()) + 1
+    x, y = days - _means(days, unit)[unit], y - _means(y, unit)[unit]
     freedom = len(y) - units - 1
     if freedom < _LEAST_FREEDOM:
         return None
-    return _slope(x, y, freedom, level, values, kind="ageing", runs=len(y), units=units)
+    nothing = np.zeros(len(y), dtype=bool)
+    return _drift(x, y, nothing, freedom, level, values, kind="ageing", runs=len(y), units=units)
 
 
-def _slope(
-    x: Floats, y: Floats, freedom: int, level: float, values: _Values, *, kind: Kind, runs: int, units: int
+def _drift(
+    x: Floats,
+    y: Floats,
+    limited: Bools,
+    freedom: int | None,
+    level: float,
+    values: _Values,
+    *,
+    kind: Kind,
+    runs: int,
+    units: int,
 ) -> Drift | None:
-    x, y = x - x.mean(), y - y.mean()
-    square = float(x @ x)
-    if square <= (1e-9 * max(len(x), 1)) ** 2:  # all times are equal
+    span = float(np.ptp(x))
+    if span <= _SAME_TIME or not np.ptp(y[~limited]) > 0:
         return None
-    slope = float(x @ y) / square
-    error = math.sqrt(max(float(((y - slope * x) ** 2).sum()), 0.0) / freedom / square)
-    if error == 0:
+    effects = estimate_effects(x / span, y, limited)
+    spare = effects.freedom if freedom is None else freedom
+    error = float(effects.error[0]) * math.sqrt(effects.freedom / spare)
+    if not error > 0:
         return None
-    half = float(student_quantile(freedom, (1 + level) / 2)) * error
-    p_value = 2 * float(student_below(freedom, -abs(slope) / error))
-    ends = [slope, slope - half, slope + half]
+    change = float(effects.value[0])
+    half = float(student_quantile(spare, (1 + level) / 2)) * error
+    ends = [change, change - half, change + half]
     if not values.signed:
-        ends = [math.expm1(min(end, 700.0)) for end in ends]
+        ends = [math.expm1(min(end, _LARGEST)) for end in ends]
     return Drift(
-        kind=kind, units=units, runs=runs, slope=ends[0], low=ends[1], high=ends[2], p_value=min(p_value, 1.0), drifts=False
-    )  # fmt: skip
+        kind=kind,
+        units=units,
+        runs=runs,
+        span=span,
+        change=ends[0],
+        low=ends[1],
+        high=ends[2],
+        p_value=min(2 * float(student_below(spare, -abs(change) / error)), 1.0),
+        drifts=False,
+    )
 
 
 def number_periods(time: NDArray[np.datetime64], by: Period) -> tuple[Ints, list[str]]:
@@ -337,7 +416,7 @@ def _periods(values: _Values, by: Period, level: float) -> tuple[InPeriod, ...]:
 
 def _in_period(name: str, values: _Values, inside: NDArray[np.bool_], level: float) -> InPeriod:
     back = (lambda x: x) if values.signed else math.exp
-    inside_with_value = inside & ~np.isnan(values.y)
+    inside_with_value = inside & ~np.isnan(values.y) & ~values.limited
     y, unit = values.y[inside_with_value], np.unique(values.unit[inside_with_value], return_inverse=True)[1]
     means = np.sort(_means(y, unit)) if len(y) else y
     n = len(means)

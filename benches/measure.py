@@ -35,6 +35,11 @@ class Settings:
     scale: float = 1.0
     billion: bool = False
 
+    @property
+    def is_trial(self) -> bool:
+        """Whether the run only shows that everything works: what is repeated to be measured is done once."""
+        return self.scale < 1
+
     def samples(self, n: float) -> int:
         """So many samples, scaled; at least 1000."""
         return max(1000, round(n * self.scale))

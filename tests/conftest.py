@@ -10,6 +10,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -78,6 +79,22 @@ def options_assembled_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(App, "assemble_argument_collection", copy_of_known)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def figures_without_layout() -> Iterator[None]:
+    """Figures of commands are drawn, but their margins are not fitted: half the time of a figure."""
+    from sigmatau.plot import curves
+
+    save = curves.save
+
+    def drawn(figure: Any, path: str) -> None:
+        figure.set_layout_engine("none")
+        save(figure, path)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(curves, "save", drawn)
         yield
 
 

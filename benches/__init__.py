@@ -1,1 +1,1 @@
-"""Speed: against other packages, against what the machine can do, and in instructions."""
+"""Speed: compared with other packages and with the limits of the machine, and in instructions."""

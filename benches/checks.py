@@ -1,4 +1,4 @@
-"""The checks of a record, which have no peer: by a Fourier transform, which says how fast the machine is."""
+"""Checks of a record, which have no peer: compared with a Fourier transform, as a measure of the machine."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from sigmatau.spectrum.estimate import psd
 
 
 def measure(settings: Settings) -> dict[str, Any]:
-    """Each check by itself on six clean axes, all of them together, and three kinds of time stamps."""
-    n, of_stamps = settings.samples(1e6), settings.samples(1_440_000)
+    """Time of each check on six clean axes, of all checks together, and of three kinds of time stamps."""
+    n, n_stamps = settings.samples(1e6), settings.samples(1_440_000)
     rng = np.random.default_rng(1)
     gyro, accel = (1e-3 * rng.standard_normal((n, 3)) for _ in range(2))
     record = sigmatau.Record.from_arrays(rate=100, gyro=gyro, accel=accel + np.array([0, 0, 9.8]))
@@ -33,21 +33,21 @@ def measure(settings: Settings) -> dict[str, Any]:
         "all checks: `sigmatau.check`": lambda: sigmatau.check(record),
     }
     times = {
-        "even": np.arange(of_stamps) / 400,
-        "integers": 1_403_636_579_758_555_393 + 2_500_000 * np.arange(of_stamps),
-        "jitter": np.arange(of_stamps) / 400 + rng.normal(0, 1e-5, of_stamps),
+        "even": np.arange(n_stamps) / 400,
+        "integers": 1_403_636_579_758_555_393 + 2_500_000 * np.arange(n_stamps),
+        "jitter": np.arange(n_stamps) / 400 + rng.normal(0, 1e-5, n_stamps),
     }
     rows = {kind: in_order(t, (), _row, "'t'") for kind, t in times.items()}
-    of_time: dict[str, Callable[[], Any]] = {
+    checks_of_time: dict[str, Callable[[], Any]] = {
         kind: partial(stamps.fit, rows[kind], 1e-9 if kind == "integers" else 1.0, _row, "'t'") for kind in times
     }
     x = rng.standard_normal(1 << 20)
     calls["transform"] = lambda: np.fft.rfft(x)
     return {
         "samples": n,
-        "stamps": of_stamps,
+        "stamps": n_stamps,
         "checks": turns(calls, settings.rounds),
-        "times": turns(of_time, settings.rounds),
+        "times": turns(checks_of_time, settings.rounds),
     }
 
 
@@ -55,17 +55,17 @@ def _row(row: int) -> str:
     return f"row {row}"
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
-    checks = dict(found["checks"])
+    checks = dict(measured["checks"])
     transform = checks.pop("transform")
-    wanted = [*checks.items(), *((f"time stamps, {kind}", spent) for kind, spent in found["times"].items())]
-    rows = [[what, text.seconds(spent), f"{spent / transform:.1f}"] for what, spent in wanted]
+    wanted = [*checks.items(), *((f"time stamps, {kind}", spent) for kind, spent in measured["times"].items())]
+    rows = [[label, text.seconds(spent), f"{spent / transform:.1f}"] for label, spent in wanted]
     return [
         "## Checks of a record",
         "",
         *text.prose(
-            f"Six clean axes of {text.number(found['samples'])} samples, {text.number(found['stamps'])} time stamps;",
+            f"Six clean axes of {text.number(measured['samples'])} samples, {text.number(measured['stamps'])} time stamps;",
             f"the last column is relative to a Fourier transform of 2²⁰ numbers, {text.seconds(transform)}.",
             "Other packages have no such checks. `make bench PARTS=checks`.",
         ),

@@ -1,4 +1,5 @@
-"""Time to compare 5000 units × 7 days × 6 axes: a JSON file a result, a CSV file a result, and one table of all.
+"""Time to compare 5000 units × 7 days × 6 axes: from one JSON file per result, one CSV file per result, and one table of
+all results.
 
 ``python -m benches.comparison`` makes the results in a temporary folder (1.7 GB for 35 000 files) and prints the times.
 """
@@ -21,7 +22,7 @@ from sigmatau import NoiseModel, analyze, simulate
 from sigmatau.results import csv_text
 
 DAYS = 7
-VARIANTS = 20  # analysed records, whose numbers are scaled for each result
+VARIANTS = 20  # number of analysed records; their numbers are scaled for each result
 
 
 def main() -> None:
@@ -55,23 +56,23 @@ def results() -> list[dict[str, Any]]:
     accel = {"random_walk": 5e-4, "bias_instability": 3e-4}
     channels = {f"{sensor}_{axis}": terms for sensor, terms in (("gyro", gyro), ("accel", accel)) for axis in "xyz"}
     model = NoiseModel(channels=channels)
-    found = []
+    contents = []
     for k in range(VARIANTS):
         record = simulate(model, duration=7200, rate=20, rng=seed_of(f"comparison {k}"))
-        found.append(analyze(record).to_dict())
-    return found
+        contents.append(analyze(record).to_dict())
+    return contents
 
 
 def write(folder: Path, kind: str, units: int) -> None:
-    """Results of all units and days, each in a file, or all in one table."""
+    """Write the results of all units and days, one file each or one table."""
     rng = np.random.default_rng(seed_of(f"comparison {kind}"))
-    texts = [json.dumps(one, indent=1) for one in results()]
+    texts = [json.dumps(result, indent=1) for result in results()]
     parsed = [json.loads(text) for text in texts]
     lines: list[str] = []
     for unit in range(units):
-        own = folder / f"unit{unit:04}"
+        unit_folder = folder / f"unit{unit:04}"
         if kind != "table":
-            own.mkdir()
+            unit_folder.mkdir()
         for day in range(1, DAYS + 1):
             k, factor = int(rng.integers(VARIANTS)), float(np.exp(0.02 * rng.standard_normal()))
             if kind == "json":
@@ -80,19 +81,19 @@ def write(folder: Path, kind: str, units: int) -> None:
                 for content in parsed[k]["channels"].values():
                     mean = content["mean"]["value"]
                     text = text.replace(repr(mean), repr(mean * factor), 1)
-                (own / f"day{day}.json").write_text(text, encoding="utf-8")
+                (unit_folder / f"day{day}.json").write_text(text, encoding="utf-8")
                 continue
             columns: dict[str, list[object]] = {name: [] for name in _COLUMNS}
             for channel, content in parsed[k]["channels"].items():
-                for term, one in content["fit"]["terms"].items():
-                    if isinstance(one, dict):
-                        row = (one.get(name) for name in ("value", "low", "high", "upper_limit"))
+                for term, stated in content["fit"]["terms"].items():
+                    if isinstance(stated, dict):
+                        row = (stated.get(name) for name in ("value", "low", "high", "upper_limit"))
                         scaled = [None if x is None else x * factor for x in row]
-                        cells = [channel, term, *scaled[:3], one["unit"], one["observed"], scaled[3], "adequate"]
+                        cells = [channel, term, *scaled[:3], stated["unit"], stated["observed"], scaled[3], "adequate"]
                         for name, cell in zip(_COLUMNS, cells, strict=True):
                             columns[name].append(cell)
             if kind == "csv":
-                (own / f"day{day}.csv").write_text(csv_text(columns), encoding="utf-8")
+                (unit_folder / f"day{day}.csv").write_text(csv_text(columns), encoding="utf-8")
             else:
                 head, *rows = csv_text(columns).splitlines()
                 if not lines:

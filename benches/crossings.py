@@ -1,10 +1,10 @@
-"""Calls from one file of the package to another: how much of the package a piece of work goes through.
+"""Calls from one file of the package to another, as a measure of the code that a piece of work runs through.
 
     python -m benches.crossings
 
-counts those of `analyze` of a simulated log of six axes, and of the export of its result to Kalibr. A call counts if its
-caller, the nearest function of the package below it, is in another file. The counts do not depend on other load, and not
-on the length of the record; ``tests/test_crossings.py`` holds their limits.
+counts the calls in `analyze` of a simulated log of six axes, and in the export of its result to Kalibr. A call counts if
+its caller, the nearest function of the package on the stack, is in another file. The counts depend neither on other load
+nor on the length of the record; ``tests/test_crossings.py`` checks their limits.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from sigmatau.record.record import Record
 _PACKAGE = str(Path(sigmatau.__file__).parent)
 
 ANALYZE_LIMIT = 1736
-"""Crossings of `analyze`, at most: half of what a result that crossed the package as JSON needed, 3472."""
+"""Largest number of crossings of `analyze`: half of the 3472 that were needed when a result was passed on as JSON."""
 
 KALIBR_LIMIT = 400
-"""Largest number of crossings of an export of four numbers. There were 697 when a result crossed the package as JSON, and
-327 before the reference filter and the state space shared the steps of linear systems.
+"""Largest number of crossings of an export of four numbers. There were 697 when a result was passed on as JSON, and 327
+before the reference filter and the state space shared the steps of linear systems.
 """
 
 
 class Traced(NamedTuple):
-    """What a call goes through in the package."""
+    """Functions and files of the package that a call runs through."""
 
     files: int
     functions: int
@@ -40,12 +40,12 @@ class Traced(NamedTuple):
 
 
 def trace(work: Callable[[], object]) -> Traced:
-    """Count what a call goes through, in its own thread.
+    """Count the functions and files that a call runs through, in its thread.
 
     Parameters
     ----------
     work : callable
-        Called once. What it imports for the first time is counted too.
+        Called once. Its first imports are counted too.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def simulated() -> Record:
 
 
 def counted() -> dict[str, Traced]:
-    """Trace both pieces of work, each after it was done once."""
+    """Trace both pieces of work, each after a first run."""
     record = simulated()
     analysis: Analysis = sigmatau.analyze(record, threads=1)
     analysis.export(to="kalibr")
@@ -99,4 +99,4 @@ def counted() -> dict[str, Traced]:
 
 if __name__ == "__main__":
     for name, traced in counted().items():
-        print(name, *(f"{count} {what}" for what, count in traced._asdict().items()))
+        print(name, *(f"{count} {kind}" for kind, count in traced._asdict().items()))

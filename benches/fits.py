@@ -1,4 +1,4 @@
-"""The fit, which has no peer: the covariance of the Allan variances, and fits of curves in memory."""
+"""Fits, which have no peer: the covariance of the Allan variances, and fits of curves in memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sigmatau.fitting.components import half_octaves
 from sigmatau.model.channel import ChannelModel
 from sigmatau.model.processes import GaussMarkov
 
-_FITS = 50  # of each curve
+_FITS = 50  # number of fits of each curve
 _DEGREE = np.pi / 180
 _WHITE = {"random_walk": 5e-3 * _DEGREE}
 _CURVES = {
@@ -32,7 +32,7 @@ _CURVES = {
 
 
 def measure(settings: Settings) -> dict[str, Any]:
-    """Γ of 2 h at 100 Hz on half octaves, then fits of curves of that length, in a process that is warm."""
+    """Time of Γ of 2 h at 100 Hz on half octaves, then of fits of curves of that length in a warm process."""
     n = settings.samples(720_000)
     sizes = np.array(half_octaves(1, n // 3))
     tensors = []
@@ -43,7 +43,7 @@ def measure(settings: Settings) -> dict[str, Any]:
     fits = {}
     for name, model in _CURVES.items():
         curve = allan(simulate(NoiseModel(channels={"gyro_x": model}), duration=n / 100, rate=100, rng=1))["gyro_x"]
-        fit(curve)  # computes what is shared by curves of one length
+        fit(curve)  # computes the components that curves of one length share
         rounds = []
         repeated = 1 if settings.is_trial else _FITS
         for _ in range(settings.rounds):
@@ -55,22 +55,22 @@ def measure(settings: Settings) -> dict[str, Any]:
     return {"samples": n, "tensors": statistics.median(tensors), "fits": fits}
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     lines = [
         "## Fits",
         "",
         *text.prose(
-            f"Half octaves of {text.number(found['samples'])} samples, in a warm process; the median of the CPU time.",
+            f"Half octaves of {text.number(measured['samples'])} samples, in a warm process; the median of the CPU time.",
             "Other packages have no such fit. `make bench PARTS=fits`.",
         ),
         *text.table(
             ["", "CPU time"],
             [
-                ["covariance tensors, four terms and the ramp, once a length", text.seconds(found["tensors"])],
+                ["covariance tensors, four terms and the ramp, once a length", text.seconds(measured["tensors"])],
                 *(
                     [f"a fit with intervals and limits from a curve in memory: {name}", text.seconds(seconds)]
-                    for name, seconds in found["fits"].items()
+                    for name, seconds in measured["fits"].items()
                 ),
             ],
         ),

@@ -1,11 +1,11 @@
-"""A fleet of logs, and a record too large for one process: what the distribution costs, and that it loses nothing.
+"""A fleet of logs, and a record too large for one process: costs of the distribution, and check that no result is lost.
 
     python -m benches.fleet overhead --logs 3000      # one process, two, and two workers: wall and CPU time
     python -m benches.fleet kill --logs 3000          # kill -9 of a worker, the scheduler and the client; ten damaged files
     python -m benches.fleet long --samples 1e9        # a Zarr record over workers of 600 MB, against the stream
     python -m benches.fleet cost                      # bytes, CPU and messages of a sample and of a log
 
-Each takes ``--folder`` for its files, which are kept, and prints what it measured as JSON. Logs are six axes at 100 Hz.
+Each takes ``--folder`` for its files, which remain, and prints its measurements as JSON. Logs are six axes at 100 Hz.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ DAMAGED = 10
 
 
 def make_logs(folder: Path, count: int) -> Path:
-    """Logs of units with noise and a slow walk; those that are there are kept."""
+    """Write logs of units with noise and a slow walk; existing logs are reused."""
     for k in range(count):
         log = folder / f"unit{k % UNITS:02}" / f"log{k:05}.npy"
         if not log.exists():
@@ -54,14 +54,14 @@ def make_logs(folder: Path, count: int) -> Path:
 
 
 def make_damaged(folder: Path) -> None:
-    """Ten files that cannot be used."""
+    """Write ten unusable files."""
     folder.mkdir(parents=True, exist_ok=True)
     for k in range(DAMAGED):
         (folder / f"damaged{k}.npy").write_bytes(b"\x93NUMPY" + bytes([k]) * (50 + k))
 
 
 def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None:
-    """What a fleet does, in a loop over all logs, or over every `of`-th one."""
+    """The work of a fleet, in a loop over all logs or over every `of`-th log."""
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
     from sigmatau.lab.fleet.tasks import FleetJob, analyse
@@ -70,16 +70,16 @@ def one_process(logs: Path, store: Path, *, share: int = 0, of: int = 1) -> None
 
     job = FleetJob(reading=READING, settings={}, naming=Naming(folders=True))
     stored = Stored(open_engine(store), job.options)
-    found = find([str(logs)])[share::of]
-    for at in range(0, len(found), 200):
-        outcomes = [one for log in found[at : at + 200] for one in analyse([log], job)[0]]
-        stored.add([one.rows for one in outcomes], [one.log for one in outcomes])
+    chosen_logs = find([str(logs)])[share::of]
+    for first in range(0, len(chosen_logs), 200):
+        outcomes = [outcome for log in chosen_logs[first : first + 200] for outcome in analyse([log], job)[0]]
+        stored.add([outcome.rows for outcome in outcomes], [outcome.log for outcome in outcomes])
 
 
-def fleet(logs: Path, store: Path, *more: object, **settings: str) -> subprocess.Popen[str]:
-    """`sigmatau fleet analyze` in a process of its own."""
+def fleet(logs: Path, store: Path, *further: object, **settings: str) -> subprocess.Popen[str]:
+    """Start `sigmatau fleet analyze` in a separate process."""
     command = [sys.executable, "-m", "sigmatau", "fleet", "analyze", str(logs), "--store", str(store), *OPTIONS]
-    return start(*command, *map(str, more), **settings)
+    return start(*command, *map(str, further), **settings)
 
 
 def start(*command: str, **settings: str) -> subprocess.Popen[str]:
@@ -90,7 +90,7 @@ def start(*command: str, **settings: str) -> subprocess.Popen[str]:
 
 @contextmanager
 def timed(into: dict[str, Any], name: str) -> Iterator[None]:
-    """Wall time, and CPU time of the processes that ended within. [s]"""
+    """Measure wall time, and CPU time of the processes that end meanwhile. [s]"""
     begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     yield
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -108,12 +108,11 @@ def ended(process: subprocess.Popen[str], *codes: int) -> str:
 
 
 def overhead(folder: Path, count: int) -> dict[str, Any]:
-    """Two workers against one process, and against two processes that share the logs by hand; all from an empty store.
-
-    Two busy cores are slower than one that is alone, by what they share: the second comparison leaves that out.
+    """Compare two workers with one process, and with two processes that share the logs by hand; all from an empty store.
+    Two busy cores are slower than one because of shared resources; the second comparison excludes this.
     """
     logs = make_logs(folder / f"logs{count}", count)
-    said: dict[str, Any] = {"logs": count}
+    result: dict[str, Any] = {"logs": count}
     for place in ("one", "half0", "half1", "two"):
         for file in folder.glob(f"{place}.db*"):
             file.unlink()
@@ -134,39 +133,39 @@ def overhead(folder: Path, count: int) -> dict[str, Any]:
         )
         return start(sys.executable, "-m", "benches.fleet", *map(str, words))
 
-    with timed(said, "one process"):
+    with timed(result, "one process"):
         ended(loop("one", 0, 1))
-    with timed(said, "two processes"):
+    with timed(result, "two processes"):
         for process in [loop(f"half{k}", k, 2) for k in range(2)]:
             ended(process)
-    with timed(said, "two workers"):
+    with timed(result, "two workers"):
         ended(fleet(logs, folder / "two.db", "--workers", 2))
-    one, apart, two = said["one process"], said["two processes"], said["two workers"]
-    said["workers over one process, CPU"] = two["cpu"] / one["cpu"] - 1
-    said["workers over one process, wall"] = 2 * two["wall"] / one["wall"] - 1
-    said["workers over two processes, CPU"] = two["cpu"] / apart["cpu"] - 1
-    said["workers over two processes, wall"] = two["wall"] / apart["wall"] - 1
-    said["differences"] = differences(folder / "one.db", folder / "two.db")
-    return said
+    single, apart, two = result["one process"], result["two processes"], result["two workers"]
+    result["workers over one process, CPU"] = two["cpu"] / single["cpu"] - 1
+    result["workers over one process, wall"] = 2 * two["wall"] / single["wall"] - 1
+    result["workers over two processes, CPU"] = two["cpu"] / apart["cpu"] - 1
+    result["workers over two processes, wall"] = two["wall"] / apart["wall"] - 1
+    result["differences"] = differences(folder / "one.db", folder / "two.db")
+    return result
 
 
 def results(store: Path) -> dict[str, Any]:
     from sigmatau.lab.store.store import Store
 
-    found: dict[str, Any] = {}
+    content: dict[str, Any] = {}
     with Store(store, create=False) as opened:
         for row, _ in opened.results():
             result = opened.content(row["id"])
             path = result["source"]["path"]
-            if path in found:
+            if path in content:
                 raise AssertionError(f"{path} is there twice")
-            found[path] = result
-    return found
+            content[path] = result
+    return content
 
 
-def differences(one: Path, other: Path) -> int:
-    """Logs whose results differ in any digit, or that only one store has."""
-    a, b = results(one), results(other)
+def differences(first: Path, second: Path) -> int:
+    """Number of logs whose results differ in any digit, or that are missing in a store."""
+    a, b = results(first), results(second)
     return sum(a.get(path) != b.get(path) for path in a.keys() | b.keys())
 
 
@@ -176,12 +175,12 @@ def rows(store: Path) -> int:
     with sqlite3.connect(f"file:{store}?mode=ro", uri=True) as connection:
         try:
             return int(connection.execute("SELECT count(*) FROM run").fetchone()[0])
-        except sqlite3.OperationalError:  # not made yet
+        except sqlite3.OperationalError:  # not created yet
             return 0
 
 
 def until(store: Path, count: int, process: subprocess.Popen[str]) -> None:
-    """Wait until a store has so many runs."""
+    """Wait until a store has `count` runs."""
     while rows(store) < count:
         if process.poll() is not None:
             raise RuntimeError("".join(process.communicate()))
@@ -189,18 +188,18 @@ def until(store: Path, count: int, process: subprocess.Popen[str]) -> None:
 
 
 def kill(folder: Path, count: int) -> dict[str, Any]:
-    """A run whose worker, scheduler and client are killed in turn, against an undisturbed one."""
+    """Compare a run whose worker, scheduler and client are killed in turn with an undisturbed run."""
     logs = make_logs(folder / f"logs{count}", count)
-    said: dict[str, Any] = {"logs": count + DAMAGED}
+    summary: dict[str, Any] = {"logs": count + DAMAGED}
     make_damaged(logs / "damaged")
     whole, store = folder / "whole.db", folder / "killed.db"
     for place in (whole, store):
         for file in place.parent.glob(f"{place.name}*"):
             file.unlink()
     ended(fleet(logs, whole, "--workers", 2), 1)
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{one.getsockname()[1]}"
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{probe.getsockname()[1]}"
     scheduler = start(
         sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", address.rpartition(":")[2],
         "--no-dashboard", "--no-show",
@@ -213,28 +212,28 @@ def kill(folder: Path, count: int) -> dict[str, Any]:
     until(store, count // 8, process)
     child = psutil.Process(workers[0].pid).children()[-1]
     child.kill()
-    said["worker killed at"] = rows(store)
+    summary["worker killed at"] = rows(store)
     until(store, count // 3, process)
     scheduler.kill()
-    said["scheduler killed at"] = rows(store)
-    said["client said"] = process.communicate()[1].strip().splitlines()[-1]
-    for one_of in (*workers, scheduler):
-        os.killpg(one_of.pid, signal.SIGKILL)
-        one_of.communicate()
+    summary["scheduler killed at"] = rows(store)
+    summary["client said"] = process.communicate()[1].strip().splitlines()[-1]
+    for victim in (*workers, scheduler):
+        os.killpg(victim.pid, signal.SIGKILL)
+        victim.communicate()
     process = fleet(logs, store, "--workers", 2)
     until(store, 2 * count // 3, process)
     process.kill()
-    said["client killed at"] = rows(store)
+    summary["client killed at"] = rows(store)
     process.communicate()
-    said["last run said"] = ended(fleet(logs, store, "--workers", 2), 0, 1).strip()
-    said["runs in the store"] = rows(store)
-    said["differences"] = differences(whole, store)
-    said["failed"] = sum("error" in result for result in results(store).values())
-    return said
+    summary["last run said"] = ended(fleet(logs, store, "--workers", 2), 0, 1).strip()
+    summary["runs in the store"] = rows(store)
+    summary["differences"] = differences(whole, store)
+    summary["failed"] = sum("error" in result for result in results(store).values())
+    return summary
 
 
 def make_long(place: Path, samples: int) -> None:
-    """A Zarr record of one axis, float32, in chunks of 10⁶ samples."""
+    """Write a Zarr record of one axis, float32, in chunks of 10⁶ samples."""
     import zarr
 
     if place.exists():
@@ -243,16 +242,16 @@ def make_long(place: Path, samples: int) -> None:
     array = group.create_array(
         "gyro_x", shape=(samples,), chunks=(min(10**6, samples),), dtype="f4", attributes={"unit": "rad/s"}
     )
-    for k, at in enumerate(range(0, samples, 10**7)):
+    for k, first in enumerate(range(0, samples, 10**7)):
         rng = np.random.default_rng(k)
-        n = min(10**7, samples - at)
-        array[at : at + n] = 1e-3 * rng.standard_normal(n, dtype=np.float32)
+        n = min(10**7, samples - first)
+        array[first : first + n] = 1e-3 * rng.standard_normal(n, dtype=np.float32)
 
 
 def long(folder: Path, samples: int) -> dict[str, Any]:
-    """A record over two workers of 600 MB, against the stream over the same chunks in one process."""
+    """Compare a record on two workers of 600 MB with the stream over the same chunks in one process."""
     place, store = folder / f"long{samples}.zarr", folder / "long.db"
-    said: dict[str, Any] = {"samples": samples}
+    summary: dict[str, Any] = {"samples": samples}
     make_long(place, samples)
     store.unlink(missing_ok=True)
     largest, over = 0, threading.Event()
@@ -266,31 +265,33 @@ def long(folder: Path, samples: int) -> dict[str, Any]:
                 continue
             largest = max([largest, *memory])
 
-    with timed(said, "fleet"):
+    with timed(summary, "fleet"):
         command = ["fleet", "analyze", str(place), "--store", str(store), "--workers", "2", "--memory", "0.6"]
         process = start(sys.executable, "-m", "sigmatau", *command)
         threading.Thread(target=watch, args=(process.pid,), daemon=True).start()
-        said["said"] = ended(process, 0, 5).strip()
+        summary["said"] = ended(process, 0, 5).strip()
         over.set()
-    said["largest worker [MB]"] = largest / 1e6
+    summary["largest worker [MB]"] = largest / 1e6
     ((_, result),) = results(store).items()
-    found = result["channels"]["gyro_x"]["curve"]
+    stored_curve = result["channels"]["gyro_x"]["curve"]
     import zarr
 
     array = zarr.open_array(str(place), path="gyro_x", mode="r")
     stream = Accumulator("gyro_x", rate=2000.0, long="strided")
     begun = time.perf_counter()
-    for at in range(0, samples, 10**7):
-        stream.push(np.asarray(array[at : at + 10**7], dtype=np.float64))
-    said["stream, wall"] = time.perf_counter() - begun
-    curve = stream.snapshot()["gyro_x"].at(np.array(found["m"]))
-    said["largest relative difference"] = float(np.abs(np.square(found["adev"]) / curve.avar - 1).max())
-    said["stretches"] = next(one["details"] for one in result["findings"] if one["code"] == "in_stretches")
-    return said
+    for first in range(0, samples, 10**7):
+        stream.push(np.asarray(array[first : first + 10**7], dtype=np.float64))
+    summary["stream, wall"] = time.perf_counter() - begun
+    curve = stream.snapshot()["gyro_x"].at(np.array(stored_curve["m"]))
+    summary["largest relative difference"] = float(np.abs(np.square(stored_curve["adev"]) / curve.avar - 1).max())
+    summary["stretches"] = next(
+        finding["details"] for finding in result["findings"] if finding["code"] == "in_stretches"
+    )
+    return summary
 
 
 def cost(folder: Path) -> dict[str, Any]:
-    """Of a log: bytes of its rows, CPU of the worker and of the client; of a stretch: CPU and bytes of a sample."""
+    """Costs of a log (bytes of its rows, CPU of worker and client) and of a stretch (CPU and bytes per sample)."""
     from sigmatau.analysis import stretches
     from sigmatau.lab.fleet.logs import find
     from sigmatau.lab.fleet.stored import Stored
@@ -302,20 +303,20 @@ def cost(folder: Path) -> dict[str, Any]:
     job = FleetJob(reading=READING, settings={}, naming=Naming(folders=True))
     store = folder / "cost.db"
     store.unlink(missing_ok=True)
-    stored, found = Stored(open_engine(store), job.options), find([str(logs)])
-    analyse(found[:2], job)  # what is loaded once
+    stored, logs_ = Stored(open_engine(store), job.options), find([str(logs)])
+    analyse(logs_[:2], job)  # excludes imports
     begun = time.process_time()
-    outcomes = analyse(found, job)[0]
-    worker = (time.process_time() - begun) / len(found)
-    message = len(pickle.dumps(outcomes)) / len(found)
+    outcomes = analyse(logs_, job)[0]
+    worker = (time.process_time() - begun) / len(logs_)
+    message = len(pickle.dumps(outcomes)) / len(logs_)
     begun = time.process_time()
     for _ in range(10):
         pickle.loads(pickle.dumps(outcomes))
-    pickled = (time.process_time() - begun) / 10 / len(found)
+    pickled = (time.process_time() - begun) / 10 / len(logs_)
     begun = time.process_time()
-    stored.add([one.rows for one in outcomes], [one.log for one in outcomes])
-    written = (time.process_time() - begun) / len(found)
-    size = sum(file.stat().st_size for file in folder.glob("cost.db*")) / len(found)
+    stored.add([outcome.rows for outcome in outcomes], [outcome.log for outcome in outcomes])
+    written = (time.process_time() - begun) / len(logs_)
+    size = sum(file.stat().st_size for file in folder.glob("cost.db*")) / len(logs_)
     place, n = folder / "long20000000.zarr", 20_000_000
     make_long(place, n)
     begun = time.process_time()
@@ -354,10 +355,10 @@ def main() -> None:
         raise SystemExit("less than 10 GB are free")
     calls = {"overhead": overhead, "kill": kill}
     if chosen.what in calls:
-        said = calls[chosen.what](chosen.folder, chosen.logs)
+        output = calls[chosen.what](chosen.folder, chosen.logs)
     else:
-        said = long(chosen.folder, int(chosen.samples)) if chosen.what == "long" else cost(chosen.folder)
-    print(json.dumps(said, indent=1))
+        output = long(chosen.folder, int(chosen.samples)) if chosen.what == "long" else cost(chosen.folder)
+    print(json.dumps(output, indent=1))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""``make bench-io``: how long a two-hour log in each format takes to read, and what is left of it when it is damaged.
+"""``make bench-io``: time to read a two-hour log in each format, and content that is read from a damaged log.
 
 ``python -m benches.formats`` writes docs/formats.md. ``python -m benches.formats PATH OPTIONS`` reads one log.
 """
@@ -34,10 +34,9 @@ AIMS = {"MCAP, zstd": 1.0, "CSV": 0.5, "PX4 ULog": 2.5, "ROS 1 bag, lz4": 12.0} 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is left of a damaged log.
+    """Content that is read from a damaged log.
 
-    `code` is the exit code that `sigmatau analyze` would have; `right` says whether all rows that were read are rows of the
-    log, in its order.
+    `code`: exit code of `sigmatau analyze`; `right`: whether all rows that were read are rows of the log, in its order.
     """
 
     code: int
@@ -47,26 +46,30 @@ class Outcome:
 
 
 def outcome(path: Path, kind: Kind, values: Values) -> Outcome:
-    """Read a log of which something may be missing, and hold it against what was written."""
+    """Read a log that may lack data, and compare it with the written data."""
     try:
         record = read(path, **kind.options)
     except OptionError:
         return Outcome(2, finding="asks for what is lost")
     except DataError:
         return Outcome(1, finding="refused")
-    there = [k for k, channel in enumerate(CHANNELS) if channel in record.channels]
-    rows = np.stack([record.stream_of(CHANNELS[k]).column(CHANNELS[k]) for k in there], axis=1)
-    # Whole rows: single numbers come twice.
-    where = {tuple(row): k for k, row in enumerate(values[:, there].tolist())}
-    at = np.array([where.get(tuple(row), -1) for row in rows.tolist()])
-    right = bool((np.diff(at) > 0).all() and (at >= 0).all() and np.array_equal(rows, values[at][:, there]))
+    present = [k for k, channel in enumerate(CHANNELS) if channel in record.channels]
+    rows = np.stack([record.stream_of(CHANNELS[k]).column(CHANNELS[k]) for k in present], axis=1)
+    # Whole rows are compared, because single numbers occur twice.
+    where = {tuple(row): k for k, row in enumerate(values[:, present].tolist())}
+    positions = np.array([where.get(tuple(row), -1) for row in rows.tolist()])
+    right = bool(
+        (np.diff(positions) > 0).all()
+        and (positions >= 0).all()
+        and np.array_equal(rows, values[positions][:, present])
+    )
     worst = [f.code for f in record.findings if f.severity == "error"]
     return Outcome(damaged(record.findings), len(rows), ", ".join(dict.fromkeys(worst)), right)
 
 
 def _place_of_cut(data: bytes, share: int) -> int:
-    """Where a file is cut. Where a message or the last number of a line ends by chance, nothing could tell: a text is cut
-    in the first number of a line.
+    """Place where a file is cut. A cut at the end of a message or of the last number of a line cannot be detected;
+    therefore a text is cut in the first number of a line.
     """
     place = len(data) * share // 100 // 64 * 64 + 13
     line = data.rfind(b"\n", 0, place) + 1
@@ -77,29 +80,29 @@ def _place_of_cut(data: bytes, share: int) -> int:
 
 
 def damages(path: Path) -> dict[str, bytes]:
-    """The bytes of a file cut off; and with a page in which every bit is another, at places evenly spread."""
+    """Damaged copies of a file: cut off, or with all bits of a page inverted, at evenly spread places."""
     data = path.read_bytes()
     copies = {f"cut at {share} %": data[: _place_of_cut(data, share)] for share in (10, 50, 99)}
     for k in range(FLIPS):
-        at = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
-        flipped = bytes(byte ^ 0xFF for byte in data[at : at + PAGE])
-        copies[f"{FLIPPED}, {k + 1}"] = data[:at] + flipped + data[at + PAGE :]
+        place = len(data) * (2 * k + 1) // (2 * FLIPS) // PAGE * PAGE
+        flipped = bytes(byte ^ 0xFF for byte in data[place : place + PAGE])
+        copies[f"{FLIPPED}, {k + 1}"] = data[:place] + flipped + data[place + PAGE :]
     return copies
 
 
 def damage_outcomes(kind: Kind, folder: Path, n: int = SHORT) -> dict[str, Outcome]:
-    """What is left of a log of `n` rows after each kind of damage."""
+    """Content of a log of `n` rows after each kind of damage."""
     stamps, values = made(n)
     path = kind.make(folder, stamps, values)
-    found = {}
+    outcomes = {}
     for name, data in damages(path).items():
         path.write_bytes(data)
-        found[name] = outcome(path, kind, values)
-    return found
+        outcomes[name] = outcome(path, kind, values)
+    return outcomes
 
 
-def _read_one(path: str, options: dict[str, Any]) -> None:
-    # The peak that the system tells is never less than that of the process that began this one.
+def _read_log(path: str, options: dict[str, Any]) -> None:
+    # The peak that the system reports is at least that of the parent process.
     Path("/proc/self/clear_refs").write_text("5")
     before = status_bytes("VmHWM")
     start = time.perf_counter()
@@ -111,7 +114,7 @@ def _read_one(path: str, options: dict[str, Any]) -> None:
 
 
 def measure(name: str, n: int, rounds: int) -> dict[str, Any]:
-    """Median time and memory of processes that read a long log; the values must be those that were written."""
+    """Median time and memory of processes that read a long log; the values must equal the written ones."""
     kind = KINDS[name]
     stamps, values = made(min(n, kind.longest or n))
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
@@ -123,8 +126,8 @@ def measure(name: str, n: int, rounds: int) -> dict[str, Any]:
         command = [sys.executable, "-m", "benches.formats", str(path), json.dumps(dict(kind.options))]
         runs = []
         for _ in range(rounds):
-            said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout
-            runs.append(json.loads(said))
+            output = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout
+            runs.append(json.loads(output))
         return {
             "bytes": path.stat().st_size,
             "seconds": statistics.median(run["seconds"] for run in runs),
@@ -136,20 +139,20 @@ def _option(name: str) -> str:
     return {"unit": "units", "channels": "columns"}.get(name, f"the {name}")
 
 
-def _told(outcomes: list[Outcome]) -> str:
-    """What became of logs in a few words: rows read, findings, exit codes."""
+def _outcome_words(outcomes: list[Outcome]) -> str:
+    """Describe the outcomes for logs: rows read, findings, exit codes."""
     rows = sorted(o.rows for o in outcomes if o.code not in (1, 2))
     count = "" if not rows else f"{rows[0]} rows" if rows[0] == rows[-1] else f"{rows[0]} to {rows[-1]} rows"
     wrong = sum(not o.right for o in outcomes)
     some = "" if not wrong else "some wrong" if len(outcomes) == 1 else f"some wrong at {wrong}"
-    what = ", ".join(filter(None, [count, *dict.fromkeys(o.finding for o in outcomes), some]))
-    return f"{what} ({', '.join(map(str, sorted({o.code for o in outcomes})))})"
+    words = ", ".join(filter(None, [count, *dict.fromkeys(o.finding for o in outcomes), some]))
+    return f"{words} ({', '.join(map(str, sorted({o.code for o in outcomes})))})"
 
 
-def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], n: int, machine: str) -> str:
+def page(times: dict[str, dict[str, Any]], damaged: dict[str, dict[str, Outcome]], n: int, machine: str) -> str:
     """The page as text."""
     rows = []
-    for name, found in times.items():
+    for name, measured in times.items():
         aim = f" (target ≤ {AIMS[name]:g} s)" if name in AIMS else ""
         streams = "yes" if KINDS[name].streams else "no"
         rows.append(
@@ -157,11 +160,11 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
                 name
                 if KINDS[name].longest is None
                 else f"{name}, {text.number(min(n, KINDS[name].longest or n))} rows",
-                text.size(found["bytes"]),
+                text.size(measured["bytes"]),
                 "automatically" if not KINDS[name].options else "with " + ", ".join(map(_option, KINDS[name].options)),
                 streams,
-                f"**{text.seconds(found['seconds'])}**{aim}",
-                text.size(found["grown"]),
+                f"**{text.seconds(measured['seconds'])}**{aim}",
+                text.size(measured["grown"]),
             ]
         )
     lines = [
@@ -195,12 +198,19 @@ def page(times: dict[str, dict[str, Any]], left: dict[str, dict[str, Outcome]], 
             "places where values changed without a finding, because the format has no checksum there.",
         ),
     ]
-    names = [name for name in next(iter(left.values())) if not name.startswith(FLIPPED)]
+    names = [name for name in next(iter(damaged.values())) if not name.startswith(FLIPPED)]
     body = []
-    for name, outcomes in left.items():
-        flips = [o for what, o in outcomes.items() if what.startswith(FLIPPED)]
+    for name, outcomes in damaged.items():
+        flips = [o for kind, o in outcomes.items() if kind.startswith(FLIPPED)]
         silent = sum(o.code == 0 and not o.right for o in flips)
-        body.append([name, *(_told([outcomes[what]]) for what in names), _told(flips), f"{silent} of {len(flips)}"])
+        body.append(
+            [
+                name,
+                *(_outcome_words([outcomes[kind]]) for kind in names),
+                _outcome_words(flips),
+                f"{silent} of {len(flips)}",
+            ]
+        )
     names += [f"{FLIPPED}, at {FLIPS} places", "wrong without a finding"]
     return "\n".join([*lines, *text.table(["format", *names], body)]).rstrip() + "\n"
 
@@ -215,21 +225,21 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=ROOT / "docs" / "formats.md")
     arguments = parser.parse_args()
     if arguments.path is not None:
-        _read_one(arguments.path, json.loads(arguments.options))
+        _read_log(arguments.path, json.loads(arguments.options))
         return
     from benches.measure import machine
 
     m = machine()
-    times, left = {}, {}
+    times, damaged = {}, {}
     for name, kind in KINDS.items():
         sys.stderr.write(f"{name} … ")
         sys.stderr.flush()
         times[name] = measure(name, arguments.rows, arguments.rounds)
         with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
-            left[name] = damage_outcomes(kind, Path(folder))
+            damaged[name] = damage_outcomes(kind, Path(folder))
         sys.stderr.write(f"{times[name]['seconds']:.2f} s\n")
     about = f"{m['processor']}, {m['cores']} cores, {m['system']}; Python {m.get('Python', sys.version.split()[0])}"
-    arguments.output.write_text(page(times, left, arguments.rows, about), encoding="utf-8")
+    arguments.output.write_text(page(times, damaged, arguments.rows, about), encoding="utf-8")
     print(arguments.output.read_text(encoding="utf-8"))
 
 

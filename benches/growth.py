@@ -1,7 +1,7 @@
-"""How time and memory grow with the number of samples and of averaging times; two figures.
+"""Growth of time and memory with the number of samples and of averaging times, in two figures.
 
-``python -m benches.growth PARTY SAMPLES COUNT`` prints by how much one call raised the peak of a process's memory, beyond
-the samples; COUNT 0 is octaves.
+``python -m benches.growth PARTY SAMPLES COUNT`` prints the rise of the peak memory of a process by one call, beyond the
+samples; COUNT 0 is octaves.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ COUNTS = (10, 30, 100, 300, 1000)
 
 
 def peak(party: str, n: int, count: int) -> int:
-    """Bytes that one call needs beyond its samples. Called in a process of its own."""
-    PARTIES[party](noise(1000), octaves(1000))  # what is imported or compiled when first used
+    """Bytes that one call needs beyond its samples; called in a separate process."""
+    PARTIES[party](noise(1000), octaves(1000))  # imports and compilation at the first use
     rate = noise(n)
     before = status_bytes("VmRSS")
     grid = log_spaced(n, count) if count else octaves(n)
@@ -35,20 +35,20 @@ def peak(party: str, n: int, count: int) -> int:
 
 
 def measure(settings: Settings) -> dict[str, Any]:
-    """Time of each party by turns, and its memory."""
+    """Time of each party, in turns, and its memory."""
     lengths = []
     for length in LENGTHS:
         n = settings.samples(length)
         parties = PARTIES if length <= LONGEST_OF_PEERS else {"ours": ours}
         lengths.append(
-            {"samples": n, **_at(n, 0, parties, settings.rounds if length < 1e7 else min(settings.rounds, 3))}
+            {"samples": n, **_measure_at(n, 0, parties, settings.rounds if length < 1e7 else min(settings.rounds, 3))}
         )
     n = settings.samples(1.44e6)
-    counts = [{"samples": n, **_at(n, count, PARTIES, min(settings.rounds, 3))} for count in COUNTS]
+    counts = [{"samples": n, **_measure_at(n, count, PARTIES, min(settings.rounds, 3))} for count in COUNTS]
     return {"lengths": lengths, "counts": counts}
 
 
-def _at(n: int, count: int, parties: dict[str, Callable[..., Any]], rounds: int) -> dict[str, Any]:
+def _measure_at(n: int, count: int, parties: dict[str, Callable[..., Any]], rounds: int) -> dict[str, Any]:
     rate, grid = noise(n), log_spaced(n, count) if count else octaves(n)
     calls = {name: _call(call, rate, grid) for name, call in parties.items()}
     seconds = turns(calls, rounds)
@@ -64,7 +64,7 @@ def _call(call: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
     return lambda: call(*arguments)
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     lines = [
         "## Growth",
@@ -75,20 +75,20 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         ),
         "![Time against the number of samples](figures/performance-samples.svg)",
         "",
-        *_table("samples", [text.number(row["samples"]) for row in found["lengths"]], found["lengths"]),
+        *_table("samples", [text.number(row["samples"]) for row in measured["lengths"]], measured["lengths"]),
         "![Time against the number of averaging times](figures/performance-taus.svg)",
         "",
         *text.prose(
-            f"{text.number(found['counts'][0]['samples'])} samples. Averaging times that round to the same number",
+            f"{text.number(measured['counts'][0]['samples'])} samples. Averaging times that round to the same number",
             "of samples",
             "count once.",
         ),
-        *_table("averaging times", [str(row["taus"]) for row in found["counts"]], found["counts"]),
+        *_table("averaging times", [str(row["taus"]) for row in measured["counts"]], measured["counts"]),
     ]
     return lines, []
 
 
-def _table(what: str, firsts: Sequence[str], rows: Sequence[dict[str, Any]]) -> list[str]:
+def _table(label: str, firsts: Sequence[str], rows: Sequence[dict[str, Any]]) -> list[str]:
     cells = []
     for first, row in zip(firsts, rows, strict=True):
         line = [first]
@@ -98,21 +98,21 @@ def _table(what: str, firsts: Sequence[str], rows: Sequence[dict[str, Any]]) -> 
             else:
                 line.append("not run")
         cells.append(line)
-    return text.table([what, "sigmatau", *PEERS], cells)
+    return text.table([label, "sigmatau", *PEERS], cells)
 
 
-def draw(found: dict[str, Any], folder: Path) -> None:
+def draw(measured: dict[str, Any], folder: Path) -> None:
     """Both figures."""
-    taus = [row["taus"] for row in found["counts"]]
-    samples = [row["samples"] for row in found["lengths"]]
+    taus = [row["taus"] for row in measured["counts"]]
+    samples = [row["samples"] for row in measured["lengths"]]
     _figure(
         samples,
-        found["lengths"],
+        measured["lengths"],
         "samples, octaves of averaging times",
         folder / "performance-samples.svg",
         growing=True,
     )
-    _figure(taus, found["counts"], "averaging times", folder / "performance-taus.svg", growing=False)
+    _figure(taus, measured["counts"], "averaging times", folder / "performance-taus.svg", growing=False)
 
 
 def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path: Path, *, growing: bool) -> None:
@@ -128,8 +128,8 @@ def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path
             points = [(a, factor * row[key][name]) for a, row in zip(x, rows, strict=True) if row[key].get(name)]
             if points:
                 line = "o--" if name == "numba" else "o-"  # its memory is that of sigmatau
-                own = "sigmatau" if name == "ours" else name
-                ax.plot(*zip(*points, strict=True), line, color=colour, markersize=4, linewidth=1.2, label=own)
+                memory_name = "sigmatau" if name == "ours" else name
+                ax.plot(*zip(*points, strict=True), line, color=colour, markersize=4, linewidth=1.2, label=memory_name)
         ax.set_xscale("log")
         if key == "seconds" or growing:
             ax.set_yscale("log")
@@ -139,7 +139,7 @@ def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path
         ax.set_ylabel(title)
         ax.grid(visible=True, which="major", linewidth=0.5, alpha=0.5)
     panels[0].legend(fontsize=8.5)
-    with mpl.rc_context({"svg.hashsalt": "sigmatau"}):  # the same figure is the same file
+    with mpl.rc_context({"svg.hashsalt": "sigmatau"}):  # makes the file reproducible
         figure.savefig(path, metadata={"Date": None})
 
 

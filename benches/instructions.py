@@ -1,15 +1,13 @@
-"""Instructions of small fixed pieces of work, which no other load on the machine changes; ``make test`` compares them.
+"""Numbers of instructions of small fixed pieces of work, which do not depend on other load; ``make test`` compares them.
+The check fails if a piece of work needs more instructions than its limit. Fewer instructions are reported: ``python
+benches/instructions.py --write`` stores the new counts after an intended change. Counts are exactly reproducible with one
+compiler. Those of Rust 1.85 are up to 7 % above those of 1.95, hence the margin. Instructions are not times; ``make
+bench`` measures times.
 
-A change that makes one of them need more instructions than its limit fails the check. Fewer is no failure, but is said:
-``python benches/instructions.py --write`` makes the new counts the stored ones, after a change that is meant.
-
-Counts are the same to the last one with one compiler. Those of Rust 1.85 are up to 7 % above those of 1.95, hence the
-margin. An instruction is not a time; ``make bench`` measures times.
-
-The main job, `analyze` of 20 000 samples of six axes, is counted too, without the imports: a first analysis in the same
-process does them. Otherwise the count would depend on what ran before: modules without stored bytecode (pip installs
-them with --no-compile) are compiled at their first import, which is a quarter of the job. It is the same to 0.1 % with
-one version of Python and of NumPy, and is counted where both are those of the stored count, and where the package is built.
+The main job, `analyze` of 20 000 samples of six axes, is counted too, without the imports, which a first analysis in the
+same process does. Otherwise the count would depend on earlier runs: modules without stored bytecode (pip installs them
+with --no-compile) are compiled at their first import, a quarter of the job. The count is reproducible to 0.1 % with one
+version of Python and of NumPy. It is made if both versions are those of the stored count and the package is built.
 """
 
 from __future__ import annotations
@@ -30,8 +28,9 @@ STORED = HERE / "instructions.json"
 STORED_JOB = HERE / "instructions_job.json"
 MARGIN = 0.10
 
-# Prints the versions that matter, or simulates a record and analyses it. What comes before, mainly the imports, is counted
-# by a child that ends there. A shorter record is analysed first, so that nothing is imported or compiled in the job.
+# Prints the relevant versions, or simulates a record and analyses it. A child process that ends before the job counts
+# the preparation, mainly the imports. A shorter record is analysed first, so that nothing is imported or compiled in
+# the job.
 JOB = """
 import os
 import sys
@@ -52,12 +51,12 @@ analyze(record, threads=1)
 os._exit(0)
 """
 
-# What is taken off each: making the data, or the phase as well.
+# Work that is subtracted from each: making the data, or the data and the phase.
 LESS = {"phase": "nothing", "octaves": "phase", "log30": "phase", "push": "nothing", "parse": "nothing"}
 
 
 def why_not() -> str | None:
-    """Why nothing can be counted here, if so."""
+    """Reason why instructions cannot be counted; empty if they can."""
     if shutil.which("valgrind") is None:
         return "valgrind is not installed"
     try:
@@ -70,7 +69,7 @@ def why_not() -> str | None:
 
 
 def build() -> Path:
-    """The optimised program."""
+    """Build the optimised program."""
     command = [
         "cargo",
         "build",
@@ -87,23 +86,25 @@ def build() -> Path:
 
 
 def count(program: Path, work: str) -> int:
-    """Instructions of one piece of work with all that comes before it."""
-    (found,) = counted([str(program), work], os.environ)
-    return found
+    """Number of instructions of one piece of work, including its preparation."""
+    (instructions,) = counted([str(program), work], os.environ)
+    return instructions
 
 
 def counted(work: Sequence[str], environment: Mapping[str, str]) -> list[int]:
-    """Instructions of the processes of a command, in the order of their ends."""
+    """Numbers of instructions of the processes of a command, in the order in which they end."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *work]
     done = subprocess.run(command, env={**environment, "LC_ALL": "C"}, capture_output=True, text=True, check=False)
     collected = re.findall(r"Collected : (\d+)", done.stderr)
     if done.returncode or not collected:
         raise SystemExit(f"{' '.join(command)[:200]} failed:\n{done.stderr}")
-    return [int(found) for found in collected]
+    return [int(count_) for count_ in collected]
 
 
 def job() -> dict[str, str | int] | None:
-    """Instructions of the main job, and the versions that they hold for; None where the package cannot be imported."""
+    """Number of instructions of the main job, and the versions for which it holds; None if the package cannot be
+    imported.
+    """
     environment = os.environ | {
         "PYTHONPATH": str(HERE.parent / "python"),
         "PYTHONHASHSEED": "0",
@@ -131,17 +132,19 @@ def main() -> int:
     program = build()
     raw = {work: count(program, work) for work in ("nothing", *LESS)}
     counts = {work: raw[work] - raw[less] for work, less in LESS.items()}
-    of_job = job()
+    job_counts = job()
     if arguments.write:
         STORED.write_text(json.dumps(counts, indent=2) + "\n", encoding="utf-8")
-        if of_job is not None:
-            STORED_JOB.write_text(json.dumps(of_job, indent=2) + "\n", encoding="utf-8")
+        if job_counts is not None:
+            STORED_JOB.write_text(json.dumps(job_counts, indent=2) + "\n", encoding="utf-8")
     stored = json.loads(STORED.read_text(encoding="utf-8"))
-    known = json.loads(STORED_JOB.read_text(encoding="utf-8"))
-    if of_job is None or any(of_job[name] != known[name] for name in ("python", "numpy")):
-        print(f"analyze  SKIPPED, the package is not built for Python {known['python']} and NumPy {known['numpy']}")
+    stored_job = json.loads(STORED_JOB.read_text(encoding="utf-8"))
+    if job_counts is None or any(job_counts[name] != stored_job[name] for name in ("python", "numpy")):
+        print(
+            f"analyze  SKIPPED, the package is not built for Python {stored_job['python']} and NumPy {stored_job['numpy']}"
+        )
     else:
-        counts["analyze"], stored["analyze"] = int(of_job["instructions"]), known["instructions"]
+        counts["analyze"], stored["analyze"] = int(job_counts["instructions"]), stored_job["instructions"]
     above = 0
     for work, instructions in counts.items():
         change = instructions / stored[work] - 1

@@ -1,4 +1,4 @@
-"""The main job: `sigmatau analyze` of logs, as whole processes, and where its time goes."""
+"""The main job: `sigmatau analyze` of logs as whole processes, and the time of its parts."""
 
 from __future__ import annotations
 
@@ -74,11 +74,14 @@ print(json.dumps(spent))
 
 _MODEL = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NOISE.items() for axis in "xyz"})
 
-_LOGS, _LOGS_APART = 40, 4  # logs of a folder; so many have samples of their own, the others are links to them
-_REAL = Path("adis16405_static.csv.gz")  # of the field data
+_LOGS, _LOGS_APART = (
+    40,
+    4,
+)  # number of logs in a folder, and number with separate samples; the others are links to these
+_REAL = Path("adis16405_static.csv.gz")  # log of the field data
 _DAY, _DAY_RATE = 17_280_000, 200.0  # samples of 24 hours [Hz]
 
-# Options of `read` for the logs that are not told by themselves, and whose parts are timed too.
+# Options of `read` for logs that need them; the parts of these are timed too.
 _OPTIONS: dict[str, dict[str, Any]] = {
     "real": {"rate": RATE},
     "day": {
@@ -90,13 +93,13 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def log(samples: int, *, disturbed: bool) -> Record:
-    """Six axes at rest; with a knock and spikes, as most logs have."""
+    """Six axes at rest; if `disturbed`, with a knock and spikes as in most logs."""
     rng = np.random.default_rng(2)
     axes = _axes(samples, seed=1)
-    at = rng.integers(samples // 4, samples, 20)
+    places = rng.integers(samples // 4, samples, 20)
     for name, x in axes.items():
         if disturbed:
-            x[at] += 40 * float(x.std()) * rng.standard_normal(len(at))
+            x[places] += 40 * float(x.std()) * rng.standard_normal(len(places))
             x[samples // 5 : samples // 5 + 30] += 60 * float(x.std()) * np.exp(-np.arange(30) / 8)
         if name == "accel_z":
             x += 9.80665
@@ -109,7 +112,7 @@ def _axes(samples: int, seed: int, rate: float = RATE) -> dict[str, Any]:
 
 
 def moving(samples: int) -> Record:
-    """Six axes that are turned for a while, with spikes, and with a step of the mean."""
+    """Six axes with a rotation for some time, spikes, and a step of the mean."""
     rng = np.random.default_rng(4)
     axes = _axes(samples, seed=3)
     start, stop = samples // 4, samples // 4 + samples // 16
@@ -125,8 +128,8 @@ def moving(samples: int) -> Record:
     return Record.from_arrays(rate=RATE, **axes)
 
 
-def _others(folder: Path, settings: Settings) -> dict[str, list[str]]:
-    """Arguments of `sigmatau analyze` for other logs, which are written here."""
+def _other_logs(folder: Path, settings: Settings) -> dict[str, list[str]]:
+    """Write further logs; return their arguments of `sigmatau analyze`."""
     write_log(moving(settings.samples(50_000)), str(folder / "moving.csv"))
     logs = folder / "logs"
     logs.mkdir()
@@ -144,25 +147,25 @@ def _others(folder: Path, settings: Settings) -> dict[str, list[str]]:
         table[:, k] = x
     table.flush()
     columns = [f"--{option}={_pairs(_OPTIONS['day'][option])}" for option in ("channels", "unit")]
-    found = {
+    arguments_of_logs = {
         "moving": [str(folder / "moving.csv")],
         "folder, one": [str(logs), "--jobs", "1", "--threads", "1"],
         "folder, two": [str(logs), "--jobs", "2"],
         "day": [str(day), "--rate", f"{_DAY_RATE:g}", *columns],
     }
     real = Path(os.environ.get("SIGMATAU_FIELD_DATA", Path(__file__).parents[2] / "shared" / "data")) / _REAL
-    return found | ({"real": [str(real), "--rate", "100"]} if real.exists() else {})
+    return arguments_of_logs | ({"real": [str(real), "--rate", "100"]} if real.exists() else {})
 
 
-def _pairs(given: dict[str, str]) -> str:
-    return ",".join(f"{name}={value}" for name, value in given.items())
+def _pairs(options: dict[str, str]) -> str:
+    return ",".join(f"{name}={value}" for name, value in options.items())
 
 
 def measure(settings: Settings) -> dict[str, Any]:
-    """Whole processes and their parts, of a clean log and of one with disturbances; six bare curves of other packages."""
+    """Measure whole processes and their parts for a clean and a disturbed log, and six bare curves of other packages."""
     compiled()
     n, rounds = settings.samples(720_000), min(settings.rounds, 5)
-    found: dict[str, Any] = {"samples": n, "processes": {}}
+    measured: dict[str, Any] = {"samples": n, "processes": {}}
     with tempfile.TemporaryDirectory(prefix="sigmatau-bench-") as folder:
         commands = {}
         for name in ("clean", "disturbed"):
@@ -177,8 +180,8 @@ def measure(settings: Settings) -> dict[str, Any]:
             for name, arguments in commands.items():
                 runs[name].append(launch([sys.executable, *arguments]))
             for name, each in parts.items():
-                each.append(_parts_of(str(Path(folder) / f"{name}.csv"), {}))
-        for name, arguments in _others(Path(folder), settings).items():
+                each.append(_measure_parts(str(Path(folder) / f"{name}.csv"), {}))
+        for name, arguments in _other_logs(Path(folder), settings).items():
             output = [
                 "--json",
                 str(Path(folder) / "results" / f"{name}{'' if 'folder' in name else '.json'}"),
@@ -188,20 +191,20 @@ def measure(settings: Settings) -> dict[str, Any]:
             # A few seconds of motion are not at rest.
             runs[name] = [launch(command, codes=(0, 5)) for _ in range(min(rounds, 3))]
             if name in _OPTIONS:
-                parts[name] = [_parts_of(arguments[0], _OPTIONS[name]) for _ in range(min(rounds, 3))]
+                parts[name] = [_measure_parts(arguments[0], _OPTIONS[name]) for _ in range(min(rounds, 3))]
     for name, rows in runs.items():
-        found["processes"][name] = [statistics.median(column) for column in zip(*rows, strict=True)]
-    found["parts"] = {
-        name: {part: [statistics.median(one[part][k] for one in each) for k in (0, 1)] for part in each[0]}
+        measured["processes"][name] = [statistics.median(column) for column in zip(*rows, strict=True)]
+    measured["parts"] = {
+        name: {part: [statistics.median(times[part][k] for times in each) for k in (0, 1)] for part in each[0]}
         for name, each in parts.items()
     }
-    return found
+    return measured
 
 
-def _parts_of(log: str, options: dict[str, Any]) -> dict[str, list[float]]:
+def _measure_parts(log: str, options: dict[str, Any]) -> dict[str, list[float]]:
     command = [sys.executable, "-c", _PARTS, log, json.dumps(options)]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    return {part: [float(value) for value in spent] for part, spent in found.items()}
+    spent_ = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    return {part: [float(value) for value in spent] for part, spent in spent_.items()}
 
 
 _NAMES = {
@@ -216,15 +219,15 @@ _NAMES = {
 }
 
 
-# Logs, and the longest time of one. [s]
+# Number of logs, and longest time of one log. [s]
 _LIMITS = {"real": (1, 1.5), "moving": (1, 1.0), "folder, two": (_LOGS, 0.35), "day": (1, 8.0)}
 _ONE_LOG = {"folder, two": "a log of a folder, `--jobs 2`"}
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
-    processes, parts = found["processes"], found["parts"]
-    limits = [(name, count, most) for name, (count, most) in _LIMITS.items() if name in processes]
+    processes, parts = measured["processes"], measured["parts"]
+    limits = [(name, count, limit) for name, (count, limit) in _LIMITS.items() if name in processes]
     rows = [
         [_NAMES[name], text.seconds(wall), text.seconds(cpu), text.size(peak)]
         for name, (wall, cpu, peak) in processes.items()
@@ -237,17 +240,18 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         text.at_most("`sigmatau analyze`, two hours of six axes", processes["clean"][0], 1.0, "s"),
         text.at_most("the same over six bare curves", processes["clean"][0] / processes["curves"][0], 1.0, "times"),
         *(
-            text.at_most(_ONE_LOG.get(name, _NAMES[name]), processes[name][0] / count, most, "s")
-            for name, count, most in limits
+            text.at_most(_ONE_LOG.get(name, _NAMES[name]), processes[name][0] / count, limit, "s")
+            for name, count, limit in limits
         ),
         text.at_least("`--jobs 2` over `--jobs 1`", processes["folder, one"][0] / processes["folder, two"][0], 1.8),
         text.at_most("24 hours, memory", processes["day"][2] / 1e9, 2.5, "GB"),
     ]
+    samples = text.number(measured["samples"])
     return [
         "## The main job",
         "",
         *text.prose(
-            f"A text log of {text.number(found['samples'])} rows of 7 columns at {RATE:g} Hz to the table and the JSON file",
+            f"A text log of {samples} rows of 7 columns at {RATE:g} Hz to the table and the JSON file",
             "of `sigmatau analyze`, as whole processes. `make bench PARTS=job`.",
         ),
         *text.table(["", "wall time", "CPU time", "peak memory"], rows),

@@ -1,4 +1,4 @@
-"""The kernels against the roof: what ``crates/core/examples/roof.rs`` prints."""
+"""Kernels compared with the limits of the machine, as printed by ``crates/core/examples/roof.rs``."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ def measure(settings: Settings) -> dict[str, Any]:
     built = [json.loads(line) for line in done.stdout.splitlines()]
     program = next(message["executable"] for message in built if message.get("executable"))
     samples = [settings.samples(n) for n in SAMPLES]
-    said = subprocess.run([program, *map(str, samples)], check=True, capture_output=True, text=True).stdout
-    return {"samples": samples, "probes": parse(said)}
+    output = subprocess.run([program, *map(str, samples)], check=True, capture_output=True, text=True).stdout
+    return {"samples": samples, "probes": parse(output)}
 
 
-def parse(said: str) -> dict[str, float]:
+def parse(output: str) -> dict[str, float]:
     """Values by name from lines `name value unit`."""
-    return {name: float(value) for name, value, _ in (line.split() for line in said.splitlines())}
+    return {name: float(value) for name, value, _ in (line.split() for line in output.splitlines())}
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
-    p, samples = found["probes"], found["samples"]
+    p, samples = measured["probes"], measured["samples"]
     lines = [
         "## Kernels and the limit of the processor",
         "",
@@ -50,12 +50,12 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     with_correction = p["roof_with_correction"]
     rows.append(["with the correction", text.share(p["roof"], with_correction), f"{with_correction:.0f} ps", ""])
     for n in samples:
-        for name, what in (("octaves", "octaves"), ("log100", "100 log-spaced")):
+        for name, label in (("octaves", "octaves"), ("log100", "100 log-spaced")):
             value = p[f"{name}_{n}"]
             corrected = f"{text.share(with_correction, value)} of the limit with the correction"
             rows.append(
                 [
-                    f"{what}, {text.number(n)} samples",
+                    f"{label}, {text.number(n)} samples",
                     f"**{text.share(p['roof'], value)}**",
                     f"{value:.0f} ps",
                     corrected,

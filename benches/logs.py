@@ -1,4 +1,4 @@
-"""One log in every format, made by other writers than our readers: libraries, or bytes by the published layout.
+"""One log in every format, written by libraries or from the published layout, independently of our readers.
 
 Samples are doubles that a float32 holds, so that every format can hold them exactly; stamps are nanoseconds since 1970.
 """

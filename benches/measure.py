@@ -1,4 +1,4 @@
-"""Taking turns, so that whatever else the machine does falls on all parties, and what the page says of the machine."""
+"""Measurement in turns, so that other load affects all parties, and description of the machine."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ PACKAGES = ("sigmatau", "numpy", "scipy", "allantools", "allan-variance", "numba
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How much is measured.
+    """Extent of the measurement.
 
     Attributes
     ----------
     rounds : int
-        Of what is quick; what takes a peer seconds has fewer.
+        Number of rounds of fast work; work that takes a peer seconds has fewer.
     scale : float
-        Of the numbers of samples; 1 but for tests.
+        Factor on the numbers of samples; 1 except in tests.
     billion : bool
         Push 10⁹ samples as well.
     """
@@ -41,7 +41,7 @@ class Settings:
         return self.scale < 1
 
     def samples(self, n: float) -> int:
-        """So many samples, scaled; at least 1000."""
+        """Scale a number of samples; at least 1000."""
         return max(1000, round(n * self.scale))
 
 
@@ -50,7 +50,7 @@ def turns(
 ) -> dict[str, float]:
     """Median wall time of each call, one after the other in every round. [s]
 
-    `fewer` limits the rounds of some calls; they take part in the first ones.
+    `fewer` limits some calls to the first rounds.
     """
     times: dict[str, list[float]] = {name: [] for name in calls}
     for k in range(rounds):
@@ -65,21 +65,21 @@ def turns(
 def status_bytes(field: str) -> int:
     """A size from /proc/self/status, such as ``VmHWM``."""
     text = Path("/proc/self/status").read_text(encoding="ascii")
-    found = re.search(rf"^{field}:\s*(\d+) kB", text, flags=re.MULTILINE)
-    if found is None:
+    match = re.search(rf"^{field}:\s*(\d+) kB", text, flags=re.MULTILINE)
+    if match is None:
         raise RuntimeError(f"the system does not say {field}")
-    return 1024 * int(found.group(1))
+    return 1024 * int(match.group(1))
 
 
 def machine() -> dict[str, str]:
-    """Processor, cores, system and versions; nothing that names the machine."""
+    """Processor, cores, system and versions, without the name of the machine."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
         models = re.findall(r"^model name\s*:\s*(.*)$", text, flags=re.MULTILINE)
     except OSError:
         models = []
     rustc = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=False)
-    found = {
+    facts = {
         "processor": models[0] if models else platform.machine(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {re.sub(r'[^0-9.].*', '', platform.release())}",
@@ -88,10 +88,10 @@ def machine() -> dict[str, str]:
     }
     for package in PACKAGES:
         try:
-            found[package] = version(package)
+            facts[package] = version(package)
         except PackageNotFoundError:
-            found[package] = "absent"
-    return found
+            facts[package] = "absent"
+    return facts
 
 
 def load() -> str:

@@ -1,4 +1,4 @@
-"""The page, docs/performance.md, from what was measured."""
+"""The page docs/performance.md, from the measurements."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ SECTIONS = {
 }
 
 
-def write(found: dict[str, Any], folder: Path) -> None:
-    """Write performance.md and its figures into a folder; sections that were not measured are left out."""
+def write(measured: dict[str, Any], folder: Path) -> None:
+    """Write performance.md and its figures into a folder; sections without measurements are omitted."""
     body: list[str] = []
     reached: list[text.Gate] = []
     for name, module in SECTIONS.items():
-        if name in found["sections"]:
-            lines, gates = module.write(found["sections"][name]["found"])
+        if name in measured["sections"]:
+            lines, gates = module.write(measured["sections"][name]["found"])
             body += lines
             reached += gates
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
-    if "growth" in found["sections"]:
-        growth.draw(found["sections"]["growth"]["found"], figures)
-    page = "\n".join([*_head(found), *_summary(reached), *body]).rstrip() + "\n"
+    if "growth" in measured["sections"]:
+        growth.draw(measured["sections"]["growth"]["found"], figures)
+    page = "\n".join([*_head(measured), *_summary(reached), *body]).rstrip() + "\n"
     (folder / "performance.md").write_text(page, encoding="utf-8")
 
 
-def _head(found: dict[str, Any]) -> list[str]:
-    runs = list(found["sections"].values())
+def _head(measured: dict[str, Any]) -> list[str]:
+    runs = list(measured["sections"].values())
     dates = sorted({run["date"] for run in runs})
     commands = [f"`{command}`" for command in dict.fromkeys(run["command"] for run in runs)]
     rounds = " or ".join(str(number) for number in sorted({run["rounds"] for run in runs}))

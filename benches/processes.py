@@ -1,7 +1,7 @@
-"""Whole processes: from a text log to six curves, and what it takes to start.
+"""Whole processes: from a text log to six curves, and the time to start.
 
-Each process is started by a small one, because the peak memory that the system reports for a child is never less than what
-its parent had.
+Each process is started by a small process, because the peak memory that the system reports for a child is at least that
+of its parent.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from sigmatau.io.write import write as write_log
 
 RATE = 200.0
 
-_LONGEST = 1800.0  # a run of a process [s]
+_LONGEST = 1800.0  # longest run of a process [s]
 
-# Runs a command: wall time, CPU time and peak memory. Where Python is told not to keep what it compiles, every run would
-# compile all the packages that it imports; here only the first one does.
+# Runs a command: wall time, CPU time and peak memory. If Python does not store bytecode, every run would compile all
+# imported packages; here only the first run does.
 _LAUNCHER = """
 import json, os, sys, time
 argv = json.loads(sys.stdin.read())
@@ -44,7 +44,7 @@ wall = time.perf_counter() - start
 print(json.dumps([wall, used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss, os.waitstatus_to_exitcode(status)]))
 """
 
-# Each prints the deviations of all axes.
+# Each program prints the deviations of all axes.
 _OURS = """
 import sys
 from sigmatau import allan, read
@@ -78,7 +78,7 @@ STARTS = {
 
 
 def compiled() -> None:
-    """Compile the package: an installed one is, a checkout may be told not to."""
+    """Compile the package: an installed package is compiled, a checkout may not be."""
     compileall.compile_dir(Path(sigmatau.__file__).parent, quiet=1)
 
 
@@ -131,9 +131,9 @@ def _printed(arguments: Sequence[str]) -> list[float]:
 
 
 def _check(deviations: dict[str, list[float]]) -> None:
-    own = deviations["sigmatau"]
-    for name, others in deviations.items():
-        np.testing.assert_allclose(own, others, rtol=1e-9, err_msg=name)
+    ours = deviations["sigmatau"]
+    for name, theirs in deviations.items():
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, err_msg=name)
 
 
 def _turns(commands: dict[str, list[str]], rounds: int) -> dict[str, dict[str, float]]:
@@ -148,7 +148,8 @@ def _turns(commands: dict[str, list[str]], rounds: int) -> dict[str, dict[str, f
 def launch(argv: Sequence[str], codes: Sequence[int] = (0,)) -> list[float]:
     """Wall time [s], CPU time [s] and peak memory [bytes] of a command that ends with one of these codes.
 
-    A dot on stderr for each, because they take minutes on a busy machine; one that takes longer than _LONGEST is stopped.
+    Prints a dot on stderr for each, because they take minutes on a busy machine. A command that takes longer than
+    _LONGEST is stopped.
     """
     launcher = [sys.executable, "-I", "-S", "-c", _LAUNCHER]
     done = subprocess.run(
@@ -162,14 +163,14 @@ def launch(argv: Sequence[str], codes: Sequence[int] = (0,)) -> list[float]:
     return [float(value) for value in used]
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
-    log, starts = found["log"], found["starts"]
-    own = log["sigmatau"]
+    log, starts = measured["log"], measured["starts"]
+    ours = log["sigmatau"]
     rows = []
     for name, used in log.items():
         wall, cpu, peak = (
-            "" if used is own else f"**{text.times(used[k] / own[k])}** " for k in ("wall", "cpu", "peak")
+            "" if used is ours else f"**{text.times(used[k] / ours[k])}** " for k in ("wall", "cpu", "peak")
         )
         row = [(wall, text.seconds(used["wall"])), (cpu, text.seconds(used["cpu"])), (peak, text.size(used["peak"]))]
         rows.append([name, *(f"{ratio}({value})" if ratio else value for ratio, value in row)])
@@ -177,7 +178,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
         "## From a log to curves",
         "",
         *text.prose(
-            f"A text log of {text.number(found['samples'])} rows of 7 columns, {text.size(found['bytes'])}, to the",
+            f"A text log of {text.number(measured['samples'])} rows of 7 columns, {text.size(measured['bytes'])}, to the",
             "deviations of six axes on octaves, as whole processes: start of Python, imports, reading, computing.",
             'Ratios are over sigmatau (`allan(read(path), taus="octave")`), which uses both cores. The command also',
             "reads coefficients off and prints a table. `make bench PARTS=processes`.",
@@ -196,7 +197,7 @@ def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     )
     lines += text.table(["", "wall time", "CPU time"], cells)
     reached = [
-        text.at_least("log to curves, pandas + allantools", log["pandas + allantools"]["wall"] / own["wall"], 10),
+        text.at_least("log to curves, pandas + allantools", log["pandas + allantools"]["wall"] / ours["wall"], 10),
         text.at_most(
             "`import sigmatau` over `import numpy`", starts["import sigmatau"]["wall"] / base["wall"], 1.3, "times"
         ),

@@ -1,4 +1,6 @@
-"""Why targets are not reached, by the name of the target; the figures come from the tables of the page and its profiles."""
+"""Reasons why targets are not reached, by the name of the target; the figures are from the tables and profiles of the
+page.
+"""
 
 REASONS = {
     "2.8 hours of an ADIS16405, 100 Hz, compressed text": (

@@ -1,7 +1,5 @@
-"""Speed against other packages and the roof of the machine: ``make bench``.
-
-What was measured is kept in .bench/results.json, so that the page can be written again (``--redraw``) or one part measured
-anew (``--only``).
+"""Speed compared with other packages and the limits of the machine: ``make bench``. Results are stored in
+.bench/results.json, so that the page can be rewritten (``--redraw``) or one part measured again (``--only``).
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def main() -> None:
-    """Measure, keep, write the page."""
+    """Measure, store the results, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--billion", action="store_true", help="push 10⁹ samples as well")
@@ -33,13 +31,13 @@ def main() -> None:
         "--output", type=Path, help="folder of the page; by default docs, or --cache if it is not whole"
     )
     arguments = parser.parse_args()
-    kept = arguments.cache / "results.json"
-    found: dict[str, Any] = {"sections": {}}
-    if (arguments.only or arguments.redraw) and kept.exists():
-        found = json.loads(kept.read_text(encoding="utf-8"))
+    stored = arguments.cache / "results.json"
+    measured: dict[str, Any] = {"sections": {}}
+    if (arguments.only or arguments.redraw) and stored.exists():
+        measured = json.loads(stored.read_text(encoding="utf-8"))
     if not arguments.redraw:
         settings = Settings(rounds=arguments.rounds, scale=arguments.scale, billion=arguments.billion)
-        _measure(found["sections"], arguments.only or list(page.SECTIONS), settings)
+        _measure(measured["sections"], arguments.only or list(page.SECTIONS), settings)
         arguments.cache.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     # A part that was measured alone, or a trial with few samples, must not replace the page of docs.

@@ -1,13 +1,13 @@
-"""Whether two checkouts of the package give the same results: the JSON of `analyze` of simulated logs and of real records.
+"""Comparison of the results of two checkouts of the package: the JSON of `analyze` for simulated logs and real records.
 
     git switch --detach BEFORE && make build && python -m benches.same_results /tmp/before
     git switch AFTER && make build && python -m benches.same_results /tmp/after --base /tmp/before
 
-A folder has one JSON file a case; those that are there already are not made again, so that an interrupted run continues.
-A case that takes longer than `--seconds` is left out, here and in the comparison. Numbers are compared to 1e-12, findings
-by code, channels, size, spans and details, and everything else but words: a string with a space. What differs is
-printed; the exit code is then 1. Fields that are new are counted apart. Arguments after the folder select cases whose
-name contains one of them.
+A folder has one JSON file per case; existing files are reused, so that an interrupted run continues. A case that takes
+longer than `--seconds` is omitted, also in the comparison. Numbers are compared to 1e-12, findings by code, channels,
+size, spans and details, and all other values except words, which are strings with a space. Differences are printed; the
+exit code is then 1. New fields are counted separately. Arguments after the folder select cases whose name contains one of
+them.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ ATTEMPTS: tuple[dict[str, Any], ...] = (
     {"rate": 100, "unit": {"gyro": "deg/s", "accel": "g"}, "channels": {"gyro": "1:3", "accel": "4:6"}},
     {"rate": 1, "channels": {"x": "1"}, "unit": {"x": 1}},
 )
-"""What is stated of a log until it can be read."""
+"""Options that are tried until a log can be read."""
 TOLERANCE = 1e-12
-_ADDED = ": only after"  # a field that the earlier version did not write is no difference
+_ADDED = ": only after"  # a field that the earlier version did not write does not count as a difference
 SHOWN = 12
-"""Differences of a case that are printed."""
+"""Number of printed differences per case."""
 
 Case = Callable[[], Analysis]
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Change = Callable[[Floats, np.random.Generator], Floats]
-"""What is done to the samples of a log, shape (n, 6)."""
+"""Change of the samples of a log, shape (n, 6)."""
 
 
 def spiked(x: Floats, rng: np.random.Generator) -> Floats:
@@ -181,22 +181,22 @@ def log(rate: float, seconds: float, change: Change, seed: int) -> Record:
     return Record.from_arrays(rate=rate, gyro=x[:, :3], accel=x[:, 3:])
 
 
-def of_log(rate: float, seconds: float, change: Change, seed: int, options: dict[str, Any]) -> Analysis:
+def analyse_log(rate: float, seconds: float, change: Change, seed: int, options: dict[str, Any]) -> Analysis:
     return st.analyze(log(rate, seconds, change, seed), **options)
 
 
 def simulated() -> Iterator[tuple[str, Case]]:
     for i, change in enumerate(CHANGES):
         for k, (rate, seconds) in enumerate(LENGTHS):
-            yield f"simulated_{change.__name__}_{rate}_hz", partial(of_log, rate, seconds, change, 100 * i + k, {})
+            yield f"simulated_{change.__name__}_{rate}_hz", partial(analyse_log, rate, seconds, change, 100 * i + k, {})
     for name, options in OPTIONS.items():
-        yield f"simulated_option_{name}", partial(of_log, 100, 600, with_line, 7, options)
-        yield f"simulated_option_{name}_spiked", partial(of_log, 100, 600, spiked, 8, options)
+        yield f"simulated_option_{name}", partial(analyse_log, 100, 600, with_line, 7, options)
+        yield f"simulated_option_{name}_spiked", partial(analyse_log, 100, 600, spiked, 8, options)
 
 
-def of_file(path: Path, attempts: tuple[dict[str, Any], ...]) -> Analysis:
-    *others, last = attempts
-    for stated in others:
+def analyse_file(path: Path, attempts: tuple[dict[str, Any], ...]) -> Analysis:
+    *first_attempts, last = attempts
+    for stated in first_attempts:
         with suppress(st.OptionError):
             return st.analyze(st.read(path, **stated))
     return st.analyze(st.read(path, **last))
@@ -206,11 +206,11 @@ def recorded() -> Iterator[tuple[str, Case]]:
     for path in sorted(DATA.rglob("*")):
         name = path.relative_to(DATA).as_posix()
         if path.is_file() and not name.endswith(tuple(NOT_LOGS)):
-            yield name.replace("/", "_"), partial(of_file, path, (RECORDS[name],) if name in RECORDS else ATTEMPTS)
+            yield name.replace("/", "_"), partial(analyse_file, path, (RECORDS[name],) if name in RECORDS else ATTEMPTS)
 
 
 def result(case: Case) -> dict[str, Any]:
-    """The JSON form of a case; an error of the log or of an option by its class."""
+    """JSON form of a case; for an error of the log or of an option, its class."""
     try:
         return dict(case().to_dict())
     except (st.DataError, st.OptionError) as error:
@@ -218,7 +218,7 @@ def result(case: Case) -> dict[str, Any]:
 
 
 def make(folder: Path, chosen: list[str], seconds: int) -> None:
-    """Write the results that are not there, each in a process of its own with a limit of its time."""
+    """Write the missing results, each in a separate process with a time limit."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, case in [*simulated(), *recorded()]:
         file = folder / f"{name}.json.gz"
@@ -228,9 +228,9 @@ def make(folder: Path, chosen: list[str], seconds: int) -> None:
         if child == 0:
             signal.alarm(seconds)
             text = json.dumps(result(case))
-            beside = file.with_suffix(".part")
-            beside.write_bytes(gzip.compress(text.encode(), mtime=0))
-            beside.rename(file)
+            part_file = file.with_suffix(".part")
+            part_file.write_bytes(gzip.compress(text.encode(), mtime=0))
+            part_file.rename(file)
             os._exit(0)
         _, status = os.waitpid(child, 0)
         if status:
@@ -238,12 +238,12 @@ def make(folder: Path, chosen: list[str], seconds: int) -> None:
 
 
 def differences(a: Any, b: Any, place: str = "") -> Iterator[str]:
-    """What differs between two JSON values, but their words."""
+    """Differences between two JSON values, except words."""
     if isinstance(a, dict) and isinstance(b, dict):
         if not place:
-            a, b = ({key: value for key, value in one.items() if key != "sigmatau"} for one in (a, b))
+            a, b = ({key: value for key, value in content.items() if key != "sigmatau"} for content in (a, b))
         if place == ".source":
-            a, b = ({key: value for key, value in one.items() if key != "path"} for one in (a, b))
+            a, b = ({key: value for key, value in content.items() if key != "path"} for content in (a, b))
         for key in dict.fromkeys([*a, *b]):
             if key in a and key in b:
                 yield from differences(a[key], b[key], f"{place}.{key}")
@@ -251,9 +251,9 @@ def differences(a: Any, b: Any, place: str = "") -> Iterator[str]:
                 yield f"{place}.{key}{': only before' if key in a else _ADDED}"
     elif isinstance(a, list) and isinstance(b, list):
         if place == ".findings":
-            a, b = (sorted(one, key=_finding_key) for one in (a, b))
-            if [_finding_key(one) for one in a] != [_finding_key(one) for one in b]:
-                yield from _other_findings(a, b)
+            a, b = (sorted(findings, key=_finding_key) for findings in (a, b))
+            if [_finding_key(f) for f in a] != [_finding_key(f) for f in b]:
+                yield from _compare_findings(a, b)
                 return
         if len(a) != len(b):
             yield f"{place}: {len(a)} entries, now {len(b)}"
@@ -279,21 +279,21 @@ def _finding_key(finding: dict[str, Any]) -> str:
     return json.dumps([finding["code"], finding["channels"], finding.get("topic", "")])
 
 
-def _other_findings(a: list[dict[str, Any]], b: list[dict[str, Any]]) -> Iterator[str]:
-    before, after = [_finding_key(one) for one in a], [_finding_key(one) for one in b]
+def _compare_findings(a: list[dict[str, Any]], b: list[dict[str, Any]]) -> Iterator[str]:
+    before, after = [_finding_key(finding) for finding in a], [_finding_key(finding) for finding in b]
     for key in dict.fromkeys([*before, *after]):
         if before.count(key) != after.count(key):
             yield f".findings: {key} {before.count(key)} times, now {after.count(key)}"
 
 
 def compare(folder: Path, base: Path, chosen: list[str]) -> int:
-    """Print what differs; the number of cases that differ."""
+    """Print the differences; return the number of cases that differ."""
     different = equal = same_bytes = 0
     added: Counter[str] = Counter()
     for file in sorted(base.glob("*.json.gz")):
         if (chosen and not any(part in file.name for part in chosen)) or not (folder / file.name).exists():
             continue
-        before, after = (json.loads(gzip.decompress((of / file.name).read_bytes())) for of in (base, folder))
+        before, after = (json.loads(gzip.decompress((place / file.name).read_bytes())) for place in (base, folder))
         lines = list(differences(before, after))
         added.update(re.sub(r"channels\.\w+|\[\d+\]", "*", line) for line in lines if line.endswith(_ADDED))
         if lines := [line for line in lines if not line.endswith(_ADDED)]:

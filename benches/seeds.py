@@ -1,4 +1,4 @@
-"""``python -m benches.seeds FOLDER``: small logs for the fuzzer to begin with, a folder for each of its targets."""
+"""``python -m benches.seeds FOLDER``: initial small logs for the fuzzer, with a folder for each target."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benches.logs import KINDS, made
 
-# Of a table of text, the first two bytes choose the dialect: commas, seven columns, no line before.
+# The first two bytes of a text table select the dialect: commas, seven columns, no line before the table.
 TARGETS = {
     "CSV": ("text", bytes([1 << 6, 6])),
     "CSV, decimal comma": ("text", bytes([1 << 6 | 8 | 1, 6])),
@@ -22,7 +22,7 @@ TARGETS = {
 
 
 def main(folder: Path) -> None:
-    """Write them."""
+    """Write the logs."""
     for n in (5, 40):
         stamps, values = made(n)
         for name, (target, before) in TARGETS.items():

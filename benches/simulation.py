@@ -1,4 +1,4 @@
-"""Simulation into a file: samples a second and peak memory, each run a process of its own."""
+"""Simulation into a file: samples per second and peak memory, with a separate process per run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LENGTHS = {".npy": 1e8, ".npz": 1e7, ".parquet": 1e7, ".csv": 1e7, ".csv.gz": 1e
 
 
 def measure(settings: Settings) -> dict[str, Any]:
-    """Every format; the long one in few rounds."""
+    """Measure every format; the long log in fewer rounds."""
     rows = []
     for ending, length in list(LENGTHS.items())[: 2 if settings.is_trial else None]:
         samples = settings.samples(length)
@@ -40,18 +40,18 @@ def measure(settings: Settings) -> dict[str, Any]:
     return {"rows": rows}
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     rows, reached = [], []
-    for row in found["rows"]:
+    for row in measured["rows"]:
         speed = row["samples"] / row["wall"]
         cells = [f"**{speed / 1e6:.1f}**", text.seconds(row["wall"]), text.seconds(row["cpu"]), text.size(row["peak"])]
         rows.append([row["ending"], text.number(row["samples"]), *cells, text.size(row["bytes"])])
         if row["ending"] == ".npy":
-            what = f"{text.number(row['samples'])} samples into .npy"
+            label = f"{text.number(row['samples'])} samples into .npy"
             reached += [
-                text.at_most(f"{what}, wall time a sample", 1e9 / speed, 200, "ns"),
-                text.at_most(f"{what}, peak memory", row["peak"] / 1e6, 300, "MB"),
+                text.at_most(f"{label}, wall time a sample", 1e9 / speed, 200, "ns"),
+                text.at_most(f"{label}, peak memory", row["peak"] / 1e6, 300, "MB"),
             ]
     lines = [
         "## Simulation into a file",

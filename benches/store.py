@@ -1,7 +1,7 @@
-"""Time of a store: 5000 units × 7 days × 6 axes × 5 terms into it, and their repeatability out of it.
+"""Time of a store: adding 5000 units × 7 days × 6 axes × 5 terms, and computing their repeatability.
 
-``python -m benches.store`` makes the results in a temporary folder (1.7 GB for 35 000 files) and prints the times, on SQLite
-and, if PostgreSQL is installed, on a server of its own. ``--memory`` adds results that are in memory, in one process.
+``python -m benches.store`` makes the results in a temporary folder (1.7 GB for 35 000 files) and prints the times, on
+SQLite and, if PostgreSQL is installed, on a separate server. ``--memory`` adds results from memory in one process.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def main() -> None:
-    """Make the results, add them, compare them."""
+    """Make the results, add them, and compare them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--units", type=int, default=5000)
     parser.add_argument("--folder", type=Path, help="where the results are made, and kept")
@@ -47,14 +47,16 @@ def main() -> None:
                 f"{name}: {arguments.units * DAYS} runs added in {added}{again}; load {os.getloadavg()[0]:.1f}",
                 flush=True,
             )
-            if arguments.memory:  # results with the same numbers, which are taken for copies of a log
+            if arguments.memory:  # results with the same numbers, which count as copies of a log
                 continue
             compared = ", ".join(_repeatability(place) for _ in range(3))
             print(f"{name}: repeatability {compared}; as a command {_command('compare', '--store', place)}", flush=True)
 
 
 def _command(*words: str) -> str:
-    """Seconds, and seconds of CPU of all processes of the command: on a busy machine only these mean something."""
+    """Measure the wall time, and the CPU time of all processes of the command, the only meaningful time on a busy
+    machine. [s]
+    """
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run([sys.executable, "-m", "sigmatau", *words], check=True, stdout=subprocess.DEVNULL)
     seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -63,7 +65,7 @@ def _command(*words: str) -> str:
 
 
 def _repeatability(place: str) -> str:
-    """Query and statistics, without the start of the program: seconds, and seconds of CPU."""
+    """Time of query and statistics, without the start of the program: wall and CPU. [s]"""
     from sigmatau.lab.store.store import Store
 
     with Store(place) as store:
@@ -73,7 +75,7 @@ def _repeatability(place: str) -> str:
 
 
 def _memory(place: str, units: int) -> str:
-    """Results as `analyze` returns them, in one process; without the time to make them."""
+    """Add results of `analyze` in one process, without the time to make them."""
     import copy
 
     from sigmatau.analysis.forms import BriefResultForm
@@ -87,10 +89,14 @@ def _memory(place: str, units: int) -> str:
         while count < units * DAYS:
             batch: list[Entry] = []
             for k in range(count, min(count + 1000, units * DAYS)):
-                one: dict[str, Any] = copy.copy(made[k % len(made)])
-                one["source"] = {**one["source"], "path": f"{k // DAYS}/{k % DAYS}.csv", "sha256": f"{k:064x}"}
+                result: dict[str, Any] = copy.copy(made[k % len(made)])
+                result["source"] = {**result["source"], "path": f"{k // DAYS}/{k % DAYS}.csv", "sha256": f"{k:064x}"}
                 batch.append(
-                    Entry(result=result_of_dict(one, as_form=BriefResultForm), content=one, unit=f"unit{k // DAYS:05}")
+                    Entry(
+                        result=result_of_dict(result, as_form=BriefResultForm),
+                        content=result,
+                        unit=f"unit{k // DAYS:05}",
+                    )
                 )
             start = time.perf_counter()
             store.add(batch)
@@ -101,7 +107,7 @@ def _memory(place: str, units: int) -> str:
 
 @contextlib.contextmanager
 def _postgresql() -> Iterator[str]:
-    """The server of the tests; nothing if PostgreSQL is not installed."""
+    """The server of the tests; None if PostgreSQL is not installed."""
     sys.path.insert(0, str(ROOT / "tests"))
     from lab.store.postgresql import programs, server  # type: ignore[import-not-found]
 

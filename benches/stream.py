@@ -1,4 +1,4 @@
-"""The accumulator: CPU time of a sample and growth of memory, in a process of its own.
+"""Accumulator: CPU time per sample and growth of memory, in a separate process.
 
 ``python -m benches.stream SAMPLES GRID`` prints both.
 """
@@ -25,11 +25,11 @@ GRIDS: tuple[TauGrid, ...] = ("octave", "half")
 
 
 def push(samples: int, grid: TauGrid) -> dict[str, float]:
-    """CPU time of pushing alone, and how much memory that is no file's grew."""
+    """CPU time of pushing alone, and growth of memory that is not mapped from files."""
     rng = np.random.default_rng(samples)
     chunk = rng.standard_normal(CHUNK)
     sums = Accumulator("gyro_x", rate=200, taus=grid, long="strided")
-    sums.push(chunk)  # what is loaded or made once
+    sums.push(chunk)  # excludes imports and first allocations
     sums = Accumulator("gyro_x", rate=200, taus=grid, long="strided")
     before = largest = status_bytes("RssAnon")
     used = 0.0
@@ -58,8 +58,8 @@ def measure(settings: Settings) -> dict[str, Any]:
         for (grid, length), done in runs.items():
             if k < rounds[length]:
                 command = [sys.executable, "-m", "benches.stream", str(settings.samples(length)), grid]
-                said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-                done.append(json.loads(said))
+                output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+                done.append(json.loads(output))
     rows = []
     for (grid, length), done in runs.items():
         cpu, growth = statistics.median(run["cpu"] for run in done), max(run["growth"] for run in done)
@@ -67,26 +67,26 @@ def measure(settings: Settings) -> dict[str, Any]:
     return {"rows": rows}
 
 
-def write(found: dict[str, Any]) -> tuple[list[str], list[Gate]]:
+def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
     """The section of the page."""
     rows, reached = [], []
     first: dict[str, float] = {}
     names = {"octave": "octaves", "half": "half octaves"}
-    for row in found["rows"]:
+    for row in measured["rows"]:
         grid, each = names[row["grid"]], 1e9 * row["cpu"] / row["samples"]
         change = each / first.setdefault(grid, each) - 1
         rows.append(
             [text.number(row["samples"]), grid, f"**{each:.2f} ns**", f"{change:+.1%}", text.size(row["growth"])]
         )
-    longest = max(row["samples"] for row in found["rows"])
-    for row in found["rows"]:
+    longest = max(row["samples"] for row in measured["rows"])
+    for row in measured["rows"]:
         if row["samples"] == longest:
-            each, what = 1e9 * row["cpu"] / longest, f"{text.number(longest)} samples, {names[row['grid']]}"
+            each, label = 1e9 * row["cpu"] / longest, f"{text.number(longest)} samples, {names[row['grid']]}"
             change = max(each / first[names[row["grid"]]] - 1, 0.0)
             reached += [
-                text.at_most(f"{what}, CPU time per sample", each, 8, "ns"),
-                text.at_most(f"{what}, memory", row["growth"] / 1e6, 200, "MB"),
-                text.at_most(f"{what}, growth of the time per sample", 100 * change, 10, "%"),
+                text.at_most(f"{label}, CPU time per sample", each, 8, "ns"),
+                text.at_most(f"{label}, memory", row["growth"] / 1e6, 200, "MB"),
+                text.at_most(f"{label}, growth of the time per sample", 100 * change, 10, "%"),
             ]
     lines = [
         "## A stream in bounded memory",

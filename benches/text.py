@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Gate:
-    """A figure that was aimed at, and what it is."""
+    """A target and the measured value."""
 
     what: str
     aim: str
@@ -18,17 +18,17 @@ class Gate:
 
 
 def at_least(what: str, got: float, least: float) -> Gate:
-    """A ratio that should be so large."""
+    """Gate for a ratio with a smallest value."""
     return Gate(what, f"≥ {least:g}×", times(got), got >= least)
 
 
 def at_least_percent(what: str, got: float, least: float) -> Gate:
-    """A share that should be so large."""
+    """Gate for a share with a smallest value."""
     return Gate(what, f"≥ {least:g} %", f"{got:.0f} %", got >= least)
 
 
 def at_most(what: str, got: float, most: float, unit: str, *, digits: int = 3) -> Gate:
-    """A figure that should be so small."""
+    """Gate for a value with a largest value."""
     return Gate(what, f"≤ {most:g} {unit}", f"{got:.{digits}g} {unit}", got <= most)
 
 
@@ -38,7 +38,7 @@ def times(ratio: float) -> str:
 
 
 def share(least: float, got: float) -> str:
-    """How much of what is possible, in per cent."""
+    """Share of the possible speed, in per cent."""
     return f"{100 * least / got:.0f} %"
 
 

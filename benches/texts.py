@@ -1,4 +1,4 @@
-"""The same log in texts with names, in JSON, and as an Excel workbook, by the published layouts."""
+"""The same log as text with names, as JSON, and as an Excel workbook, in the published layouts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Stamps = NDArray[np.int64]
 
 
 def lvm(folder: Path, stamps: Stamps, values: Values) -> Path:
-    """A LabVIEW measurement file: its header, that of a segment, and the rows."""
+    """Write a LabVIEW measurement file: its header, the header of a segment, and the rows."""
     step = float(stamps[1] - stamps[0]) * 1e-9
     tags = {
         "Channels": ["6"],
@@ -43,7 +43,7 @@ def lvm(folder: Path, stamps: Stamps, values: Values) -> Path:
 
 
 def keyed(folder: Path, stamps: Stamps, values: Values) -> Path:
-    """Lines of names and values."""
+    """Write lines of names and values."""
     names = ("time_ns", *CHANNELS)
     rows = zip(stamps.tolist(), *(values[:, k].tolist() for k in range(6)), strict=True)
     path = folder / "serial.txt"
@@ -53,7 +53,7 @@ def keyed(folder: Path, stamps: Stamps, values: Values) -> Path:
 
 
 def json_lines(folder: Path, stamps: Stamps, values: Values) -> Path:
-    """An object for each row."""
+    """Write an object for each row."""
     path = folder / "log.jsonl"
     with path.open("w") as stream:
         for stamp, row in zip(stamps.tolist(), values.tolist(), strict=True):
@@ -62,7 +62,7 @@ def json_lines(folder: Path, stamps: Stamps, values: Values) -> Path:
 
 
 def echo(folder: Path, stamps: Stamps, values: Values) -> Path:
-    """What ``ros2 topic echo`` prints of ``sensor_msgs/Imu``."""
+    """Write ``sensor_msgs/Imu`` as printed by ``ros2 topic echo``."""
     path = folder / "imu.yaml"
     matrix = "\n- 0.0" * 9
     with path.open("w") as stream:
@@ -80,7 +80,7 @@ def echo(folder: Path, stamps: Stamps, values: Values) -> Path:
 
 
 def csv_echo(folder: Path, stamps: Stamps, values: Values) -> Path:
-    """What ``ros2 topic echo --csv`` prints of ``sensor_msgs/Imu``."""
+    """Write ``sensor_msgs/Imu`` as printed by ``ros2 topic echo --csv``."""
     path = folder / "imu.csv"
     zeros = ",".join(["0.0"] * 9)
     with path.open("w") as stream:

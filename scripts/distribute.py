@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Make and check what is released: one source distribution, and wheels that are built from it.
+"""Make and check the release files: one source distribution, and wheels built from it.
 
 ``distribute.py sdist``            dist/sigmatau-VERSION.tar.gz, with the man pages and the README of the package index
 ``distribute.py wheel [--target TRIPLE] [--zig]``   a wheel from that file; ``--zig`` links for glibc 2.17 (manylinux2014)
 ``distribute.py check``            contents, sizes, symbols and paths of all files in dist/
 ``distribute.py recipe``           the conda recipe, rendered for all platforms; needs py-rattler-build
 
-Needs maturin on the path or beside this Python, and ziglang for ``--zig``. ``sdist`` needs the package itself, built.
+Needs maturin on the path or next to this Python, and ziglang for ``--zig``. ``sdist`` needs the built package.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ ROOT = Path(__file__).resolve().parent.parent
 DIST = ROOT / "dist"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 NAME = f"{PROJECT['name']}-{PROJECT['version']}"
-PYTHON_TAG = "cp311-abi3"  # one wheel a platform, for Python 3.11 and later
+PYTHON_TAG = "cp311-abi3"  # one wheel per platform, for Python 3.11 and later
 GLIBC = (2, 17)  # newest symbols of glibc that a wheel may need: manylinux2014
 LARGEST = 4_000_000  # of a distribution [bytes]; the largest of November 2026 has 2.8 MB
 BILL = "sbom.cdx.json"  # software bill of materials, CycloneDX
 LICENCES = ("LICENSE-MIT", "LICENSE-APACHE", "THIRD_PARTY_LICENSES")
-# What a wheel must have. A missing one is an error of a user that no test in the source tree sees.
+# Files that a wheel must contain. Tests in the source tree do not detect a missing one.
 NEEDED = (
     "sigmatau/__init__.py",
     "sigmatau/__init__.pyi",
@@ -51,30 +51,30 @@ NEEDED = (
     "sigmatau/app/page/index.html",
     f"{NAME}.dist-info/sboms/{BILL}",
 )
-# What a source distribution must have beside what the wheel needs.
+# Files that a source distribution must contain besides those of the wheel.
 NEEDED_OF_SOURCE = ("Cargo.lock", "README.md", "pyproject.toml", "tests/smoke.py", *LICENCES)
 CONDA_PLATFORMS = ("linux-64", "linux-aarch64", "osx-64", "osx-arm64", "win-64")
 _SYMBOL_TABLE = 2  # type of a section of an ELF file: SHT_SYMTAB
 
 
-def run(*command: str | Path, cwd: Path = ROOT, **more: str) -> None:
-    """Run a command, with more variables in its environment; ends the program if it fails."""
-    done = subprocess.run([str(word) for word in command], cwd=cwd, env=os.environ | more, check=False)
+def run(*command: str | Path, cwd: Path = ROOT, **variables: str) -> None:
+    """Run a command with further environment variables; end the program if it fails."""
+    done = subprocess.run([str(word) for word in command], cwd=cwd, env=os.environ | variables, check=False)
     if done.returncode:
         sys.exit(f"failed: {' '.join(str(word) for word in command)}")
 
 
 def maturin() -> str:
-    """The maturin of this environment."""
-    beside = Path(sys.executable).with_name("maturin" + (".exe" if os.name == "nt" else ""))
-    found = str(beside) if beside.exists() else shutil.which("maturin")
-    if found is None:
+    """Program maturin of this environment."""
+    neighbour = Path(sys.executable).with_name("maturin" + (".exe" if os.name == "nt" else ""))
+    program = str(neighbour) if neighbour.exists() else shutil.which("maturin")
+    if program is None:
         sys.exit("maturin is not installed: pip install maturin")
-    return found
+    return program
 
 
 def sdist() -> None:
-    """The source distribution, from a copy of the files that git knows; the tree is not changed."""
+    """Build the source distribution from a copy of the tracked files; the tree does not change."""
     with tempfile.TemporaryDirectory() as folder:
         stage = Path(folder) / NAME
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout
@@ -99,14 +99,16 @@ def sdist() -> None:
 
 
 def wheel(target: str | None, *, zig: bool) -> None:
-    """A wheel from the source distribution, without a path of this machine in it."""
+    """Build a wheel from the source distribution, without paths of this machine."""
     source = DIST / f"{NAME}.tar.gz"
     if not source.exists():
         sys.exit(f"{source} is missing: run distribute.py sdist first")
-    folder = ROOT / "target" / "from-sdist"  # always the same: its name is among the flags, on which all crates depend
+    folder = (
+        ROOT / "target" / "from-sdist"
+    )  # always the same folder: its name is in the flags, on which all crates depend
     shutil.rmtree(folder, ignore_errors=True)
     with tarfile.open(source) as archive:
-        # The Python of Debian 12, 3.11.2, has no filters yet; later ones want one.
+        # Python 3.11.2 of Debian 12 has no filters; later versions require one.
         archive.extraction_filter = getattr(tarfile, "data_filter", None)
         archive.extractall(folder)
     tree = folder / NAME
@@ -115,20 +117,20 @@ def wheel(target: str | None, *, zig: bool) -> None:
     command = [maturin(), "build", "--release", "--locked", "--out", str(DIST)]
     if target:
         command += ["--target", target]
-    # zig links for the glibc of the tag; with "pypi" it would take its own newest.
+    # zig links for the glibc of the tag; with "pypi" it would use its newest glibc.
     command += ["--zig", "--compatibility", "manylinux2014"] if zig else ["--compatibility", "pypi"]
     flags = {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(f"--remap-path-prefix={old}={new}" for old, new in renamed.items())}
-    if os.name != "nt":  # of C code; the compiler of Windows has no such option
+    if os.name != "nt":  # flags for C code; the compiler of Windows has no such option
         prefixes = [f"-ffile-prefix-map={old}={new}" for old, new in renamed.items()]
         flags["CFLAGS"] = " ".join([os.environ.get("CFLAGS", ""), *prefixes]).strip()
     flags["CARGO_TARGET_DIR"] = os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target" / "wheel"))
-    # maturin finds zig by the first python3 of the path
+    # maturin finds zig through the first python3 on the path
     flags["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     run(*command, cwd=tree, **flags)
 
 
 def faults_of_wheel(path: Path) -> Iterator[str]:
-    """What is wrong with a wheel."""
+    """Faults of a wheel."""
     with zipfile.ZipFile(path) as archive:
         contents = {info.filename: archive.read(info) for info in archive.infolist() if not info.is_dir()}
     if not path.name.startswith(f"{NAME}-{PYTHON_TAG}-"):
@@ -153,13 +155,13 @@ def faults_of_wheel(path: Path) -> Iterator[str]:
 
 
 def paths_of_the_machine(content: bytes) -> list[str]:
-    """Folders of the machine that built a file, as far as they are named in it."""
+    """Folders of the build machine that a file names."""
     places = {str(Path.home()), str(ROOT), tempfile.gettempdir(), os.environ.get("CARGO_HOME", "")} - {"", "/"}
     return sorted(place for place in places if re.search(re.escape(place.encode()) + rb"[/\\]", content))
 
 
 def faults_of_library(content: bytes) -> Iterator[str]:
-    """What is wrong with a compiled library; only ELF is examined."""
+    """Faults of a compiled library; only ELF is examined."""
     if content[:4] != b"\x7fELF":
         return
     if _SYMBOL_TABLE in section_types(content):
@@ -177,11 +179,11 @@ def section_types(content: bytes) -> list[int]:
 
 
 def faults_of_source(path: Path) -> Iterator[str]:
-    """What is wrong with a source distribution."""
+    """Faults of a source distribution."""
     with tarfile.open(path) as archive:
         members = [member for member in archive.getmembers() if member.isfile()]
         contents = {member.name: archive.extractfile(member).read() for member in members}  # type: ignore[union-attr]
-    own = [name.replace("sigmatau/", "python/sigmatau/", 1) for name in NEEDED if name.startswith("sigmatau/")]
+    sources = [name.replace("sigmatau/", "python/sigmatau/", 1) for name in NEEDED if name.startswith("sigmatau/")]
     man = "sigmatau.data/data/share/man/man1/sigmatau.1"
     for name in (*own, man, BILL, *NEEDED_OF_SOURCE):
         if f"{NAME}/{name}" not in contents:
@@ -193,7 +195,7 @@ def faults_of_source(path: Path) -> Iterator[str]:
 
 
 def check() -> int:
-    """Report what is wrong with the files in dist/; 1 if anything is."""
+    """Report the faults of the files in dist/; return 1 if there are any."""
     files = sorted(DIST.glob(f"{NAME}*"))
     if not files:
         sys.exit(f"nothing to check in {DIST}")
@@ -209,7 +211,7 @@ def check() -> int:
 
 
 def recipe() -> None:
-    """Render the conda recipe for each platform, with versions as conda-forge sets them."""
+    """Render the conda recipe for each platform, with the versions of conda-forge."""
     import rattler_build
 
     text = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
@@ -224,18 +226,18 @@ def recipe() -> None:
 
 
 def main() -> int:
-    """Do what the command line says."""
+    """Run the command of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["sdist", "wheel", "check", "recipe"])
     parser.add_argument("--target", help="Rust target triple of the wheel; default: this machine's")
     parser.add_argument("--zig", action="store_true", help="compile C and link with zig")
-    given = parser.parse_args()
+    options = parser.parse_args()
     DIST.mkdir(exist_ok=True)
-    if given.what == "sdist":
+    if options.what == "sdist":
         sdist()
-    elif given.what == "wheel":
-        wheel(given.target, zig=given.zig)
-    elif given.what == "recipe":
+    elif options.what == "wheel":
+        wheel(options.target, zig=options.zig)
+    elif options.what == "recipe":
         recipe()
     else:
         return check()

@@ -29,9 +29,9 @@ TARGETS = (
     "aarch64-apple-darwin",
     "x86_64-pc-windows-msvc",
 )
-# Of the licences that a crate offers, the first in this order is taken.
+# Preference among the licences that a crate offers.
 CHOICES = ("MIT", "BSD-2-Clause", "BSD-3-Clause", "Zlib", "bzip2-1.0.6", "Apache-2.0")
-# The file of the licence in the folder of a crate; the first that exists.
+# File of the licence in the folder of a crate: the first that exists.
 FILES = {
     "MIT": ("LICENSE-MIT", "LICENSE-MIT.md", "LICENSE", "LICENSE.md", "LICENSE.txt"),
     "BSD-2-Clause": ("LICENSE-BSD", "LICENSE"),
@@ -40,17 +40,17 @@ FILES = {
     "bzip2-1.0.6": ("LICENSE",),
     "Apache-2.0": ("LICENSE-APACHE",),
 }
-# C code in the folder of a crate, with a licence of its own.
+# C code in the folder of a crate, with a separate licence.
 VENDORED = {"zstd-sys": ("Zstandard (C library in zstd-sys)", "BSD-3-Clause", "zstd/LICENSE")}
-# Crates that ship no text; the text is that of another crate of the same repository and authors.
-TEXT_OF = {"pulp-wasm-simd-flag": "pulp"}
+# Crates without a text, which use that of another crate of the same repository and authors.
+OTHER_TEXT = {"pulp-wasm-simd-flag": "pulp"}
 # The compiler links its standard library into every extension. Its text is not among the crates.
 STANDARD_LIBRARY = (
     "Rust standard library, with the crates that it contains (gimli, hashbrown, rustc-demangle and others)"
 )
 
 _OURS = (ROOT / "LICENSE-MIT").read_text(encoding="utf-8")
-MIT_TERMS = " ".join(_OURS[_OURS.index("Permission") :].split())  # the words that nearly all crates have
+MIT_TERMS = " ".join(_OURS[_OURS.index("Permission") :].split())  # the words that nearly all crates share
 
 HEAD = """\
 Third-party licences
@@ -65,7 +65,7 @@ Written by scripts/licences.py from Cargo.lock and the sources of the crates.
 
 @dataclass(frozen=True, order=True)
 class Component:
-    """Software that is shipped: its name with the version, its licence, and the text."""
+    """Shipped software: name with version, licence and text."""
 
     name: str
     licence: str
@@ -87,22 +87,25 @@ def linked(graph: dict[str, Any]) -> list[dict[str, Any]]:
     """Packages of crates.io that are linked into the extension: no build scripts, procedural macros or tests."""
     packages = {package["id"]: package for package in graph["packages"]}
     edges = {node["id"]: node["deps"] for node in graph["resolve"]["nodes"]}
-    todo = [one for one, package in packages.items() if package["name"] == EXTENSION]
-    found: set[str] = set()
+    todo = [identifier for identifier, package in packages.items() if package["name"] == EXTENSION]
+    identifiers: set[str] = set()
     while todo:
-        one = todo.pop()
-        if one in found:
+        identifier = todo.pop()
+        if identifier in identifiers:
             continue
-        found.add(one)
-        for edge in edges[one]:
+        identifiers.add(identifier)
+        for edge in edges[identifier]:
             macro = any("proc-macro" in target["kind"] for target in packages[edge["pkg"]]["targets"])
             if not macro and any(kind["kind"] is None for kind in edge["dep_kinds"]):
                 todo.append(edge["pkg"])
-    return sorted((packages[one] for one in found if packages[one]["source"]), key=lambda package: package["name"])
+    return sorted(
+        (packages[identifier] for identifier in identifiers if packages[identifier]["source"]),
+        key=lambda package: package["name"],
+    )
 
 
 def chosen(package: dict[str, Any]) -> str:
-    """The licence that is taken of those that a crate offers."""
+    """Choose a licence among those that a crate offers."""
     offered = re.split(r"\s+OR\s+|/", package["license"] or "")
     for licence in CHOICES:
         if licence in offered:
@@ -119,11 +122,11 @@ def text_in(folder: Path, licence: str) -> str | None:
 
 
 def components(graph: dict[str, Any]) -> Iterator[Component]:
-    """All that is shipped and not ours."""
+    """Third-party components that are shipped."""
     folders = {package["name"]: Path(package["manifest_path"]).parent for package in graph["packages"]}
     for package in linked(graph):
         name, licence = package["name"], chosen(package)
-        text = text_in(folders[TEXT_OF.get(name, name)], licence)
+        text = text_in(folders[OTHER_TEXT.get(name, name)], licence)
         if text is None:
             sys.exit(f"{name}: no text of the licence {licence} in {folders[name]}; see TEXT_OF of scripts/licences.py")
         yield Component(f"{name} {package['version']}", licence, text)
@@ -195,7 +198,9 @@ def bill_of_materials(graph: dict[str, Any]) -> dict[str, Any]:
 
 
 def parted(text: str) -> tuple[list[str], str]:
-    """The lines above the words of the MIT licence, without its title, and those words; or nothing and the whole text."""
+    """Split a text into the lines above the words of the MIT licence, without its title, and those words; without these
+    words, nothing and the whole text.
+    """
     flat = text.replace("“", '"').replace("”", '"')
     start = flat.find("Permission is hereby granted")
     if start < 0 or " ".join(flat[start:].split()) != MIT_TERMS:
@@ -205,18 +210,18 @@ def parted(text: str) -> tuple[list[str], str]:
 
 
 def render(graph: dict[str, Any]) -> str:
-    """The file: a list of all components, then each text once, with the owners of the copyright above it."""
+    """Render the file: a list of all components, then each text once, with the copyright owners above it."""
     every = list(components(graph))
-    width = max(len(one.name) for one in every if one.name != STANDARD_LIBRARY)
-    pages = [HEAD, "".join(f"{one.name:{width}}  {one.licence}\n" for one in every)]
+    width = max(len(component.name) for component in every if component.name != STANDARD_LIBRARY)
+    pages = [HEAD, "".join(f"{component.name:{width}}  {component.licence}\n" for component in every)]
     texts: dict[str, list[Component]] = {}
-    for one in every:
-        texts.setdefault(parted(one.text)[1], []).append(one)
+    for component in every:
+        texts.setdefault(parted(component.text)[1], []).append(component)
     for terms, members in texts.items():
         page = ["-" * 100, "", f"{members[0].licence}, of:", ""]
-        for one in members:
-            page.append(f"  {one.name}")
-            page += [f"    {owner}" for owner in parted(one.text)[0]]
+        for component in members:
+            page.append(f"  {component.name}")
+            page += [f"    {owner}" for owner in parted(component.text)[0]]
         shown = _OURS[_OURS.index("Permission") :].strip() if terms == MIT_TERMS else terms
         pages.append("\n".join([*page, "", *(line.rstrip() for line in shown.splitlines()), ""]))
     return "\n".join(pages)

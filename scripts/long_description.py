@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""The README as the package index shows it, where relative links lead nowhere: ``long_description.py -o README.md``.
+"""Convert the README for the package index, where relative links do not work: ``long_description.py -o README.md``.
 
-With the address of the repository (``Repository`` in ``[project.urls]`` of pyproject.toml) links and images become absolute,
-those of the tag of the version. Without one, a link becomes its text, and images and the list of pages are left out.
+With the address of the repository (``Repository`` in ``[project.urls]`` of pyproject.toml), links and images become
+absolute, at the tag of the version. Without an address, a link becomes text, and images and the list of pages are
+omitted.
 """
 
 from __future__ import annotations
@@ -26,26 +27,26 @@ def elsewhere(target: str) -> bool:
 
 
 def converted(text: str, *, repository: str | None, tag: str) -> str:
-    """The page for the package index; blocks of code stay as they are."""
+    """Convert the page for the package index; blocks of code do not change."""
 
-    def image(found: re.Match[str]) -> str:
-        if elsewhere(found["target"]):
-            return found[0]
-        return f"![{found['text']}]({repository}/raw/{tag}/{found['target']})" if repository else ""
+    def image(match: re.Match[str]) -> str:
+        if elsewhere(match["target"]):
+            return match[0]
+        return f"![{match['text']}]({repository}/raw/{tag}/{match['target']})" if repository else ""
 
-    def link(found: re.Match[str]) -> str:
-        if elsewhere(found["target"]):
-            return found[0]
-        return f"[{found['text']}]({repository}/blob/{tag}/{found['target']})" if repository else found["text"]
+    def link(match: re.Match[str]) -> str:
+        if elsewhere(match["target"]):
+            return match[0]
+        return f"[{match['text']}]({repository}/blob/{tag}/{match['target']})" if repository else match["text"]
 
     text = text if repository else PAGES.sub("", text)
-    parts = FENCE.split(text)  # code is every second one
+    parts = FENCE.split(text)  # every second part is code
     for place in range(0, len(parts), 2):
         parts[place] = LINK.sub(link, IMAGE.sub(image, parts[place]))
     return re.sub(r"\n{3,}", "\n\n", "".join(parts))
 
 
-def of_project(root: Path = ROOT) -> str:
+def convert_project(root: Path = ROOT) -> str:
     """The long description of the project in a folder."""
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     repository = project.get("urls", {}).get("Repository")
@@ -57,7 +58,7 @@ def main() -> int:
     """Write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.parse_args().output.write_text(of_project(), encoding="utf-8")
+    parser.parse_args().output.write_text(convert_project(), encoding="utf-8")
     return 0
 
 

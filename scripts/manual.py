@@ -26,7 +26,7 @@ _WIDE = 100_000  # columns: nothing is wrapped
 
 
 def plain(content: object) -> str:
-    """Text of something that rich prints, in one line."""
+    """Text that rich prints for some content, in one line."""
     if content is None:
         return ""
     console = Console(
@@ -38,7 +38,7 @@ def plain(content: object) -> str:
 
 
 def roff(text: str) -> str:
-    """Text with the characters that roff takes for commands written out."""
+    """Escape characters that are commands in roff."""
     text = (
         text.replace("\\", "\\e").replace("-", "\\-").replace("'", "\\(aq").replace("`", "\\(ga").replace("^", "\\(ha")
     )
@@ -46,7 +46,7 @@ def roff(text: str) -> str:
 
 
 class Collector:
-    """A help formatter that keeps what it is given, as roff."""
+    """A help formatter that collects its input as roff."""
 
     def __init__(self) -> None:
         self.usage = ""
@@ -61,31 +61,31 @@ class Collector:
 
     def __call__(self, _console: Console, _options: ConsoleOptions, panel: HelpPanel) -> None:
         if panel.entries:
-            self.panels.append((plain(panel.title), [_entry(one, panel.format) for one in panel.entries]))
+            self.panels.append((plain(panel.title), [_entry(entry, panel.format) for entry in panel.entries]))
 
 
-def _entry(one: HelpEntry, kind: str) -> str:
-    labels = one.display_labels_with_metavar if kind == "parameter" else one.display_labels
+def _entry(entry: HelpEntry, kind: str) -> str:
+    labels = entry.display_labels_with_metavar if kind == "parameter" else entry.display_labels
     notes = []
-    if one.choices:
-        notes.append(f"Choices: {', '.join(one.choices)}.")
-    if one.env_var:
-        notes.append(f"Environment: {', '.join(one.env_var)}.")
-    if one.default not in (None, "", "False"):
-        notes.append(f"Default: {one.default}.")
-    if one.required:
+    if entry.choices:
+        notes.append(f"Choices: {', '.join(entry.choices)}.")
+    if entry.env_var:
+        notes.append(f"Environment: {', '.join(entry.env_var)}.")
+    if entry.default not in (None, "", "False"):
+        notes.append(f"Default: {entry.default}.")
+    if entry.required:
         notes.append("Required.")
-    text = " ".join([plain(one.description), *notes]).strip()
+    text = " ".join([plain(entry.description), *notes]).strip()
     return f".TP\n\\fB{roff(', '.join(labels))}\\fR\n{roff(text)}\n"
 
 
-def commands(of: App = app, above: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
-    """All commands, as the words that are typed behind ``sigmatau``."""
-    found: list[tuple[str, ...]] = []
-    for name, one in of.resolved_commands().items():
+def commands(group: App = app, above: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    """All commands, as the words typed after ``sigmatau``."""
+    names: list[tuple[str, ...]] = []
+    for name, command in group.resolved_commands().items():
         if not name.startswith("-"):
-            found += [(*above, name), *commands(one, (*above, name))]
-    return found
+            names += [(*above, name), *commands(command, (*above, name))]
+    return names
 
 
 def page(words: tuple[str, ...] = ()) -> str:
@@ -114,14 +114,14 @@ def page(words: tuple[str, ...] = ()) -> str:
     codes = [code.split(" ", 1) for code in exit_codes.removeprefix("Exit codes: ").split(" · ")]
     out.append(".SH EXIT STATUS\n" + "".join(f".TP\n\\fB{code}\\fR\n{roff(meaning)}\n" for code, meaning in codes))
     out.append(f".SH OUTPUT\n{roff(streams)}\n")
-    others = [("sigmatau", *other) for other in commands() if other[:-1] == words] if len(words) < 2 else []
-    others = others or [("sigmatau", *words[:-1])] if words else others
-    out.append(".SH SEE ALSO\n" + ",\n".join(f"\\fB{roff('-'.join(other))}\\fR(1)" for other in others) + "\n")
+    related = [("sigmatau", *words_) for words_ in commands() if words_[:-1] == words] if len(words) < 2 else []
+    related = related or [("sigmatau", *words[:-1])] if words else related
+    out.append(".SH SEE ALSO\n" + ",\n".join(f"\\fB{roff('-'.join(words_))}\\fR(1)" for words_ in related) + "\n")
     return "".join(out)
 
 
 def main() -> int:
-    """Write all pages into the folder that is named."""
+    """Write all pages into a folder."""
     if len(sys.argv) != 2:
         sys.exit("usage: manual.py FOLDER")
     folder = Path(sys.argv[1])

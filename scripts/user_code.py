@@ -1,8 +1,8 @@
-"""Check the types of users' code: the Python of the README, and what is taken from results, by mypy as strict as ours.
+"""Check the types of user code, the Python of the README and the use of results, with our strict mypy settings.
 
     python scripts/user_code.py
 
-It is run after mypy of the package, whose cache makes it a matter of a second.
+It runs after mypy of the package, and takes a second with its cache.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 
-# What a user does with the names of the README; a type that mypy must narrow would be an error here.
+# Use of the names of the README; a type that a user must narrow would be an error here.
 TYPED = """
 noise: float = walk.to("deg/sqrt(h)")
 ends: tuple[float | None, float | None] = (walk.low, walk.high)
@@ -28,7 +28,7 @@ longest: float = float(curve.tau[-1])
 
 
 def main() -> int:
-    """Write the code to a file, and check it; returns the exit code of mypy."""
+    """Write the code to a file and check it; return the exit code of mypy."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", readme, flags=re.MULTILINE | re.DOTALL)
     if not blocks:

@@ -65,14 +65,14 @@ def options_assembled_once() -> Iterator[None]:
     from cyclopts import App
     from cyclopts.argument import ArgumentCollection
 
-    assemble, known = App.assemble_argument_collection, dict[tuple[object, str], ArgumentCollection]()
+    assemble, collected = App.assemble_argument_collection, dict[tuple[object, str], ArgumentCollection]()
 
     def copy_of_known(self: App, **how: object) -> ArgumentCollection:
         key = (self.default_command, repr(how))
-        if key not in known:
-            known[key] = assemble(self, **how)
-        fresh = known[key].copy(reset_tokens=True)
-        copies = {id(first): second for first, second in zip(known[key], fresh, strict=True)}
+        if key not in collected:
+            collected[key] = assemble(self, **how)
+        fresh = collected[key].copy(reset_tokens=True)
+        copies = {id(first): second for first, second in zip(collected[key], fresh, strict=True)}
         for argument in fresh:
             argument.children = ArgumentCollection(copies[id(child)] for child in argument.children)
         return fresh

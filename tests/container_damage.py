@@ -36,18 +36,18 @@ def mutated(raw, rng):
     for _ in range(rng.choice((1, 1, 2, 4))):
         if not data:
             break
-        at = rng.randrange(len(data) if rng.random() < 0.5 else min(len(data), 1024))
-        what = rng.random()
-        if what < 0.5:
-            data[at] = rng.choice((0, 1, 0x7F, 0x80, 0xFF, rng.randrange(256)))
-        elif what < 0.7:
-            data[at : at + 4] = rng.choice((b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\0\0\1\0"))
-        elif what < 0.8:
-            data[at:at] = rng.randbytes(rng.randrange(1, 9))
-        elif what < 0.9:
-            del data[at : at + rng.randrange(1, 9)]
+        place = rng.randrange(len(data) if rng.random() < 0.5 else min(len(data), 1024))
+        chance = rng.random()
+        if chance < 0.5:
+            data[place] = rng.choice((0, 1, 0x7F, 0x80, 0xFF, rng.randrange(256)))
+        elif chance < 0.7:
+            data[place : place + 4] = rng.choice((b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\0", b"\0\0\1\0"))
+        elif chance < 0.8:
+            data[place:place] = rng.randbytes(rng.randrange(1, 9))
+        elif chance < 0.9:
+            del data[place : place + rng.randrange(1, 9)]
         else:
-            del data[at:]
+            del data[place:]
     return bytes(data)
 
 
@@ -76,26 +76,26 @@ def survives(name, raw, path, count, **options):
 
 def outcomes(rng, logs, path, topics=(None,), count=800):
     """Read mutants of some small logs in turn: which of "read", "told" and the names of our errors came of it, in time."""
-    found = set()
+    kinds = set()
     begin = time.perf_counter()
     for trial in mutants(count):
         log = bytearray(logs[trial % len(logs)])
         for _ in range(rng.integers(1, 4)):
-            at = int(rng.integers(len(log)))
+            place = int(rng.integers(len(log)))
             match rng.integers(4):
                 case 0:
-                    log[at] ^= 1 << int(rng.integers(8))
+                    log[place] ^= 1 << int(rng.integers(8))
                 case 1:
-                    log[at] = int(rng.integers(256))
+                    log[place] = int(rng.integers(256))
                 case 2:
-                    del log[at : at + int(rng.integers(1, 9))]
+                    del log[place : place + int(rng.integers(1, 9))]
                 case _:
-                    log[at:at] = log[at : at + int(rng.integers(1, 60))]
+                    log[place:place] = log[place : place + int(rng.integers(1, 60))]
         path.write_bytes(log)
         try:
             record = read(path, topic=topics[trial % len(topics)])
-            found.add("told" if record.findings else "read")
+            kinds.add("told" if record.findings else "read")
         except (DataError, OptionError) as error:
-            found.add(type(error).__name__)
+            kinds.add(type(error).__name__)
     assert time.perf_counter() - begin < 100 * max(1, MUTANTS)  # seconds; some 1 are usual
-    return found
+    return kinds

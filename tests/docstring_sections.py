@@ -31,14 +31,14 @@ class Sections:
 
     def entries(self, section):
         """The entries of a section, in order."""
-        found = []
+        parsed = []
         for line in self.by_name.get(section, ()):
             if line and not line.startswith(" "):
                 names, _, kind = line.partition(" : ")
-                found.append(Entry(tuple(part.strip().lstrip("*") for part in names.split(",")), kind.strip(), ""))
-            elif found and line.strip():
-                found[-1] = found[-1]._replace(text=f"{found[-1].text} {line.strip()}".strip())
-        return found
+                parsed.append(Entry(tuple(part.strip().lstrip("*") for part in names.split(",")), kind.strip(), ""))
+            elif parsed and line.strip():
+                parsed[-1] = parsed[-1]._replace(text=f"{parsed[-1].text} {line.strip()}".strip())
+        return parsed
 
     def described(self, section):
         """The names of a section, each with its entry."""

@@ -37,8 +37,8 @@ def rates(unit, *, kind="lot", duration=DURATION):
     x = np.column_stack([record.stream_of(name).column(name) for name in NAMES])
     x[:, 5] += 9.80665
     if unit == SPIKES:
-        at = rng.choice(len(x), 20, replace=False)
-        x[at, 1] += rng.choice([-1, 1], 20) * 0.01
+        places = rng.choice(len(x), 20, replace=False)
+        x[places, 1] += rng.choice([-1, 1], 20) * 0.01
     if unit == WRONG_UNIT:
         x[:, :3] = np.degrees(x[:, :3])
     return x
@@ -77,11 +77,11 @@ _UNITS = {"good": (1.0, 1 << 15), "bad": (10.0, 1 << 15), "short": (1.0, 500)}
 @functools.cache
 def results_of_units():
     """Results of a good, a bad and a short record, as JSON."""
-    found = {}
+    results = {}
     for name, (factor, n) in _UNITS.items():
         noise = np.random.default_rng(seed_of(f"unit {name}")).standard_normal((n, 6)) * factor * 10
         record = Record.from_arrays(
             rate=100.0, gyro=GYRO * noise[:, :3], accel=ACCEL * noise[:, 3:], unit={"gyro": "rad/s", "accel": "m/s^2"}
         )
-        found[name] = json.dumps(analyze(record, at_rest=name == "short").to_dict())
-    return found
+        results[name] = json.dumps(analyze(record, at_rest=name == "short").to_dict())
+    return results

@@ -99,15 +99,15 @@ def rows(n=100, damaged=""):
 
 def store(*analyses, **options):
     made = st.Store("lab.db")
-    for one in analyses:
-        made.add(one, **options)
+    for analysis_ in analyses:
+        made.add(analysis_, **options)
     return made
 
 
 def without(module, call):
     """A call in a process that does not have a library."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in [one for one in sys.modules if one == module or one.startswith(f"{module}.")]:
+        for name in [loaded for loaded in sys.modules if loaded == module or loaded.startswith(f"{module}.")]:
             patch.delitem(sys.modules, name)
         patch.setitem(sys.modules, module, None)
         return call()
@@ -122,8 +122,14 @@ def imperfect(**options):
 
 
 def planned(others=WHITE, term="rate_random_walk", **options):
-    known = {"channel": "gyro_x", "quantity": "angular_rate", "rate_unit": "rad/s", "rate": 10.0, "duration": 1000.0}
-    return st.plan(others, term, **(known | options))
+    arguments = {
+        "channel": "gyro_x",
+        "quantity": "angular_rate",
+        "rate_unit": "rad/s",
+        "rate": 10.0,
+        "duration": 1000.0,
+    }
+    return st.plan(others, term, **(arguments | options))
 
 
 def simulated(**options):

@@ -49,19 +49,19 @@ def imported_by_pages():
     for notebook in sorted(ROOT.glob("docs/**/*.ipynb")):
         cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
         texts += ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-    found = {}
+    imported = {}
     for text in texts:
         for module, names in re.findall(r"^from (sigmatau\.[\w.]+) import ([\w, ]+)", text, flags=re.MULTILINE):
             for name in names.split(","):
                 if not module.startswith(PRIVATE):
-                    found[f"{module}.{name.strip()}"] = getattr(importlib.import_module(module), name.strip())
-    return found
+                    imported[f"{module}.{name.strip()}"] = getattr(importlib.import_module(module), name.strip())
+    return imported
 
 
 def data_imported_by_pages():
     """Constants that pages import, as module and name."""
-    for name, one in imported_by_pages().items():
-        if not (inspect.isclass(one) or inspect.isfunction(one) or inspect.ismodule(one)):
+    for name, value in imported_by_pages().items():
+        if not (inspect.isclass(value) or inspect.isfunction(value) or inspect.ismodule(value)):
             module, _, last = name.rpartition(".")
             yield module, last
 
@@ -79,25 +79,29 @@ def _imports(module):
 
 
 def _resolved(name, module):
-    found = getattr(sys.modules[module], name, None)
-    if found is None and name in _imports(module):
-        source, there = _imports(module)[name]
-        found = getattr(importlib.import_module(source), there, None)
-    return found
+    value = getattr(sys.modules[module], name, None)
+    if value is None and name in _imports(module):
+        source, attribute = _imports(module)[name]
+        value = getattr(importlib.import_module(source), attribute, None)
+    return value
 
 
-def is_own(found):
-    return inspect.isclass(found) and found.__module__.startswith("sigmatau") and not found.__name__.startswith("_")
+def is_own(candidate):
+    return (
+        inspect.isclass(candidate)
+        and candidate.__module__.startswith("sigmatau")
+        and not candidate.__name__.startswith("_")
+    )
 
 
 def classes_of(annotation, module):
     """The classes of sigmatau in an annotation, those behind an alias too."""
     for name in re.findall(r"[A-Za-z_]\w*", str(annotation)):
-        found = _resolved(name, module)
-        if is_own(found):
-            yield found
+        value = _resolved(name, module)
+        if is_own(value):
+            yield value
         else:
-            for part in typing.get_args(found):
+            for part in typing.get_args(value):
                 part = part.__forward_arg__ if isinstance(part, typing.ForwardRef) else part
                 if is_own(part):
                     yield part
@@ -119,74 +123,78 @@ def is_protocol(cls):
 
 def members(cls):
     """Public methods and properties of a class, inherited ones of sigmatau included: by name, the class that has it."""
-    found = {}
+    members_ = {}
     if is_protocol(cls):
-        return found
+        return members_
     for owner in cls.__mro__:
         if owner.__module__.startswith("sigmatau"):
             for name, member in vars(owner).items():
                 if not name.startswith("_") and function_of(member) and f"{cls.__name__}.{name}" not in INTERNAL:
-                    found.setdefault(name, (owner, member))
-    return found
+                    members_.setdefault(name, (owner, member))
+    return members_
 
 
 def public_fields(cls):
     """Fields of a dataclass that users meet, with the class whose annotations they have."""
     if not is_dataclass(cls):
         return {}
-    named = [one.name for one in fields(cls) if not one.name.startswith("_")]
+    named = [field.name for field in fields(cls) if not field.name.startswith("_")]
     named = [name for name in named if f"{cls.__name__}.{name}" not in INTERNAL]
     return {name: next(k for k in cls.__mro__ if name in vars(k).get("__annotations__", {})) for name in named}
 
 
-def _reached_from(found):
-    if not inspect.isclass(found):
-        for annotation in found.__annotations__.values():
-            yield from classes_of(annotation, found.__module__)
+def _reached_from(described):
+    if not inspect.isclass(described):
+        for annotation in described.__annotations__.values():
+            yield from classes_of(annotation, described.__module__)
         return
-    for name, owner in public_fields(found).items():
+    for name, owner in public_fields(described).items():
         yield from classes_of(owner.__annotations__[name], owner.__module__)
-    for _, member in members(found).values():
+    for _, member in members(described).values():
         yield from _reached_from(function_of(member))
 
 
-def is_finding_kind(found):
-    return is_own(found) and found.__module__ in {kind.__module__ for kind in kinds()}
+def is_finding_kind(candidate):
+    return is_own(candidate) and candidate.__module__ in {kind.__module__ for kind in kinds()}
 
 
 @functools.cache
 def public():
     """Every public class and function by its name: ``"allan"``, ``"sigmatau.noise.terms.avar"``, …"""
-    found = dict(exported())
-    for name, one in imported_by_pages().items():
-        if one not in found.values() and (inspect.isclass(one) or inspect.isfunction(one)):
-            found[name] = one
-    waiting = [*found.values()]
+    reached = dict(exported())
+    for name, described in imported_by_pages().items():
+        if described not in reached.values() and (inspect.isclass(described) or inspect.isfunction(described)):
+            reached[name] = described
+    waiting = [*reached.values()]
     for module, name in data_imported_by_pages():
         annotation = vars(sys.modules[module]).get("__annotations__", {}).get(name, "")
-        waiting += [one for one in classes_of(annotation, module) if one not in found.values()]
-    found |= {f"{one.__module__}.{one.__name__}": one for one in waiting if one not in found.values()}
+        waiting += [described for described in classes_of(annotation, module) if described not in reached.values()]
+    reached |= {
+        f"{described.__module__}.{described.__name__}": described
+        for described in waiting
+        if described not in reached.values()
+    }
     while waiting:
-        for one in _reached_from(waiting.pop()):
-            if one not in found.values() and not is_finding_kind(one) and one is not Details:
-                found[f"{one.__module__}.{one.__name__}"] = one
-                waiting.append(one)
-    return found
+        for described in _reached_from(waiting.pop()):
+            if described not in reached.values() and not is_finding_kind(described) and described is not Details:
+                reached[f"{described.__module__}.{described.__name__}"] = described
+                waiting.append(described)
+    return reached
 
 
 @functools.cache
 def public_functions():
     """Functions, and methods and properties of classes, of the public names: each once, with the class that has it."""
-    found = {}
-    for name, one in public().items():
-        if inspect.isclass(one):
-            for member_name, (owner, member) in members(one).items():
-                if not any(member is other for _, other in found.values()):
+    functions = {}
+    for name, described in public().items():
+        if inspect.isclass(described):
+            for member_name, (owner, member) in members(described).items():
+                if not any(member is function for _, function in functions.values()):
                     short = name.rpartition(".")[0]
-                    found[f"{short}.{owner.__name__}.{member_name}".lstrip(".")] = (owner, member)
+                    functions[f"{short}.{owner.__name__}.{member_name}".lstrip(".")] = (owner, member)
         else:
-            found[name] = (None, one)
-    return found
+            functions[name] = (None, described)
+    return functions
 
 
 @functools.cache
@@ -195,5 +203,5 @@ def kinds():
     names = {*(kind.__module__ for kind in details_by_code().values()), "sigmatau.findings.reasons"}
     modules = [importlib.import_module(name) for name in sorted(names)]
     return [
-        one for module in modules for one in vars(module).values() if is_own(one) and one.__module__ == module.__name__
+        cls for module in modules for cls in vars(module).values() if is_own(cls) and cls.__module__ == module.__name__
     ]

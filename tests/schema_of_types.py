@@ -40,41 +40,49 @@ def schema_of(kind, bounds, *, details=False, within=()):
     if is_dataclass(kind):
         if kind in NAMED and not details:
             return {"$ref": f"#/$defs/{NAMED[kind]}"}
-        return of_dataclass(kind, details=details, within=(*within, kind))
-    origin, of = typing.get_origin(kind), typing.get_args(kind)
+        return schema_of_dataclass(kind, details=details, within=(*within, kind))
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     inside = {"details": details, "within": within}
     if origin is tuple:
-        if of[-1] is Ellipsis or details:
-            items = [schema_of(one, bounds, **inside) for one in of if one is not Ellipsis]
+        if arguments[-1] is Ellipsis or details:
+            items = [schema_of(argument, bounds, **inside) for argument in arguments if argument is not Ellipsis]
             alike = items[0] if len(set(map(str, items))) == 1 else {}
-            optional = not details and type(None) in typing.get_args(of[0])
+            optional = not details and type(None) in typing.get_args(arguments[0])
             return {"type": "array", "items": nullable(alike) if optional else alike}
-        return {"type": "array", "items": schema_of(of[0], bounds, **inside), "minItems": len(of), "maxItems": len(of)}
+        return {
+            "type": "array",
+            "items": schema_of(arguments[0], bounds, **inside),
+            "minItems": len(arguments),
+            "maxItems": len(arguments),
+        }
     if origin in (typing.Union, types.UnionType):
-        some = [one for one in of if one is not type(None)]
+        some = [argument for argument in arguments if argument is not type(None)]
         if details or len(some) > 1:
             inside["details"] = True  # kinds of reasons, as in findings
             return {
-                "anyOf": [{"type": "null"} if one is type(None) else schema_of(one, bounds, **inside) for one in of]
+                "anyOf": [
+                    {"type": "null"} if argument is type(None) else schema_of(argument, bounds, **inside)
+                    for argument in arguments
+                ]
             }
         return schema_of(some[0], bounds, **inside)
     if origin is typing.Literal:
-        return {"enum": list(of)}
+        return {"enum": list(arguments)}
     if origin is np.ndarray:
-        name, item = ARRAYS[typing.get_args(of[1])[0]]
+        name, item = ARRAYS[typing.get_args(arguments[1])[0]]
         return (
             {"$ref": f"#/$defs/{name}"} if not bounds else {"type": "array", "items": {"type": item["type"], **bounds}}
         )
     assert issubclass(origin, Mapping), kind
-    if details or of[1] is typing.Any:
+    if details or arguments[1] is typing.Any:
         return {"type": "object"}
-    if of[1] is CoefficientForm:
-        each = schema_of(of[1], bounds, **inside)
+    if arguments[1] is CoefficientForm:
+        each = schema_of(arguments[1], bounds, **inside)
         return {"type": "object", "additionalProperties": False, "properties": dict.fromkeys(TERMS, each)}
-    return {"type": "object", "additionalProperties": schema_of(of[1], bounds, **inside)}
+    return {"type": "object", "additionalProperties": schema_of(arguments[1], bounds, **inside)}
 
 
-def of_dataclass(kind, *, details, within):
+def schema_of_dataclass(kind, *, details, within):
     hints, properties, required = typing.get_type_hints(kind), {}, []
     for each in fields(kind):
         if not details and Key not in each.metadata and each.default is not MISSING:
@@ -103,15 +111,15 @@ def nullable(schema):
     return schema | {"type": [schema["type"], "null"]}
 
 
-def of_options(options):
+def schema_of_options(options):
     """The options that a result states: those that matter, with their choices."""
-    types_of = {"flag": "boolean", "count": "integer", "number": "number", "seconds": "number"}
+    type_by_form = {"flag": "boolean", "count": "integer", "number": "number", "seconds": "number"}
     properties = {}
     for name, about in declared(options).items():
         if about.matters:
             kind = {"enum": list(about.choices)} if about.choices else {}
-            if about.form in types_of and not about.choices:
-                kind = {"type": types_of[about.form]}
+            if about.form in type_by_form and not about.choices:
+                kind = {"type": type_by_form[about.form]}
             properties[name] = kind | {"description": " ".join(filter(None, (about.text, about.otherwise)))}
     return properties
 
@@ -129,8 +137,8 @@ def schema():
     ]
     parts = whole["properties"]["options"]["properties"]
     parts["reading"]["properties"], parts["analysis"]["properties"] = (
-        of_options(ReadOptions),
-        of_options(AnalysisOptions),
+        schema_of_options(ReadOptions),
+        schema_of_options(AnalysisOptions),
     )
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -138,7 +146,7 @@ def schema():
         **whole,
         "$defs": {
             **{name: {"type": "array", "minItems": 1, "items": items} for name, items in ARRAYS.values()},
-            **{name: of_dataclass(kind, details=False, within=(kind,)) for kind, name in NAMED.items()},
+            **{name: schema_of_dataclass(kind, details=False, within=(kind,)) for kind, name in NAMED.items()},
         },
     }
 

@@ -122,11 +122,11 @@ def main():
     parser.add_argument(
         "--no-manual", action="store_true", help="of a package that was not made by scripts/distribute.py"
     )
-    given = parser.parse_args()
+    options = parser.parse_args()
     assert "site-packages" in str(st.__file__), f"not the installed package: {st.__file__}"
     checks = [installed_files, numbers, commands]
-    checks += [] if given.no_manual else [manual]
-    checks += [] if given.no_demo else [demo]
+    checks += [] if options.no_manual else [manual]
+    checks += [] if options.no_demo else [demo]
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         for check in checks:

@@ -79,8 +79,8 @@ def parse(text, version="1.2"):
 
 def places_of(name):
     """Key and form of accelerometer and gyro noise, accelerometer and gyro walk, by the template of a target."""
-    found = re.findall(r"^ *([\w.]+): \{(accel|gyro) ([NK][^}]*)\}", target(name).text, flags=re.MULTILINE)
-    places = {(sensor, form[0]): (key, form) for key, sensor, form in found}
+    fields = re.findall(r"^ *([\w.]+): \{(accel|gyro) ([NK][^}]*)\}", target(name).text, flags=re.MULTILINE)
+    places = {(sensor, form[0]): (key, form) for key, sensor, form in fields}
     return [places[each] for each in COEFFICIENTS]
 
 

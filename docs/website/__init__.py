@@ -1,1 +1,1 @@
-"""The site of the documentation: what puts its pages together, builds it and checks it."""
+"""The site of the documentation: collection of its pages, build and checks."""

@@ -1,4 +1,4 @@
-"""Pages of the Python reference: an index by job, and a page for each public class and function."""
+"""Pages of the Python reference: an index by task, and a page for each public class and function."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from website.rst import heading
 
 EXPORTED = tuple(name for name in sigmatau.__all__ if not name.startswith("__"))
 
-# Title, what the group is for, and its names: those of `sigmatau`, or of a module below it with a dot.
+# Title, purpose and names of each group: names of `sigmatau`, or with a dot of a module below it.
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (
         "Read and write records",
@@ -140,65 +140,67 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
 
 # Ancestors whose members are not repeated.
 _BEYOND = "object, Mapping, Exception, ValueError, BaseException, Protocol"
-_MODULE = (".. currentmodule:: sigmatau", "")  # in which names without a module are looked up
+_MODULE = (".. currentmodule:: sigmatau", "")  # module of names without a module
 
 
 def object_of(name: str) -> Any:  # noqa: ANN401  a class, a function or a constant
-    """The object of a dotted name below `sigmatau`."""
+    """Object of a dotted name below `sigmatau`."""
     module, _, last = name.rpartition(".")
     return getattr(importlib.import_module(f"sigmatau.{module}") if module else sigmatau, last)
 
 
 @functools.cache
 def groups() -> tuple[tuple[str, str, tuple[str, ...]], ...]:
-    """`GROUPS` with the classes that a user gets from the names of each, or gives to them."""
+    """`GROUPS`, extended by the classes of arguments and results of their names."""
     named = [name for _, _, names in GROUPS for name in names]
     if set(EXPORTED) != (exported := {name for name in named if "." not in name}) or len(named) != len(set(named)):
         odd = sorted(set(EXPORTED) ^ exported) or sorted({name for name in named if named.count(name) > 1})
         raise ValueError(f"GROUPS of docs/website/api.py: each public name must be in one group, see {', '.join(odd)}")
-    known = [object_of(name) for name in named]
+    listed = [object_of(name) for name in named]
     made = []
-    for title, what, names in GROUPS:
-        more: list[str] = []
+    for title, purpose, names in GROUPS:
+        further: list[str] = []
         waiting = [object_of(name) for name in names]
         while waiting:
-            for found in _classes(waiting.pop()):
-                if not any(found is one for one in known):
-                    known.append(found)
-                    waiting.append(found)
-                    more.append(f"{found.__module__}.{found.__qualname__}".removeprefix("sigmatau."))
-        made.append((title, what, (*names, *sorted(more, key=lambda name: name.rpartition(".")[2]))))
+            for cls in _classes(waiting.pop()):
+                if not any(cls is known for known in listed):
+                    listed.append(cls)
+                    waiting.append(cls)
+                    further.append(f"{cls.__module__}.{cls.__qualname__}".removeprefix("sigmatau."))
+        made.append((title, purpose, (*names, *sorted(further, key=lambda name: name.rpartition(".")[2]))))
     return tuple(made)
 
 
-def _classes(of: Any) -> Iterator[type]:  # noqa: ANN401  a class or a function
-    """The public classes of sigmatau that arguments, results and fields have."""
-    if inspect.isclass(of):
-        yield from _in_annotations(of, {k: v for k, v in vars(of).get("__annotations__", {}).items() if k[0] != "_"})
-        members = [member for name, member in vars(of).items() if name[0] != "_"]
+def _classes(described: Any) -> Iterator[type]:  # noqa: ANN401  a class or a function
+    """Public classes of sigmatau in the annotations of arguments, results and fields."""
+    if inspect.isclass(described):
+        yield from _in_annotations(
+            described, {k: v for k, v in vars(described).get("__annotations__", {}).items() if k[0] != "_"}
+        )
+        members = [member for name, member in vars(described).items() if name[0] != "_"]
         for member in members:
             function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
             if inspect.isfunction(function):
-                yield from _in_annotations(of, function.__annotations__)
-    elif inspect.isfunction(of):
-        yield from _in_annotations(inspect.unwrap(of), of.__annotations__)
+                yield from _in_annotations(described, function.__annotations__)
+    elif inspect.isfunction(described):
+        yield from _in_annotations(inspect.unwrap(described), described.__annotations__)
 
 
-def _in_annotations(of: Any, annotations: dict[str, Any]) -> Iterator[type]:  # noqa: ANN401
-    module = sys.modules[of.__module__]
+def _in_annotations(described: Any, annotations: dict[str, Any]) -> Iterator[type]:  # noqa: ANN401
+    module = sys.modules[described.__module__]
     for annotation in annotations.values():
         for name in re.findall(r"[A-Z]\w+", str(annotation)):
-            found = getattr(module, name, None)
-            candidates = [found, *typing.get_args(found)] if found is not None else [_imported(module.__name__, name)]
-            for one in candidates:
-                if inspect.isclass(one) and _is_public(one):
-                    yield one
+            value = getattr(module, name, None)
+            candidates = [value, *typing.get_args(value)] if value is not None else [_imported(module.__name__, name)]
+            for candidate in candidates:
+                if inspect.isclass(candidate) and _is_public(candidate):
+                    yield candidate
 
 
-def _is_public(one: type) -> bool:
-    path = f"{one.__module__}.{one.__qualname__}"
-    known = path.startswith("sigmatau.") and "._" not in path and not getattr(one, "_is_protocol", False)
-    return known and not _is_finding_kind(one.__module__)  # which have a page of their own
+def _is_public(cls: type) -> bool:
+    path = f"{cls.__module__}.{cls.__qualname__}"
+    is_exported = path.startswith("sigmatau.") and "._" not in path and not getattr(cls, "_is_protocol", False)
+    return is_exported and not _is_finding_kind(cls.__module__)  # finding kinds have a separate page
 
 
 def _is_finding_kind(module: str) -> bool:
@@ -207,41 +209,49 @@ def _is_finding_kind(module: str) -> bool:
 
 @functools.cache
 def _imports(module: str) -> dict[str, tuple[str, str]]:
-    """Names that a module imports for type checkers too, with where they come from."""
+    """Names that a module imports only for type checkers, with their origin."""
     source = inspect.getsource(sys.modules[module])
-    found = re.findall(r"^\s+from (sigmatau[\w.]*) import ([\w, ]+)$", source, flags=re.MULTILINE)
-    return {name.strip(): (path, name.strip()) for path, names in found for name in names.split(",")}
+    imports = re.findall(r"^\s+from (sigmatau[\w.]*) import ([\w, ]+)$", source, flags=re.MULTILINE)
+    return {name.strip(): (path, name.strip()) for path, names in imports for name in names.split(",")}
 
 
 def _imported(module: str, name: str) -> object:
-    path, there = _imports(module).get(name, ("", ""))
-    return getattr(importlib.import_module(path), there, None) if path else None
+    path, attribute = _imports(module).get(name, ("", ""))
+    return getattr(importlib.import_module(path), attribute, None) if path else None
 
 
 def pages() -> dict[str, str]:
     """The pages in reStructuredText, by name: an index, a page for each group, for each name, and for results."""
     index = [*heading("Python", "="), ".. currentmodule:: sigmatau", ""]
     index += ["``import sigmatau as st``. Values are in SI units, spectral densities are two-sided.", ""]
-    found = {}
-    for title, what, names in groups():
+    pages_by_name = {}
+    for title, purpose, names in groups():
         page = _slug(title)
-        given = [name for name in names if name in _named()]
-        parts = [name for name in names if name not in given]
-        index += [f":doc:`{title} <{page}>`", f"   {what}", "", f"   {' · '.join(f'`{name}`' for name in given)}", ""]
-        lines = [*heading(title, "="), ".. currentmodule:: sigmatau", "", what, "", *_table(given)]
-        entries = [f"{name.rpartition('.')[2]} <{_file(name)}>" for name in given]
+        documented = [name for name in names if name in _named()]
+        parts = [name for name in names if name not in documented]
+        index += [
+            f":doc:`{title} <{page}>`",
+            f"   {purpose}",
+            "",
+            f"   {' · '.join(f'`{name}`' for name in documented)}",
+            "",
+        ]
+        lines = [*heading(title, "="), ".. currentmodule:: sigmatau", "", purpose, "", *_table(documented)]
+        entries = [f"{name.rpartition('.')[2]} <{_file(name)}>" for name in documented]
         if parts:
             lines += [*heading("What they take and return", "-"), *_table(parts)]
             entries.append(f"{title}: results <{page}-results>")
             shown = [line for name in parts for line in (*heading(name, "-"), *_members(name))]
-            found[f"api/{page}-results"] = "\n".join([*heading(f"{title}: results", "="), *_MODULE, *shown]) + "\n"
+            pages_by_name[f"api/{page}-results"] = (
+                "\n".join([*heading(f"{title}: results", "="), *_MODULE, *shown]) + "\n"
+            )
         lines += [".. toctree::", "   :hidden:", "", *(f"   {entry}" for entry in entries)]
-        found[f"api/{page}"] = "\n".join(lines) + "\n"
-        for name in given:
+        pages_by_name[f"api/{page}"] = "\n".join(lines) + "\n"
+        for name in documented:
             lines = [*heading(name.rpartition(".")[2], "="), *_MODULE, *_members(name)]
-            found[f"api/{_file(name)}"] = "\n".join(lines) + "\n"
+            pages_by_name[f"api/{_file(name)}"] = "\n".join(lines) + "\n"
     index += [".. toctree::", "   :hidden:", "", *(f"   {_slug(title)}" for title, _, _ in GROUPS)]
-    return {"api/index": "\n".join(index) + "\n", **found}
+    return {"api/index": "\n".join(index) + "\n", **pages_by_name}
 
 
 def _slug(title: str) -> str:
@@ -250,7 +260,7 @@ def _slug(title: str) -> str:
 
 
 def _file(name: str) -> str:
-    """Name of the page of a name: `Plan` and `plan` differ on disks that do not tell capitals."""
+    """File of the page of a name; `Plan` and `plan` differ even on file systems that ignore case."""
     return f"class-{name}" if inspect.isclass(object_of(name)) else name
 
 
@@ -267,18 +277,18 @@ def _table(names: Sequence[str]) -> list[str]:
 
 def _summary(name: str) -> str:
     """First sentence of a docstring."""
-    found = object_of(name)
-    if not callable(found):
+    described = object_of(name)
+    if not callable(described):
         return "constant"
-    first = " ".join((inspect.getdoc(found) or "").partition("\n\n")[0].split())
+    first = " ".join((inspect.getdoc(described) or "").partition("\n\n")[0].split())
     return re.sub(r" *\[\d+\]_", "", re.split(r"(?<=[a-z0-9`)\]])[.:] (?=[A-Z`])", first)[0]).replace("|", r"\|")
 
 
 def _members(name: str) -> list[str]:
-    """What documents a class with its members, a function or a constant."""
-    found = object_of(name)
-    if inspect.isclass(found):
+    """Directive that documents a class with its members, a function or a constant."""
+    described = object_of(name)
+    if inspect.isclass(described):
         return [f".. autoclass:: sigmatau.{name}", "   :members:", f"   :inherited-members: {_BEYOND}", ""]
-    if callable(found):
+    if callable(described):
         return [f".. autofunction:: sigmatau.{name}", ""]
     return [f".. autodata:: sigmatau.{name}", "   :no-value:", ""]

@@ -1,6 +1,6 @@
 """Build the documentation: ``python docs/website/build.py``; `make docs` does so.
 
-The pages are put together in target/docs/source; the site is target/docs/html. A warning of Sphinx is an error.
+The pages are collected in target/docs/source; the site is target/docs/html. A warning of Sphinx is an error.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ sys.path[0] = str(Path(__file__).resolve().parents[1])
 
 
 def _cpu() -> float:
-    """CPU time until now, with that of ended processes. [s]"""
+    """CPU time so far, including ended processes. [s]"""
     return sum(os.times()[:4])
 
 
 def main() -> int:
-    """Build and check the site; the exit code of the build, or 1 if a check fails."""
+    """Build and check the site; return the exit code of the build, or 1 if a check fails."""
     from sphinx.cmd.build import main as sphinx
 
     from website import checks

@@ -1,4 +1,4 @@
-"""Checks of the built site: it needs nothing from the network, and its search answers questions."""
+"""Checks of the built site: it works without a network, and its search answers questions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 REMOTE = re.compile(r"^(?:https?:)?//", flags=re.IGNORECASE)
-# Attributes by which a page loads something. A link to read (`a href`) loads nothing.
+# Attributes by which a page loads a file. A link (`a href`) does not load a file.
 _LOADS = {
     ("script", "src"),
     ("link", "href"),
@@ -46,7 +46,7 @@ class _Loads(HTMLParser):
         self._code = tag if tag in ("script", "style") else ""
         for name, value in attrs:
             if (tag, name) in _LOADS:
-                self.found += [one for one in re.split(r",\s+|\s+", value or "") if REMOTE.match(one)]
+                self.found += [address for address in re.split(r",\s+|\s+", value or "") if REMOTE.match(address)]
             elif name == "style":
                 self.found += _CSS.findall(value or "")
 
@@ -59,7 +59,7 @@ class _Loads(HTMLParser):
 
 
 def remote(path: Path) -> list[str]:
-    """Addresses from which a file of the site loads something."""
+    """Addresses from which a file of the site loads other files."""
     text = path.read_text(encoding="utf-8", errors="replace")
     if path.suffix == ".html":
         parser = _Loads()
@@ -69,14 +69,14 @@ def remote(path: Path) -> list[str]:
 
 
 def offline(site: Path) -> Iterator[str]:
-    """Complaints about files that load something from elsewhere."""
+    """Complaints about files that load other files from the network."""
     for path in sorted(site.rglob("*")):
         if path.suffix in (".html", ".css", ".js", ".svg"):
             for address in remote(path):
                 yield f"{path.relative_to(site)} loads {address}"
 
 
-# What people type, and pages one of which must be among the first results: for each question its own page.
+# Typical queries, and pages of which at least one must be among the first results.
 FIRST = 5
 QUESTIONS = {
     "units density discrete sqrt(Hz)": ("questions/density-or-discrete",),
@@ -102,9 +102,9 @@ QUESTIONS = {
 
 
 def node() -> str | None:
-    """Node.js of the system, or the one that playwright brings."""
-    if found := shutil.which("node"):
-        return found
+    """Node.js of the system, or that of playwright."""
+    if program := shutil.which("node"):
+        return program
     try:
         from playwright._impl._driver import compute_driver_executable
     except ImportError:
@@ -119,8 +119,8 @@ def searched(site: Path, queries: list[str]) -> dict[str, list[str]]:
         raise FileNotFoundError("the search cannot be tried without node (Node.js)")
     script = Path(__file__).with_name("search.js")
     done = subprocess.run([program, str(script), str(site), *queries], capture_output=True, text=True, check=True)
-    found: dict[str, list[str]] = json.loads(done.stdout)
-    return found
+    pages: dict[str, list[str]] = json.loads(done.stdout)
+    return pages
 
 
 def search(site: Path) -> Iterator[str]:

@@ -34,7 +34,7 @@ def page() -> str:
 def _exit_codes() -> str:
     codes, _, rest = str(app.help_epilogue).removeprefix("Exit codes: ").partition(". ")
     rows = [code.strip().partition(" ") for code in codes.split(" · ")]
-    return "\n".join([*(f"- **{code}**: {escaped(what)}" for code, _, what in rows), "", escaped(rest), ""])
+    return "\n".join([*(f"- **{code}**: {escaped(meaning)}" for code, _, meaning in rows), "", escaped(rest), ""])
 
 
 def _command(text: str) -> list[str]:
@@ -66,7 +66,7 @@ def _option(names: str, text: str) -> list[str]:
         text += " Required."
     if names.startswith("-"):
         spelled, _, value = names.partition(" ") if ", " not in names else _several(names)
-        head = f".. option:: {', '.join(f'{one} {value}'.strip() for one in spelled.split(', '))}"
+        head = f".. option:: {', '.join(f'{name} {value}'.strip() for name in spelled.split(', '))}"
     else:
         head = f".. describe:: {names}"
     return [head, "", f"   {text}", ""]

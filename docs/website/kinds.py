@@ -25,7 +25,7 @@ def page() -> str:
     for module in modules:
         kinds = [kind for kind in details_by_code().values() if kind.__module__ == module]
         lines += [*heading(module.rpartition(".")[2].capitalize(), "-"), f"Module ``{module}``.", ""]
-        for kind in sorted(kinds, key=lambda one: one.code):
+        for kind in sorted(kinds, key=lambda kind: kind.code):
             summary = " ".join((kind.__doc__ or "").partition("Attributes\n")[0].split())
             lines += [
                 f".. describe:: {kind.code}",
@@ -39,7 +39,7 @@ def page() -> str:
 
 
 def fields(kind: type[Details]) -> Iterator[tuple[str, str, str]]:
-    """Name, type and meaning of each field of a kind, those of its bases first."""
+    """Name, type and meaning of each field of a kind, starting with those of its bases."""
     for owner in reversed(kind.__mro__):
         if issubclass(owner, Details) and owner is not Details:
             about = {line["name"]: line["about"] or "" for line in _FIELD.finditer(inspect.getsource(owner))}
@@ -49,12 +49,12 @@ def fields(kind: type[Details]) -> Iterator[tuple[str, str, str]]:
 
 
 def _described(docstring: str) -> dict[str, str]:
-    """What the section of attributes of a docstring says of each."""
-    found: dict[str, str] = {}
+    """Meanings of the attributes in a docstring, by name."""
+    meanings: dict[str, str] = {}
     names: list[str] = []
     for line in inspect.cleandoc(docstring).partition("Attributes\n----------\n")[2].splitlines():
         if line[:1].strip():
             names = line.partition(" : ")[0].split(", ")
         else:
-            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
-    return found
+            meanings |= {name: f"{meanings.get(name, '')} {line.strip()}".strip() for name in names}
+    return meanings

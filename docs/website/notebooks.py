@@ -1,4 +1,4 @@
-"""Notebooks as pages: their text and their code, run here, with what their cells show."""
+"""Notebooks as pages: their text and code, with the outputs of executing their cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MAGIC = re.compile(r"^[%!]", flags=re.MULTILINE)  # commands of Jupyter
 
 
 def markdown(path: Path) -> str:
-    """A notebook as a page in Markdown, with the outputs of its cells; without them if it has commands of a shell."""
+    """Convert a notebook to a page in Markdown, with the outputs of its cells unless it has shell commands."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     scope: dict[str, Any] = {"__name__": "__main__"}
     runs = not any(_MAGIC.search("".join(cell["source"])) for cell in cells if cell["cell_type"] == "code")
@@ -50,7 +50,7 @@ def _inside(folder: str) -> Iterator[None]:
 
 
 def _outputs(source: str, scope: dict[str, Any]) -> Iterator[str]:
-    """Run a cell; what it prints, its figures, and its last value."""
+    """Run a cell; return its printed text, its figures, and its last value."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed, value = io.StringIO(), None

@@ -26,25 +26,25 @@ def page() -> str:
     ]
     for name, part in schema["properties"].items():
         lines += [*heading(name, "-"), ".. list-table::", "   :class: fields", "   :widths: 45 55", ""]
-        for path, required, what in _rows(part, name, schema, required=name in schema["required"]):
-            lines += [f"   * - {'**' + path + '**' if required else path}", f"     - {what}"]
+        for path, required, meaning in _rows(part, name, schema, required=name in schema["required"]):
+            lines += [f"   * - {'**' + path + '**' if required else path}", f"     - {meaning}"]
     return "\n".join(lines) + "\n"
 
 
 def _resolved(part: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
     if "$ref" not in part:
         return part
-    found = schema
+    node = schema
     for step in part["$ref"].removeprefix("#/").split("/"):
-        found = found[step]
-    return _resolved(found, schema) | {key: value for key, value in part.items() if key != "$ref"}
+        node = node[step]
+    return _resolved(node, schema) | {key: value for key, value in part.items() if key != "$ref"}
 
 
 def _rows(
     part: dict[str, Any], path: str, schema: dict[str, Any], *, required: bool
 ) -> Iterator[tuple[str, bool, str]]:
     part = _resolved(part, schema)
-    yield path, required, _what(part)
+    yield path, required, _meaning(part)
     fields = part.get("properties", {})
     # Details of findings depend on their code; docs/findings.md has them.
     for name, field in fields.items():
@@ -55,7 +55,7 @@ def _rows(
         yield from list(_rows(each, f"{path}[]", schema, required=False))[1:]
 
 
-def _what(part: dict[str, Any]) -> str:
+def _meaning(part: dict[str, Any]) -> str:
     kind = part.get("type")
     if "const" in part:
         words = f"always {json.dumps(part['const'])}"

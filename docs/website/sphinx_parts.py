@@ -1,4 +1,4 @@
-"""What the site adds to Sphinx: formulas as MathML, references of docstrings, signatures, names of languages."""
+"""Extensions of Sphinx for the site: formulas as MathML, references in docstrings, signatures, names of languages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sphinx.util import logging
 from sphinx.util.nodes import make_refnode
 
 _log = logging.getLogger(__name__)
-_BAR = re.compile(r"``.*?``|`[^`]*`|\|")  # code, which keeps its bars, or a bar
+_BAR = re.compile(r"``.*?``|`[^`]*`|\|")  # code, in which bars remain, or a bar
 _LEFT_OVER = re.compile(r"<m[io]>\\")
 
 
@@ -46,26 +46,28 @@ def _exists(name: str) -> bool:
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         try:
-            found: Any = importlib.import_module(".".join(parts[:length]))
+            value: Any = importlib.import_module(".".join(parts[:length]))
         except ImportError:
             continue
         for part in parts[length:]:
-            if not hasattr(found, part) and part not in getattr(found, "__dataclass_fields__", {}):
+            if not hasattr(value, part) and part not in getattr(value, "__dataclass_fields__", {}):
                 return False
-            found = getattr(found, part, None)
+            value = getattr(value, part, None)
         return True
     return False
 
 
 def _missing(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nodes.Element) -> nodes.Element | None:
-    """A class is found by its last name if no other has it; a name without a page stays as code, if it exists."""
+    """Resolve a class by its last name if that is unique; an existing name without a page remains as code."""
     if node.get("refdomain") == "py":
         target = node["reftarget"].removesuffix("()")
         objects = env.domains.python_domain.objects
         alike = [name for name in objects if name.endswith(f".{target}")] if target[:1].isupper() else []
         if len(alike) == 1:
-            there = objects[alike[0]]
-            return make_refnode(app.builder, node["refdoc"], there.docname, there.node_id, content, alike[0])
+            target_page = objects[alike[0]]
+            return make_refnode(
+                app.builder, node["refdoc"], target_page.docname, target_page.node_id, content, alike[0]
+            )
         if target.startswith("sigmatau.") and not _exists(target):
             _log.warning("no such name in the package: %s", target, location=node, type="ref", subtype="python")
         return content
@@ -81,7 +83,7 @@ def _signature(
     signature: str | None,
     returns: str | None,
 ) -> tuple[str | None, str | None]:
-    """Arguments of a class that its examples make; any other is a result, which nobody calls."""
+    """Arguments of a class that its examples call; other classes are results, which users do not create."""
     if what == "exception" or (
         what == "class" and f"{getattr(found, '__name__', '')}(" not in (inspect.getdoc(found) or "")
     ):
@@ -90,7 +92,7 @@ def _signature(
 
 
 def _bars(app: Sphinx, what: str, name: str, found: object, options: object, lines: list[str]) -> None:
-    """The bars of absolute values: in reStructuredText they would stand for a substitution."""
+    """Escape the bars of absolute values, which would be a substitution in reStructuredText."""
     example = False
     for k, line in enumerate(lines):
         example = line.lstrip().startswith(">>>") or (example and bool(line.strip()))
@@ -99,7 +101,7 @@ def _bars(app: Sphinx, what: str, name: str, found: object, options: object, lin
 
 
 def _with_one_template() -> None:
-    """Have numpydoc compile its template once. It does so for each docstring, which takes an eighth of the whole build."""
+    """Make numpydoc compile its template only once instead of for each docstring, an eighth of the whole build."""
     load = SphinxDocString.load_config
 
     def load_config(self: SphinxDocString, config: dict[str, Any]) -> None:

@@ -1,7 +1,6 @@
-"""Put the pages of the site together: Markdown of the repository, notebooks, and pages that are made from the code.
-
-Sphinx reads them from a folder of its own, so that the sources stay as they are: pages that a Git host shows well, without a
-directive of Sphinx. What a site needs beside them is added here: the order of the pages, and links that leave docs/.
+"""Collect the pages of the site: Markdown of the repository, notebooks, and pages generated from the code. Sphinx reads
+them from a separate folder, so that the sources remain readable on a Git host, without directives of Sphinx. This module
+adds the order of the pages, and links that leave docs/.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from website import api, command_line, kinds, notebooks, schema
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 
-# Sections of the site in the order of its bar: title and first page. `examples` is the gallery.
+# Sections of the site in the order of its navigation bar: title and first page. `examples` is the gallery.
 SECTIONS = {
     "Start": "start",
     "How to": "how-to/index",
@@ -32,7 +31,7 @@ SECTIONS = {
     "Contributing": "contributing",
     "Changelog": "changelog",
 }
-# Pages below another one that is not the index of their folder; pages that are named nowhere go to the reference.
+# Pages below a page that is not the index of their folder; pages without a link go to the reference.
 BELOW = {
     "start": ("overview", "tutorial/index", "coming-from/index", "guide", "notebook", "screens", "report"),
     "reference": (
@@ -49,7 +48,7 @@ BELOW = {
     "performance": ("scale",),
     "contributing": ("fuzzing", "security", "code-of-conduct"),
 }
-# What a folder is called that has no README.md.
+# Titles of folders without a README.md.
 UNTITLED = {
     "tutorial": "Tutorial",
     "coming-from": "Coming from other tools",
@@ -63,20 +62,20 @@ _FENCE = re.compile(r"^ *(```+|~~~+)")
 
 
 def pages() -> dict[PurePosixPath, PurePosixPath]:
-    """Pages of the repository, and where they are in the site."""
-    found = {PurePosixPath("README.md"): PurePosixPath("overview.md")}
+    """Pages of the repository, and their places in the site."""
+    page_of = {PurePosixPath("README.md"): PurePosixPath("overview.md")}
     for path in sorted(ROOT.glob("*.md")):
         if path.name not in NO_PAGES:
-            found[PurePosixPath(path.name)] = PurePosixPath(path.name.lower().replace("_", "-"))
+            page_of[PurePosixPath(path.name)] = PurePosixPath(path.name.lower().replace("_", "-"))
     for path in [*sorted(DOCS.rglob("*.md")), *sorted(DOCS.rglob("*.ipynb"))]:
         here = PurePosixPath(path.relative_to(DOCS).as_posix())
         name = "index.md" if here.name == "README.md" else f"{here.stem}.md"
-        found[PurePosixPath("docs") / here] = here.with_name(name)
-    return found
+        page_of[PurePosixPath("docs") / here] = here.with_name(name)
+    return page_of
 
 
 def outside_code(text: str) -> Iterator[tuple[bool, str]]:
-    """The parts of a page, each with whether it is outside of fenced code."""
+    """Parts of a page, each with whether it is outside fenced code."""
     fence, part = "", ""
     for line in text.splitlines(keepends=True):
         mark = _FENCE.match(line)
@@ -92,7 +91,7 @@ def outside_code(text: str) -> Iterator[tuple[bool, str]]:
 
 
 def with_links(text: str, source: PurePosixPath, staged: dict[PurePosixPath, PurePosixPath]) -> str:
-    """A page with its links to other pages as they are in the site; one to a file that is not in the site becomes text."""
+    """Adapt the links of a page to the site; a link to a file outside the site becomes text."""
     here = staged[source].parent
 
     def link(match: re.Match[str]) -> str:
@@ -100,15 +99,15 @@ def with_links(text: str, source: PurePosixPath, staged: dict[PurePosixPath, Pur
         path, _, anchor = target.partition("#")
         if not path or "://" in target or target.startswith("mailto:"):
             return match[0]
-        there = PurePosixPath(os.path.normpath(source.parent / path))
-        if (ROOT / there).is_dir():
-            there /= "README.md"
-        if there in staged:
-            site = os.path.relpath(staged[there], here)
-        elif there.parts[0] == "docs" and (ROOT / there).exists():
-            site = os.path.relpath(PurePosixPath(*there.parts[1:]), here)
-        elif (ROOT / there).exists():
-            return f"{label} (`{there}`)"
+        destination = PurePosixPath(os.path.normpath(source.parent / path))
+        if (ROOT / destination).is_dir():
+            destination /= "README.md"
+        if destination in staged:
+            site = os.path.relpath(staged[destination], here)
+        elif destination.parts[0] == "docs" and (ROOT / destination).exists():
+            site = os.path.relpath(PurePosixPath(*destination.parts[1:]), here)
+        elif (ROOT / destination).exists():
+            return f"{label} (`{destination}`)"
         else:
             return match[0]  # Sphinx reports it
         return f"{image}[{label}]({site}{'#' if anchor else ''}{anchor})"
@@ -117,7 +116,7 @@ def with_links(text: str, source: PurePosixPath, staged: dict[PurePosixPath, Pur
 
 
 def linked(text: str, folder: PurePosixPath) -> Iterator[str]:
-    """Names of the pages of the site that a page leads to, in its order."""
+    """Names of the pages to which a page links, in order."""
     for free, part in outside_code(text):
         for _, _, target in _LINK.findall(part) if free else ():
             path = target.partition("#")[0]
@@ -133,7 +132,7 @@ def title(text: str) -> str:
 
 
 def toctree(entries: Iterable[str]) -> str:
-    """A table of contents that is shown beside the page only."""
+    """A table of contents that is only shown in the navigation."""
     return "\n```{toctree}\n:hidden:\n\n" + "\n".join(entries) + "\n```\n"
 
 
@@ -145,7 +144,7 @@ def _index(folder: str, texts: dict[str, str]) -> str:
 
 
 def contents(texts: dict[str, str]) -> dict[str, list[str]]:
-    """For each page with pages below it, their names in order. `texts` are the pages by name."""
+    """Names of the pages below each page, in order. `texts`: pages by name."""
     below: dict[str, list[str]] = {parent: [name for name in names if name in texts] for parent, names in BELOW.items()}
     placed = {"index", *SECTIONS.values(), *(name for names in below.values() for name in names)}
     for name in texts:
@@ -165,14 +164,14 @@ def contents(texts: dict[str, str]) -> dict[str, list[str]]:
 def stage(folder: Path) -> None:
     """Write all pages and their pictures into a new folder."""
     shutil.rmtree(folder, ignore_errors=True)
-    left = shutil.ignore_patterns("*.py", "*.md", "gallery", "website", "__pycache__", "_build")
-    shutil.copytree(DOCS, folder, ignore=left)
+    ignored = shutil.ignore_patterns("*.py", "*.md", "gallery", "website", "__pycache__", "_build")
+    shutil.copytree(DOCS, folder, ignore=ignored)
     staged = pages()
     texts = {}
-    for source, there in staged.items():
+    for source, destination in staged.items():
         path = ROOT / source
         text = notebooks.markdown(path) if path.suffix == ".ipynb" else path.read_text(encoding="utf-8")
-        texts[str(there.with_suffix(""))] = with_links(text, source, staged)
+        texts[str(destination.with_suffix(""))] = with_links(text, source, staged)
     for directory in sorted({name.partition("/")[0] for name in texts if "/" in name}):
         if f"{directory}/index" not in texts:
             texts[f"{directory}/index"] = _index(directory, texts)
@@ -183,8 +182,8 @@ def stage(folder: Path) -> None:
     for parent, names in contents(texts | made).items():
         if parent in texts:
             texts[parent] += toctree(f"/{name}" for name in names)
-    there = {*texts, "examples/index"}  # sphinx-gallery writes the examples
-    texts["index"] += toctree(f"{name} <{page}>" for name, page in SECTIONS.items() if page in there)
+    existing = {*texts, "examples/index"}  # sphinx-gallery writes the examples
+    texts["index"] += toctree(f"{name} <{page}>" for name, page in SECTIONS.items() if page in existing)
     for name, text in (texts | made).items():
         path = folder / f"{name}.{'rst' if name in made else 'md'}"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -192,11 +191,11 @@ def stage(folder: Path) -> None:
 
 
 def _made(made: dict[str, str]) -> str:
-    """Rows of the reference for the pages that are made from the code."""
+    """Rows of the reference for the pages generated from the code."""
     rows = {
         "api/index": ("Python", "every public function and class, by job"),
         "command-line": ("Command line", "every command and option"),
         "details": ("Details of findings", "the parameters of each kind of finding"),
         "json": ("JSON of a result", "every field of `analyze --json`"),
     }
-    return "".join(f"- [{name}]({page}.rst): {what}.\n" for page, (name, what) in rows.items() if page in made)
+    return "".join(f"- [{name}]({page}.rst): {purpose}.\n" for page, (name, purpose) in rows.items() if page in made)

@@ -77,11 +77,11 @@ def index_model(folder: Path) -> None:
     (folder / "imu.toml").write_text(block_of("docs/how-to/README.md", "toml"), encoding="utf-8")
 
 
-def copied(source: Path, *others: Path) -> None:
+def copied(source: Path, *copies: Path) -> None:
     """A file under other names."""
-    for other in others:
-        other.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(source, other)
+    for copy in copies:
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, copy)
 
 
 def typed(unit: str, values: tuple[float, ...]) -> str:

@@ -94,7 +94,7 @@ class Block:
 
 def blocks(text: str) -> list[Block]:
     """The fenced blocks of a page."""
-    found: list[Block] = []
+    parsed: list[Block] = []
     lines = text.split("\n")
     last, below = "", False  # the last line that is not blank; whether it ended a block that runs
     k = 0
@@ -110,19 +110,19 @@ def blocks(text: str) -> list[Block]:
             raise BrokenPageError(f"line {k + 1}: the block has no end")
         content = "".join(line.removeprefix(indent) + "\n" for line in lines[k + 1 : end])
         note = _NOTE.match(last)
-        found.append(
+        parsed.append(
             Block(
                 language=language, content=content, note=note[1] if note else "", of=(note[2] or "") if note else "",
                 line=k + 2, indent=indent, below=below,
             )
         )  # fmt: skip
         last, below, k = "", language in RUN, end + 1
-    return found
+    return parsed
 
 
 def prose(text: str) -> str:
     """A page without its blocks."""
-    kept, marks = [], ""
+    text_lines, marks = [], ""
     for line in text.split("\n"):
         fence = _FENCE.match(line)
         if marks:
@@ -130,29 +130,29 @@ def prose(text: str) -> str:
         elif fence:
             marks = fence[2]
         else:
-            kept.append(line)
-    return "\n".join(kept)
+            text_lines.append(line)
+    return "\n".join(text_lines)
 
 
 def statements(content: str) -> list[str]:
     """The commands of a block: a line, or several that belong together."""
-    found, waiting = [], ""
+    complete, waiting = [], ""
     for line in content.splitlines():
         waiting += line + "\n"
         if _complete(waiting):
-            found.append(waiting)
+            complete.append(waiting)
             waiting = ""
     if waiting:
         raise BrokenPageError(f"a command without an end: {waiting.strip()}")
-    return [one for one in found if without_comments(one).strip()]
+    return [statement for statement in complete if without_comments(statement).strip()]
 
 
 def without_comments(statement: str) -> str:
     """A command without its comments."""
-    masked, kept, at = _masked(statement), "", 0
+    masked, result, position = _masked(statement), "", 0
     for comment in _COMMENT.finditer(masked):
-        kept, at = kept + statement[at : comment.start()], comment.end()
-    return kept + statement[at:]
+        result, position = result + statement[position : comment.start()], comment.end()
+    return result + statement[position:]
 
 
 def _masked(text: str) -> str:
@@ -246,7 +246,7 @@ class Page:
 
     def _command(self, statement: str) -> tuple[str, str]:
         """What a shell command prints."""
-        wanted = int(found[1]) if (found := _EXIT_CODE.search(statement)) else 0
+        wanted = int(match[1]) if (match := _EXIT_CODE.search(statement)) else 0
         line = without_comments(statement).strip().replace("\\\n", " ")
         masked = _masked(line)
         program = program_of(statement)
@@ -323,9 +323,9 @@ def _printed() -> Iterator[Any]:
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
 
     def both() -> tuple[str, str]:
-        for one in (out, err):
-            one.flush()
-        return tuple(one.buffer.getvalue().decode() for one in (out, err))
+        for stream in (out, err):
+            stream.flush()
+        return tuple(stream.buffer.getvalue().decode() for stream in (out, err))
 
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -362,9 +362,9 @@ def part(out: str, err: str, of: str) -> str:
     lines = [f"{line.rstrip()}\n" for line in printed.splitlines()]
     if of == "first paragraph":
         lines = lines[: lines.index("\n")] if "\n" in lines else lines
-    elif found := re.fullmatch(r"(first|last) (\d+) lines?", of):
-        count = int(found[2])
-        lines = lines[:count] if found[1] == "first" else lines[-count:]
+    elif match := re.fullmatch(r"(first|last) (\d+) lines?", of):
+        count = int(match[2])
+        lines = lines[:count] if match[1] == "first" else lines[-count:]
     elif of not in ("", "whole", "messages", "screen"):
         raise BrokenPageError(f"unknown part of an output: {of}")
     return "".join(lines)
@@ -375,19 +375,19 @@ def excerpt(printed: str, shown: str) -> str:
     lines = [line.rstrip() for line in printed.splitlines()]
     if not shown.strip():
         return "".join(f"{line}\n" for line in lines)
-    found, at = [], 0
+    lines_shown, position = [], 0
     for line in shown.splitlines():
         if line.strip() in ("", "…"):  # what is left out
-            found.append(line)
+            lines_shown.append(line)
             continue
-        k = next((k for k in range(at, len(lines)) if alike(lines[k], line)), None)
+        k = next((k for k in range(position, len(lines)) if alike(lines[k], line)), None)
         if k is None:
-            k = next((k for k in range(at, len(lines)) if _words_of(lines[k]) == _words_of(line)), None)
+            k = next((k for k in range(position, len(lines)) if _words_of(lines[k]) == _words_of(line)), None)
         if k is None:
             raise BrokenPageError(f"shown, but not printed:\n{line}\nprinted is:\n{printed}")
-        found.append(lines[k])
-        at = k + 1
-    return "".join(f"{line}\n" for line in found)
+        lines_shown.append(lines[k])
+        position = k + 1
+    return "".join(f"{line}\n" for line in lines_shown)
 
 
 def file_of(place: Path) -> str:
@@ -400,10 +400,10 @@ def file_of(place: Path) -> str:
 _NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"
 
 
-def alike(one: str, other: str) -> bool:
+def alike(first: str, second: str) -> bool:
     """The same words, and numbers to a last digit that another processor may change."""
-    pairs = zip(re.findall(_NUMBER, one), re.findall(_NUMBER, other), strict=False)
-    return _words_of(one) == _words_of(other) and all(a == b or _close(a, b) for a, b in pairs)
+    pairs = zip(re.findall(_NUMBER, first), re.findall(_NUMBER, second), strict=False)
+    return _words_of(first) == _words_of(second) and all(a == b or _close(a, b) for a, b in pairs)
 
 
 def _words_of(text: str) -> list[str]:

@@ -56,15 +56,15 @@ every_axis_policy = pytest.mark.parametrize("axes", ["worst", "mean", "each"])
 
 def block_yaml(text):
     """The few lines of YAML that are written: an optional key, below it keys with flow sequences and comments."""
-    found = {}
+    values = {}
     for line in text.splitlines():
         content = line.split(" #")[0].rstrip() if not line.startswith("#") else ""
         if not content:
             continue
         key, value = re.fullmatch(r" *([a-z_]+):(.*)", content).groups()
-        assert key not in found
-        found[key] = ast.literal_eval(value.strip()) if value.strip() else None
-    return found
+        assert key not in values
+        values[key] = ast.literal_eval(value.strip()) if value.strip() else None
+    return values
 
 
 def adev(sigma, time, tau):

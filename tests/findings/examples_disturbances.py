@@ -25,7 +25,7 @@ def step(time, size, *, gradual=False):
 
 
 def moved(*bursts, channels=GYROS, left=0):
-    spans = tuple((one.start, one.stop) for one in bursts)
+    spans = tuple((burst.start, burst.stop) for burst in bursts)
     return Finding(
         details=NotStatic(quantity="angular_rate", unit="rad/s", bursts=bursts),
         severity="info" if left else "warning",
@@ -41,7 +41,7 @@ def stepped(*steps, quantity="angular_rate", unit="rad/s", **more):
         details=NotStatic(quantity=quantity, unit=unit, steps=steps, added_walk=8.3e-6, **more),
         severity="warning",
         channels=("gyro_x",),
-        spans=tuple((one.time, one.time) for one in steps),
+        spans=tuple((step_.time, step_.time) for step_ in steps),
         size=abs(steps[0].size),
         unit=unit,
     )
@@ -69,8 +69,8 @@ def spikes(count, height, *, left=True, more_below=False, **readings):
 
 
 def left_out(*streams, spans=((300.0, 301.0), (5.0, 6.0))):
-    told = tuple(LeftOutOfStream(stream=s, count=c, samples=n, duration=c / 100) for s, c, n in streams)
-    return Finding(details=LeftOut(streams=told), severity="info", spans=spans, size=2.0, unit="s")
+    streams_ = tuple(LeftOutOfStream(stream=s, count=c, samples=n, duration=c / 100) for s, c, n in streams)
+    return Finding(details=LeftOut(streams=streams_), severity="info", spans=spans, size=2.0, unit="s")
 
 
 def chosen(*windows):
@@ -78,7 +78,7 @@ def chosen(*windows):
         ChosenWindow(stream=s, start=start, criterion=criterion, by=by, block=60.0, relative=0.8)
         for s, start, criterion, by in windows
     )
-    spans = tuple((one.start, one.start + 7200) for one in told)
+    spans = tuple((window.start, window.start + 7200) for window in told)
     return Finding(
         details=WindowChosen(length=7200.0, windows=told), severity="info", spans=spans, size=7200.0, unit="s"
     )

@@ -28,10 +28,10 @@ def mixture(rng, *, tau0, duration):
         "rate_random_walk": n * math.sqrt(3) / between(1, 10 * duration),
         "rate_ramp": rng.choice([-1.0, 1.0]) * n * math.sqrt(2) / between(duration / 30, 10 * duration) ** 1.5,
     }
-    kept = [term for term in terms if rng.random() < 0.6]
-    if not kept or rng.random() < 0.2:
-        kept = [("quantization", "random_walk", "bias_instability", "rate_random_walk")[rng.integers(4)]]
-    return {term: float(terms[term]) for term in kept}
+    chosen = [term for term in terms if rng.random() < 0.6]
+    if not chosen or rng.random() < 0.2:
+        chosen = [("quantization", "random_walk", "bias_instability", "rate_random_walk")[rng.integers(4)]]
+    return {term: float(terms[term]) for term in chosen}
 
 
 def record(rng, *, most=150_000, shortest=600.0, longest=4 * 3600.0):
@@ -74,4 +74,4 @@ def pairs(name, count):
 @keep_facts()
 def check_samples(stream):
     """Disturbances as they are found, and the findings beside them."""
-    return [*(one.finding for one in disturbances(stream)), *check(stream)]
+    return [*(disturbance.finding for disturbance in disturbances(stream)), *check(stream)]

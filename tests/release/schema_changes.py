@@ -40,8 +40,8 @@ def breaking(frozen: Any, now: Any, place: str = "") -> Iterator[str]:
 
 
 def _types(schema: dict[str, Any]) -> list[str]:
-    given = schema.get("type", [])
-    return sorted([given] if isinstance(given, str) else given)
+    types = schema.get("type", [])
+    return sorted([types] if isinstance(types, str) else types)
 
 
 def _alternatives(frozen: Any, now: Any, place: str) -> Iterator[str]:
@@ -52,20 +52,20 @@ def _alternatives(frozen: Any, now: Any, place: str) -> Iterator[str]:
     for number, old in enumerate(frozen or ()):
         if all(list(breaking(old, new)) for new in now):
             yield f"{place}: alternative {number} removed or changed"
-    known = [new for new in now or () if any(not list(breaking(old, new)) for old in frozen)]
-    if any(new not in known and _types(new) != ["object"] for new in now or ()):
+    unchanged = [new for new in now or () if any(not list(breaking(old, new)) for old in frozen)]
+    if any(new not in unchanged and _types(new) != ["object"] for new in now or ()):
         yield f"{place}: alternatives added"
 
 
 def _codes(frozen: Any, now: Any, place: str) -> Iterator[str]:
     """Conditions, one for each code of a finding: codes may be added."""
-    new = {str(one["if"]): one["then"] for one in now}
-    for one in frozen:
-        code = one["if"]["properties"]["code"]["const"]
-        if str(one["if"]) not in new:
+    new = {str(condition["if"]): condition["then"] for condition in now}
+    for condition in frozen:
+        code = condition["if"]["properties"]["code"]["const"]
+        if str(condition["if"]) not in new:
             yield f"{place}/{code}: removed"
         else:
-            old, then = (each["properties"]["details"] for each in (one["then"], new[str(one["if"])]))
+            old, then = (each["properties"]["details"] for each in (condition["then"], new[str(condition["if"])]))
             if "anyOf" in then and "anyOf" not in old:  # a second kind of this code
                 old = {"anyOf": [old]}
             yield from breaking(old, then, f"{place}/{code}")
@@ -74,8 +74,8 @@ def _codes(frozen: Any, now: Any, place: str) -> Iterator[str]:
 def opened(schema: Any) -> Any:
     """The schema as a reader must take it: names and values that it does not know are no error."""
     if isinstance(schema, list):
-        return [opened(one) for one in schema]
+        return [opened(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    kept = {key: value for key, value in schema.items() if not (key == "additionalProperties" and value is False)}
-    return {key: opened(value) for key, value in kept.items() if key != "enum"}
+    content = {key: value for key, value in schema.items() if not (key == "additionalProperties" and value is False)}
+    return {key: opened(value) for key, value in content.items() if key != "enum"}

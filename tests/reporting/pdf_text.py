@@ -23,18 +23,18 @@ def _page(objects, page):
     resources, contents = (objects[int(re.search(rb"/%b (\d+) 0 R" % key, page).group(1))] for key in keys)
     fonts = re.search(rb"/Font <<(.*?)>>", resources, re.S).group(1)
     numbers = dict(re.findall(rb"/(f\d+) (\d+) 0 R", fonts))
-    known = {name: _characters(objects, objects[int(number)]) for name, number in numbers.items()}
-    text, font, told = "", {}, False
+    encodings = {name: _characters(objects, objects[int(number)]) for name, number in numbers.items()}
+    text, font, is_replaced = "", {}, False
     for name, literal, actual, digits, ended, closed in _SHOWN.findall(contents):
         if name:
-            font = known[name]
+            font = encodings[name]
         elif actual:
-            text, told = text + bytes.fromhex(actual.decode()).decode("utf-16-be"), True
+            text, is_replaced = text + bytes.fromhex(actual.decode()).decode("utf-16-be"), True
         elif closed:
-            told = False
+            is_replaced = False
         elif ended:
             text += "\n"
-        elif not told:
+        elif not is_replaced:
             codes = (
                 bytes.fromhex(digits.decode()) if digits else re.sub(rb"\\(\d{3}|.)", _unescaped, literal, flags=re.S)
             )
@@ -42,8 +42,8 @@ def _page(objects, page):
     return text
 
 
-def _unescaped(found):
-    code = found.group(1)
+def _unescaped(match):
+    code = match.group(1)
     return bytes([int(code, 8)]) if len(code) == 3 else _ESCAPES.get(code, code)
 
 

@@ -9,7 +9,7 @@ from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, 
 from sigmatau.cli import main
 from sigmatau.io.write import write
 
-FEW = 2200  # rows, 11 s at 200 Hz: hardly more than the shortest record that is judged
+SHORT_ROWS = 2200  # rows, 11 s at 200 Hz: hardly more than the shortest record that is judged
 GYROS = dict.fromkeys(AXES[:3], "deg/s")
 SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
 
@@ -19,13 +19,13 @@ def make(folder: Path) -> None:
     mems_log(folder / "static.csv", duration=3600.0, rate=20.0, axes=["gyro_x", "accel_x"])
     timed(folder / "unit.csv", 0.1 * noise("unit", 1000, 3), GYROS)
     for name in ("night1.csv", "night2.csv"):
-        timed(folder / name, (*(0.1,) * 3, *(0.02,) * 3) * noise(name, FEW, 6), SIX)
-    samples = noise("few rows", FEW, 7)
-    samples[:, 0] = np.arange(FEW) / 100
+        timed(folder / name, (*(0.1,) * 3, *(0.02,) * 3) * noise(name, SHORT_ROWS, 6), SIX)
+    samples = noise("few rows", SHORT_ROWS, 7)
+    samples[:, 0] = np.arange(SHORT_ROWS) / 100
     np.savetxt(folder / "imu.txt", samples)
     timed(folder / "growing.csv", 1e-3 * noise("growing", 1000, 3), dict.fromkeys(AXES[:3], "rad/s"))
     for name, columns in (("log.csv", AXES), ("daq.csv", AXES[:3]), ("counts.csv", AXES[:3])):
-        volts = 2.5 + 1e-3 * noise(name, FEW, len(columns))
+        volts = 2.5 + 1e-3 * noise(name, SHORT_ROWS, len(columns))
         table(folder / name, volts, ",".join(columns))
     for name in ("rlg.csv", "laser_gyro.csv"):
         table(folder / name, samples, ",".join(["time [s]", *AXES]))

@@ -14,13 +14,15 @@ def make(folder: Path) -> None:
     """A sensor that is taken up for 10 s, one that drives and then stands, and one that never rests."""
     times, columns = bench()
     up = (times > 200) & (times < 210)
-    handled = {name: one.copy() for name, one in columns.items()}
+    handled = {name: column.copy() for name, column in columns.items()}
     handled["gyro_x"][up] += 0.8 * np.sin(2 * np.pi * (times[up] - 200) / 5)
     handled["accel_z"][up] += 1.5 * np.sin(2 * np.pi * (times[up] - 200) / 3)
     write_table(folder / "handled.csv", times, handled)
     for name, end in (("drive", 500), ("flight", 600)):
         rng = np.random.default_rng(seed_of(f"how-to: moving, {name}"))
-        moved = {channel: one + (times < end) * _SIZES[channel] * _motion(rng) for channel, one in columns.items()}
+        moved = {
+            channel: column + (times < end) * _SIZES[channel] * _motion(rng) for channel, column in columns.items()
+        }
         write_table(folder / f"{name}.csv", times, moved)
 
 

@@ -15,7 +15,7 @@ def make(folder: Path) -> None:
     data = (folder / "good.csv").read_bytes()
     (folder / "cut.csv").write_bytes(data[: data.index(b",", len(data) // 2)])  # in the middle of a row
     rng = np.random.default_rng(seed_of("how-to: verdicts"))
-    more = 1.5 * columns["gyro_x"].std() * rng.standard_normal(len(times))
-    write_table(folder / "changing.csv", times, columns | {"gyro_x": columns["gyro_x"] + (times > 300) * more})
-    degrees = {name: np.degrees(one) for name, one in columns.items() if name.startswith("gyro")}
+    louder = 1.5 * columns["gyro_x"].std() * rng.standard_normal(len(times))
+    write_table(folder / "changing.csv", times, columns | {"gyro_x": columns["gyro_x"] + (times > 300) * louder})
+    degrees = {name: np.degrees(column) for name, column in columns.items() if name.startswith("gyro")}
     write_table(folder / "unit.csv", times, columns | degrees)

@@ -29,10 +29,10 @@ def make(folder: Path) -> None:
             rows[:, 2] += 9.81 if sensor == "accel" else 0.0
             topic = writer.add_connection(f"/camera/{sensor}/sample", imu.__msgtype__, typestore=store)
             for k, (x, y, z) in enumerate(rows.tolist()):
-                at = _START + round(k * 1e9 / rate)
+                stamp_ns = _START + round(k * 1e9 / rate)
                 measured = vector(x=x, y=y, z=z)
                 message = imu(
-                    header=header(stamp=stamp(sec=at // 10**9, nanosec=at % 10**9), frame_id="imu"),
+                    header=header(stamp=stamp(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9), frame_id="imu"),
                     orientation=turned,
                     orientation_covariance=unknown,
                     angular_velocity=measured if sensor == "gyro" else zero,
@@ -40,4 +40,4 @@ def make(folder: Path) -> None:
                     linear_acceleration=measured if sensor == "accel" else zero,
                     linear_acceleration_covariance=unknown,
                 )
-                writer.write(topic, at, store.serialize_cdr(message, imu.__msgtype__))
+                writer.write(topic, stamp_ns, store.serialize_cdr(message, imu.__msgtype__))

@@ -170,7 +170,7 @@ class Processes:
         """Wait until so many logs were read; raises if that takes too long."""
         until = time.monotonic() + seconds
         while len(self.reads()) < count:
-            ended = [one for one in self.running if one.poll() not in (None, 0)]
+            ended = [process for process in self.running if process.poll() not in (None, 0)]
             assert not ended, ended[0].communicate()
             assert time.monotonic() < until, self.reads()
             time.sleep(0.02)
@@ -182,9 +182,9 @@ def interruptible():
 
 
 def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
 
 
 def ended(process, *, code=0, seconds=100):
@@ -198,15 +198,15 @@ def contents(place):
     """What a store has, by path of the log: state, message and the whole result, without what differs between runs."""
     from sigmatau.lab.store.store import Store
 
-    found = {}
+    rows_by_path = {}
     with Store(place, create=False) as store:
         paths = {row["id"]: row for row in rows(store)}
         for row, _ in store.results():
             result = store.content(row["id"])
             path = result["source"]["path"]
-            assert path not in found, f"{path} is there twice"
-            found[path] = (paths[row["id"]]["state"], row["unit"], result)
-    return found
+            assert path not in rows_by_path, f"{path} is there twice"
+            rows_by_path[path] = (paths[row["id"]]["state"], row["unit"], result)
+    return rows_by_path
 
 
 def rows(store):

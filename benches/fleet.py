@@ -109,6 +109,7 @@ def ended(process: subprocess.Popen[str], *codes: int) -> str:
 
 def overhead(folder: Path, count: int) -> dict[str, Any]:
     """Compare two workers with one process, and with two processes that share the logs by hand; all from an empty store.
+
     Two busy cores are slower than one because of shared resources; the second comparison excludes this.
     """
     logs = make_logs(folder / f"logs{count}", count)

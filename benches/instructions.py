@@ -1,8 +1,10 @@
 """Numbers of instructions of small fixed pieces of work, which do not depend on other load; ``make test`` compares them.
-The check fails if a piece of work needs more instructions than its limit. Fewer instructions are reported: ``python
-benches/instructions.py --write`` stores the new counts after an intended change. Counts are exactly reproducible with one
-compiler. Those of Rust 1.85 are up to 7 % above those of 1.95, hence the margin. Instructions are not times; ``make
-bench`` measures times.
+
+The check fails if a piece of work needs more instructions than its limit. Fewer instructions are reported:
+``python benches/instructions.py --write`` stores the new counts after an intended change.
+
+Counts are exactly reproducible with one compiler. Those of Rust 1.85 are up to 7 % above those of 1.95, hence the margin.
+Instructions are not times; ``make bench`` measures times.
 
 The main job, `analyze` of 20 000 samples of six axes, is counted too, without the imports, which a first analysis in the
 same process does. Otherwise the count would depend on earlier runs: modules without stored bytecode (pip installs them

@@ -31,16 +31,16 @@ _SI: dict[str, Any] = {"unit": {"gyro": "rad/s", "accel": "m/s^2", "time": "s"}}
 class Kind:
     """A format.
 
-    `make(folder, stamps, values)` writes a log and returns its path; `options` are what `sigmatau.read` has to be told;
-    `streams` says whether it is read without holding the file; `checked` whether damage inside shows by a checksum or by
-    the text itself.
+    `make(folder, stamps, values)` writes a log and returns its path; `options`: options that `sigmatau.read` needs;
+    `streams`: whether it is read without holding the file in memory; `checked`: whether a checksum or the text shows
+    damage.
     """
 
     make: Callable[[Path, Stamps, Values], Path]
     options: Mapping[str, Any] = field(default_factory=dict)
     streams: bool = True
     checked: bool = False
-    longest: int | None = None  # rows of the longest log that is measured, if the format is not made for more
+    longest: int | None = None  # rows of the longest measured log, if the format is not intended for longer logs
 
 
 def made(n: int, seed: int = 1) -> tuple[Stamps, Values]:
@@ -147,7 +147,7 @@ _IMU = "sensor_msgs/msg/Imu"
 
 
 def _imu(stamps: Stamps, values: Values, head: bytes) -> NDArray[Any]:
-    """Messages as ROS writes them, after what stands before the stamp; shape (n,) of rows of bytes."""
+    """Messages in the form of ROS, with `head` before the stamp; shape (n,) of rows of bytes."""
     ros2 = len(head) == 4
     frame = b"imu\0" if ros2 else b"imu"
     pad = -(12 + len(frame)) % 8 if ros2 else 0

@@ -1,5 +1,6 @@
-"""Comparison with other packages: overlapped Allan deviation of rates in memory. Every party gets the same samples and
-averaging times. Before the measurement, the results must agree to 10⁻⁹.
+"""Comparison with other packages: overlapped Allan deviation of rates in memory.
+
+Every party gets the same samples and averaging times. Before the measurement, the results must agree to 10⁻⁹.
 """
 
 from __future__ import annotations

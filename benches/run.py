@@ -1,5 +1,7 @@
-"""Speed compared with other packages and the limits of the machine: ``make bench``. Results are stored in
-.bench/results.json, so that the page can be rewritten (``--redraw``) or one part measured again (``--only``).
+"""Speed compared with other packages and the limits of the machine: ``make bench``.
+
+Results are stored in .bench/results.json, so that the page can be rewritten (``--redraw``) or one part measured again
+(``--only``).
 """
 
 from __future__ import annotations

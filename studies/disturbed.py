@@ -1,6 +1,7 @@
-"""Disturbed records: disturbances in quiet real records, and the effect of a parked vehicle on the random walk. The real
-records are not distributed with the package: SIGMATAU_FIELD_DATA is their folder; absent records are skipped. ``python -m
-studies.disturbed`` writes docs/study/disturbed.md.
+"""Disturbed records: disturbances in quiet real records, and the effect of a parked vehicle on the random walk.
+
+The real records are not distributed with the package: SIGMATAU_FIELD_DATA is their folder; absent records are skipped.
+``python -m studies.disturbed`` writes docs/study/disturbed.md.
 """
 
 from __future__ import annotations

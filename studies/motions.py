@@ -269,8 +269,9 @@ def handled(
     seed: int, grade: str, *, minutes: float = 30.0, lasting: float = 10.0
 ) -> tuple[st.Record, tuple[float, float]]:
     """A record at 50 Hz of a sensor at rest that is picked up for a few seconds and put down again, and the times of
-    this. [s] In half of the cases its position changes: tilted by a few tenths of a degree, with another heading. Gyros
-    measure the rotation of the Earth.
+    this. [s] In half of the cases its position changes: tilted by a few tenths of a degree, with another heading.
+
+    Gyros measure the rotation of the Earth.
     """
     rng = np.random.default_rng(seed)
     rate = 50.0

@@ -1,7 +1,8 @@
-"""Read-off of the paper's Tables II, IV and V from simulated records: share of coefficients within their printed ±. Each
-record has the printed coefficients of one unit, two hours long at the rate of the paper. Its curves are read off in four
-ways: by hand, in the ranges of averaging times that the printed ± imply; by hand, each line alone; by the rules; and with
-the fit of `analyze`, in its ranges.
+"""Read-off of the paper's Tables II, IV and V from simulated records: share of coefficients within their printed ±.
+
+Each record has the printed coefficients of one unit, two hours long at the rate of the paper. Its curves are read off in
+four ways: by hand, in the ranges of averaging times that the printed ± imply; by hand, each line alone; by the rules; and
+with the fit of `analyze`, in its ranges.
 """
 
 from __future__ import annotations

@@ -62,8 +62,9 @@ class HeldOut:
 
 
 def weights(error: str, calibration: int, ahead: int, dt: float) -> Floats:
-    """Weight of each sample of a sensor in an error after `ahead` samples, on a flat Earth; shape (n_sensors, n). An
-    angle or velocity is a sum; a position adds half a step for the constant rate over each step; a gyro affects the
+    """Weight of each sample of a sensor in an error after `ahead` samples, on a flat Earth; shape (n_sensors, n).
+
+    An angle or velocity is a sum; a position adds half a step for the constant rate over each step; a gyro affects the
     velocity through its angle times g.
     """
     remaining = ahead - np.arange(ahead) - 0.5

@@ -1,8 +1,9 @@
-"""Read-off of coefficients: choice and test of the rules of `sigmatau.fitting.read_off_regions`. Each case is a mixture
-of terms in SI. A record is simulated, and its curve on half octaves is read by the rules in use and by others, in which
-one number of one rule is changed. Two numbers judge the rule of a term: how often the term is reported in a case that
-does not contain it, and in a case where it dominates the curve over a decade or more. The errors of the reported
-coefficients follow.
+"""Read-off of coefficients: choice and test of the rules of `sigmatau.fitting.read_off_regions`.
+
+Each case is a mixture of terms in SI. A record is simulated, and its curve on half octaves is read by the rules in use
+and by others, in which one number of one rule is changed. Two numbers judge the rule of a term: how often the term is
+reported in a case that does not contain it, and in a case where it dominates the curve over a decade or more. The errors
+of the reported coefficients follow.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
-"""Test of rest for accelerometers alone and for one axis: verdicts on moving records, and trusted axes. The table is part
-of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for accelerometers alone and for one axis: verdicts on moving records, and trusted axes.
+
+The table is part of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations

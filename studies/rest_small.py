@@ -1,5 +1,6 @@
-"""Test of rest for slightly moving sensors: hands with a faint tremor, and accelerometers that tilt by a few degrees. The
-tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for slightly moving sensors: hands with a faint tremor, and accelerometers that tilt by a few degrees.
+
+The tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations

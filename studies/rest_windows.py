@@ -1,5 +1,6 @@
-"""Test of rest for short records: windows of moving records, simulated and real, and clean records of 10 s to 4 h. The
-tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
+"""Test of rest for short records: windows of moving records, simulated and real, and clean records of 10 s to 4 h.
+
+The tables are part of docs/study/rest.md, which ``python -m studies.rest`` writes.
 """
 
 from __future__ import annotations

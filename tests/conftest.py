@@ -1,4 +1,4 @@
-"""What several tests need: the field data, where there are any."""
+"""Fixtures for several tests, such as the field data if they exist."""
 
 import contextlib
 import gc
@@ -21,8 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 WORKER = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
 COLLECTED = Path(tempfile.gettempdir(), f"sigmatau-tests-{os.environ.get('PYTEST_XDIST_TESTRUNUID', os.getpid())}")
 IS_COMPILED = (ROOT / "tests" / "io" / "__pycache__").exists()
-LONGEST_COLLECTION = 120.0  # s; then the other workers begin too
-gc.disable()  # while the tests are collected: ten thousand of them, none of which can be freed
+LONGEST_COLLECTION = 120.0  # longest wait of the other workers [s]
+gc.disable()  # no garbage collection while ten thousand tests are collected, none of which can be freed
 
 
 def skip_without(package: str, reason: str) -> None:
@@ -32,14 +32,14 @@ def skip_without(package: str, reason: str) -> None:
 
 
 def pytest_sessionstart() -> None:
-    """In a new clone the first worker compiles the tests and what they import; the others wait for it."""
+    """In a new clone the first worker compiles the tests and their imports; the others wait for it."""
     until = time.monotonic() + LONGEST_COLLECTION
     while WORKER != "gw0" and not (IS_COMPILED or COLLECTED.exists()) and time.monotonic() < until:
         time.sleep(0.1)
 
 
 def pytest_collection_finish() -> None:
-    """Let the other workers begin, and the collector of garbage pass over the tests themselves."""
+    """Let the other workers begin, and exclude the tests from garbage collection."""
     if WORKER == "gw0":
         COLLECTED.touch()
     gc.freeze()
@@ -54,7 +54,7 @@ def pytest_sessionfinish() -> None:
 
 @pytest.fixture(autouse=True)
 def all_digits(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exports have all digits, so that tests hold their formulas to 1e-12; not with the marker ``as_written``."""
+    """Exports have all digits, so that tests check their formulas to 1e-12, except with the marker ``as_written``."""
     if request.path.parent.name == "exporting" and not request.node.get_closest_marker("as_written"):
         monkeypatch.setattr("sigmatau.exporting.text.DIGITS", None)
 
@@ -119,7 +119,7 @@ def saved(tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture(scope="session")
 def field_data() -> Path:
-    """The folder of records made by others, which are not ours to ship."""
+    """Folder of records by other parties, which are not distributed with the package."""
     folder = Path(os.environ.get("SIGMATAU_FIELD_DATA", ROOT.parent / "shared" / "data"))
     if not folder.is_dir():
         pytest.skip(f"no field data: {folder} is absent; SIGMATAU_FIELD_DATA names another folder")
@@ -143,7 +143,7 @@ def browser():
 
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
-    """The URL of an empty PostgreSQL of the tests' own; `make test` installs it."""
+    """URL of an empty PostgreSQL for the tests; `make test` installs it."""
     from lab.store.postgresql import programs, server
 
     if programs() is None:

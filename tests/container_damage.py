@@ -1,4 +1,4 @@
-"""Damage to binary logs: cuts, a flipped page, random mutations; and what a reader may do with them."""
+"""Damage to binary logs: cuts, an inverted page, random mutations; and checks of a reader with them."""
 
 import math
 import os
@@ -11,13 +11,13 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.io.read import read
 
 PAGE = 4096
-SECONDS = 30.0  # for one small file; a hang, not a slow machine
-MUTANTS = float(os.environ.get("SIGMATAU_MUTANTS", "0.4"))  # times as many mutants; `make fuzz` reads 25 times as many
-SPACE = 6 << 30  # of addresses, so that memory that is asked for by mistake is refused
+SECONDS = 30.0  # longest time for one small file: a hang, not a slow machine [s]
+MUTANTS = float(os.environ.get("SIGMATAU_MUTANTS", "0.4"))  # factor on the number of mutants; 25 in `make fuzz`
+SPACE = 6 << 30  # limit of the address space, so that excessive allocations fail [bytes]
 
 
 def mutants(count):
-    """Numbers of mutants, of which `make fuzz` reads more."""
+    """Range of mutants, longer in `make fuzz`."""
     return range(math.ceil(count * MUTANTS))
 
 
@@ -26,12 +26,12 @@ def cut(raw, share):
 
 
 def flipped(raw, at):
-    """One page of the other bits."""
+    """Invert the bits of one page."""
     return raw[:at] + bytes(b ^ 0xFF for b in raw[at : at + PAGE]) + raw[at + PAGE :]
 
 
 def mutated(raw, rng):
-    """A few bytes changed, or put in, or taken out, or the end cut off; more often at the beginning, where headers are."""
+    """Change, insert or remove a few bytes, or cut off the end; more often at the beginning, where headers are."""
     data = bytearray(raw)
     for _ in range(rng.choice((1, 1, 2, 4))):
         if not data:
@@ -52,7 +52,7 @@ def mutated(raw, rng):
 
 
 def survives(name, raw, path, count, **options):
-    """Read so many mutants: each gives a record or an error of ours, in time. Returns how many gave a record."""
+    """Read `count` mutants: each must give a record or a documented error in time. Returns the number of records."""
     rng = random.Random(known.seed_of(name))
     old = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (SPACE, old[1]))
@@ -75,7 +75,7 @@ def survives(name, raw, path, count, **options):
 
 
 def outcomes(rng, logs, path, topics=(None,), count=800):
-    """Read mutants of some small logs in turn: which of "read", "told" and the names of our errors came of it, in time."""
+    """Read mutants of some small logs in turn; return the outcomes: "read", "told" and the names of documented errors."""
     kinds = set()
     begin = time.perf_counter()
     for trial in mutants(count):

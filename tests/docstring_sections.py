@@ -1,4 +1,4 @@
-"""Sections of a docstring in the form of numpydoc, and what a section must say of a number or an array."""
+"""Sections of a docstring in the form of numpydoc, and the required description of a number or an array."""
 
 import inspect
 import re
@@ -46,7 +46,7 @@ class Sections:
 
 
 UNIT = re.compile(r"\[[^\[\]\n]*[A-Za-z0-9°µ][^\[\]\n]*\](?!_)")  # [s], [(rad/s)²/Hz], [1]; but no reference [1]_
-# Numbers without a unit, by the words that say so.
+# Words that describe numbers without a unit.
 BARE = re.compile(
     r"(?i)\b(probability|p-values?|ratios?|relative|shares?|factors?|confidence level|correlations?\b.*1|coherence|in SI"
     r"|degrees of freedom|numbers? of|per octave|logarithm)\b"
@@ -54,7 +54,7 @@ BARE = re.compile(
 
 
 def wanting(annotation, kind, text):
-    """What a description of a value lacks: the shape of an array, the unit of a number."""
+    """Missing parts of a description of a value: the shape of an array, the unit of a number."""
     lacks = []
     annotation = re.sub(r"Callable\[\[.*?\], .*?\]", "", annotation)
     is_array = re.search(r"ArrayLike|NDArray|\bFloats\b|\bInts\b|\bComplexes\b", annotation)

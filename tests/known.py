@@ -1,4 +1,4 @@
-"""Known answers: numbers computed by others or to 40 digits, each with its source, and how many digits it has."""
+"""Known answers: numbers computed independently or to 40 digits, each with its source and number of digits."""
 
 import hashlib
 import signal
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def seed_of(name: str) -> int:
-    """A seed from a case's name: never chosen, never changed."""
+    """Seed from the name of a case: neither chosen nor changed."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
 
 
@@ -179,5 +179,5 @@ PLUS_MINUS = {
 
 
 def interruptible():
-    """For a child process: a parent in the background ignores an interruption, and its children would do so too."""
+    """Make a child process interruptible: children of a background process would ignore an interruption."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -1,4 +1,4 @@
-"""A simulated lot of 40 units, as a line would log them: most are good, and six are not; and results of three units."""
+"""A simulated lot of 40 units from a production line: most are good, six are not; and results of three units."""
 
 import functools
 import json
@@ -45,14 +45,14 @@ def rates(unit, *, kind="lot", duration=DURATION):
 
 
 def write_log(path, x, *, rate=RATE):
-    """A log with time stamps; the file says that the gyros are in rad/s."""
+    """A log with time stamps; the file states that the gyros are in rad/s."""
     head = ",".join(f"{name} [{'rad/s' if name.startswith('gyro') else 'm/s^2'}]" for name in NAMES)
     time = np.arange(len(x)) / rate
     np.savetxt(path, np.column_stack([time, x]), delimiter=",", header=f"time [s],{head}", comments="", fmt="%.8g")
 
 
 def write_lot(folder):
-    """The lot, and its specification beside it."""
+    """Write the lot and its specification."""
     folder.mkdir(exist_ok=True)
     for unit in range(1, UNITS + 1):
         path = folder / f"unit{unit:02}.csv"
@@ -68,8 +68,8 @@ def write_lot(folder):
     (folder.parent / "spec.toml").write_text(SPEC, encoding="utf-8")
 
 
-# Random walks of about a sixth of the maxima of docs/how-to/datasheets.md, and the same ten times larger; of the short one
-# B cannot be told.
+# Random walks of about a sixth of the maxima of docs/how-to/datasheets.md, and the same ten times larger; B cannot be
+# determined from the short record.
 GYRO, ACCEL = 2.3e-5, 2.5e-4
 _UNITS = {"good": (1.0, 1 << 15), "bad": (10.0, 1 << 15), "short": (1.0, 500)}
 

@@ -1,4 +1,4 @@
-"""Logs of other sensors than inertial ones, simulated from their noise, for the pages of the documentation."""
+"""Logs of sensors other than inertial ones, simulated from their noise, for the pages of the documentation."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Models and simulated logs that the commands of the pages read."""
+"""Models and simulated logs for the commands of the pages."""
 
 import re
 from pathlib import Path
@@ -30,7 +30,7 @@ def model_of(**channels: dict[str, object]) -> NoiseModel:
 def simulated(
     case: str, model: NoiseModel, *, seconds: float, rate: float, imperfections: Imperfections | None = None
 ) -> Record:
-    """A record whose seed comes from the name of its case."""
+    """A record with a seed from the name of its case."""
     return simulate(model, duration=seconds, rate=rate, rng=seed_of(case), imperfections=imperfections)
 
 
@@ -40,12 +40,12 @@ def write_log(path: Path, case: str, model: NoiseModel, *, seconds: float, rate:
 
 
 def some(model: NoiseModel, *names: str) -> NoiseModel:
-    """Some channels of a model: each takes time of a test."""
+    """Some channels of a model, to shorten a test."""
     return NoiseModel(channels={name: model.channels[name] for name in names})
 
 
 def lossy(path: Path, case: str, model: NoiseModel, *, seconds: float, rate: float) -> None:
-    """A log without the rows that a link loses: 5 % at random, and 90 s in one piece."""
+    """A log with lost rows: 5 % at random, and 90 s in one piece."""
     lost = Imperfections(lost=0.05, outages=(Outage(start=seconds / 3, length=90),))
     write(simulated(case, model, seconds=seconds, rate=rate, imperfections=lost), path)
     rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
@@ -53,7 +53,7 @@ def lossy(path: Path, case: str, model: NoiseModel, *, seconds: float, rate: flo
 
 
 def bench() -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times and samples of ten minutes at 50 Hz on a bench, before something happens to them: two gyros, and gravity."""
+    """Times and samples of ten undisturbed minutes at 50 Hz on a bench: two gyros, and gravity."""
     noise = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "5 deg/h"}
     accel = {"random_walk": "120 ug/sqrt(Hz)", "bias_instability": "40 ug"}
     model = model_of(gyro_x=noise, gyro_y=noise, accel_z=accel)

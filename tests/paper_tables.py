@@ -24,17 +24,17 @@ TABLE_III = np.array(
         [5.049, 1.295, 1.223],
     ]
 )
-SAMPLES = {"I": 1_440_000, "III": 720_000}  # two hours at 200 and 100 Hz
+SAMPLES = {"I": 1_440_000, "III": 720_000}  # numbers of samples: two hours at 200 and 100 Hz
 DELTAS = {"I": (0.074, 0.020, 0.016), "III": (0.068, 0.0032, 0.0028)}  # ± of Tables II and IV [arcsec]
 
 
 def relative_errors(values, samples):
-    """Error of the fit to so many samples, and of printing three decimals."""
+    """Relative error of a fit to `samples` samples and of rounding to three decimals."""
     return np.sqrt(1 / (2 * samples) + (0.0005 / np.sqrt(3) / values) ** 2)
 
 
 def csv_of(table):
-    """The table as a user types it."""
+    """The table as typed by a user."""
     values = {"I": TABLE_I, "III": TABLE_III}[table]
     lines = ["run,channel,term,value,unit,error_percent,plus_minus"]
     for day, row in enumerate(values, 1):

@@ -105,7 +105,7 @@ def store(*analyses, **options):
 
 
 def without(module, call):
-    """A call in a process that does not have a library."""
+    """A call in a process without a library."""
     with pytest.MonkeyPatch.context() as patch:
         for name in [loaded for loaded in sys.modules if loaded == module or loaded.startswith(f"{module}.")]:
             patch.delitem(sys.modules, name)

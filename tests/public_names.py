@@ -1,13 +1,12 @@
 """The public surface of sigmatau, defined here once for the tests of docstrings, types and errors.
 
-A name is public if a user meets it:
+A name is public if it is one of:
 
-1. the names of `sigmatau.__all__`;
-2. names that a page of the documentation imports from a submodule;
-3. the classes of sigmatau that an argument, a result or a field of a public name has.
+1. the names of `sigmatau.__all__`; 2. names that a page of the documentation imports from a submodule; 3. the classes of
+sigmatau in an argument, a result or a field of a public name.
 
-Of a public class its methods, properties and fields without an underscore are public, inherited ones of sigmatau included;
-except `INTERNAL`, which other rooms of the package need. The kinds of findings (`KINDS`) are public as data.
+The methods, properties and fields of a public class without an underscore are public, including those inherited from
+sigmatau, except `INTERNAL`, which other rooms of the package need. The kinds of findings (`KINDS`) are public as data.
 """
 
 import ast
@@ -25,14 +24,14 @@ from conftest import ROOT
 from sigmatau.findings import details_by_code
 from sigmatau.findings.finding import Details
 
-# Attributes that are not for users, and why they are not underscored: another module of the package reads them.
+# Attributes that are not for users. They have no underscore because another module of the package reads them.
 INTERNAL = {
     "RunComparison.table": "rows of all runs as arrays; users have columns() and values()",
     "RunComparison.cells": "groups of these rows; users have comparison[group, channel, term]",
     "RunComparison.effects": "estimates of these groups; users have row() and judgements()",
 }
 
-PRIVATE = "sigmatau._"  # no page imports the extension and its door for a user
+PRIVATE = "sigmatau._"  # the extension and its interface are not public
 
 
 @functools.cache
@@ -68,7 +67,7 @@ def data_imported_by_pages():
 
 @functools.cache
 def _imports(module):
-    """Names that a module imports, at its top or for type checkers only, with where they come from."""
+    """Names that a module imports, at its top or for type checkers only, with their origin."""
     tree = ast.parse(inspect.getsource(sys.modules[module]))
     return {
         alias.asname or alias.name: (node.module, alias.name)
@@ -95,7 +94,7 @@ def is_own(candidate):
 
 
 def classes_of(annotation, module):
-    """The classes of sigmatau in an annotation, those behind an alias too."""
+    """The classes of sigmatau in an annotation, including those of an alias."""
     for name in re.findall(r"[A-Za-z_]\w*", str(annotation)):
         value = _resolved(name, module)
         if is_own(value):
@@ -117,12 +116,12 @@ def function_of(member):
 
 
 def is_protocol(cls):
-    """Whether a class only says what an argument must have: its attributes are documented where they are implemented."""
+    """Whether a class is a protocol: its attributes are documented where they are implemented."""
     return getattr(cls, "_is_protocol", False)
 
 
 def members(cls):
-    """Public methods and properties of a class, inherited ones of sigmatau included: by name, the class that has it."""
+    """Public methods and properties of a class by name, including those inherited from sigmatau, each with its class."""
     members_ = {}
     if is_protocol(cls):
         return members_
@@ -135,7 +134,7 @@ def members(cls):
 
 
 def public_fields(cls):
-    """Fields of a dataclass that users meet, with the class whose annotations they have."""
+    """Public fields of a dataclass, each with the class that annotates it."""
     if not is_dataclass(cls):
         return {}
     named = [field.name for field in fields(cls) if not field.name.startswith("_")]
@@ -184,7 +183,7 @@ def public():
 
 @functools.cache
 def public_functions():
-    """Functions, and methods and properties of classes, of the public names: each once, with the class that has it."""
+    """Functions of the public names, and methods and properties of their classes: each once, with its class."""
     functions = {}
     for name, described in public().items():
         if inspect.isclass(described):
@@ -199,7 +198,7 @@ def public_functions():
 
 @functools.cache
 def kinds():
-    """The classes of the kinds of `sigmatau.findings`: the parameters of findings, and the reasons of fits."""
+    """The kinds of `sigmatau.findings`: classes of the parameters of findings, and of the reasons of fits."""
     names = {*(kind.__module__ for kind in details_by_code().values()), "sigmatau.findings.reasons"}
     modules = [importlib.import_module(name) for name in sorted(names)]
     return [

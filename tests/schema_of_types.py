@@ -28,14 +28,16 @@ NO_KEY = Key(about="", always=True, null=False, bounds={})
 
 
 def schema_of(kind, bounds, *, details=False, within=()):
-    """The schema of a type. `details`: of a finding, whose numbers are null where they are not finite."""
+    """The schema of a type. `details`: whether it is for details of a finding, in which numbers that are not finite are
+    null.
+    """
     if kind is typing.Any:
         return {}
     if kind in PLAIN:
         if "enum" in bounds or "const" in bounds:
             return dict(bounds)
         return {"type": ["number", "null"] if details and kind is float else PLAIN[kind], **bounds}
-    if kind in within:  # a kind that holds others of its kind
+    if kind in within:  # a recursive type
         return {"type": "object"}
     if is_dataclass(kind):
         if kind in NAMED and not details:
@@ -86,7 +88,7 @@ def schema_of_dataclass(kind, *, details, within):
     hints, properties, required = typing.get_type_hints(kind), {}, []
     for each in fields(kind):
         if not details and Key not in each.metadata and each.default is not MISSING:
-            continue  # of earlier versions
+            continue  # keys of earlier versions
         key = each.metadata.get(Key, NO_KEY)
         schema = schema_of(hints[each.name], key.bounds, details=details, within=within)
         optional = Key not in each.metadata and type(None) in typing.get_args(hints[each.name])
@@ -112,7 +114,7 @@ def nullable(schema):
 
 
 def schema_of_options(options):
-    """The options that a result states: those that matter, with their choices."""
+    """The options in a result, with their choices."""
     type_by_form = {"flag": "boolean", "count": "integer", "number": "number", "seconds": "number"}
     properties = {}
     for name, about in declared(options).items():
@@ -152,7 +154,7 @@ def schema():
 
 
 def text(value, indent=0):
-    """JSON with a line for each part that is short enough, and for each code of a finding."""
+    """Format JSON with one line for each short part and for each code of a finding."""
     flat = json.dumps(value, ensure_ascii=False)
     if len(flat) <= 100 or not isinstance(value, dict | list) or (isinstance(value, dict) and "if" in value):
         return flat

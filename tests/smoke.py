@@ -1,9 +1,9 @@
-"""Smoke test of an installed package, in an environment that has nothing but its core dependencies.
+"""Smoke test of an installed package, in an environment with only its core dependencies.
 
     python tests/smoke.py               # everything, about 15 s
     python tests/smoke.py --no-demo     # without the two hours of the demo, about 5 s
 
-It needs no compiler, no network, no pytest and none of the source tree. It fails with the assertion that does not hold.
+It needs neither compiler, network, pytest nor source tree. It fails with the assertion that does not hold.
 """
 
 import argparse
@@ -21,7 +21,7 @@ import numpy as np
 
 import sigmatau as st
 
-# What needs an extra, and the extra that its message must name. A module that is installed is not asked for.
+# Commands that need an extra, and the extra that their messages must name. Installed modules are skipped.
 EXTRAS = {
     "matplotlib": ("plot", ["analyze", "log.csv", "--plot", "figure.png"]),
     "typst": ("pdf", ["analyze", "log.csv", "--report", "report.pdf"]),
@@ -32,7 +32,7 @@ EXTRAS = {
 
 
 def sigmatau(*arguments, code=0):
-    """Run the command as a user does; returns what it prints."""
+    """Run the command like a user; return its output."""
     done = subprocess.run(
         [sys.executable, "-m", "sigmatau", *arguments], capture_output=True, text=True, encoding="utf-8", check=False
     )
@@ -42,7 +42,7 @@ def sigmatau(*arguments, code=0):
 
 
 def installed_files():
-    """The package is complete, and of one version."""
+    """Check that the package is complete, and of one version."""
     assert metadata.version("sigmatau") == st.__version__
     for name in st.__all__:
         try:
@@ -60,13 +60,13 @@ def installed_files():
 
 
 def numbers():
-    """The coefficients of a simulated sensor are found again; the threads of the extension start."""
+    """Check that the coefficients of a simulated sensor are recovered and that the threads of the extension start."""
     model = st.NoiseModel(channels={"gyro_x": {"random_walk": 1e-3}, "accel_x": {"random_walk": 2e-3}})
     record = st.simulate(model, duration=1000, rate=100, rng=1)
     analysis = st.analyze(record)
     for name, truth in (("gyro_x", 1e-3), ("accel_x", 2e-3)):
         walk = analysis[name]["random_walk"]
-        # 1e5 samples: the standard deviation of a random walk is 0.22 %. Five of them; the seed is fixed.
+        # 1e5 samples: the standard deviation of a random walk is 0.22 %. The tolerance is five of them; the seed is fixed.
         assert abs(walk.value / truth - 1) < 0.011, walk
         assert walk.low < walk.value < walk.high
     curve = analysis.curves["gyro_x"]
@@ -75,7 +75,7 @@ def numbers():
 
 
 def commands():
-    """Each group of commands does its work; what needs an extra names it."""
+    """Check that each group of commands works, and that commands without their extra name it."""
     out, _ = sigmatau("--version")
     assert out.strip() == f"sigmatau {st.__version__}"
     channels = (
@@ -98,7 +98,7 @@ def commands():
 
 
 def manual():
-    """The man pages are where `man` finds them if the environment is on the path."""
+    """Check that the man pages are where `man` finds them if the environment is on the path."""
     page = Path(sysconfig.get_path("data")) / "share" / "man" / "man1" / "sigmatau.1"
     assert page.is_file(), f"{page} is not installed"
 

@@ -1,4 +1,4 @@
-"""What the files for VIO and LIO say, by a YAML parser and each program's own rule; and a stand-in for GTSAM."""
+"""Content of the files for VIO and LIO by a YAML parser and the rule of each program; and a substitute for GTSAM."""
 
 import re
 import sys
@@ -18,9 +18,9 @@ DENSITIES = {
     "K*sqrt(rate)": lambda number, rate: number / np.sqrt(rate),
     "N^2*rate": lambda number, rate: np.sqrt(number / rate),
     "K^2*rate": lambda number, rate: np.sqrt(number / rate),
-}  # what a file with numbers in such a form means, for a filter that takes samples at a rate [Hz]
+}  # meaning of a file with numbers in such a form, for a filter with a sampling rate [Hz]
 
-# Files as Kalibr and imu_utils write them
+# Files in the form of Kalibr and imu_utils
 KALIBR = """\
 #Accelerometers
 accelerometer_noise_density: 1.86e-03   #Noise density (continuous-time)
@@ -71,7 +71,7 @@ Acc:
 
 
 def parse(text, version="1.2"):
-    """By a real parser; OpenCV's own first line, which is no YAML, is taken off as OpenCV does."""
+    """Parse with a real parser; the first line of OpenCV, which is not YAML, is removed as by OpenCV."""
     yaml = YAML(typ="safe", pure=True)
     yaml.version = version
     return yaml.load(text.removeprefix("%YAML:1.0\n"))
@@ -93,7 +93,7 @@ def block_with(key, content):
 
 
 def keys_of(name, content):
-    """acc noise, gyro noise, acc walk, gyro walk, as the file has them."""
+    """Noise of accelerometer and gyro, walk of accelerometer and gyro, in this order, as in the file."""
     if name == "basalt":  # x, y and z in arrays
         content = {key: value[0] for key, value in content["value0"].items() if isinstance(value, list)}
         keys = [f"{sensor}_{kind}_std" for kind in ("noise", "bias") for sensor in ("accel", "gyro")]
@@ -105,7 +105,7 @@ def keys_of(name, content):
 
 
 def in_si(name, values, rate):
-    """N of accelerometers and gyros, K of both, by the convention of the target's keys."""
+    """N of accelerometers and gyros, then K of both, by the convention of the keys of the target."""
     return [DENSITIES[form](value, rate) for value, (_, form) in zip(values, places_of(name), strict=True)]
 
 
@@ -124,7 +124,7 @@ class _Params:
 
 
 def gtsam_params(text, monkeypatch):
-    """What the module written for GTSAM sets, run with a GTSAM that only remembers."""
+    """Settings of the module written for GTSAM, run with a GTSAM that only records them."""
     fake = types.ModuleType("gtsam")
     fake.PreintegrationCombinedParams = _Params
     monkeypatch.setitem(sys.modules, "gtsam", fake)

@@ -1,6 +1,7 @@
-"""Collect the pages of the site: Markdown of the repository, notebooks, and pages generated from the code. Sphinx reads
-them from a separate folder, so that the sources remain readable on a Git host, without directives of Sphinx. This module
-adds the order of the pages, and links that leave docs/.
+"""Collect the pages of the site: Markdown of the repository, notebooks, and pages generated from the code.
+
+Sphinx reads them from a separate folder, so that the sources remain readable on a Git host, without directives of Sphinx.
+This module adds the order of the pages, and links that leave docs/.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tabs of a browser that show the workbench, and what its tests do in them."""
+"""Tabs of a browser that show the workbench, and actions of its tests in them."""
 
 import contextlib
 import json
@@ -10,11 +10,13 @@ from axe_playwright_python.sync_playwright import Axe
 from known import seed_of
 
 AXES = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
-LIMIT = 60_000  # of an analysis in a tab [ms]
+LIMIT = 60_000  # longest time of an analysis in a tab [ms]
 
 
 def write_table(path, columns, *, rows=6000, rate=100.0, spikes=(), time=True):
-    """A table of time and white noise: size and mean of each column by its name; a column with a number has no header."""
+    """Write a table of time and white noise, with size and mean of each column by name; a column named by a number has no
+    header.
+    """
     noise = np.random.default_rng(seed_of(path.name)).standard_normal((rows, len(columns)))
     sizes, means = np.array(list(columns.values())).T
     noise = noise * sizes + means
@@ -45,7 +47,7 @@ def six_axes(units=("rad/s", "m/s^2")):
 
 @contextlib.contextmanager
 def tabs(browser, address):
-    """Opens tabs on the workbench; at the end there were no errors in them and no requests elsewhere."""
+    """Open tabs on the workbench; at the end, check that there were no errors in them and no requests to other hosts."""
     contexts, complaints = [], []
 
     def open_tab(*, expected=(), fragment=None, **options):
@@ -89,7 +91,7 @@ def grave_findings(tab):
 
 
 def fragment(path, *, step="columns", **options):
-    """The fragment of a state: a file, options and a step."""
+    """URL fragment of a state: a file, options and a step."""
     parts = {"path": str(path)} | ({"options": json.dumps(options)} if options else {}) | {"step": step}
     return urllib.parse.urlencode(parts)
 

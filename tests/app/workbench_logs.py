@@ -1,4 +1,4 @@
-"""Logs of the workbench's tests."""
+"""Logs for the tests of the workbench."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def write_log(path, *, rows=6000, rate=100.0, units=("rad/s", "m/s^2"), header=T
 
 
 def write_long(path):
-    """A log that takes a second to analyse, and no time to read."""
+    """Write a log that takes a second to analyse, but little time to read."""
     white = np.random.default_rng(seed_of(path.name)).standard_normal((400_000, 3)) * 1e-3
     write(Record.from_arrays(rate=100, unit={"gyro": "rad/s"}, gyro=white), path)
     return path

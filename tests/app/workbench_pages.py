@@ -1,4 +1,4 @@
-"""A workbench that is asked as its page asks: its guard, its routes and its workers."""
+"""A workbench with requests like those of its page: its guard, its routes and its workers."""
 
 import pytest
 from workbench_logs import write_log

@@ -1,4 +1,4 @@
-"""A served workbench, and what its page asks."""
+"""A served workbench, and requests of its page."""
 
 import contextlib
 import socket
@@ -14,7 +14,7 @@ TOKEN = "a-token-of-the-tests"
 
 
 class Page:
-    """What a page does: asks below the address, and waits for an analysis."""
+    """A page that sends requests below the address, and waits for an analysis."""
 
     def __init__(self, client, log):
         self.client, self.log = client, log

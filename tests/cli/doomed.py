@@ -1,4 +1,4 @@
-"""Work on a log that comes to an end of its own, for processes that are started; imports no more than it needs."""
+"""Work on a log that ends its process or fails, for started processes; imports only what it needs."""
 
 import os
 import signal

@@ -25,6 +25,6 @@ def run(*argv, capsys):
 
 @functools.cache
 def published():
-    """The schema of the JSON; without the check of itself, which takes a second."""
+    """Validator of the JSON schema, without the check of the schema itself, which takes a second."""
     text = resources.files("sigmatau").joinpath("schema/result-2.schema.json").read_text()
     return jsonschema.Draft202012Validator(json.loads(text))

@@ -1,4 +1,4 @@
-"""Small logs, models and results that several pages name."""
+"""Small logs, models and results for several pages."""
 
 import shutil
 from importlib import resources
@@ -56,13 +56,13 @@ def filtered(name: str, rate: float, axes: list[str], *, samples: int = 6000) ->
 
 
 def demo_log(place: Path) -> None:
-    """What `sigmatau demo` simulates: two hours of the HG1700 at 100 Hz, seed 0."""
+    """The log of `sigmatau demo`: two hours of the HG1700 at 100 Hz, seed 0."""
     with resources.as_file(resources.files("sigmatau.data").joinpath("hg1700.toml")) as model:
         write(simulate(NoiseModel.read(model), duration=7200, rate=100, rng=0), place)
 
 
 def analysed(log: Path, result: Path, *more: str) -> None:
-    """The result of a log, as the command line writes it."""
+    """Write the result of a log like the command line."""
     assert main(["analyze", str(log), "--json", str(result), "-q", *more]) == 0
 
 
@@ -85,6 +85,6 @@ def copied(source: Path, *copies: Path) -> None:
 
 
 def typed(unit: str, values: tuple[float, ...]) -> str:
-    """Coefficients of several days, as one types them."""
+    """Coefficients of several days, as typed by a user."""
     rows = [f"{day},gyro_x,quantization,{value},{unit},0.06" for day, value in enumerate(values, 1)]
     return "\n".join(["run,channel,term,value,unit,error_percent", *rows]) + "\n"

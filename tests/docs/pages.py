@@ -1,7 +1,7 @@
 """Run the code blocks of the pages: ``PYTHONPATH=python .venv/bin/python tests/docs/pages.py [--write] PAGE…``.
 
-The ``sh`` and ``python`` blocks of a page run in order in one folder; the python blocks share one namespace. A comment
-on the line above a block says what else there is to do with it:
+The ``sh`` and ``python`` blocks of a page run in order in one folder; the python blocks share one namespace. A comment on
+the line above a block states how it is treated:
 
 - ``<!-- save: NAME -->``: the block is a file of the reader, and is written into the folder.
 - ``<!-- output -->``: the block is what the last block that ran printed. A ``text`` block directly below a block that
@@ -48,7 +48,7 @@ RUN = ("sh", "python")
 # Other languages of blocks: files, output, and Python that is a file written by a command.
 SHOWN = ("text", "toml", "yaml", "csv", "json", "xml", "math", "python-file", "mermaid")
 
-# Programs that are not run, and why. The words after them are checked by `test_pages.py`, as far as they are ours.
+# Programs that are not run, with reasons. `test_pages.py` checks those of their arguments that concern this project.
 UNRUN = {
     "make": "builds or tests; the targets are checked",
     "pip": "installs; the extras are checked",
@@ -63,13 +63,13 @@ _NOTE = re.compile(r"^ *<!-- (save|output|file|not run)(?:: (.+?))? -->$")
 _QUOTED = re.compile(r"'[^']*'|\"[^\"$`\\]*\"")
 _COMMENT = re.compile(r"(?:^|\s)#.*$", flags=re.MULTILINE)
 _OPERATORS = re.compile(r"[|&;<>()`]")
-_WORDS = re.compile(r"[*?\[{$~]")  # what bash expands
+_WORDS = re.compile(r"[*?\[{$~]")  # text that bash expands
 _EXIT_CODE = re.compile(r"# exit code (\d+)")
 _KEYWORDS = {"for": "done", "while": "done", "until": "done", "if": "fi", "case": "esac", "{": "}"}
 
 
 class BrokenPageError(AssertionError):
-    """A block of a page does not do what the page says."""
+    """A block of a page does not do what the page states."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,15 +78,15 @@ class Block:
 
     language: str
     content: str
-    note: str  # kind of the comment above it, or empty
-    of: str  # what the comment names
-    line: int  # of the content, from 1
+    note: str  # kind of the comment above the block, or empty
+    of: str  # name in the comment
+    line: int  # first line of the content, from 1
     indent: str
     below: bool  # whether only blank lines are between this block and a block that runs, above
 
     @property
     def shows(self) -> str:
-        """``output`` or ``file`` if the block shows what came of the commands above it; otherwise empty."""
+        """``output`` or ``file`` if the block shows the result of the commands above it; otherwise empty."""
         if self.note in ("output", "file"):
             return self.note
         return "output" if self.language == "text" and self.below and not self.note else ""
@@ -156,7 +156,7 @@ def without_comments(statement: str) -> str:
 
 
 def _masked(text: str) -> str:
-    """A text with letters in place of what is in quotes."""
+    """Replace quoted text by letters."""
     return _QUOTED.sub(lambda quoted: "Q" * len(quoted[0]), text)
 
 
@@ -171,7 +171,7 @@ def _complete(text: str) -> bool:
         return re.search(rf"(?:^|[\s;]){re.escape(end)}(?=[\s;|>]|$)", without_comments(lines[-1])) is not None
     try:
         shlex.split(text, comments=True)
-    except ValueError:  # a quotation goes on
+    except ValueError:  # a quotation continues
         return False
     return True
 
@@ -184,17 +184,17 @@ def program_of(statement: str) -> str:
 
 @dataclass(slots=True)
 class Page:
-    """A page, and what came of its blocks."""
+    """A page, and the results of its blocks."""
 
     path: Path
     text: str
     folder: Path
     substituted: dict[str, str] = field(default_factory=dict)
-    alone: bool = False  # whether each python block has a namespace of its own
+    alone: bool = False  # whether each python block has a separate namespace
     scope: dict[str, Any] = field(default_factory=dict)
-    printed: tuple[str, str] | None = None  # on standard output and standard error by the last block that ran
-    of_commands: str = ""  # the same, one command after the other, if it was a block of commands
-    shown: list[tuple[Block, str]] = field(default_factory=list)  # blocks that show something, and what it is today
+    printed: tuple[str, str] | None = None  # standard output and standard error of the last block that ran
+    of_commands: str = ""  # the same by command, if it was a block of commands
+    shown: list[tuple[Block, str]] = field(default_factory=list)  # blocks that show a result, and the current result
 
     def run(self) -> None:
         """Run all blocks in order."""
@@ -245,7 +245,7 @@ class Page:
             self.of_commands = "".join(out + err for out, err in printed)
 
     def _command(self, statement: str) -> tuple[str, str]:
-        """What a shell command prints."""
+        """Run a shell command; return its output."""
         wanted = int(match[1]) if (match := _EXIT_CODE.search(statement)) else 0
         line = without_comments(statement).strip().replace("\\\n", " ")
         masked = _masked(line)
@@ -285,7 +285,7 @@ class Page:
             os.environ[name] = value
 
     def check(self) -> None:
-        """Raise `BrokenPageError` if a block shows something else than came of the commands."""
+        """Raise `BrokenPageError` if a block does not show the result of the commands."""
         for block, now in self.shown:
             same = now == block.content if block.shows == "file" else alike(now, block.content)
             if not same:
@@ -295,7 +295,7 @@ class Page:
                 )
 
     def written(self) -> str:
-        """The text of the page with what came of the commands."""
+        """The text of the page with the current results."""
         lines = self.text.split("\n")
         for block, now in reversed(self.shown):
             first, count = block.line - 1, block.content.count("\n")
@@ -304,7 +304,7 @@ class Page:
 
 
 def _words(line: str) -> list[str]:
-    """The words of a command, expanded by bash where there is something to expand."""
+    """The words of a command, expanded by bash if necessary."""
     if not _WORDS.search(_QUOTED.sub("", line)):
         return shlex.split(line)
     done = subprocess.run(["bash", "-e", "-c", rf"printf '%s\0' {line}"], capture_output=True, text=True, check=True)
@@ -357,7 +357,7 @@ def _path(folder: Path) -> dict[str, str]:
 
 
 def part(out: str, err: str, of: str) -> str:
-    """The part of an output that a page shows; see the module."""
+    """Part of an output that a page shows; see the module."""
     printed = {"messages": err, "screen": out + err}.get(of, out)
     lines = [f"{line.rstrip()}\n" for line in printed.splitlines()]
     if of == "first paragraph":
@@ -371,13 +371,13 @@ def part(out: str, err: str, of: str) -> str:
 
 
 def excerpt(printed: str, shown: str) -> str:
-    """The lines of an output that a page shows, as they are today; all of them, if the page shows none."""
+    """Current lines of an output that a page shows; all lines if the page shows none."""
     lines = [line.rstrip() for line in printed.splitlines()]
     if not shown.strip():
         return "".join(f"{line}\n" for line in lines)
     lines_shown, position = [], 0
     for line in shown.splitlines():
-        if line.strip() in ("", "…"):  # what is left out
+        if line.strip() in ("", "…"):  # omitted lines
             lines_shown.append(line)
             continue
         k = next((k for k in range(position, len(lines)) if alike(lines[k], line)), None)
@@ -401,7 +401,7 @@ _NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"
 
 
 def alike(first: str, second: str) -> bool:
-    """The same words, and numbers to a last digit that another processor may change."""
+    """Whether the words are equal, and the numbers to a last digit that may depend on the processor."""
     pairs = zip(re.findall(_NUMBER, first), re.findall(_NUMBER, second), strict=False)
     return _words_of(first) == _words_of(second) and all(a == b or _close(a, b) for a, b in pairs)
 
@@ -497,7 +497,7 @@ def run_page(path: Path, folder: Path, text: str | None = None) -> Page:
 
 
 def main() -> int:
-    """Run pages; compare or write what they show."""
+    """Run pages; compare or write their outputs."""
     parser = argparse.ArgumentParser(description="Run the code blocks of pages, and compare what the pages show.")
     parser.add_argument("pages", nargs="+", type=Path)
     parser.add_argument("--write", action="store_true", help="write outputs and files into the pages")

@@ -1,4 +1,4 @@
-"""Models and readers of what is written for simulators, for the tests of it."""
+"""Models, and readers of the files for simulators, for their tests."""
 
 import ast
 import math
@@ -36,7 +36,7 @@ def model():
 
 
 def one(name="gyro_x", **more):
-    """A sensor of one axis each, with something about the first of them."""
+    """Sensors of one axis, with further properties of the first."""
     terms = {"random_walk": 1e-4, "bias_instability": 1e-5, "rate_random_walk": 1e-6}
     gyro = ChannelModel(terms=terms, **more)
     accel = ChannelModel(terms=terms, quantity="acceleration", unit="m/s^2")
@@ -55,7 +55,7 @@ every_axis_policy = pytest.mark.parametrize("axes", ["worst", "mean", "each"])
 
 
 def block_yaml(text):
-    """The few lines of YAML that are written: an optional key, below it keys with flow sequences and comments."""
+    """Parse the written YAML: an optional key, and below it keys with flow sequences and comments."""
     values = {}
     for line in text.splitlines():
         content = line.split(" #")[0].rstrip() if not line.startswith("#") else ""
@@ -68,7 +68,9 @@ def block_yaml(text):
 
 
 def adev(sigma, time, tau):
-    """Allan deviation of a Gauss-Markov process of any scale, IEEE Std 952; as a walk where three terms would cancel."""
+    """Allan deviation of a Gauss-Markov process of any scale, IEEE Std 952; that of a walk where three terms would
+    cancel.
+    """
     x = tau / time
     if x < 1e-4:
         return np.asarray(sigma) * math.sqrt(2 * x / 3 - x**2 / 2)

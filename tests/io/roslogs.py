@@ -1,4 +1,4 @@
-"""Logs of ROS made for tests: by rosbags, which is another's, and MCAP by its published specification."""
+"""Logs of ROS for tests: by the independent package rosbags, and MCAP by its published specification."""
 
 import bz2
 import contextlib
@@ -28,7 +28,7 @@ def imu_cdr(stamp, values, *, order="<", frame=b"imu_link\0"):
 
 
 def imu_ros1(stamp, values, seq=0, frame=b"imu_link"):
-    """The same as ROS 1 writes it: without alignment and header."""
+    """The message in the form of ROS 1: without alignment and header."""
     numbers = [0.0, 0.0, 0.0, 1.0, *[-1.0] * 9, *values[:3], *[0.0] * 9, *values[3:], *[0.0] * 9]
     head = struct.pack("<IIII", seq, int(stamp) // 10**9, int(stamp) % 10**9, len(frame)) + frame
     return head + struct.pack("<37d", *numbers)

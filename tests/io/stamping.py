@@ -1,4 +1,4 @@
-"""Time stamps as the reader takes them, for the tests of them."""
+"""Time stamps in the form of the reader, for their tests."""
 
 import numpy as np
 

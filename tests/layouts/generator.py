@@ -1,7 +1,8 @@
 """Write log layouts as files: ``python tests/layouts/generator.py FOLDER``.
 
-Each layout follows the manual or the public headers of a product, a data set or a library, which it names; none was made
-with a look at the tables of this program. ``LAYOUTS`` is the corpus; ``recording.Layout`` describes what is right for each.
+Each layout follows the manual or the public headers of a product, a data set or a library, which it names; none was
+derived from the tables of this program. ``LAYOUTS`` is the corpus; ``recording.Layout`` describes the correct result for
+each.
 """
 
 import sys
@@ -22,7 +23,7 @@ LAYOUTS: tuple[Layout, ...] = tuple(
 
 
 def write_corpus(folder: Path) -> dict[str, Path]:
-    """Write every layout into a folder of its own name, since several programs give their files the same name."""
+    """Write every layout into a folder with its name, because several programs give their files the same name."""
     paths = {}
     for described in LAYOUTS:
         place = folder / described.name

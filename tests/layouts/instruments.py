@@ -1,4 +1,4 @@
-"""Layouts of the software of makers of inertial sensors."""
+"""Layouts of the software of manufacturers of inertial sensors."""
 
 import math
 from pathlib import Path

@@ -1,7 +1,7 @@
 """Simulated records of a known random walk, and the description of a log layout.
 
-A record at rest is white noise about a constant rate and a constant specific force; a moving one adds a motion. All depends
-on the name of the layout alone: its seed is a hash of the name.
+A record at rest is white noise plus a constant rate and a constant specific force; a moving record adds a motion.
+Everything depends only on the name of the layout: the seed is a hash of the name.
 """
 
 import dataclasses
@@ -54,7 +54,7 @@ class Log:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Layout:
-    """A log layout, and what a program should make of it.
+    """A log layout, and the expected result of a program.
 
     `asks` names the question that is right if the file does not state something (empty: the file states all). `answers` are
     the options of a sensible answer; each alternative is tried alone. Without `answers`, a refusal is right.
@@ -117,7 +117,7 @@ def layout(**fields: object) -> Callable[[Callable[[Path, Log], None]], Layout]:
 
 
 def seed_of(name: str) -> int:
-    """A seed from the name of a layout: never chosen, never changed."""
+    """Seed from the name of a layout: neither chosen nor changed."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:7], "big")
 
 
@@ -147,7 +147,7 @@ def simulate(described: Layout) -> Log:
 
 
 def draw_direction(rng: np.random.Generator) -> np.ndarray:
-    """A unit vector near an axis of either sign, tilted by up to 25°, so that no two components are equal."""
+    """A unit vector close to an axis of either sign, tilted by up to 25°, so that no two components are equal."""
     direction = np.zeros(3)
     axis = rng.integers(3)
     direction[axis] = rng.choice([-1.0, 1.0])

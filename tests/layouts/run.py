@@ -1,8 +1,8 @@
-"""Read every layout of the corpus as its owner would: ``python tests/layouts/run.py [PROGRAM]``, see ``--help``.
+"""Read every layout of the corpus like its owner: ``python tests/layouts/run.py [PROGRAM]``, see ``--help``.
 
-The first command is ``PROGRAM analyze FILE`` with the layout's first options. A question (exit code 2) is answered with the
-options that its message proposes, if it proposes any, and else with those of the layout. The numbers come from ``--json``.
-A row of the table has one of these grades:
+The first command is ``PROGRAM analyze FILE`` with the layout's first options. A question (exit code 2) is answered with
+the options that its message proposes, if any, otherwise with those of the layout. The numbers come from ``--json``. A row
+of the table has one of these grades:
 
 - ``at once``: the first command is right.
 - ``suggested``: right with the options that the message proposes.
@@ -30,9 +30,9 @@ from recording import Layout
 LONGEST_MESSAGE = 220  # characters of a message in the table
 SUGGESTIONS = 3  # proposals of a message that are followed, one after another
 RATE_TOLERANCE = 0.005  # relative
-WALK_TOLERANCE = 0.10  # relative; a random walk is wrong beyond this and 1.5 half widths of its interval
+WALK_TOLERANCE = 0.10  # relative tolerance; a random walk is wrong beyond it and 1.5 half widths of its interval
 WALK_HALF_WIDTHS = 1.5
-MEAN_TOLERANCE = 0.02  # relative, beside six standard errors and a tenth of a step of the file
+MEAN_TOLERANCE = 0.02  # relative tolerance, in addition to six standard errors and a tenth of a step of the file
 
 OPTION = re.compile(
     r"--(?P<name>channels|unit|rate|topic|scale|offset|input|skip|layout)[ =](?P<value>(?:\"[^\"]*\"|'[^']*'|[^\s;)]+)"
@@ -46,13 +46,13 @@ OF_THE_FILE = (
     "channels",
     "topic",
     "skip",
-)  # options that name parts of this file, which an owner copies even from an example
+)  # options that name parts of the file, which an owner copies even from an example
 GRADES = ("at once", "suggested", "asked", "misled", "refused", "WRONG")
 
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """What the program made of a file: exit code, standard error, and the JSON, if it wrote one."""
+    """Result of the program for a file: exit code, standard error, and the JSON if it wrote one."""
 
     code: int
     message: str
@@ -61,7 +61,7 @@ class Answer:
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """Grade of a layout, why, and the options of the last command."""
+    """Grade of a layout, its reason, and the options of the last command."""
 
     grade: str
     reason: str
@@ -84,7 +84,7 @@ def analyze(program: list[str], path: Path, options: tuple[str, ...]) -> Answer:
 
 
 def find_suggestion(message: str) -> tuple[str, ...]:
-    """Options that a message proposes as they stand; units, rates and scales that are examples or alternatives are none."""
+    """Options that a message proposes literally, without units, rates and scales that are examples or alternatives."""
     options: dict[str, str] = {}
     example_end = -1
     for match in OPTION.finditer(message):
@@ -127,7 +127,7 @@ def merge_options(options: tuple[str, ...], further: tuple[str, ...]) -> tuple[s
 
 
 def vary_answers(answers: tuple[tuple[str, ...], ...], present: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Expand answers: without columns that are already chosen, and without units that the program may already have."""
+    """Expand answers: without columns that are already chosen, and without units that the program may already know."""
     attempts: list[tuple[str, ...]] = []
     for answer in answers:
         pairs = dict(zip(answer[::2], answer[1::2], strict=True))
@@ -142,7 +142,7 @@ def vary_answers(answers: tuple[tuple[str, ...], ...], present: tuple[str, ...])
 
 
 def check_result(described: Layout, answer: Answer) -> str:
-    """Say what is wrong with the numbers of a finished analysis, or return an empty text."""
+    """Describe the fault of the numbers of a finished analysis; empty if they are correct."""
     if described.motion:
         return "a moving record has exit code 0"
     channels = {
@@ -166,7 +166,7 @@ def check_result(described: Layout, answer: Answer) -> str:
 
 
 def check_channel(described: Layout, channel: str, data: dict) -> str:
-    """Say what is wrong with a channel: its rate, its mean, or its random walk."""
+    """Describe the fault of a channel: its rate, its mean, or its random walk."""
     rate, right_rate = data["sample_rate_hz"], described.rate_of(channel)
     if abs(rate / right_rate - 1) > RATE_TOLERANCE:
         return f"{rate:.5g} Hz, not {right_rate:g} Hz"
@@ -203,7 +203,8 @@ def first_line(answer: Answer) -> str:
 def follow_suggestions(
     options: tuple[str, ...], answer: Answer, path: Path, program: list[str], fixed: tuple[str, ...] = ()
 ) -> tuple[tuple[str, ...], Answer]:
-    """Run the program with what its messages propose, until it proposes nothing new; return the last options and answer.
+    """Run the program with the options that its messages propose until there are no new ones; return the last options and
+    answer.
 
     A proposal that replaces one of the options `fixed`, units apart, is not followed.
     """

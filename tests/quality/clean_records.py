@@ -1,4 +1,4 @@
-"""Clean records of any mixture of the five terms, on which a check has nothing to say."""
+"""Clean records of any mixture of the five terms, for which a check must not report a finding."""
 
 import math
 
@@ -14,7 +14,9 @@ CHANNELS = tuple(f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in 
 
 
 def mixture(rng, *, tau0, duration):
-    """Coefficients of one channel: terms that cross the white noise anywhere between a sample and ten records, or alone."""
+    """Coefficients of one channel: terms that cross the white noise anywhere between a sample and ten records, or a
+    single term.
+    """
 
     def between(low, high):
         return math.exp(rng.uniform(math.log(low), math.log(high)))
@@ -44,7 +46,7 @@ def record(rng, *, most=150_000, shortest=600.0, longest=4 * 3600.0):
 
 
 def rounded(stream, rng):
-    """The stream in steps of 1/30 to 3 of the noise's own size; samples as arrays by channel."""
+    """The stream rounded to steps of 1/30 to 3 times the size of the noise; samples as arrays by channel."""
     columns = {}
     for channel in stream.channels:
         x = np.asarray(stream.column(channel))
@@ -54,7 +56,7 @@ def rounded(stream, rng):
 
 
 def pairs(name, count):
-    """Mixtures whose corner times lie anywhere, 10 to 400 Hz, 10 to 40 min; two channels a record."""
+    """Mixtures with random corner times, 10 to 400 Hz, 10 to 40 min; two channels per record."""
     rng = np.random.default_rng(seed_of(name))
     for _ in range(count):
         rate = float(np.exp(rng.uniform(np.log(10), np.log(400))))
@@ -73,5 +75,5 @@ def pairs(name, count):
 
 @keep_facts()
 def check_samples(stream):
-    """Disturbances as they are found, and the findings beside them."""
+    """Findings of the disturbances, and of the other checks of samples."""
     return [*(disturbance.finding for disturbance in disturbances(stream)), *check(stream)]

@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from typing import Any
 
-# Parts whose members have names: a member may be added, none may be removed.
+# Parts with named members: a member may be added, but not removed.
 NAMED = ("properties", "$defs")
-# Words for people, and what is compared by rules of its own.
+# Descriptions, and parts that are compared by separate rules.
 FREE = {"$schema", "$id", "title", "description", "properties", "$defs", "required", "type", "enum", "allOf", "anyOf"}
 
 
 def breaking(frozen: Any, now: Any, place: str = "") -> Iterator[str]:
-    """What a newer schema of the same number must not do, each with its place."""
+    """Forbidden changes in a newer schema of the same number, each with its place."""
     if isinstance(frozen, bool) or isinstance(now, bool):
         if frozen != now:
             yield f"{place}: {frozen} became {now}"
@@ -24,7 +24,7 @@ def breaking(frozen: Any, now: Any, place: str = "") -> Iterator[str]:
                 yield f"{place}/{name}: removed"
             else:
                 yield from breaking(schema, new[name], f"{place}/{name}")
-    # A program relies on what is required. A file that was written before has nothing else.
+    # A program relies on required keys. An older file has no new ones.
     if set(frozen.get("required", ())) != set(now.get("required", ())):
         yield f"{place}: required {sorted(frozen.get('required', ()))} became {sorted(now.get('required', ()))}"
     if missing := [value for value in frozen.get("enum", ()) if value not in now.get("enum", ())]:
@@ -45,7 +45,7 @@ def _types(schema: dict[str, Any]) -> list[str]:
 
 
 def _alternatives(frozen: Any, now: Any, place: str) -> Iterator[str]:
-    """An object of another kind may be added, such as the details of a finding; a number may not become a text."""
+    """An object of another kind may be added, such as the details of a finding; a number must not become a text."""
     if (frozen is None) != (now is None):
         yield f"{place}: alternatives {'added' if frozen is None else 'removed'}"
         return
@@ -72,7 +72,7 @@ def _codes(frozen: Any, now: Any, place: str) -> Iterator[str]:
 
 
 def opened(schema: Any) -> Any:
-    """The schema as a reader must take it: names and values that it does not know are no error."""
+    """The schema for a reader, in which unknown names and values are not an error."""
     if isinstance(schema, list):
         return [opened(item) for item in schema]
     if not isinstance(schema, dict):

@@ -1,9 +1,9 @@
-"""The text of a PDF that typst wrote with ``pretty``, page by page: as much of the format as that needs."""
+"""The text of a PDF written by typst with ``pretty``, page by page; only the required part of the format."""
 
 import re
 
 _OBJECT = re.compile(rb"^(\d+) 0 obj\n(.*?)^endobj", re.S | re.M)
-_INNER = rb"(?:\\.|[^\\()])*"  # of a string without parentheses; balanced ones are not escaped
+_INNER = rb"(?:\\.|[^\\()])*"  # content of a string; balanced parentheses are not escaped
 _STRING = rb"\((%b(?:\(%b(?:\(%b\)%b)*\)%b)*)\)" % ((_INNER,) * 5)
 _SHOWN = re.compile(
     rb"/(f\d+) [\d.]+ Tf|" + _STRING + rb"|/ActualText <FEFF([0-9A-F]*)>|<([0-9A-F]+)>|^(ET)$|^(EMC)$", re.S | re.M
@@ -12,7 +12,7 @@ _ESCAPES = {b"n": b"\n", b"r": b"\r", b"t": b"\t", b"b": b"\b", b"f": b"\f"}
 
 
 def pages_of(pdf: bytes) -> list[str]:
-    """The text of each page, runs of one style on lines of their own."""
+    """The text of each page, with runs of one style on separate lines."""
     objects = {int(number): body for number, body in _OBJECT.findall(pdf)}
     kids = re.search(rb"/Type /Pages.*?/Kids \[(.*?)\]", pdf, re.S).group(1)
     return [_page(objects, objects[int(number)]) for number in re.findall(rb"(\d+) 0 R", kids)]

@@ -19,6 +19,7 @@ STAGES = (stages.choose, stages.check, stages.mask, stages.curves, stages.fit, s
 
 def run(source: object, options: AnalysisOptions, *, begin: Callable[[str], None] | None = None) -> Analysis:
     """Analyse a record, a path or a data frame. If memory is insufficient, the analysis is repeated in bounded memory.
+
     `begin` is called with the name of each stage before it starts.
     """
     record = stages.read(source)

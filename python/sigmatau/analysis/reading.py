@@ -60,8 +60,9 @@ def read_analysis(source: str | bytes | Path) -> Analysis:
 def read_result(
     source: str | bytes | Path, *, as_form: type[forms.ResultForm] = forms.ResultForm
 ) -> Analysis | FailedAnalysis:
-    """Read the result of a file or of JSON: text that begins with a brace, or bytes. Raises `DataError`. `as_form`: the
-    parts that are read.
+    """Read the result of a file or of JSON: text that begins with a brace, or bytes. Raises `DataError`.
+
+    `as_form`: the parts that are read.
     """
     if isinstance(source, bytes) or (isinstance(source, str) and _is_json(source)):
         return result_of_dict(_parsed(source), as_form=as_form)

@@ -134,7 +134,9 @@ class Analysis(Tabular):
 
     @classmethod
     def from_json(cls, source: str | bytes | Path) -> Self:
-        """Read the JSON of an analysis from any version of sigmatau. `grids` are not in the JSON.
+        """Read the JSON of an analysis from any version of sigmatau.
+
+        `grids` are not in the JSON.
 
         Parameters
         ----------

@@ -1,6 +1,7 @@
-"""Analysis of a record that is too large for one process: several workers sum its stretches, and the sums are merged. The
-stretches depend only on the record and are merged in order, so that the digits of a result depend neither on the number
-of workers nor on workers that end early.
+"""Analysis of a record that is too large for one process: several workers sum its stretches, and the sums are merged.
+
+The stretches depend only on the record and are merged in order, so that the digits of a result depend neither on the
+number of workers nor on workers that end early.
 """
 
 from __future__ import annotations
@@ -149,8 +150,9 @@ def analyze_sums(division: Division, sums: Mapping[str, GappedSums], *, method: 
 
 
 def as_complete(curve: DeviationCurve) -> DeviationCurve:
-    """Replace a curve with gaps by that of a complete, shorter record with as many pairs. It keeps the sizes with 9 of 10
-    pairs or more; without such sizes, the curve is empty.
+    """Replace a curve with gaps by that of a complete, shorter record with as many pairs.
+
+    It keeps the sizes with 9 of 10 pairs or more; without such sizes, the curve is empty.
     """
     starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
     share = starts / np.maximum(curve.n + 1 - 2 * curve.m, 1)

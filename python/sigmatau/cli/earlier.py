@@ -33,7 +33,9 @@ def settled() -> Iterator[None]:
 
 def expect(*paths: Path | None, csv: Path | None = None) -> None:
     """Declare the outputs of this command after its options were checked. If the command fails, results of an earlier run
-    in these places are removed; other files remain. `csv`: the file of the curves is included.
+    in these places are removed; other files remain.
+
+    `csv`: the file of the curves is included.
     """
     from sigmatau.io.written import is_result
 

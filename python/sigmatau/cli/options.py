@@ -147,8 +147,9 @@ def command_line() -> str:
 
 
 def check_outputs(inputs: Sequence[Path], /, **outputs: Path | None) -> None:
-    """Check the outputs of a command, by option, before a long computation; ``-`` is standard output. If the command
-    fails, results of an earlier run in these places are removed, see `expect`.
+    """Check the outputs of a command, by option, before a long computation; ``-`` is standard output.
+
+    If the command fails, results of an earlier run in these places are removed, see `expect`.
     """
     files = {option: path for option, path in outputs.items() if path is not None and str(path) != "-"}
     for option, path in files.items():

@@ -13,8 +13,9 @@ _WITH_COMMA = re.compile(r"(\d+),(\d+)")
 
 
 def assign_rates(words: Sequence[str], logs: Sequence[Path], places: Sequence[Path]) -> dict[Path, list[str]]:
-    """Assign to each log its part of ``--rate``: a number by name or by order, or the number for all logs. `places`: the
-    words of the command line that selected the logs. Rates by order require that each word is a log.
+    """Assign to each log its part of ``--rate``: a number by name or by order, or the number for all logs.
+
+    `places`: the words of the command line that selected the logs. Rates by order require that each word is a log.
     """
     rates = dict[Path, list[str]]()
     common: list[str] = []

@@ -1,7 +1,8 @@
-"""Further values of options with several values on the command line: ``--unit gyro=deg/s accel=g``. The parser takes one
-word after an option, because the next word may be a log. This module repeats the option before each further word that
-cannot be a log: KEY=VALUE, a number after ``--rate``, or a word without a file name ending after ``--topic``, unless a
-file has that name.
+"""Further values of options with several values on the command line: ``--unit gyro=deg/s accel=g``.
+
+The parser takes one word after an option, because the next word may be a log. This module repeats the option before each
+further word that cannot be a log: KEY=VALUE, a number after ``--rate``, or a word without a file name ending after
+``--topic``, unless a file has that name.
 """
 
 from __future__ import annotations

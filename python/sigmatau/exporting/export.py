@@ -350,8 +350,9 @@ def _doubts(wanted: Target, source: Source) -> list[Finding]:
 
 
 def _fastest_rate(wanted: Target, source: Source, choices: Choices) -> FastestRate | None:
-    """Highest rate of the sensors, for a file with one field for the rate, if their rates differ and none was chosen. A
-    filter reads both sensors at common times; drivers of cameras interpolate the slower sensor.
+    """Highest rate of the sensors, for a file with one field for the rate, if their rates differ and none was chosen.
+
+    A filter reads both sensors at common times; drivers of cameras interpolate the slower sensor.
     """
     if choices.filter_rate is not None or not wanted.has_rate_field:
         return None

@@ -315,9 +315,10 @@ def _nearly(keys: Iterable[str], expected: Iterable[str]) -> str:
 
 
 def _values(text: str) -> dict[tuple[str, ...], str]:
-    """Read the values of the nested block mappings of a YAML file, by their path of keys; lists are skipped. These files
-    do not use other parts of YAML. A value may follow a tab, or be on or continue on the next line: deeper lines belong
-    to the key above. Raises `DataError` for a duplicate key.
+    """Read the values of the nested block mappings of a YAML file, by their path of keys; lists are skipped.
+
+    These files do not use other parts of YAML. A value may follow a tab, or be on or continue on the next line: deeper
+    lines belong to the key above. Raises `DataError` for a duplicate key.
     """
     values: dict[tuple[str, ...], str] = {}
     above: list[tuple[int, str]] = []

@@ -22,6 +22,7 @@ SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limi
 
 def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
     """Remarks for a target with fields for N and K only: the omitted terms, and the errors that its filter states.
+
     `has_turn_on`: whether the target has a field for the turn-on bias.
     """
     remarks = []
@@ -38,7 +39,9 @@ def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:
 
 def omitted_noise(numbers: Numbers, sensor: str, *, written: Collection[str], has_turn_on: bool = False) -> list[str]:
     """Remark on noise of a sensor without a field in a format: terms that are not `written`, bandwidth, sinusoids,
-    turn-on bias. Empty if no noise is omitted. `has_turn_on`: whether the format has a field for the turn-on bias.
+    turn-on bias. Empty if no noise is omitted.
+
+    `has_turn_on`: whether the format has a field for the turn-on bias.
     """
     models = numbers.sensors.get(sensor, {}).values()
     stated = {name for model in models for name in model.terms}.difference(written)

@@ -1,4 +1,6 @@
-"""Targets whose file is a short YAML with one number for three axes: its text, with a placeholder in braces for each value:
+"""Targets whose file is a short YAML with one number for three axes: its text, with a placeholder in braces for each value.
+
+The placeholders are:
 
 ``{gyro N}``, ``{accel K*sqrt(rate)}``
     A sensor and one of `FORMS`: the number in this form, with its unit and origin in a comment.

@@ -1,5 +1,6 @@
-"""Turn-on bias of a sensor, for targets that have a field for the uncertainty of the initial bias. It is the spread
-between power-ups in the model, or the value of the user. A single record at rest does not show it.
+"""Turn-on bias of a sensor, for targets that have a field for the uncertainty of the initial bias.
+
+It is the spread between power-ups in the model, or the value of the user. A single record at rest does not show it.
 """
 
 from __future__ import annotations

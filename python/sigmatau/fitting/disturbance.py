@@ -111,8 +111,10 @@ def burst_share(x: Floats, tau0: float) -> float:
 
 
 def _loudness(x: Floats, m: int, floor: float) -> float:
-    """Compare the loudest differences of sums of `m` samples with the median. Returns the ratio of their powers, relative
-    to normal noise; 1 if there are too few differences, or if the median is below `floor`.
+    """Compare the loudest differences of sums of `m` samples with the median.
+
+    Returns the ratio of their powers, relative to normal noise; 1 if there are too few differences, or if the median is
+    below `floor`.
     """
     count = len(x) // (2 * m)
     blocks = x[: count * 2 * m].reshape(count, 2, m)[:: max(1, count // _MOST_BURST_BLOCKS)]
@@ -170,8 +172,9 @@ def is_narrow(frequency: float, width: float) -> bool:
 
 def is_disturbed(fitted: NoiseFit, stream: Stream, *, unsteady: float) -> bool:
     """Whether vibration hides the noise. It does if it is intermittent, if it has most of the power, or if it has much of
-    the power and the white noise of the model is not visible at any averaging time. A few steady lines hide nothing if
-    the white level is visible.
+    the power and the white noise of the model is not visible at any averaging time.
+
+    A few steady lines hide nothing if the white level is visible.
 
     `unsteady` is the p-value of an equal white level in all eighths of the record.
     """

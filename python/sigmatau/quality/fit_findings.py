@@ -358,9 +358,10 @@ def by_channel(fits: Mapping[str, NoiseFit], sample_findings: Sequence[Finding],
 
 
 def without_consequences(findings: Sequence[Finding], fits: Mapping[str, NoiseFit]) -> list[Finding]:
-    """Remove findings about samples that the drifts of the fits explain. Steps of the mean are removed, because
-    `sigmatau.quality.check.check_fits` searches for them without the drift. A warning about axes with only slow noise in
-    common becomes an info.
+    """Remove findings about samples that the drifts of the fits explain.
+
+    Steps of the mean are removed, because `sigmatau.quality.check.check_fits` searches for them without the drift. A
+    warning about axes with only slow noise in common becomes an info.
     """
     drifting = {channel for channel, fitted in fits.items() if drifts(fitted)}
     remaining = []

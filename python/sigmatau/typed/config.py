@@ -1,7 +1,9 @@
 """Options of an analysis as a flat table of names and texts: a configuration file, a command line, or the choices of a
-page. A key is the name of an option of ``sigmatau analyze`` without its leading hyphens, ``read_off_at`` or
-``read-off-at``. A value is the typed text, or its equivalent in TOML and JSON: a number, true, a list of texts, or a
-table such as ``{gyro = "deg/s"}``.
+page.
+
+A key is the name of an option of ``sigmatau analyze`` without its leading hyphens, ``read_off_at`` or ``read-off-at``. A
+value is the typed text, or its equivalent in TOML and JSON: a number, true, a list of texts, or a table such as ``{gyro =
+"deg/s"}``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The files of docs/coming-from: small logs in the formats of the other programs, and results of theirs."""
+"""The files of docs/coming-from: small logs in the formats of other programs, and their results."""
 
 import struct
 from pathlib import Path
@@ -35,7 +35,7 @@ AXIS = """\
 
 
 def _imu_utils() -> str:
-    """A result as imu_utils writes it."""
+    """A result in the form of imu_utils."""
     text = "%YAML:1.0\n---\ntype: IMU\nname: mems\n"
     for block, unit, noise, minimum in (("Gyr", "rad/s", 2e-3, 2.2e-5), ("Acc", "m/s^2", 2e-2, 2.3e-4)):
         text += f'{block}:\n   unit: " {unit}"\n'

@@ -9,7 +9,7 @@ from logs_of_pages import AXES, analysed, block_of, copied, filtered, mems_log, 
 from sigmatau.cli import main
 from sigmatau.io.write import write
 
-SHORT_ROWS = 2200  # rows, 11 s at 200 Hz: hardly more than the shortest record that is judged
+SHORT_ROWS = 2200  # number of rows, 11 s at 200 Hz: just above the shortest record that is judged
 GYROS = dict.fromkeys(AXES[:3], "deg/s")
 SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
 

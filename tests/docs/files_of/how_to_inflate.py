@@ -22,7 +22,7 @@ bias_instability = "40 ug"
 
 
 def make(folder: Path) -> None:
-    """Models at rest and beside motors; innovations of a filter whose K is a third of the true one."""
+    """Models at rest and with running motors; innovations of a filter whose K is a third of the true one."""
     write_innovations(folder / "innovations.csv", {"gyro_x": ("nu_gyro_x", "S_gyro_x")}, walk=1e-5)
     (folder / "imu.toml").write_text(MODEL)
     (folder / "rest.toml").write_text(REST)

@@ -1,4 +1,4 @@
-"""Logs of docs/how-to/live.md: what an IMU without a header prints, and a table of a gyro."""
+"""Logs of docs/how-to/live.md: lines of an IMU without a header, and a table of a gyro."""
 
 from pathlib import Path
 

@@ -7,11 +7,11 @@ import numpy as np
 from known import seed_of
 from page_records import bench, write_table
 
-_SIZES = {"gyro_x": 0.2, "gyro_y": 0.3, "accel_z": 0.5}  # of a drive [SI]
+_SIZES = {"gyro_x": 0.2, "gyro_y": 0.3, "accel_z": 0.5}  # sizes of the motion of a drive [SI]
 
 
 def make(folder: Path) -> None:
-    """A sensor that is taken up for 10 s, one that drives and then stands, and one that never rests."""
+    """A sensor that is picked up for 10 s, a sensor that drives and then stands, and a sensor that never rests."""
     times, columns = bench()
     up = (times > 200) & (times < 210)
     handled = {name: column.copy() for name, column in columns.items()}

@@ -1,4 +1,4 @@
-"""The files of docs/how-to/production.md: the lot that the page speaks of."""
+"""The files of docs/how-to/production.md: the lot of the page."""
 
 from pathlib import Path
 

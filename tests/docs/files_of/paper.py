@@ -1,3 +1,3 @@
-"""The pages of docs/paper need no files. Each block is copied alone by a reader."""
+"""The pages of docs/paper need no files. Readers copy each block separately."""
 
 ALONE = True

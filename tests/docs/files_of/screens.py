@@ -1,4 +1,4 @@
-"""The logs of docs/screens.md: that of the demo, and logs of others, which are not ours to ship."""
+"""The logs of docs/screens.md: that of the demo, and logs of other parties, which are not distributed with the package."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Sheets, units and verdicts in one line each, for the tests of them."""
+"""Datasheets, units and verdicts in one line each, for their tests."""
 
 import math
 

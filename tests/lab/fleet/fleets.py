@@ -16,8 +16,8 @@ from known import seed_of
 READING = ("--rate", "100", "--channels", "gyro=1:3", "--unit", "gyro=rad/s")
 DAMAGED = 10
 
-# What every worker runs at its start: it tells which logs it reads, takes its time, and dies of those named "poison"; of the
-# stretches of a record, the second one ends its worker once.
+# Code that every worker runs at its start: it records the logs that it reads, waits, and ends at logs named "poison";
+# the second stretch of a record ends its worker once.
 HOOK = '''
 import os, signal, sys, time
 
@@ -81,7 +81,7 @@ def make_tables(folder, count, rows=1100):
 
 
 def damage(folder):
-    """Ten files that cannot be used, each for another reason."""
+    """Write ten unusable files, each with a different fault."""
     folder.mkdir(parents=True, exist_ok=True)
     whole = (folder.parent / "unit0" / "log00.npy").read_bytes()
     (folder / "cut.npy").write_bytes(whole[:100])
@@ -133,7 +133,7 @@ class Processes:
         return process
 
     def fleet(self, *arguments, reading=READING, **options):
-        """`sigmatau fleet analyze` in a process of its own."""
+        """Start `sigmatau fleet analyze` in a separate process."""
         return self.start("-m", "sigmatau", "fleet", "analyze", *map(str, arguments), *reading, **options)
 
     def kill(self, process):
@@ -167,7 +167,7 @@ class Processes:
         return [tuple(line.split(" ", 1)) for line in self.seen.read_text().splitlines()]
 
     def wait_for_reads(self, count, *, seconds=60):
-        """Wait until so many logs were read; raises if that takes too long."""
+        """Wait until `count` logs were read; raise an error if it takes too long."""
         until = time.monotonic() + seconds
         while len(self.reads()) < count:
             ended = [process for process in self.running if process.poll() not in (None, 0)]
@@ -177,7 +177,7 @@ class Processes:
 
 
 def interruptible():
-    """A shell in the background ignores Ctrl-C, and what it starts does too."""
+    """Make a process interruptible: children of a background shell would ignore Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
@@ -195,7 +195,9 @@ def ended(process, *, code=0, seconds=100):
 
 
 def contents(place):
-    """What a store has, by path of the log: state, message and the whole result, without what differs between runs."""
+    """Content of a store by path of the log: state, message and the whole result, without values that differ between
+    runs.
+    """
     from sigmatau.lab.store.store import Store
 
     rows_by_path = {}

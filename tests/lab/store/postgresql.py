@@ -1,4 +1,4 @@
-"""A PostgreSQL of the tests' own on loopback, from the programs of the system."""
+"""A PostgreSQL for the tests on loopback, from the programs of the system."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-_USER = "postgres"  # who runs the server if the tests run as root, whom it refuses
+_USER = "postgres"  # user of the server if the tests run as root, which it refuses
 
 
 def programs() -> Path | None:

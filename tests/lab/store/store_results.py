@@ -1,4 +1,4 @@
-"""Results as `sigmatau analyze` writes them, small."""
+"""Small results of `sigmatau analyze`."""
 
 import functools
 import json
@@ -19,7 +19,7 @@ def _made(seed: int) -> str:
 
 
 def result(seed: int = 0, *, log: str = "", path: str = "day1.csv") -> dict:
-    """A result of three gyros; `log` stands for the bytes of the log."""
+    """A result of three gyros; `log` replaces the bytes of the log."""
     made = json.loads(_made(seed % 5))
     made["source"] |= {"path": path, "sha256": f"{hash_of(log or str(seed))}"}
     return made
@@ -32,5 +32,5 @@ def hash_of(text: str) -> str:
 
 
 def entry_of(content: dict, **names) -> Entry:
-    """The entry of a result in its JSON form, as it is read from a file."""
+    """The entry of a result in its JSON form, as if read from a file."""
     return Entry(result=result_of_dict(content), content=content, **names)

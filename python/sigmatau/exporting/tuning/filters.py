@@ -27,9 +27,10 @@ _BISECTIONS = 60  # bisections of the share of R in S, to 1e-15 of its decades
 
 @frozen(eq=False)
 class FilterMatrices:
-    """A Kalman filter given by its matrices. Matrices with a first axis of `n` belong to each innovation; F and Q lead
-    from it to the next one. Constant F and Q are for the median interval, and are repeated over a gap of several
-    intervals.
+    """A Kalman filter given by its matrices.
+
+    Matrices with a first axis of `n` belong to each innovation; F and Q lead from it to the next one. Constant F and Q
+    are for the median interval, and are repeated over a gap of several intervals.
 
     Attributes
     ----------

@@ -190,8 +190,9 @@ def _tune(
 
 
 def _means(series: Floats, present: Bools, judged: Judgement) -> tuple[Floats, float]:
-    """Means of the measurements, and their smallest p-value times their number. n·mean² over the density at frequency 0
-    is χ², or Student's t² with the density of the lowest frequencies.
+    """Means of the measurements, and their smallest p-value times their number.
+
+    n·mean² over the density at frequency 0 is χ², or Student's t² with the density of the lowest frequencies.
     """
     n, count = series.shape
     means = series.mean(axis=0)
@@ -242,9 +243,10 @@ def _assumed(filter_: Filter, run: FilterRun, data: Innovations) -> dict[str, fl
 
 
 def _nis(series: Floats, present: Bools, level: float) -> tuple[float, float, float]:
-    """Mean square with its interval, from a χ² whose degrees of freedom are the number of independent squares. The
-    variance of the mean square of a Gaussian series with the density P is 2∫P²/n, and the product of neighbours in the
-    periodogram has the mean P².
+    """Mean square with its interval, from a χ² whose degrees of freedom are the number of independent squares.
+
+    The variance of the mean square of a Gaussian series with the density P is 2∫P²/n, and the product of neighbours in
+    the periodogram has the mean P².
     """
     n, total = len(series), int(present.sum())
     nis = float(np.sum(series**2)) / total

@@ -185,8 +185,9 @@ class Verdict(Printed):
         return bool(self.missing) or not self.judged or any(judged.may_be_out for judged in self.judged)
 
     def fails(self, undecided: Literal["pass", "fail"] = "pass") -> bool:
-        """Whether the unit fails: it is out, or with ``"fail"`` a maximum is not shown to be met. A unit does not fail
-        because of an undecided typical value.
+        """Whether the unit fails: it is out, or with ``"fail"`` a maximum is not shown to be met.
+
+        A unit does not fail because of an undecided typical value.
 
         Parameters
         ----------

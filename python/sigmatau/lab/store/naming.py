@@ -36,7 +36,9 @@ class UnknownUnitError(DataError):
 
 @frozen
 class Naming:
-    """Rules for the names of results. Attributes
+    """Rules for the names of results.
+
+    Attributes
     ----------
     unit : str or None
         Name of the unit of all results.

@@ -103,7 +103,9 @@ def _canonical(value: object) -> str:
 
 
 def make_rows(entry: Entry) -> Rows:
-    """Build the rows of a result. Raises
+    """Build the rows of a result.
+
+    Raises
     ------
     DataError
         If a name, a number or the JSON of the result cannot be stored.

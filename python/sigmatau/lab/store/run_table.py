@@ -39,8 +39,10 @@ _TERMS = (*TERMS, MEAN)
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
     """Rows of the runs that have coefficients. If a log has results with several options, the latest fit is used, or the
-    latest read-off if there is no fit. Lines and filters of the fits are not read, so that clocks are not compared. δ of
-    eq. (26) is read for up to 1000 runs.
+    latest read-off if there is no fit.
+
+    Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read for up to 1000
+    runs.
     """
     from sqlalchemy import select
 

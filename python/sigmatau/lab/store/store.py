@@ -390,9 +390,10 @@ class Store:
         raise DataError(f"the store has no run with the number {run_id}")
 
     def units_latest(self, chosen: Chosen | None = None) -> dict[str, Analysis | FailedAnalysis]:
-        """The latest result of each unit, in the order of the first records of the units. A failure counts as a result,
-        because an earlier measurement does not describe the current unit. Results without a time get the time at which
-        they were added.
+        """The latest result of each unit, in the order of the first records of the units.
+
+        A failure counts as a result, because an earlier measurement does not describe the current unit. Results without a
+        time get the time at which they were added.
 
         Parameters
         ----------

@@ -1,10 +1,11 @@
-"""Stationarity of the noise over the record, by two tests. Segments: the Allan variances of eight segments at octaves of
-τ are compared, with the covariance that the fitted noise has in a segment. An Allan variance is skewed, like χ² over its
-degrees of freedom ν; its cube root is nearly normal with variance 2/(9ν) of its squared mean (Wilson & Hilferty). The
-statistic is therefore the sum of squares of whitened cube roots, χ² with 7 degrees of freedom per octave, over all
-octaves or the most significant one; docs/study/stability.md measures the false alarms. Cusum: the running sum of the
-sizes of first differences is compared with a straight line; its largest distance follows Kolmogorov's law and gives the
-time of the change.
+"""Stationarity of the noise over the record, by two tests.
+
+Segments: the Allan variances of eight segments at octaves of τ are compared, with the covariance that the fitted noise
+has in a segment. An Allan variance is skewed, like χ² over its degrees of freedom ν; its cube root is nearly normal with
+variance 2/(9ν) of its squared mean (Wilson & Hilferty). The statistic is therefore the sum of squares of whitened cube
+roots, χ² with 7 degrees of freedom per octave, over all octaves or the most significant one; docs/study/stability.md
+measures the false alarms. Cusum: the running sum of the sizes of first differences is compared with a straight line; its
+largest distance follows Kolmogorov's law and gives the time of the change.
 
 References
 ----------

@@ -229,9 +229,11 @@ def step_finding(stream: Stream, channel: str, steps: Sequence[MeanStep], *, bes
 def _leave_out_or_keep(
     stream: Stream, steps: Sequence[MeanStep]
 ) -> tuple[tuple[Span, ...], tuple[float | None, float | None] | None]:
-    """Choose the stretch of a record with steps to leave out or to keep. The stretch between two steps that cancel is
-    left out. Otherwise the longest part between steps is kept, because leaving out only the moment of a step would keep
-    both means. Times are from the beginning of the whole record; None is one of its ends. [s]
+    """Choose the stretch of a record with steps to leave out or to keep.
+
+    The stretch between two steps that cancel is left out. Otherwise the longest part between steps is kept, because
+    leaving out only the moment of a step would keep both means. Times are from the beginning of the whole record; None is
+    one of its ends. [s]
     """
     n = stream.grid.n
     if len(steps) == 2:

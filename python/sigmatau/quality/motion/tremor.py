@@ -93,11 +93,12 @@ _UNSTEADY = 2.0
 
 
 def shaken(means: Sequence[OctaveMeans]) -> Motion | None:
-    """Detect a tremor, or noise on all axes beyond that of any sensor in a certain unit. The unit is certain if the
-    accelerometers are as noisy and measure gravity in the stated unit, if there is a tremor, or if the noise grows or
-    fades within the record. A sampling rate too low for a tremor cannot distinguish motion from white noise. At such a
-    rate, and for one or two accelerometers alone, which do not show gravity, the motion is "loud", and the unit is in
-    doubt.
+    """Detect a tremor, or noise on all axes beyond that of any sensor in a certain unit.
+
+    The unit is certain if the accelerometers are as noisy and measure gravity in the stated unit, if there is a tremor,
+    or if the noise grows or fades within the record. A sampling rate too low for a tremor cannot distinguish motion from
+    white noise. At such a rate, and for one or two accelerometers alone, which do not show gravity, the motion is "loud",
+    and the unit is in doubt.
     """
     axes = [axis for axis in means if not axis.slow]
     gyros = [axis for axis in axes if axis.quantity == "angular_rate"]
@@ -245,7 +246,9 @@ def _densities(
     means: OctaveMeans, bands: Sequence[tuple[float, float]], *, segment: float, by_median: bool = False
 ) -> list[float] | None:
     """Two-sided densities in some bands [Hz], from periodograms of a length [s]; None if there are too few periodograms,
-    or if a density is 0. Each is the mean over the frequencies of a band, or the median, which lines do not raise.
+    or if a density is 0.
+
+    Each is the mean over the frequencies of a band, or the median, which lines do not raise.
     """
     rate = means.stream.grid.rate
     size = round(segment * rate)

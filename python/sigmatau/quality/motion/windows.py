@@ -257,7 +257,9 @@ def _departures(
     stream: Stream, channel: str, x: Floats, spreads: float, *, apart: int = 1
 ) -> tuple[Floats, float, float] | None:
     """Compute the distances of differences from their median, their spread, and the distance that noise and rounding may
-    reach. One in `apart` differences is independent.
+    reach.
+
+    One in `apart` differences is independent.
     """
     finite = np.isfinite(x)
     independent = int(np.count_nonzero(finite)) // apart
@@ -287,9 +289,11 @@ def _gradual(mean: Floats, place: int, half_width: int) -> bool:
 
 def excursions(stream: Stream, windows: Windows, steps: Sequence[MeanStep] = ()) -> list[Burst]:
     """Find stretches in which a channel leaves its mean and returns, too slowly to show in the changes from sample to
-    sample, such as a rotation or a push. The mean of each window of 1 s, 2 s, 4 s and 8 s, minus the mean of the windows
-    beyond its neighbours, is Gaussian for each of the five terms, like the differences of `mean_steps`, and has the same
-    threshold. Excursions next to one of the `steps` of the channel are ignored.
+    sample, such as a rotation or a push.
+
+    The mean of each window of 1 s, 2 s, 4 s and 8 s, minus the mean of the windows beyond its neighbours, is Gaussian for
+    each of the five terms, like the differences of `mean_steps`, and has the same threshold. Excursions next to one of
+    the `steps` of the channel are ignored.
     """
     channel, mean, w = windows.channel, windows.mean, windows.length
     c = stream.channels.index(channel)

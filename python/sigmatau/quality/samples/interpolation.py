@@ -54,8 +54,9 @@ class Upsampling:
 
 def upsampling(stream: Stream, channel: str) -> Upsampling | None:
     """Detect linear interpolation of a channel from second differences that are zero to rounding; None without
-    interpolation. It is not detected for a ratio of rates below 2 without aligned samples, because no three samples are
-    then on a line.
+    interpolation.
+
+    It is not detected for a ratio of rates below 2 without aligned samples, because no three samples are then on a line.
     """
     x = take_samples(stream, channel, count=_EXAMINED)
     zero = tolerance(stream, channel, x)

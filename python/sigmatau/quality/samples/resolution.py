@@ -118,9 +118,10 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
 
 
 def white_sum(increments: Floats) -> int | None:
-    """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two. If an angle
-    moves by much less than a step between samples, its rounding is nearly the same in both, and no term has the resulting
-    spectrum. None if there are too few sums of sufficient length.
+    """Number of increments of a rounded angle, in steps, whose sums have white rounding: a power of two.
+
+    If an angle moves by much less than a step between samples, its rounding is nearly the same in both, and no term has
+    the resulting spectrum. None if there are too few sums of sufficient length.
     """
     previous, size = False, 1
     while len(increments) // size >= _MIN_SUMS:
@@ -176,8 +177,9 @@ def step_of_changes(changes: Floats) -> float:
 
 @channel_fact
 def equal_by_chance(stream: Stream, channel: str) -> float:
-    """Share of the samples that equal a distant sample, as in coarse noise without a fault. It is the median over blocks,
-    which ignores a stuck or lost part of the record.
+    """Share of the samples that equal a distant sample, as in coarse noise without a fault.
+
+    It is the median over blocks, which ignores a stuck or lost part of the record.
     """
     x = stream.column(channel)
     lag = min(_LAG, len(x) // 4)

@@ -203,9 +203,11 @@ def _noise_between(x: Floats, straight: Ints) -> bool:
 
 
 def _effect_of_lost(first: Ints, lengths: Ints, n: int) -> tuple[float, float]:
-    """N at long τ and σ at one sample, both over those of the sensor. A gap of g samples adds a weight of g/2 to each of
-    the two adjacent samples: N² is proportional to the mean of the squared weights over all rows. Each of the g + 1
-    changes across the gap is (b − a)/(g + 1), so that their squares sum to a (g + 1)⁻¹ share instead of g + 1.
+    """N at long τ and σ at one sample, both over those of the sensor.
+
+    A gap of g samples adds a weight of g/2 to each of the two adjacent samples: N² is proportional to the mean of the
+    squared weights over all rows. Each of the g + 1 changes across the gap is (b − a)/(g + 1), so that their squares sum
+    to a (g + 1)⁻¹ share instead of g + 1.
     """
     weight = np.ones(n + 2)
     gone = np.zeros(n + 2, dtype=np.int8)

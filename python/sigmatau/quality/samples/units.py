@@ -131,6 +131,7 @@ def implausible_unit(stream: Stream) -> list[Finding]:
 
 def gravity(stream: Stream) -> list[Finding]:
     """Report the mean of an orthogonal accelerometer triad at rest if it is not 9.75 to 9.85 m/s²; at most one finding.
+
     It is an info for biases, scale errors and removed gravity; a warning for other values that no mistaken unit explains.
     """
     if stream.quantity != "acceleration" or len(stream.channels) != _AXES or not _is_measured(stream):

@@ -86,8 +86,9 @@ def leave_out(record: Record, stretches: str | Sequence[str]) -> tuple[Record, l
 
 
 def causes_to_keep(keep: str | Sequence[str]) -> tuple[str, ...]:
-    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` means all causes. Times
-    in the text are ignored; `spans_to_keep` reads them.
+    """Causes of disturbances by their names, ``"spikes,shocks"`` or a sequence of them; ``"all"`` means all causes.
+
+    Times in the text are ignored; `spans_to_keep` reads them.
     """
     names = [part for part in _parts(keep) if ":" not in part]
     for name in names:

@@ -124,7 +124,9 @@ class Rest:
 
 def reason_without_fits(rest: Rest | None, *, has_read_off: bool = False) -> str:
     """Reason why a result has no fit: motion, a record that is too short to tell, or coefficients that were only read
-    off. Empty if it has a fit.
+    off.
+
+    Empty if it has a fit.
     """
     reason = "" if rest is None else _NO_COEFFICIENTS.get(rest.verdict, "")
     if has_read_off:
@@ -300,8 +302,9 @@ def _differences(stream: Stream, channel: int, start: int, stop: int, w: int, la
 
 
 def shortest_record(streams: Sequence[Stream]) -> float:
-    """Shortest record that can be judged, for the sensor that needs the least. [s] 0 without a gyro or an accelerometer:
-    other quantities are not judged.
+    """Shortest record that can be judged, for the sensor that needs the least. [s]
+
+    It is 0 without a gyro or an accelerometer, because other quantities are not judged.
     """
     return min(
         (shortest_length([stream.quantity], stream.grid.tau0) for stream in streams if _is_judged(stream)), default=0.0

@@ -43,9 +43,10 @@ _MOST_SAMPLES = 1 << 22
 
 
 def cross_axis(stream: Stream) -> list[Finding]:
-    """Report correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``. A filter then needs
-    the covariance of the axes; the intervals of each axis remain valid. Identical axes are a separate warning. If there
-    are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly spaced parts.
+    """Report correlation of the axes of a stream beyond chance: at most one ``"correlated_axes"``.
+
+    A filter then needs the covariance of the axes; the intervals of each axis remain valid. Identical axes are a separate
+    warning. If there are more than 4.2·10⁶ samples, fast differences are taken from 32 evenly spaced parts.
     """
     if len(stream.channels) < 2 or stream.grid.n < 4 * _STRETCHES:
         return []

@@ -127,7 +127,7 @@ def _figure(x: Sequence[float], rows: Sequence[dict[str, Any]], label: str, path
         for name, colour in COLOURS.items():
             points = [(a, factor * row[key][name]) for a, row in zip(x, rows, strict=True) if row[key].get(name)]
             if points:
-                line = "o--" if name == "numba" else "o-"  # its memory is that of sigmatau
+                line = "o--" if name == "numba" else "o-"  # dashed, because its memory equals that of sigmatau
                 memory_name = "sigmatau" if name == "ours" else name
                 ax.plot(*zip(*points, strict=True), line, color=colour, markersize=4, linewidth=1.2, label=memory_name)
         ax.set_xscale("log")

@@ -74,10 +74,7 @@ print(json.dumps(spent))
 
 _MODEL = NoiseModel(channels={f"{sensor}_{axis}": noise for sensor, noise in _NOISE.items() for axis in "xyz"})
 
-_LOGS, _LOGS_APART = (
-    40,
-    4,
-)  # number of logs in a folder, and number with separate samples; the others are links to these
+_LOGS, _LOGS_APART = 40, 4  # number of logs in a folder, and of those with separate samples; the others are links
 _REAL = Path("adis16405_static.csv.gz")  # log of the field data
 _DAY, _DAY_RATE = 17_280_000, 200.0  # samples of 24 hours [Hz]
 

@@ -103,9 +103,8 @@ def wheel(target: str | None, *, zig: bool) -> None:
     source = DIST / f"{NAME}.tar.gz"
     if not source.exists():
         sys.exit(f"{source} is missing: run distribute.py sdist first")
-    folder = (
-        ROOT / "target" / "from-sdist"
-    )  # always the same folder: its name is in the flags, on which all crates depend
+    # The folder is always the same: its name is in the flags, on which all crates depend.
+    folder = ROOT / "target" / "from-sdist"
     shutil.rmtree(folder, ignore_errors=True)
     with tarfile.open(source) as archive:
         # Python 3.11.2 of Debian 12 has no filters; later versions require one.

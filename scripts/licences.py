@@ -138,7 +138,7 @@ def components(graph: dict[str, Any]) -> Iterator[Component]:
         sys.exit(f"{UPLOT}: no version in the first line of uPlot")
     yield Component(f"uPlot {version[1]} (in reports)", "MIT", (UPLOT / "LICENSE").read_text(encoding="utf-8"))
     owner = "Copyright (c) The Rust Project Contributors"
-    unicode = folders["unicode-ident"] / "LICENSE-UNICODE"  # the same tables, in a crate that is not linked
+    unicode = folders["unicode-ident"] / "LICENSE-UNICODE"  # another crate, which is not linked, has the same tables
     yield Component("Unicode tables (in the Rust standard library)", "Unicode-3.0", unicode.read_text(encoding="utf-8"))
     yield Component(STANDARD_LIBRARY, "MIT", re.sub(r"Copyright .*", owner, _OURS))
 

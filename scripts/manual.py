@@ -92,7 +92,7 @@ def page(words: tuple[str, ...] = ()) -> str:
     """The man page of a command, or of the program."""
     collected = Collector()
     before = app.help_formatter
-    app.help_formatter = cast("Any", collected)  # of the protocol, with the two methods that are optional
+    app.help_formatter = cast("Any", collected)  # the protocol has two optional methods
     try:
         app.help_print(list(words), console=Console(file=io.StringIO(), width=_WIDE))
     finally:

@@ -33,10 +33,8 @@ TERMS = ("random_walk", "bias_instability", "rate_random_walk")
 GYRO = {"random_walk": "0.3 deg/sqrt(h)", "bias_instability": "10 deg/h", "rate_random_walk": "20 deg/h/sqrt(h)"}
 ACCEL = {"random_walk": "0.06 m/s/sqrt(h)", "bias_instability": "0.04 mg", "rate_random_walk": "3 m/s/h^(3/2)"}
 MODEL = {"gyro_x": GYRO, "gyro_y": GYRO, "gyro_z": GYRO, "accel_z": ACCEL}
-_SIGMA = {
-    "gyro": math.radians(0.3) / 60 * math.sqrt(RATE),
-    "accel": 0.06 / 60 * math.sqrt(RATE),
-}  # standard deviation of a sample
+# standard deviation of a sample
+_SIGMA = {"gyro": math.radians(0.3) / 60 * math.sqrt(RATE), "accel": 0.06 / 60 * math.sqrt(RATE)}
 
 
 def clean(rng: np.random.Generator, minutes: float, rate: float) -> Axes:

@@ -38,9 +38,9 @@ class Case:
     runs: int = 7
     spreads: Mapping[str, float] = field(default_factory=dict)  # standard deviation of the logarithm of a coefficient
     odd: Mapping[str, float] = field(default_factory=dict)  # factors of the fourth run
-    lengths: Sequence[float] = (1.0,)  # of the runs in turn, over N
-    corner: float | None = None  # of exponential smoothing of the white noise [Hz]
-    odd_corner: float | None = None  # of the fourth run
+    lengths: Sequence[float] = (1.0,)  # lengths of consecutive runs, over N
+    corner: float | None = None  # corner of exponential smoothing of the white noise [Hz]
+    odd_corner: float | None = None  # corner in the fourth run
     missing: float = 0.0  # share that is missing in every second run, in blocks
     common: tuple[str, ...] = COMMON
 

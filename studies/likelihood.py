@@ -37,7 +37,7 @@ RECORDS = 400
 PARTS = 8
 SIZES = (2**17, 2**15, 2**20)
 PARTS_OF_LONGEST = 2
-"""Parts of the longest records: a hundred of a cell."""
+"""Number of parts of the longest records: a hundred records per cell."""
 PROCESS_RECORDS = 200
 CASE_RECORDS = 200
 WELL = 0.2
@@ -136,7 +136,9 @@ def _row(fitted: ChannelFit) -> Row:
                 for part in fitted.resonance
             ),
         ],
-        "filter": 0 if fitted.response is None else max(1, len(fitted.response.coefficients)),  # none of a running mean
+        "filter": 0
+        if fitted.response is None
+        else max(1, len(fitted.response.coefficients)),  # a running mean has none
         "lines": len(fitted.sinusoid),
         "cut": fitted.highest is not None,
         "ramp": [*_with_error(ramp.profile), ramp.observed],
@@ -147,7 +149,7 @@ def _row(fitted: ChannelFit) -> Row:
 
 
 def _ends(estimate: Estimate) -> list[float | None]:
-    """A value with its interval, which is from 0 on if it has no upper end."""
+    """A value with its interval, which begins at 0 if it has no lower end."""
     return [estimate.value, estimate.low or 0.0, estimate.high]
 
 

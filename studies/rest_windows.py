@@ -32,20 +32,8 @@ MOTIONS = (*KINDS, "held")
 LENGTHS = (3, 4, 5, 10, 20)
 SWING = math.radians(6.0)  # peak-to-peak rate of a window that must not be at rest [rad/s]
 RATES = (1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 200.0, 1000.0)
-JUDGED = (
-    3,
-    4,
-    5,
-    6,
-    8,
-    10,
-    15,
-    20,
-    30,
-    50,
-    80,
-    150,
-)  # lengths of windows in the test without the rule of the shortest record [s]
+# lengths of windows in the test without the rule of the shortest record [s]
+JUDGED = (3, 4, 5, 6, 8, 10, 15, 20, 30, 50, 80, 150)
 RECORDS, WINDOWS = 8, 4  # a cell
 
 # Coefficients of gyros [deg/√h, deg/h, deg/h/√h] and of accelerometers [m/s/√h, mg], and angle noise [arcsec], from optical

@@ -53,9 +53,7 @@ def schedule(aiding: Aiding, duration: float, rng: np.random.Generator) -> tuple
         deviations = np.tile(AIDED.deviation * np.array(aiding.deviations), (len(time), 1))
         deviations[np.hstack([~first, first])] = np.nan
         time = time[order]
-    elif (
-        aiding.kind == "adaptive"
-    ):  # deviations 1 to 4 times as large, slowly varying, and a further three times for a few seconds
+    elif aiding.kind == "adaptive":  # slowly varying deviations, 1 to 4 times as large, and peaks of 3 times
         deviations = deviations * (2.5 + 1.5 * np.sin(2 * np.pi * time / 300.0))[:, None]
         deviations[(time % 47.0) < 5.0] *= 3
     elif aiding.kind == "dropouts":  # one of three measurements is lost, and all during 10 s in every 2 min

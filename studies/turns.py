@@ -31,7 +31,9 @@ def wander(rng: Generator, n: int, corner: float) -> Floats:
 
 
 def sensor(rng: Generator, n: int, rate: float, axes: int, *, bias: float = 1.0) -> Floats:
-    """Samples of one sensor at rest, shape (n, axes): biases of 3 to 60 times the noise, a floor from 3 to 300 s on."""
+    """Samples of one sensor at rest, shape (n, axes): biases of 3 to 60 times the noise, and a floor that begins at 3 to
+    300 s.
+    """
     corner = rate * 10 ** rng.uniform(0.5, 2.5)
     spread = 10 ** rng.uniform(0.5, 1.8)
     offsets = bias * spread * rng.standard_normal(axes)
@@ -97,7 +99,7 @@ of shape (n, axes).
 
 
 def _line(rng: Generator, n: int, rate: float, axes: int, offset: float, *, equal: bool, drift: float = 0.0) -> Floats:
-    """A line at half the rate, but for `offset` (over the rate), 1 to 30 times the noise, on several axes."""
+    """A line at half the rate plus `offset` (over the rate), 1 to 30 times the noise, on several axes."""
     size = 10 ** rng.uniform(0, 1.5) * (np.ones(axes) if equal else rng.uniform(0.1, 1, axes))
     wave = np.cos(2 * np.pi * (0.5 + offset) * np.arange(n) + rng.uniform(0, 1))
     amplitude = 1 + drift * wander(rng, n, rate * 10) * math.sqrt(rate * 10)

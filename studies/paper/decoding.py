@@ -34,7 +34,7 @@ _TENTH_OF_A_PERCENT = 3  # decimals of a δ that is rounded to 0.1 % before the 
 class Decoded:
     """A cluster size that results in the printed error of a cell."""
 
-    size: int  # samples
+    size: int  # [samples]
     rounded: bool  # whether δ is rounded to 0.1 % first
 
 
@@ -135,11 +135,11 @@ def reproducing_share(cell: Cell, *, rounding: bool, per_octave: int = 1) -> flo
     `rounding`: δ may be rounded to 0.1 % first.
     """
     steps = np.arange(per_octave * math.log2(cell.samples / 2))
-    # Errors beyond are not compared digit by digit.
+    # Errors outside this range cannot have the printed digits.
     reach = 10.0**-cell.decimals + cell.value * 0.1**_TENTH_OF_A_PERCENT
     hits = 0
     for start in (np.arange(_STARTS) + 0.5) / _STARTS:
-        delta = 1 / np.sqrt(2 * (cell.samples / 2 ** ((steps + start) / per_octave) - 1))  # (26)
+        delta = 1 / np.sqrt(2 * (cell.samples / 2 ** ((steps + start) / per_octave) - 1))  # eq. (26)
         within = delta[np.abs(cell.value * delta - cell.error) <= reach].tolist()
         hits += any(_reproduces(cell, x, rounded=way) for x in within for way in {False, rounding})
     return hits / _STARTS

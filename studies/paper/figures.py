@@ -58,7 +58,7 @@ def term_figure(number: int) -> Figure:
     record = st.simulate(model, duration=_SAMPLES, rate=1.0, rng=number)
     curve = st.allan(record)["gyro_x"]
     band = ""
-    if name != "rate_ramp":  # which does not scatter
+    if name != "rate_ramp":  # a ramp has no scatter
         low, high = curve.interval()
         ax.fill_between(curve.tau, low, np.minimum(high, 5 * curve.adev), color=COLOURS[1], alpha=0.18, linewidth=0)
         band = ", 95 % band"

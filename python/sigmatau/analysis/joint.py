@@ -43,7 +43,7 @@ class AnalysedRun:
 
     name: str
     analysis: Analysis
-    runs: Mapping[str, JointRun]  # by channel
+    runs: Mapping[str, JointRun]  # contributions by channel
     findings: tuple[Finding, ...]  # findings about channels that cannot be used
 
 

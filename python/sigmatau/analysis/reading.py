@@ -84,9 +84,8 @@ def _parsed(text: str | bytes) -> object:
         raise ValueError(f"{word} is not a number of JSON")
 
     try:
-        with contextlib.suppress(
-            ImportError, ValueError
-        ):  # its parser rejects input that other programs may write, and is not needed here
+        # orjson is optional, and rejects input that other programs may write.
+        with contextlib.suppress(ImportError, ValueError):
             import orjson
 
             return orjson.loads(text)

@@ -36,7 +36,7 @@ ENDINGS: Mapping[str, Sequence[str]] = {
 """Allowed endings of an output, by option; all if the option is missing."""
 _REPORTS = ("report", "output")  # options that need typst for a PDF
 _DATABASE = b"SQLite format 3\0"  # first bytes of a database file
-_LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # of curves on the screen
+_LEAST_PLOT_LINES, _MOST_PLOT_LINES, _MOST_PANELS = 8, 12, 2  # sizes of the curves on the screen
 
 
 def matched(places: Sequence[Path]) -> tuple[Path, ...]:

@@ -177,7 +177,7 @@ def _table(spectrum: Spectrum, compared: ModelComparison | None) -> str:
     root = "√S two-sided" if asked is None or asked.sided != "one" else "√(2S) one-sided"
     heading = f"{root} [{unit if asked is None else asked.bare}], 95 % interval"
     sheet = _DATASHEET.get(spectrum.quantity)
-    # A signal without a datasheet unit is shown in its own unit, with a prefix.
+    # A signal without a datasheet unit is shown in its unit, with a prefix.
     datasheet_unit = (
         find(sheet, si=coefficient_unit("random_walk", spectrum.quantity, spectrum.unit)) if sheet else None
     )

@@ -44,7 +44,7 @@ low.
 
 _HALF_DECADE = math.sqrt(10)  # distance in averaging time at which comments state the error of a process [decades]
 _MOST_SLOW_NOISE = (
-    1.1  # ratio of the Allan deviation of all slow noise to that of the process, above which there is a finding
+    1.1  # largest ratio of the Allan deviation of all slow noise to that of the process; more is reported
 )
 
 
@@ -146,7 +146,7 @@ def _mean(processes: Mapping[str, Process]) -> Process:
     every = list(processes.values())
     first, same = every[0], len({(p.walk, p.is_modelled) for p in every}) == 1
     time = math.exp(sum(math.log(p.time) for p in every) / len(every))
-    if not same:  # not all have the same time, and unchanged Allan deviation at `match`
+    if not same:  # give all the same time, without changing their Allan deviations at `match`
         every = [p.with_time(time) for p in every]
     sigma = math.sqrt(sum(p.sigma**2 for p in every) / len(every))
     origin = (

@@ -32,25 +32,17 @@ class Target:
     summary: str  # One line of ``sigmatau export --list``: what the file contains and how the program interprets it
     ending: str  # File name extension, with the dot
     write: Callable[[Numbers], str | bytes]  # Writes `Numbers` as the text of the file; bytes if the file is binary
-    sensors: Literal["both", "either", "any"] = (
-        "both"  # Required sensors: gyro and accelerometer, one of them, or any signals
-    )
+    sensors: Literal["both", "either", "any"] = "both"  # Gyro and accelerometer, either sensor, or any signals
     needs_axes: bool = False  # Whether ``axes="each"`` needs x, y and z of each sensor
     needs_step: bool = False  # Whether the file depends on a step from the record or the user
-    may_need_rate: bool = (
-        False  # Whether some noise needs the rate of the filter, so that it is checked before the analysis
-    )
+    may_need_rate: bool = False  # Whether some noise needs the rate of the filter: checked before the analysis
     needs_rate: bool = False  # Whether the file depends on the rate of the filter
     has_rate_field: bool = False  # Whether this rate is only a field of the file and does not affect its densities
     has_step: bool = False  # Whether the file depends on the step of the filter, so that ``step`` can be chosen
     has_walk: bool = False  # Whether the file has N and K, and no other field for slow noise
-    has_unobserved: bool = (
-        False  # Whether the file depends on `Choices.unobserved`, although it does not have N and K only
-    )
+    has_unobserved: bool = False  # Whether a file with more than N and K depends on `Choices.unobserved`
     has_process: bool = False  # Whether the file has slow noise as one Gauss-Markov process
-    has_consistent: bool = (
-        False  # Whether this process is that of a consistent filter if the user does not choose a walk
-    )
+    has_consistent: bool = False  # Whether this process is that of a consistent filter unless a walk is chosen
     has_horizon: bool = False  # Whether the file depends on ``horizon`` even without ``walk="horizon"``
     unused: tuple[Unused, ...] = ()  # Further choices without a field, with reasons
     per_axis: bool = False  # Whether the file has a field for each axis, so that ``axes="each"`` can be chosen

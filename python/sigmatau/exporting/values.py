@@ -55,7 +55,7 @@ class Numbers:
         # channels whose upper limit is written without a request, by term
         self.limits: dict[str, dict[str, None]] = {}
         self.missing: dict[tuple[str, str], str] = {}  # reason why a coefficient must be chosen, by sensor and term
-        self._truths: dict[str, AssumedNoise] = {}  # by channel
+        self._truths: dict[str, AssumedNoise] = {}  # assumed noise by channel
         self._consistent: dict[str, Number] = {}  # K by channel
         self._sensor = {name: stream_name(name) for name in self.model.channels}
         self.sensors: dict[str, dict[str, ChannelModel]] = {  # channels of the model by sensor

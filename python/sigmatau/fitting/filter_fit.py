@@ -34,9 +34,7 @@ _FARTHEST_STEP = 1.0  # largest step of the logarithm of a parameter
 _SINGULAR = 1e-8  # ratio of singular values to the largest, below which they count as 0
 _ZERO_LENGTH = 1e-150  # replaces a length of 0
 _SMALLEST_ERROR = 1e-4  # smallest standard error of the logarithm of a parameter; smaller ones are due to rounding
-_LARGEST_ERROR = (
-    0.5  # largest standard error of the logarithm of a parameter; beyond it the likelihood is not a parabola
-)
+_LARGEST_ERROR = 0.5  # largest such error; beyond it the likelihood is not a parabola
 _HALVINGS = 6
 _CORNERS = 2.0  # number of corners that are tested per octave
 _LOWEST_CORNER = 0.002  # lowest corner that is tested, over the lowest rate

@@ -34,9 +34,7 @@ _FEWEST_MODES = 16  # smallest number of modes of a bin with a median, and of a 
 _LINE = 30.0  # power of a mode over the mean of its bin that makes it a line; noise reaches it in 4 of 10⁸ cases
 _MODES_BESIDE_LINE = 8  # number of modes on either side of a line that are left out with it
 _LEAKAGE = 0.02  # largest share of the noise that a line may leak into a more distant mode
-_SUBTRACTED_LINE = (
-    1e4  # power of a line over that of the adjacent noise above which it is subtracted before the transform
-)
+_SUBTRACTED_LINE = 1e4  # power over that of the adjacent noise above which a line is subtracted before the transform
 _MOST_LINES = 12  # largest number of lines that are subtracted
 _LOWEST_PEAK = 8  # index of the first frequency at which lines are searched
 _NEIGHBOURS = 200  # number of frequencies on either side to which a line is compared

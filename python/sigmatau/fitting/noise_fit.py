@@ -296,9 +296,8 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
                     )
                 texts.append(f"{labels}, or a {explained_by}")
         changes = (change for adjustment in self.adjustments for change in adjustment.changes)
-        hidden = {
-            change.parameter.part for change in changes if change.before.upper_limit is None
-        }  # explained by findings
+        # Findings explain terms that an adjustment hides.
+        hidden = {change.parameter.part for change in changes if change.before.upper_limit is None}
         unclear = [name for name in self.unclear if self._replacement(name) is None and name not in hidden]
         if len(unclear) == 1:
             label = TERMS[unclear[0]].label(self.quantity)

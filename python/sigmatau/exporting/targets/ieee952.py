@@ -83,7 +83,7 @@ def _rows(model: ChannelModel, term: str) -> list[tuple[str, str, str, str, str]
             (letter, label, f"{limit_text(limit / size)} {text}", percent, f"below {measured(limit)} {si}")
             for text, size in units
         ]
-    if model.duration or not model.adequate:  # of a fit
+    if model.duration or not model.adequate:  # the term was fitted
         return [(letter, label, _UNKNOWN, "" if model.adequate else "no model fits", "")]
     return [(letter, label, _NOT_IN_MODEL, "", "")]
 

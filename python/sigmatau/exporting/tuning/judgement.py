@@ -146,7 +146,7 @@ def judge(
         return (), _judge_noises(nothing, _NoiseFit(series, spectra), spectra, assumed, level)
     responses = respond_to_motion(data, spectra.run)
     periodogram = Periodogram.compute(nothing, counts=spectra.counts)
-    density = periodogram.restrict(spectra.fine.sum(axis=0))  # as the filter states it
+    density = periodogram.restrict(spectra.fine.sum(axis=0))  # density as stated by the filter
     whole_fit = _NoiseFit(series, spectra)  # the rate of the sensor contains the process noise too
     for _ in range(_ROUNDS):
         motion, explained = fit_motion(data, responses, series, periodogram, density, whole_fit.process, level)

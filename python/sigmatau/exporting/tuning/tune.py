@@ -27,10 +27,8 @@ _LOWEST = 5  # number of frequencies whose mean power is the density at 0 if no 
 _OFFSET = 0.001  # probability that a mean is reported for innovations without an offset
 _TAILS = (0.05, 0.95)  # quantiles of S
 _VARIATION = 1.5  # ratio of these quantiles above which S alternates or falls
-_BEGINNING = 10  # share of the run in which a filter may converge
-_OUTLYING = (
-    7.0  # size of an outlier; one of 1e6 Gaussian innovations reaches it with probability 3e-6 [standard deviations]
-)
+_BEGINNING = 10  # a filter may converge during this fraction of the run: 1/10
+_OUTLYING = 7.0  # smallest outlier [standard deviations]; 1e6 Gaussian innovations reach it with probability 3e-6
 
 
 def tune(

@@ -114,7 +114,7 @@ def _read_all(batches: Sequence[Sequence[Path]], naming: Naming, jobs: int) -> I
         waiting: deque[Future[_Read]] = deque()
         try:
             for batch in batches:
-                with uninterrupted():  # it may start processes
+                with uninterrupted():  # the pool may start processes
                     waiting.append(pool.submit(read, batch))
                 if len(waiting) > _AHEAD * jobs:
                     yield waiting.popleft().result()

@@ -169,10 +169,10 @@ def _replace_failed(connection: Connection, rows: Sequence[dict[str, Any]]) -> N
 class _Last:
     """The last revision of a run."""
 
-    revision: int = 0  # 0: none
+    revision: int = 0  # 0 without a revision
     digest: str = ""
     path: str = ""
-    version: str = ""  # of its log
+    version: str = ""  # version of its log
     current: bool = True
     recorded: datetime | None = None
     temperature: float | None = None
@@ -236,7 +236,7 @@ def _new_ids(connection: Connection, count: int) -> list[int]:
 
 
 def _unit_ids(connection: Connection, chunk: Sequence[Rows]) -> dict[str, int]:
-    """The units by name, with the sensor model if it is stated. New units are added."""
+    """Keys of units by name. New units are added, and stated sensor models are updated."""
     from sqlalchemy import update
 
     from sigmatau.lab.store import tables

@@ -79,9 +79,7 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         table = _with_deltas(connection, table, [row[0] for row in fitted])
     lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
     whole = joined([table, lines]) if len(lines.run) else table
-    return replace(
-        whole, runs=without_copies(whole)
-    )  # a log that was saved again has different bytes and the same values
+    return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes, but equal values
 
 
 _MOST_CONTENTS = 1000

@@ -68,9 +68,7 @@ run: Table = Table(
     _to("unit"),
     Column("name", String(400), nullable=False),  # name of the log
     Column("path", Text, nullable=False),  # log as it was given
-    Column(
-        "identity", String(64), nullable=False
-    ),  # checksum of the bytes of the log and of the options, equal for the same run
+    Column("identity", String(64), nullable=False),  # checksum of log and options, equal for the same run
     Column("revision", Integer, nullable=False),  # 1 for the first result of this identity
     Column("current", Boolean, nullable=False),  # whether no later result replaces it
     Column("sha256", String(64)),  # checksum of the log; NULL if it could not be read

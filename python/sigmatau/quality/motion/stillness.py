@@ -74,7 +74,7 @@ _HAND_RISE = 10.0
 # Judgement: a knock rings for less.
 _LEAST_HAND_TIME = 4
 # Departure of a mean from the median of a short record, over `_HAND_CHANGE`; also tested at the ends of the record,
-# where there are no second differences. [1] Judgement: no drift makes twice the change of a hand-held sensor.
+# where there are no second differences. [1] Judgement: no drift is twice the change of a hand-held sensor.
 _DEPARTURE = 2.0
 # Octave from which departures of means are tested, 1/8 s. [octaves] Judgement: shorter means have the noise of vibration.
 _DEPARTS_FROM = 1
@@ -201,7 +201,7 @@ def _judged(axis: OctaveMeans, start: float, stop: float) -> Motion | None:
 
 
 def _steepest(axis: OctaveMeans, tau: float) -> tuple[float, float]:
-    """Change of the mean of a sensor from one averaging time to the next, and the change beyond which it is a motion."""
+    """Steepest drift of the mean of a sensor over an averaging time, and the change above which it is a motion."""
     steepest = SENSOR_CLASSES[axis.quantity].noisiest["rate_ramp"] * tau
     noise = max(axis.floor / math.sqrt(tau), axis.step)
     return steepest, max(_DRIFT * steepest, _DRIFT_OVER_NOISE * noise)

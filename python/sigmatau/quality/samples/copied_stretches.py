@@ -95,9 +95,8 @@ def _make_keys(x: Floats, start: int) -> tuple[NDArray[np.int64], NDArray[np.uin
     # pairs of coarse values recur too often
     fours = (pairs[:-2] ^ (pairs[2:] >> np.uint64(2 * _TURN))) * np.uint64(_MIX)
     places = np.flatnonzero((fours[: len(x) - _KEY + 1] >> np.uint64(_HIGH)) & np.uint64(_PART_OF_KEYS - 1) == 0)
-    places = places[
-        (x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])
-    ]  # keys of samples that are neither stuck nor missing
+    # Samples of a key must be neither stuck nor missing.
+    places = places[(x[places] != x[places + _KEY - 1]) & np.isfinite(x[places])]
     keys = fours[places]
     for k in range(4, _KEY):
         keys = (keys ^ mixed[places + k]) * np.uint64(_MIX)

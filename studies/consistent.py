@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 
 RUNS = 200
 STEP = 0.2  # interval between two measurements [s]
-WARM_UP = 8000.0  # s
+WARM_UP = 8000.0  # [s]
 WINDOWS = 10  # number of starts of coasting in a run
 SPACING = 200.0  # interval between these starts [s]
 TIMES = (10.0, 60.0, 600.0)
@@ -148,7 +148,7 @@ def simulated(kind: str, sensor: Sensor, rng: np.random.Generator, steps: int, r
 class Filter:
     """A filter of the integral and one or two biases, given by the matrices of one step."""
 
-    step: float  # s
+    step: float  # [s]
     transition: Floats
     noise: Floats
 
@@ -191,7 +191,7 @@ def filter_of(target: str, kind: str, text: str) -> Filter:
     )
     dt = {"px4": 0.01, "ardupilot": 0.0125}.get(target, 1 / RATE)
     q = {
-        "kalibr": (noise**2 * dt, walk**2 * dt),  # densities
+        "kalibr": (noise**2 * dt, walk**2 * dt),  # values in the file are densities
         "vins": (2 * (dt / 2) ** 2 * noise**2, (dt * walk) ** 2),  # two independent halves of a step
         "fast-lio": (dt**2 * noise, dt**2 * walk),  # variances of a sample
         "px4": ((dt * noise) ** 2, (dt * walk) ** 2),
@@ -210,7 +210,7 @@ def third_state(kind: str, model: ChannelModel, noise: float) -> Filter:
     decay = math.exp(-STEP / process.time)
     reach = process.time * (1 - decay)
     transition = np.array([[1.0, STEP, reach], [0.0, 1.0, 0.0], [0.0, 0.0, decay]])
-    # Of many short steps.
+    # Noise of a step: the sum over many short steps.
     fine = 200
     dt = STEP / fine
     short = np.array([[1.0, dt, dt], [0.0, 1.0, 0.0], [0.0, 0.0, math.exp(-dt / process.time)]])

@@ -73,7 +73,7 @@ def cell(seed: int, grade: str, length: str) -> list[list[str]]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """As many as make the records."""
+    """Enough cells for all records."""
     kinds = [(grade, length) for grade in GRADES for length in LENGTHS]
     return {
         f"{grade}, {length}, {k}": (cell, (grade, length))

@@ -18,8 +18,8 @@ from sigmatau.exporting.inflation import Cause, inflation
 from studies.runner import run
 
 PAIRS = 100
-RATE = 50.0  # Hz
-REST, RUNNING = 1800.0, 600.0  # s
+RATE = 50.0  # [Hz]
+REST, RUNNING = 1800.0, 600.0  # durations of the records [s]
 LINE = (13.0, 20.0)  # frequency [Hz]; amplitude over the deviation of a sample at rest
 _DEG_SQRT_H = math.radians(1) / 60
 NOISE, FLICKER = 0.3 * _DEG_SQRT_H, math.radians(6) / 3600

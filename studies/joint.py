@@ -155,7 +155,7 @@ def main(parts: int = PARTS) -> None:
 
 
 def page(results: Mapping[str, list[Row]]) -> str:
-    """The page."""
+    """Text of docs/study/joint.md."""
     failures: list[str] = []
     count = len(next(iter(results.values())))
     lines = [_HEAD.format(origin=_origin(), n=N, rate=RATE, sets=count, planned=SETS)]

@@ -218,7 +218,7 @@ def _write_page(results: Sequence[tuple[Mutation, dict[str, Any]]]) -> None:
     count = sum(result["test"] is not None for _, result in results)
     lines = [_HEAD.format(date=dt.datetime.now(tz=dt.UTC).date(), commit=commit, found=count, count=len(results))]
     for mutation, result in results:
-        # Without the folder of all tests and without parameters.
+        # The page names a test without its folder and parameters.
         test = f"`{result['test'].removeprefix('tests/').split('[')[0]}`" if result["test"] else "not found"
         lines.append(f"| {mutation.room} | {mutation.bug} | {test} | {result['seconds']:.0f} |")
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -100,7 +100,7 @@ class Expected:
     freedom: float
 
     def held_against(self, samples: list[Floats]) -> HeldOut:
-        """The samples of each sensor, cut into the segments."""
+        """Errors in the segments of the samples, compared with the prediction."""
         shape = self.segments, self.weights.shape[1]
         errors = np.zeros(self.segments)
         for y, row in zip(samples, self.weights, strict=True):

@@ -29,8 +29,8 @@ MOTIONS = {
 }
 RATES = (25.0, 50.0, 100.0, 250.0, 1000.0)
 SHORTEST, LONGEST, MOST_SAMPLES = 20.0, 300.0, 60_000
-RECORDS = 20  # a cell
-CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # a cell, and a class of sensors
+RECORDS = 20  # per cell
+CLEAN_RECORDS, CLEAN_CELLS = 14, 9  # records per cell, cells per class of sensors
 UNIT_OF_WALK = {"gyro": "deg/sqrt(h)", "accel": "m/s/sqrt(h)"}
 LARGE = 1.5  # error that makes a random walk useless
 

@@ -27,7 +27,7 @@ AVERAGED = (2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0)  # first zeros o
 TILTS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)  # tilt in a record [deg]
 TILT_SECONDS = (20.0, 60.0, 300.0, 1800.0)
 WANDERS = ("gyro, slow", "gyro, walk", "accel, slow", "accel, walk")
-RECORDS, TILT_RECORDS, WANDER_RECORDS = 40, 10, 20  # a cell
+RECORDS, TILT_RECORDS, WANDER_RECORDS = 40, 10, 20  # per cell
 PEOPLE_RECORDS, PEOPLE_CELLS = 6, 6
 
 

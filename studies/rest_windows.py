@@ -34,7 +34,7 @@ SWING = math.radians(6.0)  # peak-to-peak rate of a window that must not be at r
 RATES = (1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 200.0, 1000.0)
 # lengths of windows in the test without the rule of the shortest record [s]
 JUDGED = (3, 4, 5, 6, 8, 10, 15, 20, 30, 50, 80, 150)
-RECORDS, WINDOWS = 8, 4  # a cell
+RECORDS, WINDOWS = 8, 4  # per cell
 
 # Coefficients of gyros [deg/√h, deg/h, deg/h/√h] and of accelerometers [m/s/√h, mg], and angle noise [arcsec], from optical
 # gyros to the noisiest MEMS at full range: first MEMS gyros have 0.1 (deg/s)/√Hz, consumer accelerometers 1 mg/√Hz.

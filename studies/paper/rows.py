@@ -94,7 +94,7 @@ def fit_text(recovered: Recovered, cell: Cell) -> str:
 
 
 def read_text(read: list[float] | None, cell: Cell) -> str:
-    """``"0.973 ± 0.074"`` in the printed unit; a dash if no line was laid."""
+    """``"0.973 ± 0.074"`` in the printed unit; a dash if no line was fitted."""
     if read is None:
         return "–"
     value, error = read[0] / cell.si_factor, read[1] / cell.si_factor

@@ -216,7 +216,7 @@ def _analyze_log(
         exports.check_record(record)
         checksum = Thread(target=lambda: record.provenance.sha256, daemon=True)
         if outputs.json is not None or outputs.report is not None:
-            with suppress(RuntimeError):  # without memory for a thread, it is computed when it is written
+            with suppress(RuntimeError):  # if no thread can start, the checksum is computed when it is written
                 checksum.start()
         with working("computing Allan variances, fitting", quiet=quiet):
             analysis = analyze(record, **settings)
@@ -363,7 +363,7 @@ def _in_a_process(
     outputs: Outputs,
     show: str | None,
 ) -> Analysis:
-    set_shown(show)  # also for the rows of the table, which this process prints
+    set_shown(show)  # this process also prints rows of the table
     record = read_log(log, readings[log], quiet=True)
     check_shown(channel_quantities(record))
     analysis = analyze(record, **settings)

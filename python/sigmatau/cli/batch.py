@@ -150,7 +150,7 @@ def run(
                 )
                 try:
                     idle.send(waiting[0])
-                except OSError:  # the process ended without a log
+                except OSError:  # the process ended before it got a log
                     _end(idle, workers)
                     continue
                 busy[idle] = waiting.pop(0)
@@ -183,7 +183,7 @@ def _started(
 
 
 def _end(connection: Connection, workers: dict[Connection, BaseProcess]) -> int | None:
-    """The exit code of a process that has ended; its record is removed."""
+    """Exit code of a process that has ended; `workers` loses it."""
     process = workers.pop(connection)
     connection.close()
     process.join()

@@ -141,7 +141,7 @@ def _channels(source: Path) -> dict[str, _Channel]:
         return {name: _model_channel(name, noise) for name, noise in NoiseModel.read(source).items()}
     analysis = read_analysis(source)
     if not analysis.fits:
-        require_model(analysis, source)  # raises the reason
+        require_model(analysis, source)  # raises an error with the reason
     try:
         return {name: _fit_channel(name, fit) for name, fit in analysis.fits.items()}
     except DataError as error:

@@ -204,7 +204,7 @@ def add_command(
     naming = Naming(unit=unit, unit_from=unit_from, model=model or "", date=date, temperature=degrees)
     naming.check()
     files = list(dict.fromkeys(gather(matched(results), tables=False)))
-    if not any(file.exists() for file in files):  # no store is created either
+    if not any(file.exists() for file in files):  # before a store is created
         raise DataError(f"{files[0]}: No such file or directory")
     if len({file.absolute().parent for file in files}) > 1 and unit is None and unit_from is None:
         naming = Naming(folders=True, model=model or "", date=date, temperature=degrees)

@@ -134,7 +134,7 @@ def _live(
 
 
 def _begun(live: LiveSource) -> Recording:
-    """The record, which has begun; its process alone has the standard input."""
+    """A record that has begun; only its process reads the standard input."""
     from sigmatau.app.recording import Recording
 
     recording = Recording(live)

@@ -17,7 +17,7 @@ from sigmatau.results import duration_text
 
 _DOMINATED = 2.0  # ratio of quantization to N*sqrt(rate) in a sample above which there is a finding
 SHARE_OF_UNOBSERVED = {"mean": "at 1/sqrt(3) of their upper limits", "upper-limit": "at their upper limits"}
-"""How terms that were not observed are included, by policy."""
+"""Phrase that describes the included share of terms that were not observed, by policy."""
 
 
 def pair_remarks(numbers: Numbers, *, has_turn_on: bool = False) -> list[str]:

@@ -23,11 +23,11 @@ from sigmatau.fitting.sensor_bandwidth import Bandwidths, SensorBandwidth
 from sigmatau.record.record import Record
 
 _SIGNIFICANT = 1e-3  # p-value of a difference between logs, a misfit of all filters, or a visible bandwidth
-_TOLERATED_N = 1.05  # largest ratio of N between logs of one sensor: temperature changes N by some %
+_TOLERATED_N = 1.05  # largest ratio of N between logs of one sensor: temperature changes N by a few percent
 _TOLERATED_BANDWIDTH = 1.1  # largest ratio of the bandwidth between logs of one sensor
 # spread of the deviance over χ²: with a known form of the filter, errors were 1.06 intervals (167 sensors)
 _SPREAD = 1.1
-_PAIR = 2  # number of logs among which neither is the majority
+_PAIR = 2  # number of logs that has no majority if they disagree
 _SAME_SAMPLES = 64  # number of consecutive equal samples that two records of noise cannot have in common
 
 
@@ -175,7 +175,7 @@ def _contains_samples(fast: FilterSource, slow: FilterSource) -> bool:
     step = round(fast.stream.grid.rate / slow.stream.grid.rate)
     count = min(_SAME_SAMPLES, len(slow.y), len(fast.y) // step)
     begin = slow.y[:count]
-    # Written values may differ by their last digit; a channel that never changes proves nothing.
+    # Written values may differ by their last digit; equal constants are not copies.
     return bool(count and np.ptp(begin) > 0 and np.allclose(begin, fast.y[: count * step : step], rtol=1e-5, atol=0))
 
 

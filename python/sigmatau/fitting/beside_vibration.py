@@ -78,7 +78,7 @@ def as_wide(fitted: NoiseFit, *, alone: FittedTerm, reason: CrowdedLines) -> Adj
 
 
 def _relative(term: FittedTerm) -> tuple[float, float]:
-    """Ends of the interval of an observed term over its value; for any other term an interval from 0."""
+    """Interval of an observed term relative to its value; (0, 1) for any other term."""
     if term.value is None or term.low is None or term.high is None:
         return 0.0, 1.0
     return term.low / term.value, term.high / term.value

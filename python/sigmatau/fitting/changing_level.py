@@ -36,7 +36,7 @@ _HALVINGS = 40  # halvings of the interval of a quantile
 
 
 # Smallest p-value of an equal level in all eighths for which the level counts as steady. [1] Study:
-# docs/theory/likelihood.md measures the false alarms, and the coverage below.
+# docs/theory/likelihood.md measures the false alarms, and the coverage of intervals below this p-value.
 UNSTEADY = 0.003
 
 

@@ -18,7 +18,7 @@ _DIRECTIONS = 12  # directions from the best pair of numbers in which the edge o
 # fractions of the distance to the edge at which points inside the region are taken, for filters with two numbers
 _INSIDE_TWO_PARAMETERS = (0.4, 0.75)
 _INSIDE = (0.2, 0.4, 0.6, 0.8)  # fractions of the distance to the edge, for filters with one number
-_BISECTIONS = 6  # halvings of the distance to the edge: it is then known to 2 %
+_BISECTIONS = 6  # halvings of the distance to the edge, whose error is then 2 %
 _EXPANSION = 2.0  # factor by which a distance is increased until it reaches the edge
 _MAX_EXPANSIONS = 14  # largest number of such increases
 _SMALLEST_RATIO = 1e-12  # ratio of N² for a log without white noise

@@ -24,10 +24,10 @@ from sigmatau.record.record import Record
 from sigmatau.record.streams import Stream
 
 _RESPONSE_FROM = 0.03  # lowest frequency of the response, over the bandwidth
-_RESPONSE_TO = 10.0  # highest one
+_RESPONSE_TO = 10.0  # highest frequency
 _RESPONSES = 61  # number of frequencies of the response
 _RATE_FROM = 0.25  # lowest rate of the aliasing, over the bandwidth
-_RATE_TO = 100.0  # highest one
+_RATE_TO = 100.0  # highest rate
 _RATES = 27  # number of rates of the aliasing
 _FASTEST = 1024.0  # rate over the noise-equivalent bandwidth, above which nothing is aliased
 _RATE_STEP = 1.1  # factor from one rate of the search down to the next

@@ -14,7 +14,7 @@ from sigmatau.model.channel import ChannelModel
 from sigmatau.model.parameters import Covariance, Parameter
 from sigmatau.model.processes import GaussMarkov, Resonance, Sinusoid
 
-_FIRST_SAMPLES = 1.5  # a fit whose shortest averaging time is longer than this has left out short times [samples]
+_FIRST_SAMPLES = 1.5  # shortest averaging time above which a fit has left out short times [samples]
 _WITHOUT_MODEL = ("too_short",)  # verdicts of fits that have no model
 
 

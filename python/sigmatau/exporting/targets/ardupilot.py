@@ -15,7 +15,7 @@ from sigmatau.exporting.values import Numbers
 from sigmatau.results import seconds
 
 # Samples are summed until the sum covers 12 ms minus half a loop (EKF_TARGET_DT, readIMUData): five loops of 400 Hz.
-_STEP = 0.0125  # s
+_STEP = 0.0125  # [s]
 _PARAMETERS = (
     AutopilotParameter(name="EK3_GYRO_P_NSE", sensor="gyro", kind="noise", unit="rad/s", low=1e-4, high=0.1),
     AutopilotParameter(name="EK3_ACC_P_NSE", sensor="accel", kind="noise", unit="m/s^2", low=0.01, high=1.0, cut=5.0),

@@ -179,7 +179,7 @@ def _white(numbers: Numbers, name: str) -> float:
 
 
 def _modelled(numbers: Numbers, name: str) -> float:
-    """Variance of a sample of the model about a constant bias."""
+    """Variance of a sample of the model, without a constant bias."""
     model, square = numbers.model.channels[name], numbers.factor("random_walk", stream_name(name)) ** 2
     processes = sum(g.sigma**2 for g in model.gauss_markov) + sum(resonance.sigma**2 for resonance in model.resonance)
     processes += sum(line.amplitude**2 / 2 for line in model.sinusoid)

@@ -103,7 +103,7 @@ class MotionEffect(Printed):
         return (1e2, "%") if max(abs(self.low), abs(self.high)) > 2e-3 else (1e6, "ppm")
 
     def to_dict(self) -> dict[str, object]:
-        """Plain values in SI; None where it is not shown."""
+        """Plain values in SI; None for a number that is not shown."""
         return plain(self, "effect measurement value low high has_error motion")
 
 

@@ -314,7 +314,7 @@ class Library(Mapping[str, Datasheet], Printed):
     Parameters
     ----------
     sheets : mapping of str to Datasheet
-        By the name that `datasheet` takes.
+        Datasheets by the name that `datasheet` takes.
 
     See Also
     --------

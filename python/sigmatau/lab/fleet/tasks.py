@@ -126,7 +126,7 @@ def _analysed(log: Log, job: FleetJob) -> FleetOutcome:
             try:
                 analysis = analyze(read(path, **job.reading), **{**job.settings, _THREADS: 1})
             except (DataError, OptionError) as error:
-                if error.source == str(path):  # the error names the copy
+                if error.source == str(path):  # the path of the copy
                     error.source = log.place
                 raise
             source = replace(analysis.source, checksum=analysis.source.sha256)  # the source, while the copy exists

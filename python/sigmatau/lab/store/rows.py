@@ -154,7 +154,7 @@ def _rows(entry: Entry) -> Rows:
 
 
 def identity(unit: str, run: Mapping[str, Any]) -> str:
-    """Checksum that identifies a run: of its unit, its log, and the options, by the columns of its row.
+    """Checksum of the unit, log and options of a run, from the columns of its row; it identifies the run.
 
     The log and the options determine which files are converted. If a record has no file, every different result is a
     separate run.
@@ -235,7 +235,7 @@ def in_utc(time: datetime) -> datetime:
 
 
 def _word(value: object, longest: int) -> str:
-    """A text of a column."""
+    """A text in a column."""
     if not isinstance(value, str):
         raise TypeError(f"a text is {value!r:.30}")
     if len(value) > longest:

@@ -187,7 +187,7 @@ class Store:
                 yield connection
         except DataError:
             raise
-        except (SQLAlchemyError, ValueError) as error:  # a value that is not of its type
+        except (SQLAlchemyError, ValueError) as error:  # a value of the wrong type
             raise DataError(f"the store cannot be read: {reason(error)}") from None
 
     def _table(self, query: Select[Any]) -> StoreTable:
@@ -467,6 +467,6 @@ def _rows(table: StoreTable) -> list[dict[str, Any]]:
 
 
 def _order(row: Mapping[str, Any]) -> tuple[bool, str, int]:
-    """With coefficients, then by time."""
+    """Sort key of runs: those with coefficients last, then by time."""
     recorded = row["recorded"]
     return row["state"] == "fitted", "" if recorded is None else recorded.isoformat(), row["id"]

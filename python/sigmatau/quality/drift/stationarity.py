@@ -63,7 +63,7 @@ class SegmentTest:
 
     m: Ints  # cluster sizes tested
     starts: Ints  # first sample of each segment
-    avar: Floats  # [unit²]
+    avar: Floats  # Allan variance of each segment at each cluster size [unit²]
     p_value: float  # p-value of the scatter in stationary noise
     evidence: Floats  # χ² of each octave
     p_values: Floats  # p-value of each octave

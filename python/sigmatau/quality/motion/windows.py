@@ -116,7 +116,7 @@ def summarise_windows(stream: Stream, channel: str) -> Windows:
         x = stream.samples.read(c, start, min(start + many, n)).reshape(-1, w)
         if math.isnan(first):
             first = float(next(iter(present(x.ravel())), math.nan))
-        x = x - first  # a large mean would cost digits
+        x = x - first  # a large mean would reduce the precision
         changes = np.diff(x, axis=1)
         power = np.einsum("ij,ij->i", changes, changes) / (w - 1)
         mean = np.einsum("ij->i", x) / w

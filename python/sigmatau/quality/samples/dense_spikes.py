@@ -121,7 +121,7 @@ def dense_spikes(x: Floats, step: float) -> Bools | None:
     candidates = np.flatnonzero(strength > threshold)
     heights = _heights(x, candidates, tail.side)
     below = np.flatnonzero(strength > threshold - _RECHECKED)
-    sd = _heights(x, below, tail.side) / strength[below]  # one standard deviation at each of them
+    sd = _heights(x, below, tail.side) / strength[below]  # standard deviation at each sample of `below`
     for _ in range(_RECHECK_ROUNDS):
         alone = _stands_alone(rest, candidates, tail.side, heights, quantile, _SCATTER_FACTOR_MANY)
         new, quantile = candidates[alone], 0.5

@@ -111,7 +111,7 @@ def common_step(x: Floats, *, rounding: float = 0.0) -> float | None:
     counts = np.concatenate(([0.0], np.cumsum(np.rint(gaps / step))))
     levels = np.concatenate(([0.0], np.cumsum(gaps)))
     centred = counts - counts.mean()
-    # Not by BLAS, whose threads would take ten times as long for so little data.
+    # BLAS with its threads would take ten times as long for so little data.
     slope = float(np.einsum("i,i", centred, levels) / np.einsum("i,i", centred, centred))
     off = levels - levels.mean() - slope * centred
     return slope if np.abs(off).max() <= _MAX_OFF * slope else None

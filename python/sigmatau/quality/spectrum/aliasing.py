@@ -65,7 +65,7 @@ def _aliased(details: Aliasing, channels: tuple[str, ...]) -> Finding:
 
 
 def _rate_needed(corner: float, order: int) -> float:
-    """Sampling rate at which little is folded into the random walk. [Hz]"""
+    """Sampling rate at which folded noise adds little to the random walk. [Hz]"""
     low, high = 0.5 * corner, 64 * corner
     for _ in range(40):
         middle = math.sqrt(low * high)

@@ -56,7 +56,7 @@ def measure(settings: Settings) -> dict[str, Any]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     lines = [
         "## Fits",
         "",

@@ -65,7 +65,7 @@ def _call(call: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     lines = [
         "## Growth",
         "",
@@ -102,7 +102,7 @@ def _table(label: str, firsts: Sequence[str], rows: Sequence[dict[str, Any]]) ->
 
 
 def draw(measured: dict[str, Any], folder: Path) -> None:
-    """Both figures."""
+    """Draw both figures."""
     taus = [row["taus"] for row in measured["counts"]]
     samples = [row["samples"] for row in measured["lengths"]]
     _figure(

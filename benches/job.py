@@ -222,7 +222,7 @@ _ONE_LOG = {"folder, two": "a log of a folder, `--jobs 2`"}
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     processes, parts = measured["processes"], measured["parts"]
     limits = [(name, count, limit) for name, (count, limit) in _LIMITS.items() if name in processes]
     rows = [

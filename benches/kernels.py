@@ -32,7 +32,7 @@ def parse(output: str) -> dict[str, float]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     p, samples = measured["probes"], measured["samples"]
     lines = [
         "## Kernels and the limit of the processor",

@@ -173,7 +173,7 @@ def _every(settings: Settings) -> list[dict[str, Any]]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     lines = [
         "## One axis, one thread",
         "",

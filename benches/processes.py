@@ -164,7 +164,7 @@ def launch(argv: Sequence[str], codes: Sequence[int] = (0,)) -> list[float]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     log, starts = measured["log"], measured["starts"]
     ours = log["sigmatau"]
     rows = []

@@ -41,7 +41,7 @@ def measure(settings: Settings) -> dict[str, Any]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     rows, reached = [], []
     for row in measured["rows"]:
         speed = row["samples"] / row["wall"]

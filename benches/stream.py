@@ -68,7 +68,7 @@ def measure(settings: Settings) -> dict[str, Any]:
 
 
 def write(measured: dict[str, Any]) -> tuple[list[str], list[Gate]]:
-    """The section of the page."""
+    """Text of the section of the page, and its targets."""
     rows, reached = [], []
     first: dict[str, float] = {}
     names = {"octave": "octaves", "half": "half octaves"}

@@ -56,7 +56,7 @@ def size(value: float) -> str:
 
 
 def number(n: int) -> str:
-    """A number of samples."""
+    """Print a number of samples."""
     return f"{n:,}".replace(",", " ")
 
 

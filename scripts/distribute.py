@@ -129,7 +129,7 @@ def wheel(target: str | None, *, zig: bool) -> None:
 
 
 def faults_of_wheel(path: Path) -> Iterator[str]:
-    """Faults of a wheel."""
+    """Find the faults of a wheel."""
     with zipfile.ZipFile(path) as archive:
         contents = {info.filename: archive.read(info) for info in archive.infolist() if not info.is_dir()}
     if not path.name.startswith(f"{NAME}-{PYTHON_TAG}-"):

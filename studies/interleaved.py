@@ -109,7 +109,7 @@ def real(folder: Path) -> dict[str, Any]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """All cells by name."""
+    """Function and arguments of each cell, by its name."""
     made: dict[str, tuple[Any, tuple[Any, ...]]] = {}
     for kind in (*SEVERAL, *SINGLE):
         for how in STAMPS:

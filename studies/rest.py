@@ -117,7 +117,7 @@ def judge_handled(seed: int, grade: str, records: int) -> list[dict[str, Any]]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """All cells by name."""
+    """Function and arguments of each cell, by its name."""
     made: dict[str, tuple[Any, tuple[Any, ...]]] = {}
     for kind in KINDS:
         for sensors in SENSORS:

@@ -110,7 +110,7 @@ def judge_clean_axes(seed: int, grade: str) -> list[dict[str, Any]]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """All cells by name."""
+    """Function and arguments of each cell, by its name."""
     moves = {
         f"axes, {kind}, {sensors}": (judge_axes, (kind, sensors))
         for sensors in SENSORS

@@ -48,7 +48,7 @@ def small_hand(seed: int, tremor: float, slow: float) -> st.Record:
 
 
 def judge_hands(seed: int, tremor: float, slow: float) -> list[str]:
-    """Verdicts on hands."""
+    """Verdicts on records of a sensor in a hand."""
     rng = np.random.default_rng(seed)
     return [verdict(small_hand(int(rng.integers(1 << 62)), tremor, slow)).verdict for _ in range(RECORDS)]
 
@@ -144,7 +144,7 @@ def judge_people(seed: int) -> list[dict[str, Any]]:
 
 
 def cells() -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """All cells by name."""
+    """Function and arguments of each cell, by its name."""
     hands = {f"hand {tremor:g}, {slow:g}": (judge_hands, (tremor, slow)) for tremor in TREMORS for slow in SLOW}
     averaged = {f"averaged {zero:g}": (judge_averaged, (zero,)) for zero in AVERAGED}
     tilts = {f"tilt {d:g}, {seconds:g}": (judge_tilts, (d, seconds)) for d in TILTS for seconds in TILT_SECONDS}

@@ -211,7 +211,7 @@ def judge_real(folder: Path, *, stride: int = 1) -> dict[str, dict[int, Counter[
 
 
 def cells() -> Cells:
-    """All cells by name."""
+    """Function and arguments of each cell, by its name."""
     made: Cells = {f"windows, {kind}": (judge_windows, (kind,)) for kind in MOTIONS}
     for kind in MOTIONS:
         for rate in RATES:

@@ -326,7 +326,7 @@ def coverage_table(days: Days) -> str:
 
 
 def aliasing_table(days: Days) -> str:
-    """Fig. 12 in numbers."""
+    """Table with the numbers of Fig. 12."""
     head = ("rate [Hz]", "rate over 30 Hz", "N grows by, first order", "second order", "fitted N over the sensor's")
     rows, hits = [], 0
     for text, (value, low, high) in days[FIG_12].items():

@@ -1,4 +1,4 @@
-"""Work on a log that ends its process or fails, for started processes; imports only what it needs."""
+"""Work in started processes that fails, or ends its process; the module imports only what it needs."""
 
 import os
 import signal

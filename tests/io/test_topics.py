@@ -143,7 +143,7 @@ class TestRecord:
             assemble.assemble([table("g", GYRO), table("h", GYRO)], file, options())
 
     def test_each_with_the_fields_of_both(self, file):
-        """Of a depth camera: two topics of one type, in each of which the other sensor is zero."""
+        """A depth camera: two topics of one type, each with zeros for the other sensor."""
         gyro, accel = (
             table(name, (*GYRO, *ACCEL), rate=r, zero=z) for name, r, z in (("g", 200, ACCEL), ("a", 63, GYRO))
         )

@@ -72,7 +72,7 @@ class FailedAnalysis:
         return cls(path=log, message=message, exit_code=code, notes=notes or {}, options=options)
 
     def error(self) -> DataError:
-        """The failure as an error."""
+        """Build an error with the reason of the failure."""
         return DataError(": ".join(filter(None, ["the analysis failed", self.path, self.reason])))
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Words of an analysis, for its printed form and the command line; functions with `self` are methods of `Analysis`."""
+"""Text of an analysis, for its printed form and the command line; functions with `self` are methods of `Analysis`."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def overview(self: Analysis, *, width: int = 80, legend: bool = True) -> str:
     width : int
         Columns of the terminal.
     legend : bool
-        Whether a line explains the trust.
+        Whether a line explains the marks of trust.
 
     Returns
     -------

@@ -224,7 +224,7 @@ class Numbers:
         return None if self.choices.strict else self.model.channels[channel].limits.get(term)
 
     def _channel_number(self, channel: str, term: str) -> Number:
-        """The number of one channel."""
+        """Number of one channel and term."""
         sensor, model = self._sensor[channel], self.model.channels[channel]
         wanted = self._chosen(sensor, term)
         factor = self.factor("random_walk" if term == "random_walk" else "rate_random_walk", sensor)

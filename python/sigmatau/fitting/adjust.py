@@ -82,7 +82,7 @@ def _apply(fitted: NoiseFit, adjustment: Adjustment) -> NoiseFit:
 
 
 def _reasons(fitted: NoiseFit, adjustment: Adjustment) -> tuple[Any, ...]:
-    """The reasons of the fit, the one that hides most first."""
+    """Reasons of the fit; that which hides most comes first."""
     reasons = () if "reasons" in adjustment.without else fitted.reasons
     if "highest" in adjustment.without:
         reasons = tuple(reason for reason in reasons if not isinstance(reason, UnmodelledBand))

@@ -16,7 +16,7 @@ _ERROR = 2.2
 def independent_step(density: Floats) -> int:
     """Smallest distance of frequencies with independent densities; 1 if all are independent.
 
-    The second difference of adjacent logarithms is compared with that of logarithms two apart. Neither depends on the
+    The second difference of adjacent logarithms is compared with that of every second logarithm. Neither depends on the
     level or the slope of the spectrum. For a Hann window the ratio of their mean squares is 0.44, and for independent
     values it is 1.
     """

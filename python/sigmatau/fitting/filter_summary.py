@@ -66,7 +66,7 @@ class SensorVerdict:
     p_value : float
         Goodness of the joint fit.
     excess : float
-        Factor on the rise of the deviance below which a filter counts as an explanation.
+        Factor on the limit of the rise of the deviance up to which a filter counts as an explanation.
     differing : str
         Log that differs from the others.
     """

@@ -42,7 +42,7 @@ class ReadOffAt:
                 raise error.named("read_off_at", str(key)) from None
 
     def check(self, channels: Iterable[str]) -> None:
-        """Raise `OptionError` if a range is for a channel or sensor that is not among the channels."""
+        """Raise `OptionError` if a range names an unknown channel or sensor."""
         names = list(channels)
         for place, term in self._spans:
             if place not in ("", *names, *map(stream_name, names)):

@@ -11,7 +11,7 @@ _SIZES = {"gyro_x": 0.2, "gyro_y": 0.3, "accel_z": 0.5}  # sizes of the motion o
 
 
 def make(folder: Path) -> None:
-    """A sensor that is picked up for 10 s, a sensor that drives and then stands, and a sensor that never rests."""
+    """A sensor that is picked up for 10 s, one in a vehicle that drives and then stops, and one that never rests."""
     times, columns = bench()
     up = (times > 200) & (times < 210)
     handled = {name: column.copy() for name, column in columns.items()}

@@ -13,7 +13,7 @@ _RATES = {"gyro": 200.0, "accel": 63.0}
 
 
 def make(folder: Path) -> None:
-    """A ROS 2 bag of a depth camera: two topics, in each of which the other sensor is zero."""
+    """A ROS 2 bag of a depth camera: two topics of one type, each with zeros for the other sensor."""
     model = index_model(folder / "imu.toml")
     store = get_typestore(Stores.ROS2_HUMBLE)
     types = store.types

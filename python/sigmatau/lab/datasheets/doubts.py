@@ -58,6 +58,6 @@ class Doubt:
 
     @property
     def words(self) -> str:
-        """The doubt in words."""
+        """Text of the doubt."""
         terms = " and ".join(self.terms).replace("_", " ")
         return _WORDS[self.kind].format(average=self.average, terms=terms, conventions=" or ".join(self.conventions))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def cell(value: object) -> str:
-    """A value of a table."""
+    """Text of a value in a table."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):

@@ -77,14 +77,14 @@ class Resolution:
 
     channel: str
     step: float  # common step of all rates [unit of the stream]
-    # standard deviation of the white part of a sample: root mean square of the differences of neighbours over √2; of
-    # noise that is coarser than the step, its own [unit of the stream]
+    # standard deviation of the white part of a sample, including its rounding: root mean square of the differences of
+    # neighbours over √2 [unit of the stream]
     noise: float
     unit: str
 
     @property
     def ratio(self) -> float:
-        """Noise in steps."""
+        """Noise as a multiple of the step."""
         return self.noise / self.step
 
 

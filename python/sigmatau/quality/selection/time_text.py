@@ -16,7 +16,7 @@ def parse_time(text: str, whole: str, *, option: str, forms: str) -> float:
     """Convert a time with its unit, ``"600s"`` or ``"2 h"``, to seconds; 0 needs no unit. Raises OptionError for other
     texts.
 
-    `whole`, `option` and `forms` are for the error: the text and the name of the option, and the forms that it allows.
+    The error states `whole`, `option` and `forms`: the text and the name of the option, and the forms that it allows.
     """
     if _ZERO.fullmatch(text):
         return 0.0

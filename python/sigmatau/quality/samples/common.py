@@ -54,7 +54,7 @@ _LEAST_PAIRS = 200
 _PAIR_ERRORS = 2.0
 # Number of runs from which their tail is judged. [1] Judgement: half of them are `_MIN_TAIL`.
 _MIN_RUNS = 40
-# Number of runs per run in the tail. [1] Judgement: the last tenth of waiting times is exponential.
+# Ratio of the number of runs to those in the tail. [1] Judgement: the last tenth of waiting times is exponential.
 _TAIL_PART = 10
 # Smallest number of runs in a tail. [1] Derived: the median of 20 excesses has a relative error of 1/(ln 2·√20), 32 %.
 _MIN_TAIL = 20

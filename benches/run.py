@@ -41,11 +41,11 @@ def main() -> None:
         settings = Settings(rounds=arguments.rounds, scale=arguments.scale, billion=arguments.billion)
         _measure(measured["sections"], arguments.only or list(page.SECTIONS), settings)
         arguments.cache.mkdir(parents=True, exist_ok=True)
-        kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        stored.write_text(json.dumps(measured, indent=1) + "\n", encoding="utf-8")
     # A part that was measured alone, or a trial with few samples, must not replace the page of docs.
-    whole = found["sections"].keys() >= page.SECTIONS.keys() and arguments.scale == 1
+    whole = measured["sections"].keys() >= page.SECTIONS.keys() and arguments.scale == 1
     output = arguments.output or (ROOT / "docs" if whole else arguments.cache)
-    page.write(found, output)
+    page.write(measured, output)
     print((output / "performance.md").read_text(encoding="utf-8"))
     sys.stderr.write(f"written: {output / 'performance.md'}\n")
 

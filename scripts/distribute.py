@@ -184,7 +184,7 @@ def faults_of_source(path: Path) -> Iterator[str]:
         contents = {member.name: archive.extractfile(member).read() for member in members}  # type: ignore[union-attr]
     sources = [name.replace("sigmatau/", "python/sigmatau/", 1) for name in NEEDED if name.startswith("sigmatau/")]
     man = "sigmatau.data/data/share/man/man1/sigmatau.1"
-    for name in (*own, man, BILL, *NEEDED_OF_SOURCE):
+    for name in (*sources, man, BILL, *NEEDED_OF_SOURCE):
         if f"{NAME}/{name}" not in contents:
             yield f"{name} is missing"
     for name, content in contents.items():

@@ -5,6 +5,7 @@ From a record to a filter's file
 The noise of an IMU in the units of Kalibr, and the matrices of a Kalman filter.
 """
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import sigmatau as st
@@ -32,7 +33,8 @@ system
 # The Allan deviation of that system lies on the curve of the record.
 
 curve = analysis.curves["gyro_x"]
-figure = curve.plot()
+figure, ax = plt.subplots(layout="constrained")
+curve.plot(ax)
 degrees_per_hour = np.degrees(np.sqrt(system.avar(curve.m))) * 3600
-figure.axes[0].loglog(curve.tau, degrees_per_hour, "k--", label="system of the Kalman filter")
-figure.axes[0].legend()
+ax.loglog(curve.tau, degrees_per_hour, "k--", label="system of the Kalman filter")
+_ = ax.legend()

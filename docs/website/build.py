@@ -24,7 +24,7 @@ def main() -> int:
     """Build and check the site; return the exit code of the build, or 1 if a check fails."""
     from sphinx.cmd.build import main as sphinx
 
-    from website import checks
+    from website import checks, excerpts
     from website.stage import DOCS, ROOT, stage
 
     out = ROOT / "target" / "docs"
@@ -36,7 +36,8 @@ def main() -> int:
     if status := sphinx([*options, str(out / "source"), str(out / "html")]):
         return status
     times.append(_cpu())
-    complaints = [*checks.offline(out / "html")]
+    excerpts.write(out / "html")
+    complaints = [*checks.offline(out / "html"), *checks.pictures(out / "html")]
     if checks.node() is None and "--all" not in sys.argv:
         sys.stderr.write("The search was not tried: there is no node (Node.js).\n")
     else:

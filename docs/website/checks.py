@@ -112,6 +112,13 @@ def node() -> str | None:
     return str(compute_driver_executable()[0])
 
 
+def pictures(site: Path) -> Iterator[str]:
+    """Examples without a figure, which have a placeholder in the gallery."""
+    for page in sorted((site / "examples").glob("plot_*.html")):
+        if not (site / "_images" / f"sphx_glr_{page.stem}_001.png").exists():
+            yield f"examples/{page.name}: no figure; draw it on axes of plt.subplots"
+
+
 def searched(site: Path, queries: list[str]) -> dict[str, list[str]]:
     """Names of the pages that the search page of the site shows for each query, the best first."""
     program = node()

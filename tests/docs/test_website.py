@@ -14,7 +14,7 @@ from sigmatau.findings.finding import Details
 
 sys.path.append(str(ROOT / "docs"))
 
-from website import api, checks, command_line, kinds, notebooks, schema, stage
+from website import api, checks, command_line, excerpts, kinds, notebooks, schema, stage
 
 
 def with_links(text, source="docs/theory/fit.md"):
@@ -188,3 +188,30 @@ def test_what_a_reader_may_follow_is_not_loaded(tmp_path):
     )
     (tmp_path / "x.js").write_text("// see https://example.org\nconst address = 'https://example.org';\n")
     assert not [*checks.offline(tmp_path)]
+
+
+def test_excerpts_are_the_text_below_the_title(tmp_path):
+    """By page, without menus, scripts and formulas; the search page reads them from one file."""
+    article = (
+        '<nav>Menu</nav><article class="bd-article"><h1>Title<a class="headerlink" href="#t">#</a></h1>'
+        "<p>First <b>words</b>,<br> a&lt;b <math><mi>x</mi></math>end.</p><script>f()</script></article><p>Foot</p>"
+    )
+    assert excerpts.text_of(article) == "First words, a<b end."
+    (tmp_path / "how-to").mkdir()
+    (tmp_path / "_static").mkdir()
+    (tmp_path / "how-to" / "a.html").write_text(article)
+    (tmp_path / "_static" / "b.html").write_text(article)
+    excerpts.write(tmp_path)
+    written = (tmp_path / "_static" / "search-texts.js").read_text()
+    assert json.loads(written.removeprefix("window.SEARCH_TEXTS = ").rstrip(";\n")) == {
+        "how-to/a": "First words, a<b end."
+    }
+
+
+def test_an_example_without_a_figure_is_a_complaint(tmp_path):
+    """Its picture in the gallery would be a placeholder."""
+    for name in ("examples/plot_1.html", "examples/plot_2.html", "_images/sphx_glr_plot_1_001.png"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    (complaint,) = checks.pictures(tmp_path)
+    assert complaint.startswith("examples/plot_2.html: no figure")

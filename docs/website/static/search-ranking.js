@@ -60,4 +60,29 @@
     }
     return results;
   };
+
+  // Excerpts come from a file of the site, because a page that is opened from a folder may not read other pages. Below its title
+  // a result has the part of the page with a word of the query, not the title again.
+  const LENGTH = 240; // characters of an excerpt
+  const BEFORE = 80; // characters before the word
+  const script = document.createElement("script");
+  const loaded = new Promise((resolve) => { script.onload = script.onerror = () => resolve(window.SEARCH_TEXTS ?? {}); });
+  script.src = `${document.documentElement.dataset.content_root ?? ""}_static/search-texts.js`;
+  document.head?.append(script);
+  const inPage = window.fetch?.bind(window);
+  window.fetch = async (url, ...options) => {
+    const texts = await loaded;
+    const page = decodeURI(String(url)).replace(/^(\.\/|\.\.\/)+/, "").replace(/\.html$/, "");
+    return Object.hasOwn(texts, page) ? { ok: true, text: async () => texts[page] } : inPage(url, ...options);
+  };
+  Search.makeSearchSummary = (text, keywords) => {
+    const lower = text.toLowerCase();
+    const places = [...keywords].filter((word) => !ASIDE.has(word)).map((word) => lower.indexOf(word.toLowerCase())).filter((place) => place >= 0);
+    const start = places.length ? Math.max(0, Math.min(...places) - BEFORE) : 0;
+    const from = start ? text.indexOf(" ", start) + 1 : 0;
+    const summary = document.createElement("p");
+    summary.classList.add("context");
+    summary.textContent = `${from ? "… " : ""}${text.slice(from, from + LENGTH).replace(/\s\S*$/, "")}${from + LENGTH < text.length ? " …" : ""}`;
+    return summary;
+  };
 })();

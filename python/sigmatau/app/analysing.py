@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.analysis import Analysis, AnalysisOptions, analyze_in_stages, as_analysis, read_result
-from sigmatau.app.calls import Progress, cached, number, reading_options
+from sigmatau.app.calls import Progress, cached, number, reading_options, record_size
 from sigmatau.app.faces import page_words
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
@@ -50,11 +50,7 @@ def _record(log: LogFile, table: Mapping[str, Any]) -> Record:
         record = read(log.path, **reading_options(table))
         return replace(record, provenance=replace(record.provenance, path=log.name))
 
-    return cached("record", log, table, make, size=_bytes)  # type: ignore[no-any-return]
-
-
-def _bytes(record: Record) -> int:
-    return sum(8 * stream.grid.n * len(stream.channels) for stream in record.streams)
+    return cached("record", log, table, make, size=record_size)  # type: ignore[no-any-return]
 
 
 def _parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from sigmatau.app.log import LogFile
 from sigmatau.errors import DataError, OptionError
 from sigmatau.hints import as_options, speaking, worded
 from sigmatau.io.read.options import ReadOptions
+from sigmatau.record.record import Record
 from sigmatau.typed.config import arguments
 
 Progress = Callable[[str], None]
@@ -120,6 +121,11 @@ def error_content(error: OptionError | DataError, log: LogFile | None = None) ->
         "option": error.option if isinstance(error, OptionError) else None,
         "rows": error.rows if isinstance(error, OptionError) else "",
     }
+
+
+def record_size(record: Record | None) -> int:
+    """Size of the samples of a record. [bytes]"""
+    return 0 if record is None else sum(8 * stream.grid.n * len(stream.channels) for stream in record.streams)
 
 
 def number(value: float | None, digits: int = 6) -> float | None:

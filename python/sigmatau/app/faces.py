@@ -10,6 +10,7 @@ from sigmatau.exporting.choices import Choices
 from sigmatau.findings.finding import Finding, Words
 from sigmatau.hints import RATE, Hint, as_options, hints_in, worded
 from sigmatau.options import declared
+from sigmatau.results import printable
 from sigmatau.typed.forms import spelled
 
 LABELS: Mapping[str, str] = {
@@ -65,6 +66,12 @@ def as_controls(hints: Sequence[Hint]) -> str:
 def page_words(finding: Finding) -> Words:
     """Message and action of a finding, with controls of the page."""
     return Words(*(worded(text, as_controls) for text in finding.words()))
+
+
+def finding_content(finding: Finding) -> dict[str, Any]:
+    """A finding as the page shows it: severity, message and action."""
+    message, action = page_words(finding)
+    return {"severity": finding.severity, "text": printable(message), "action": printable(action)}
 
 
 def _control(hint: Hint) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 
 from sigmatau._version import __version__
 from sigmatau.analysis import STAGE_NAMES
-from sigmatau.app.calls import Progress, cached, error_content, number, reading_options
+from sigmatau.app.calls import Progress, cached, error_content, number, reading_options, record_size
 from sigmatau.app.controls import default_file, export_controls, labels, target_content
-from sigmatau.app.faces import page_words
+from sigmatau.app.faces import finding_content
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.exporting.targets import NAMES
@@ -131,11 +131,7 @@ def inspected(log: LogFile, table: Mapping[str, Any]) -> Inspection:
     def look() -> Inspection:
         return inspection.inspect(log.path, ReadOptions(**reading_options(table)), sampled=True)
 
-    return cached("look", log, table, look, size=lambda contents: _bytes(contents.record))  # type: ignore[no-any-return]
-
-
-def _bytes(record: Record | None) -> int:
-    return 0 if record is None else sum(8 * stream.grid.n * len(stream.channels) for stream in record.streams)
+    return cached("look", log, table, look, size=lambda contents: record_size(contents.record))  # type: ignore[no-any-return]
 
 
 def _shown_table(contents: Inspection) -> TableInfo:
@@ -154,7 +150,7 @@ def _shown_table(contents: Inspection) -> TableInfo:
 def _columns(info: TableInfo, record: Record | None, reading: Mapping[str, Any]) -> list[dict[str, Any]]:
     channels = {place: channel for channel, place in info.places.items()}
     channels = channels or {k: column.channel for k, column in enumerate(info.columns) if column.channel}
-    remarks = {each.channels[0]: _finding(each)["text"] for each in info.findings if len(each.channels) == 1}
+    remarks = {each.channels[0]: finding_content(each)["text"] for each in info.findings if len(each.channels) == 1}
     rows = []
     for k, column in enumerate(info.columns[:_MOST_COLUMNS]):
         channel = channels.get(k)
@@ -255,12 +251,9 @@ def _topics(tables: Iterable[TableInfo]) -> list[dict[str, Any]]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    message, action = page_words(finding)
     return {
-        "severity": finding.severity,
+        **finding_content(finding),
         "code": finding.code,
-        "text": printable(message),
-        "action": printable(action),
         "channel": finding.channels[0] if len(finding.channels) == 1 else None,
         "channels": list(finding.channels),
         "spans": [[number(a, 9), number(b, 9)] for a, b in finding.spans],

@@ -14,7 +14,7 @@ from typing import Any
 from sigmatau.analysis import Analysis
 from sigmatau.app.calls import Progress
 from sigmatau.app.controls import default_file
-from sigmatau.app.faces import hints_content, page_words
+from sigmatau.app.faces import finding_content, hints_content
 from sigmatau.exporting.choices import Choices
 from sigmatau.exporting.export import prepare
 from sigmatau.exporting.inflation import inflated
@@ -56,9 +56,7 @@ def exported(
 
 
 def _warning(finding: Finding) -> dict[str, Any]:
-    message, action = page_words(finding)
-    hint = hints_content("".join(finding.words()))
-    return {"severity": finding.severity, "text": printable(message), "action": printable(action), "hint": hint}
+    return {**finding_content(finding), "hint": hints_content("".join(finding.words()))}
 
 
 def report_page(*, analysis: bytes, content: bytes | None, progress: Progress) -> bytes:

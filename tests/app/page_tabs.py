@@ -5,6 +5,7 @@ import json
 import urllib.parse
 
 import numpy as np
+import pytest
 from axe_playwright_python.sync_playwright import Axe
 
 from known import seed_of
@@ -107,3 +108,18 @@ def command(tab, text):
     """Wait until the command line on screen has a text."""
     tab.locator("#command", has_text=text).wait_for()
     return tab.locator("#command").text_content()
+
+
+def press(tab, keys, until=None, most=80):
+    """Press a key until an element with this name has the focus."""
+    for _ in range(most):
+        tab.keyboard.press(keys)
+        if until is None or until in tab.evaluate(NAME_OF_FOCUS):
+            return
+    pytest.fail(f"{until}: not reached by {keys}")
+
+
+NAME_OF_FOCUS = """() => {
+    const one = document.activeElement;
+    return [one.getAttribute("aria-label"), one.textContent.slice(0, 60), one.closest("label")?.textContent].join("|");
+}"""

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from page_tabs import command, fragment, six_axes, tabs, wait_result, write_table
+from page_tabs import command, fragment, press, six_axes, tabs, wait_result, write_table
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
 
@@ -93,21 +93,6 @@ def test_by_mouse(opened, log):
     stated = tomllib.loads(tab.get_by_role("region", name="session.toml").text_content())
     assert stated["keep"] == ["50s:50.01s"]
     assert (stated["export"], stated["horizon"]) == (["kalibr=kalibr.yaml"], "10s")
-
-
-def press(tab, keys, until=None, most=80):
-    """Press a key until an element with this name has the focus."""
-    for _ in range(most):
-        tab.keyboard.press(keys)
-        if until is None or until in tab.evaluate(NAME_OF_FOCUS):
-            return
-    pytest.fail(f"{until}: not reached by {keys}")
-
-
-NAME_OF_FOCUS = """() => {
-    const one = document.activeElement;
-    return [one.getAttribute("aria-label"), one.textContent.slice(0, 60), one.closest("label")?.textContent].join("|");
-}"""
 
 
 def test_by_keys(opened, log):

@@ -83,6 +83,9 @@ def _control(hint: Hint) -> str:
             return ", ".join(f"{channel} in {unit}" for channel, unit in pairs.items())
     if hint == RATE:
         return "the sampling rate"
+    if hint.option == "topic":
+        names = [hint.value] if isinstance(hint.value, str) else list(map(str, hint.value or ()))
+        return f"topic{'s' * (len(names) > 1)} {' and '.join(names)}" if names else "the topic"
     choices = declared(Choices)
     if hint.option == "names":
         return "; ".join(_quoted(key.replace("_", " "), value) for key, value in (pairs or {"names": None}).items())

@@ -15,16 +15,24 @@ export function pairsOf(value) {
   return Object.fromEntries(texts.filter((text) => text.includes("=")).map((text) => { const at = text.indexOf("="); return [text.slice(0, at).trim(), text.slice(at + 1).trim()]; }));
 }
 
-/** Use a column as a channel, or not at all; the other columns stay what they are. */
-export function assign(columns, changed, channel) {
+/** Use a column as a channel, or not at all; the other columns of its topic stay what they are.
+ *
+ * Numbers of columns count in one topic: of a file with several the topic of the column is read, and no other.
+ */
+export function assign(columns, changed, channel, topics) {
   const channels = {};
-  for (const column of columns) {
+  for (const column of columns.filter(({ topic }) => topic === changed.topic)) {
     const name = column === changed ? channel : column.channel;
     if (name && (column === changed || name !== channel)) channels[name] ??= column.number;
   }
   const units = pairsOf(session.options.unit);
   if (changed.channel && changed.channel !== channel) delete units[changed.channel]; // it was of the other use
-  setOptions({ channels, unit: units });
+  setOptions({ channels, unit: units, ...(topics.length > 1 ? { topic: changed.topic } : {}) });
+}
+
+/** Read a topic, or several; what was stated about the columns of another one is dropped. */
+export function chooseTopic(topic) {
+  setOptions({ topic, channels: undefined, unit: undefined, scale: undefined });
 }
 
 /** Give a unit to a channel: to the whole sensor where all its columns have one unit. */

@@ -4,7 +4,7 @@ import { make } from "./page.js";
 import { bdi, button, chip, choice, debounce, errorBox, field, keepFocus, announce } from "./dom.js";
 import { open } from "./api.js";
 import { session, setOpened, setOptions } from "./session.js";
-import { assign, COMMON, pairsOf, sensorOf, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
+import { assign, chooseTopic, COMMON, pairsOf, sensorOf, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
 import { sparkline } from "./sparkline.js";
 import { questionBox } from "./question.js";
 import { showRecord } from "./record_chart.js";
@@ -86,10 +86,7 @@ function readingControls(opened) {
   input.dataset.focus = "input";
   const parts = [field(labels.rate, rate), field(labels.input, input)];
   if (opened.topics?.length) {
-    const now = String(options.topic ?? ""), read = opened.topics.filter((topic) => topic.chosen).map((topic) => topic.name);
-    const topic = choice("Topic", [["", `as recognised${read.length && !now ? `: ${read.join(", ")}` : ""}`], ...(now && !opened.topics.some((one) => one.name === now) ? [[now, now]] : []), ...opened.topics.map((one) => [one.name, `${one.name}${one.rate_hz ? ` (${text(one.rate_hz)} Hz)` : ""}`])], now, (value) => setOptions({ topic: value }));
-    topic.dataset.focus = "topic";
-    parts.unshift(field(labels.topic, topic));
+    parts.unshift(topicControl(opened.topics));
   }
   for (const [option, label, sensors] of [["scale", "Scale of", ["gyro", "accel"]]]) {
     const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorOf));
@@ -102,14 +99,27 @@ function readingControls(opened) {
   return make("div", { className: "row reading" }, ...parts);
 }
 
+/** The topic that is read, of a file with several. */
+function topicControl(topics) {
+  const stated = String(session.options.topic ?? ""), read = topics.filter(({ chosen }) => chosen).map(({ name }) => name);
+  const recognised = read.length ? `as recognised${stated ? "" : `: ${read.join(", ")}`}` : "not chosen yet";
+  const entries = topics.map(({ name, rate_hz: rate }) => [name, `${name}${rate ? ` (${text(rate)} Hz)` : ""}`]);
+  if (stated && !topics.some(({ name }) => name === stated)) entries.unshift([stated, stated]);
+  const select = choice("Topic", [["", recognised], ...entries], stated, chooseTopic);
+  select.dataset.focus = "topic";
+  return field("Topic", select, read.length > 1 ? "Several topics are read. Changing the use of a column reads its topic alone." : "");
+}
+
 function columnTable(opened) {
   const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "What the values say"];
   const used = opened.columns.filter((column) => column.channel), unused = opened.columns.filter((column) => !column.channel);
   const folded = used.length && unused.length > MOST_UNUSED && !unfolded.has(session.name);
-  const rowOf = (column) => columnRow(column, opened.columns, opened.rate_hz);
+  const rowOf = (column) => columnRow(column, opened);
   const rows = (folded ? used : opened.columns).map(rowOf);
   const more = button(`Show ${unused.length} columns that are not used`, () => { unfolded.add(session.name); more.hidden = true; made.querySelector("tbody").append(...unused.map(rowOf)); }, { hidden: !folded });
-  const made = make("div", {}, make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Columns of the file" },
+  const [first, ...further] = new Set(opened.columns.map(({ topic }) => topic));
+  const caption = opened.topics.length > 1 && !further.length ? [make("p", { className: "about" }, "Columns of the topic ", bdi(first))] : [];
+  const made = make("div", {}, ...caption, make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Columns of the file" },
     make("table", { className: "column-table" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)),
@@ -117,7 +127,7 @@ function columnTable(opened) {
   return made;
 }
 
-function columnRow(column, columns, rate) {
+function columnRow(column, { columns, rate_hz: rate, topics }) {
   const shown = (value) => (typeof value === "number" ? text(value, 3) : String(value ?? "–"));
   const cell = (label, ...children) => { const made = make("td", {}, ...children); made.dataset.label = label; return made; };
   return make("tr", { className: column.channel ? "" : "unused" },
@@ -125,16 +135,16 @@ function columnRow(column, columns, rate) {
     make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`), ...(column.topic && columns.some((one) => one.topic !== column.topic) ? [make("small", { className: "topic" }, bdi(column.topic))] : [])),
     cell("First values", bdi((column.values ?? []).slice(0, 2).map(shown).join(", "))),
     cell("Values", sparkline(column.spark ?? [], `Values of ${column.name}`)),
-    cell("Use as", roleChoice(column, columns)),
+    cell("Use as", roleChoice(column, columns, topics)),
     cell("Unit", ...(column.channel ? [unitField(column, columns)] : [])),
     cell("What the values say", ...valuesText(column, rate)));
 }
 
-function roleChoice(column, columns) {
+function roleChoice(column, columns, topics) {
   const entries = [["", "not used"], ...COMMON.map((name) => [name, name.replace("_", " ")])];
   if (column.channel && !COMMON.includes(column.channel)) entries.push([column.channel, column.channel.replace(/^(gyro|accel)_/, "$1 ")]);
   entries.push([SIGNAL, "another signal"]);
-  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column, value === SIGNAL ? signalName(column) : value));
+  const select = choice(`Use of ${column.name}`, entries, column.channel ?? "", (value) => assign(columns, column, value === SIGNAL ? signalName(column) : value, topics));
   select.dataset.focus = `role-${columns.indexOf(column)}`;
   return select;
 }

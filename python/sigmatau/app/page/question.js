@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { bdi, button } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { pairsOf, sensorOf, setPair, UNITS } from "./channels.js";
+import { chooseTopic, pairsOf, sensorOf, setPair, UNITS } from "./channels.js";
 import { text } from "./numbers.js";
 
 const labelOf = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
@@ -18,7 +18,7 @@ export function questionBox(question, opened) {
     make("h2", {}, "A choice is needed"),
     make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
-    ...(isTopic ? [topicChoices(topics)] : []),
+    ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value))] : []),
     ...mappingChoices(hints.filter(isMapping)),
     ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map(hintChoice),
     ...(hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
@@ -34,15 +34,27 @@ function sentence(message) {
   return /^(has|does|is|contains|states) /.test(message) ? `The file ${message}.` : `${message}.`;
 }
 
-function topicChoices(topics) {
-  const rows = topics.map((topic) => {
-    const facts = [topic.rate_hz ? `${text(topic.rate_hz)} Hz` : "", topic.rows ? `${topic.rows} rows` : "", (topic.channels ?? []).join(" ")].filter(Boolean).join(" · ");
-    return make("li", {}, button("Read", () => setOptions({ topic: topic.name }), { ariaLabel: `Read topic ${topic.name}` }), " ", make("b", {}, bdi(topic.name)), " ", make("small", {}, facts));
-  });
-  return make("ul", { className: "choices" }, ...rows);
+/** A button for each topic, those with sensors first; before them pairs of topics that are one device. */
+function topicChoices(topics, pairs) {
+  const rows = [];
+  for (const { name, rate_hz: rate, rows: count, channels } of [...topics].sort((a, b) => b.channels.length - a.channels.length)) {
+    const facts = [rate ? `${text(rate)} Hz` : "", count ? `${count} rows` : "", signals(channels)];
+    rows.push(topicChoice([name], facts.filter(Boolean).join(" · ")));
+  }
+  return make("ul", { className: "choices" }, ...pairs.map((names) => topicChoice(names, "one device")), ...rows);
+}
+
+/** The signals among channels, each once. */
+const signals = (channels) => [...new Set(channels)].filter((name) => name !== "time").join(" ");
+
+function topicChoice(names, facts) {
+  const name = names.join(" and ");
+  return make("li", {}, button("Read", () => chooseTopic(names.length > 1 ? names : names[0]), { ariaLabel: `Read topic ${name}` }), " ", make("b", {}, bdi(name)), " ", make("small", {}, facts));
 }
 
 const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && !Array.isArray(value);
+
+const isPair = ({ option, value }) => option === "topic" && Array.isArray(value) && value.length > 1;
 
 /** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
 function mappingChoices(hints) {

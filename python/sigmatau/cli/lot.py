@@ -117,7 +117,7 @@ def lot_command(
     serial
         With --store, serial number; A* selects all serial numbers that begin with A. May be repeated.
     temperature
-        With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30.
+        With --store, only runs at this temperature to 0.5 °C, 85degC, or in a range, 20:30. Required if there are several.
     json
         Print the lot as JSON.
     verbose
@@ -193,9 +193,16 @@ def _stored(
     """Read the units of a store, in the order of production."""
     from sigmatau.cli.store import opened, temperatures
     from sigmatau.lab.store.choosing import Chosen
+    from sigmatau.lab.store.temperatures import temperature_groups
 
     chosen = Chosen(units=tuple(units), temperature=temperatures(temperature))
     with opened(place) as store:
+        groups = sorted({*temperature_groups(store.runs(chosen).columns()["temperature"])})
+        if len(groups) > 1:
+            raise OptionError(
+                f"the store has runs {', '.join(groups)}; a lot is of one temperature, give --temperature",
+                option="temperature",
+            )
         latest = store.units_latest(chosen)
     if not latest:
         raise DataError(f"{place}: the store has no unit of this kind")

@@ -89,7 +89,7 @@ def test_time_and_temperature_are_stated_later(place):
         with pytest.raises(DataError, match="add results with `date`"):
             store.trend()
         day = datetime(2026, 5, 1)  # noqa: DTZ001  UTC
-        assert store.add([replace(entry, recorded=day, temperature=25.0)]) == Added(known=1)
+        assert store.add([replace(entry, recorded=day, temperature=25.0)]) == Added(updated=1)
         assert store.add([entry]) == Added(known=1)  # what is not stated stays
         runs = store.runs(Chosen(history=True)).columns()
         assert (runs["recorded"], runs["temperature"]) == ([day], [25.0])

@@ -9,6 +9,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.lab.store.choosing import Chosen
 from sigmatau.lab.store.naming import Naming
 from sigmatau.lab.store.store import Store
+from sigmatau.lab.store.temperatures import temperature_groups
 
 
 def test_same_as_of_results(place):
@@ -105,3 +106,23 @@ def test_rows_are_in_the_order_of_files(tmp_path):
     with Store(tmp_path / "x.db") as store:
         store.add([entry_of(day, unit="A", name=str(k)) for k, day in enumerate(days)])
         assert [key[1:] for key in store.compare()] == [key[1:] for key in expected]
+
+
+@pytest.mark.parametrize(("stated", "groups"), [
+    ([25.0, 25.4, 24.0, None], [""] * 4),
+    ([-40.0, 25.0, 27.0], ["at -40 °C", "at 26 °C", "at 26 °C"]),
+    ([85.0, None, 25.0], ["at 85 °C", "at an unknown temperature", "at 25 °C"]),
+])  # fmt: skip
+def test_groups_of_temperatures(stated, groups):
+    assert temperature_groups(stated) == groups
+
+
+def test_temperatures_are_not_mixed(place):
+    """N differs by 30 % between -40 and 85 °C: that is not a spread of the unit between its runs."""
+    with Store(place) as store:
+        for seed, temperature in enumerate((-40.0, -40.0, 85.0, 85.0)):
+            store.add([entry_of(result(seed), unit="A", name=f"run {seed}", temperature=temperature)])
+        compared = store.compare()
+        assert compared.groups == ("A at -40 °C", "A at 85 °C")
+        assert {compared["A at 85 °C", "gyro_x", "random_walk"].k} == {2}
+        assert store.compare(Chosen(temperature=(80.0, 90.0))).groups == ("A",)

@@ -35,9 +35,9 @@ class Added:
     revised : int
         Number of results that replace earlier ones of the same log and options.
     updated : int
-        Number of results that were already there, of which the time, temperature or place of the log is new.
+        Number of results that were already there, of which a time or temperature is new.
     known : int
-        Number of results that were already there, without anything new.
+        Number of other results that were already there.
     """
 
     new: int = 0
@@ -123,7 +123,7 @@ def _add(connection: Connection, chunk: Sequence[Rows]) -> Added:
         if last.has(rows_):
             if last.id is not None and (news := last.news(rows_)):
                 connection.execute(update(tables.run).where(tables.run.c.id == last.id).values(news))
-                updated += 1
+                updated += not news.keys().isdisjoint(("recorded", "temperature"))
             continue
         revision = last.revision + 1
         last_revisions[rows_.identity] = _Last(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,7 @@ from sigmatau.lab.lots.runs import (
     joined,
 )
 from sigmatau.lab.store.packing import NUMBERS, contents
+from sigmatau.lab.store.temperatures import temperature_groups
 from sigmatau.noise.terms import TERMS
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ _TERMS = (*TERMS, MEAN)
 
 
 def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> RunTable:
-    """Rows of the runs that have coefficients. If a log has results with several options, the latest fit is used, or the
-    latest read-off if there is no fit.
+    """Rows of the runs that have coefficients. Of the results of a log with several options, the latest fit is taken,
+    or else the latest that was read off. The runs of a unit at each temperature are those of a unit of their own.
 
     Lines and filters of the fits are not read, so that clocks are not compared. δ of eq. (26) is read for up to 1000
     runs.
@@ -53,7 +54,7 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         select(columns.id, columns.channel, columns.quantity, columns.term, columns.unit, columns.rate_unit)
     ).all()
     rows = connection.execute(
-        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state)
+        select(run.c.id, unit.c.name, run.c.name, run.c.sha256, result.c.numbers, run.c.state, run.c.temperature)
         .join_from(run, unit)
         .join(result, result.c.run_id == run.c.id)
         .outerjoin(model, unit.c.model_id == model.c.id)
@@ -61,13 +62,17 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
         .order_by(unit.c.name, run.c.recorded, run.c.id)
     ).all()
     rising = sorted(rows, key=lambda row: (row[5] == "fitted", row[0]))
-    latest = {(serial, sha or key): key for key, serial, _, sha, _, _ in rising}
+    latest = {(serial, sha or key): key for key, serial, _, sha, *_ in rising}
+    groups = dict(zip((row[0] for row in rows), temperature_groups([row[6] for row in rows]), strict=True))
     usable = [row for row in rows if latest[row[1], row[3] or row[0]] == row[0]]
     fitted = [row for row in usable if row[5] == "fitted"]
     numbers = np.frombuffer(b"".join(row[4] for row in fitted), dtype=NUMBERS)
     counts = np.array([len(row[4]) // NUMBERS.itemsize for row in fitted], dtype=np.int64)
     table = _table(
-        runs=tuple(ComparedRun(name=name, serial=serial, sha256=sha) for _, serial, name, sha, *_ in fitted),
+        runs=tuple(
+            ComparedRun(name=name, serial=f"{serial} {groups[key]}".strip(), sha256=sha)
+            for key, serial, name, sha, *_ in fitted
+        ),
         labels={
             key: Label(channel=c, quantity=q, term=t, unit=u, rate_unit=r)
             for key, c, q, t, u, r in sorted(labels, key=_order)
@@ -77,7 +82,7 @@ def run_table(connection: Connection, conditions: list[ColumnElement[bool]]) -> 
     )
     if len(fitted) <= _MOST_CONTENTS:
         table = _with_deltas(connection, table, [row[0] for row in fitted])
-    lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS])
+    lines = _read_off_alone(connection, [row for row in usable if row[5] != "fitted"][:_MOST_CONTENTS], groups)
     whole = joined([table, lines]) if len(lines.run) else table
     return replace(whole, runs=without_copies(whole))  # a log that was saved again has other bytes, but equal values
 
@@ -103,13 +108,14 @@ def _with_deltas(connection: Connection, table: RunTable, keys: list[int]) -> Ru
     return replace(table, delta=np.array(row_deltas, dtype=np.float64))
 
 
-def _read_off_alone(connection: Connection, rows: Sequence[Any]) -> RunTable:
-    """Build the rows of results without a fit whose coefficients were read off."""
+def _read_off_alone(connection: Connection, rows: Sequence[Any], groups: Mapping[int, str]) -> RunTable:
+    """The rows of results without a fit whose coefficients were read off."""
     builder, row_by_key = RunsBuilder(), {row[0]: row for row in rows}
     for key, content in contents(connection, list(row_by_key)):
         parts = content["channels"].values()
         if any(part.get("read_off") for part in parts) and not any("fit" in part for part in parts):
-            builder.add_result(as_result(content), name=row_by_key[key][2], serial=row_by_key[key][1])
+            serial = f"{row_by_key[key][1]} {groups[key]}".strip()
+            builder.add_result(as_result(content), name=row_by_key[key][2], serial=serial)
     return builder.table()
 
 

@@ -18,6 +18,7 @@ from sigmatau.lab.lots.order_effect import LEAST_IN_ORDER, OrderEffect, fit_orde
 from sigmatau.lab.lots.repeatability import check_level
 from sigmatau.lab.lots.robust_effect import estimate_effects
 from sigmatau.lab.lots.runs import SIGNED
+from sigmatau.lab.store.temperatures import temperature_groups
 from sigmatau.results import Tabular, plain
 
 Period = Literal["day", "week", "month", "quarter", "year"]
@@ -145,7 +146,8 @@ class Trend(Tabular):
     level : float
         Confidence level of intervals and tests.
     channels : mapping of str to ChannelTrend
-        Trends by channel; a channel with several SI units has one trend per unit, ``"gyro_x [rad/s]"``.
+        By name; a channel that has several units is one for each, ``"gyro_x [rad/s]"``; that of runs at several temperatures
+        is one for each, ``"gyro_x at 25 °C"``.
     undated : int
         Values without a time, which are not used.
     """
@@ -209,16 +211,18 @@ def estimate_trend(rows: Mapping[str, Sequence[Any]], *, term: str, by: Period =
     bounded = np.where(limited, np.array(rows["upper_limit"], dtype=np.float64), values)
     channels: dict[str, ChannelTrend] = {}
     orders: dict[str, _UnitSeries] = {}
-    kinds = list(zip(rows["channel"], rows["si"], strict=True))
+    groups = temperature_groups(rows.get("temperature", [None] * len(values)))
+    kinds = list(zip(rows["channel"], rows["si"], groups, strict=True))
     distinct = {kind: k for k, kind in enumerate(dict.fromkeys(kinds))}
     which = np.array([distinct[kind] for kind in kinds], dtype=np.int64)
-    names = [name for name, _ in distinct]
+    names = [(name, group) for name, _, group in distinct]
     for kind, k in distinct.items():
         channel_rows = np.flatnonzero((which == k) & dated)
         if not len(channel_rows):
             continue
         first = int(channel_rows[0])
-        name = kind[0] if names.count(kind[0]) == 1 else f"{kind[0]} [{kind[1]}]"
+        title = f"{kind[0]} {kind[2]}".strip()
+        name = title if names.count((kind[0], kind[2])) == 1 else f"{title} [{kind[1]}]"
         values_of_channel = _Values(
             y=bounded[channel_rows] if term in SIGNED else _log(bounded[channel_rows]),
             unit=unit[channel_rows],

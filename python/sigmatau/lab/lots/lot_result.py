@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,14 +12,14 @@ from sigmatau.frozen import frozen
 from sigmatau.lab.datasheets.claims import MINIMUM
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.verdict import Verdict
+from sigmatau.lab.lots.capability import BoundedNumber, estimate_capability, estimate_yield
 from sigmatau.lab.lots.lot_bands import Band
 from sigmatau.lab.lots.lot_remark import STATES, Remark, State
 from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_unit import UnitResult
 from sigmatau.lab.lots.lot_words import STATE_WORDS, what_text, what_unit
 from sigmatau.noise.terms import TERMS, coefficient_unit
-from sigmatau.record import stream_name
-from sigmatau.results import Tabular, plain, printable
+from sigmatau.results import Tabular, plain, plain_value, printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -237,6 +236,29 @@ class Lot(Tabular):
         """The distributions with a drift or a batch in the order of the units, those of the sensors first."""
         return tuple(part for part in (*self.sensors, *self.distributions) if part.order is not None)
 
+    @property
+    def passing(self) -> BoundedNumber | None:
+        """Yield: the share of the units that passed, with its 95 % interval; None without a specification."""
+        if self.spec is None or not self.units:
+            return None
+        return estimate_yield(len(self.of("passed")), len(self.units))
+
+    def capability(self, distribution: Distribution) -> BoundedNumber | None:
+        """Capability Cpk of a coefficient, with its 95 % interval.
+
+        Parameters
+        ----------
+        distribution : Distribution
+            One of `distributions`.
+
+        Returns
+        -------
+        BoundedNumber or None
+            None without a single maximum, or for fewer than ten units.
+        """
+        limits = self.limits(distribution.channel, distribution.what)
+        return estimate_capability(distribution.values, limits[0]) if len(limits) == 1 else None
+
     def quantity_of(self, channel: str) -> tuple[str, str]:
         """Quantity and SI unit of a channel.
 
@@ -288,12 +310,17 @@ class Lot(Tabular):
             "sigmatau": __version__,
             "exit_code": self.exit_code,
             "counts": self.counts,
+            "yield": plain_value(self.passing),
             "expected": self.expected,
             "too_many": self.too_many,
             "specification": None if self.spec is None else self.spec.to_dict(),
             "settings": self.settings.to_dict(),
             "units": [unit.to_dict() for unit in self.units],
-            "distributions": [distribution.to_dict() for distribution in self.distributions],
+            "distributions": [
+                distribution.to_dict()
+                | {"capability": None if (number := self.capability(distribution)) is None else number.to_dict()}
+                for distribution in self.distributions
+            ],
             "sensors": [distribution.to_dict() for distribution in self.sensors],
         }
 
@@ -419,66 +446,3 @@ class Lot(Tabular):
 
 def _si_unit(what: str, quantity: str, unit: str) -> str:
     return coefficient_unit("bias_instability" if what.startswith("means_") else what, quantity, unit)
-
-
-@frozen(eq=False)
-class Pooled:
-    """A coefficient over all channels of a sensor and all units; numbers are in `unit`."""
-
-    sensor: str
-    what: str
-    label: str
-    unit: str
-    factor: float  # of the unit to SI
-    limits: tuple[float, ...]
-    distributions: Sequence[Distribution]  # of the channels
-
-    @property
-    def title(self) -> str:
-        """Sensor and coefficient."""
-        return f"{self.sensor}: {self.label}"
-
-    @property
-    def units(self) -> int:
-        """Number of units that show it."""
-        return len({name for distribution in self.distributions for name in distribution.units})
-
-    @property
-    def values(self) -> Floats:
-        """All values."""
-        return np.concatenate([distribution.values for distribution in self.distributions]) / self.factor
-
-    @property
-    def spread(self) -> float:
-        """Relative standard deviation over the units, median of the channels."""
-        return float(np.median([distribution.spread for distribution in self.distributions]))
-
-    @property
-    def outliers(self) -> dict[tuple[str, str], float]:
-        """By unit and channel, the ratio to the median."""
-        return {(name, d.channel): ratio for d in self.distributions for name, ratio in d.outliers.items()}
-
-
-def pooled(lot: Lot) -> list[Pooled]:
-    """The distributions of a lot, those of the channels of a sensor together."""
-    groups: dict[tuple[str, str], list[Distribution]] = {}
-    for distribution in lot.distributions:
-        groups.setdefault((stream_name(distribution.channel), distribution.what), []).append(distribution)
-    rows = []
-    for (sensor, what), members in groups.items():
-        quantity, si = lot.quantity_of(members[0].channel)
-        unit, factor = what_unit(what, quantity, si, [distribution.median for distribution in members])
-        limits = {limit / factor for distribution in members for limit in lot.limits(distribution.channel, what)}
-        rows.append(
-            Pooled(
-                sensor=sensor,
-                what=what,
-                label=what_text(what, quantity),
-                unit=unit,
-                factor=factor,
-                limits=tuple(sorted(limits)),
-                distributions=members,
-            )
-        )
-    order = {sensor: k for k, sensor in enumerate(dict.fromkeys(row.sensor for row in rows))}
-    return sorted(rows, key=lambda row: order[row.sensor])

@@ -7,13 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sigmatau.digits import significant
+from sigmatau.digits import round_to_error, significant
 from sigmatau.hints import Hint, worded
+from sigmatau.lab.lots.capability import LEAST_UNITS_OF_CPK, BoundedNumber
 from sigmatau.lab.lots.lot_remark import STATES
-from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_words import STATE_WORDS, change_text, count_text, listed, percent, what_text
+from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.noise.terms import TERMS
+from sigmatau.record import stream_name
 from sigmatau.results import WIDTH, aligned, printable, wrapped
 
 _MOST_UNITS = 10  # largest number of units that are listed, each with its reason
@@ -174,12 +177,32 @@ _OUTLYING = ("slow_noise", "outlier", "other_scale", "other_mean")  # codes of t
 
 def drift_lines(lot: Lot, *, width: int | None = WIDTH) -> list[str]:
     """Outliers, batches and drifts in words."""
-    lines = [f"Outlier {_short(unit.name)}: {text}" for unit, text in _outliers(lot)[:_MOST_OUTLIERS]]
+    lines = _yield_lines(lot)
+    lines += [f"Outlier {_short(unit.name)}: {text}" for unit, text in _outliers(lot)[:_MOST_OUTLIERS]]
     surplus = len(_outliers(lot)) - _MOST_OUTLIERS
     if surplus > 0:
         lines.append(f"… and {surplus} more outliers; see the files of -o")
     lines += _order_lines(lot)
     return lines if width is None else wrapped(lines, width=width)
+
+
+def _yield_lines(lot: Lot) -> list[str]:
+    """Yield, and the smallest capability over the axes of each coefficient with a maximum."""
+    lines = []
+    if lot.passing is not None and len(lot.units) >= LEAST_UNITS_OF_CPK:
+        share = round_to_error(*(100 * end for end in (lot.passing.value, lot.passing.low, lot.passing.high)))
+        lines.append(f"Yield: {share.value} % {share.interval}")
+    worst: dict[tuple[str, str], tuple[BoundedNumber, str]] = {}
+    for part in lot.distributions:
+        number = lot.capability(part)
+        key = (stream_name(part.channel), part.what)
+        if number is not None and (key not in worst or number.value < worst[key][0].value):
+            worst[key] = (number, part.channel)
+    texts = []
+    for (_, what), (number, channel) in worst.items():
+        rounded = round_to_error(number.value, number.low, number.high)
+        texts.append(f"{channel} {what_text(what, '')} {rounded.value} {rounded.interval}")
+    return [*lines, f"Cpk: {'; '.join(texts)}"] if texts else lines
 
 
 def _outliers(lot: Lot) -> list[tuple[JudgedUnit, str]]:

@@ -100,13 +100,12 @@ def _percent(share: float) -> str:
 
 
 def worst_share(unit: JudgedUnit) -> float | None:
-    """Largest ratio of a value of a unit to its maximum, or of the end of its interval; None if there is none."""
+    """Largest ratio of a value of a unit to its maximum; None if there is none. An upper limit is not a value."""
     shares = [
-        (reading.measured.value if reading.measured.value is not None else reading.measured.upper_limit or 0.0)
-        / reading.maximum.limit
+        reading.measured.value / reading.maximum.limit
         for judged in (unit.verdict.judged if unit.verdict is not None else ())
         for reading in judged.readings
-        if reading.maximum is not None and reading.measured.anything and reading.maximum.limit > 0
+        if reading.maximum is not None and reading.measured.value is not None and reading.maximum.limit > 0
     ]
     return max(shares) if shares else None
 

@@ -14,10 +14,10 @@ from sigmatau.arrays import Floats
 from sigmatau.lab.lots.lot_bands import Band
 from sigmatau.lab.lots.lot_findings import CODES
 from sigmatau.lab.lots.lot_remark import STATES, State
-from sigmatau.lab.lots.lot_result import JudgedUnit, Lot, Pooled, pooled
+from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_screen import drift_lines
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
-from sigmatau.lab.lots.short_names import common_prefix
+from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,

@@ -15,9 +15,10 @@ import numpy as np
 from sigmatau import __version__
 from sigmatau.lab.lots.lot_plot import curves_svg, values_svg
 from sigmatau.lab.lots.lot_remark import STATES
-from sigmatau.lab.lots.lot_result import Lot, pooled
+from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_screen import drift_lines, told_units
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
+from sigmatau.lab.lots.pooling import pooled
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,

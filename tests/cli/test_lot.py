@@ -215,6 +215,28 @@ class TestOptions:
         assert code == 4
         assert re.search(r"^missing +u3 ", out, flags=re.MULTILINE)
 
+    def test_units_in_paths(self, tmp_path, capsys):
+        dated, logs = ["SN1_2026-05-04.csv", "SN2_2026-05-04.csv"], tmp_path / "logs"
+        logs.mkdir()
+        for name in dated:
+            write_log(logs / name, rates(int(name[2]), duration=60))
+        (tmp_path / "units.txt").write_text("SN1\nSN2\nSN3\n", encoding="utf-8")
+        options = ("--expect", tmp_path / "units.txt", "--json")
+        for choice, names in (
+            ((), dated),
+            (("--unit-from", r"(SN\d+)"), ["SN1", "SN2"]),
+        ):
+            _, out, err = run(logs, *options, *choice, capsys=capsys)
+            units = json.loads(out)["units"]
+            assert [one["name"] for one in units] == [*names, "SN3"]
+            assert [one["state"] for one in units][2] == "missing"
+            assert not any(remark["code"] == "not_expected" for one in units for remark in one["remarks"])
+            assert ("--unit-from" in err) == (not choice)
+        code, _, err = run(logs, "--unit-from", "(2026)", capsys=capsys)
+        assert (code, "give one log of each unit" in " ".join(err.split())) == (2, True)
+        code, _, err = run(logs, "--unit-from", "(absent)", capsys=capsys)
+        assert (code, "finds no unit" in " ".join(err.split())) == (2, True)
+
     def test_a_named_log_that_is_not_there_is_missing(self, tmp_path, capsys):
         write_log(tmp_path / "u1.csv", rates(1, duration=60))
         code, out, _ = run(tmp_path / "u1.csv", tmp_path / "u2.csv", capsys=capsys)

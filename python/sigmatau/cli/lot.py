@@ -35,6 +35,7 @@ from sigmatau.io.written import is_result
 from sigmatau.lab.datasheets.compare import check_options
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.lab.lots.expected import match_expected
 from sigmatau.lab.lots.lot import check_choices, examine, judge_lot
 from sigmatau.lab.lots.lot_result import Lot
 from sigmatau.lab.lots.lot_screen import screen
@@ -55,6 +56,7 @@ def lot_command(
     reading: ReadingOptions | None = None,
     spec: str | None = None,
     expect: str | None = None,
+    unit_from: str | None = None,
     output: Annotated[list[Path] | None, Parameter(name=["--output", "-o"], negative=())] = None,
     results: Path | None = None,
     level: float = 0.95,
@@ -86,8 +88,11 @@ def lot_command(
     spec
         Specification: your file (.toml), or a name of "sigmatau datasheet list".
     expect
-        Number of units, or a file with their names, one per line: units without a log are reported as missing. Default:
-        not checked.
+        Number of units, or a file with their names, one per line: units without a log are reported as missing. A name also
+        matches a serial number inside a file name, SN7 in SN7_2026-05-04.csv. Default: not checked.
+    unit_from
+        Name of a unit: folder, or a regular expression for the path of its log with the name in parentheses,
+        '(SN[0-9]+)'. Default: the file name.
     output
         Write the lot: .html (a page that opens offline), .pdf, .csv, .json, .xml (JUnit). May be repeated.
     results
@@ -132,6 +137,8 @@ def lot_command(
         raise OptionError("--serial needs --store; units are chosen by their files", option="serial")
     if temperature is not None and store is None:
         raise OptionError("--temperature needs --store; units are chosen by their files", option="temperature")
+    if store is not None and unit_from is not None:
+        raise OptionError("--unit-from names the units of logs; those of a store have names", option="unit_from")
     if store is not None and results is not None:
         raise OptionError("--results keeps the results of logs; the store has its own", option="results")
     if not units and store is None:
@@ -162,6 +169,8 @@ def lot_command(
         names |= {file: names[file].removesuffix(".json") for file in files}
         if len({*names.values()}) < len(names):
             names = dict(zip([*logs, *files], batch.names([*logs, *files]), strict=True))
+        if unit_from is not None:
+            names = _units_in_paths([*logs, *files], unit_from)
         if results is not None:
             _prepare(results, {names[log] for log in logs}, quiet=quiet)
         readings = assign_readings(reading, logs, [place for place in places if place in logs])
@@ -178,6 +187,11 @@ def lot_command(
         accept=accepted,
         **options,
     )
+    if expected is not None and match_expected([*units_examined], expected).inside:
+        say(
+            "units are matched by serial numbers inside file names; name them by --unit-from, e.g. '(SN[0-9]+)'",
+            quiet=quiet,
+        )
     if lot.bands:
         check_shown({band.channel: (band.quantity, band.unit) for band in lot.bands})
     for path in outputs:
@@ -185,6 +199,27 @@ def lot_command(
             lot_report(lot, path, command=command_line())
     sys.stdout.write(json_text(lot.to_dict()) if json else f"{_text(lot, verbose=verbose)}\n")
     return lot.exit_code
+
+
+def _units_in_paths(places: Sequence[Path], expression: str) -> dict[Path, str]:
+    """The units of ``--unit-from`` by log; each has one log."""
+    from sigmatau.lab.store.naming import FOLDER, Naming
+
+    Naming(unit_from=expression).check()
+    names: dict[Path, str] = {}
+    for place in places:
+        path = place.absolute()
+        match = None if expression == FOLDER else re.search(expression, str(path))
+        name = path.parent.name if expression == FOLDER else (match[1] or "") if match else ""
+        if not name:
+            raise OptionError(f"{place}: --unit-from {expression!r} finds no unit in the path", option="unit_from")
+        earlier = next((log for log, unit in names.items() if unit == name), None)
+        if earlier is not None:
+            raise OptionError(
+                f"{place}: unit {name} also has the log {earlier}; give one log of each unit", option="unit_from"
+            )
+        names[place] = name
+    return names
 
 
 def _stored(

@@ -14,6 +14,7 @@ from sigmatau.lab.datasheets.claims import Bias, Sided
 from sigmatau.lab.datasheets.compare import check_options, compare_with
 from sigmatau.lab.datasheets.sheet import Datasheet
 from sigmatau.lab.datasheets.sheet import datasheet as find_datasheet
+from sigmatau.lab.lots.expected import match_expected
 from sigmatau.lab.lots.lot_findings import CODES, Missing, NoSpecification, NotExpected, OtherScale, Unreadable
 from sigmatau.lab.lots.lot_judging import remarks_on_findings, remarks_on_verdict
 from sigmatau.lab.lots.lot_others import compare_units
@@ -86,7 +87,8 @@ def judge_lot(
         A name of the library or the path of a file; see `sigmatau.datasheet`. Without it the units are described, and
         compared with each other.
     expect : int or sequence of str, optional
-        Expected number of units, or their names; absent units are missing.
+        Expected number of units, or their names; absent units are missing. A name also matches a serial number inside the
+        name of a unit, ``"SN7"`` in ``"SN7_2026-05-04.csv"``.
     level : float
         Confidence level of "above" and "below" a maximum, see `sigmatau.compare_with`.
     factor : float, optional
@@ -142,8 +144,8 @@ def judge_lot(
         name: result if isinstance(result, UnitResult) else examine(result, sheet, name=name, **options)
         for name, result in named.items()
     }
-    absent, surplus = _absent(examined, expect)
-    if not examined and not absent:
+    expected = match_expected(examined, expect)
+    if not examined and not expected.absent:
         raise OptionError("{option}: no units; give results or the number of units to expect", option="results")
     distributions = collect_distributions(examined)
     remarks = compare_units(examined, distributions, judged=sheet is not None)
@@ -155,7 +157,7 @@ def judge_lot(
             remarks.get(name, ()),
             settings,
             with_spec=sheet is not None,
-            expected=_is_expected(name, expect),
+            expected=name in expected.listed,
         )
         for name, unit in examined.items()
     ]
@@ -166,7 +168,7 @@ def judge_lot(
             remarks=(remark(Missing(), "data"),),
             result=UnitResult(absent=True),
         )
-        for name in absent
+        for name in expected.absent
     ]
     return Lot(
         spec=sheet,
@@ -175,7 +177,7 @@ def judge_lot(
         sensors=(*distributions.sensors, *distributions.slow),
         bands=distributions.bands,
         expected=None if expect is None else expect if isinstance(expect, int) else len(expect),
-        too_many=surplus,
+        too_many=expected.surplus,
         settings=settings,
     )
 
@@ -224,38 +226,6 @@ def _named(results: Mapping[str, Result | UnitResult] | Sequence[Result]) -> dic
     repeated = {name for name in names if names.count(name) > 1}
     unique = [f"{name} ({k})" if name in repeated else name for k, name in enumerate(names, 1)]
     return dict(zip(unique, results, strict=True))
-
-
-def _absent(examined: Mapping[str, UnitResult], expect: int | Sequence[str] | None) -> tuple[list[str], int]:
-    """Names of the expected units that are missing, and the number of further missing ones."""
-    if expect is None:
-        return [], 0
-    if isinstance(expect, int):
-        if isinstance(expect, bool) or expect < 1:
-            raise OptionError(f"{{option}} must be a number of units, at least 1, not {expect!r}", option="expect")
-        lacking = expect - len(examined)
-        return [f"(missing {k + 1})" for k in range(max(lacking, 0))], max(-lacking, 0)
-    if isinstance(expect, str) or not all(isinstance(name, str) and name for name in expect):
-        raise OptionError("{option} must be a number of units or a list of their names", option="expect")
-    if len({*expect}) < len(expect):
-        twice = next(name for name in expect if list(expect).count(name) > 1)
-        raise OptionError(f"{{option}} names {twice!r} twice", option="expect")
-    forms = {form for name in examined for form in _forms(name)}
-    return [name for name in expect if name not in forms], 0
-
-
-def _forms(name: str) -> set[str]:
-    """Names that a list may use for a unit: ``unit1.csv.gz``, ``unit1.csv`` and ``unit1``."""
-    forms = {name}
-    path = Path(name)
-    while path.suffix:
-        path = path.with_suffix("")
-        forms |= {str(path), path.name}
-    return forms | {Path(name).name}
-
-
-def _is_expected(name: str, expect: int | Sequence[str] | None) -> bool:
-    return expect is None or isinstance(expect, int) or not _forms(name).isdisjoint(expect)
 
 
 def _judged(

@@ -9,14 +9,13 @@ import numpy as np
 
 from sigmatau.digits import round_to_error, significant
 from sigmatau.hints import Hint, worded
-from sigmatau.lab.lots.capability import LEAST_UNITS_OF_CPK, BoundedNumber
+from sigmatau.lab.lots.capability import LEAST_UNITS_OF_CPK
 from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_words import STATE_WORDS, change_text, count_text, listed, percent, what_text
 from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.noise.terms import TERMS
-from sigmatau.record import stream_name
 from sigmatau.results import WIDTH, aligned, printable, wrapped
 
 _MOST_UNITS = 10  # largest number of units that are listed, each with its reason
@@ -187,22 +186,18 @@ def drift_lines(lot: Lot, *, width: int | None = WIDTH) -> list[str]:
 
 
 def _yield_lines(lot: Lot) -> list[str]:
-    """Yield, and the smallest capability over the axes of each coefficient with a maximum."""
-    lines = []
+    """Yield, and the smallest capability of the coefficients with a maximum, in a line."""
+    parts = []
     if lot.passing is not None and len(lot.units) >= LEAST_UNITS_OF_CPK:
         share = round_to_error(*(100 * end for end in (lot.passing.value, lot.passing.low, lot.passing.high)))
-        lines.append(f"Yield: {share.value} % {share.interval}")
-    worst: dict[tuple[str, str], tuple[BoundedNumber, str]] = {}
-    for part in lot.distributions:
-        number = lot.capability(part)
-        key = (stream_name(part.channel), part.what)
-        if number is not None and (key not in worst or number.value < worst[key][0].value):
-            worst[key] = (number, part.channel)
-    texts = []
-    for (_, what), (number, channel) in worst.items():
+        parts.append(f"yield {share.value} % {share.interval}")
+    numbers = [(number, part) for part in lot.distributions if (number := lot.capability(part)) is not None]
+    if numbers:
+        number, part = min(numbers, key=lambda entry: entry[0].value)
         rounded = round_to_error(number.value, number.low, number.high)
-        texts.append(f"{channel} {what_text(what, '')} {rounded.value} {rounded.interval}")
-    return [*lines, f"Cpk: {'; '.join(texts)}"] if texts else lines
+        parts.append(f"least Cpk {rounded.value} {rounded.interval}: {part.channel} {what_text(part.what, '')}")
+    text = "; ".join(parts)
+    return [text[:1].upper() + text[1:]] if text else []
 
 
 def _outliers(lot: Lot) -> list[tuple[JudgedUnit, str]]:

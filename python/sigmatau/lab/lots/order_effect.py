@@ -11,6 +11,7 @@ References
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
@@ -186,7 +187,8 @@ def _interval(center: Floats, adjacent: Sequence[Floats], logs: Floats, limited:
     return float((effects.value - half)[inside].min()), float((effects.value + half)[inside].max())
 
 
-def _shapes(n: int) -> list[_Shape]:
+@functools.lru_cache(maxsize=16)
+def _shapes(n: int) -> tuple[_Shape, ...]:
     """The straight line, then all rises and batches."""
     order = np.arange(n, dtype=np.float64)
     shapes = [_Shape(kind="drift", start=0, stop=n, values=order / (n - 1))]
@@ -201,7 +203,7 @@ def _shapes(n: int) -> list[_Shape]:
             if small and not (start == 0 and 2 * inside == n):
                 values = ((order >= start) & (order < stop)).astype(np.float64)
                 shapes.append(_Shape(kind="batch", start=start, stop=stop, values=values))
-    return shapes
+    return tuple(shapes)
 
 
 def _is_between_dates(shape: _Shape, dates: Sequence[str]) -> bool:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from sigmatau import __version__
-from sigmatau.digits import significant
+from sigmatau.digits import round_to_error, significant
 from sigmatau.lab.datasheets.claims import Claim
 from sigmatau.lab.lots.lot_result import JudgedUnit, JudgingOptions, Lot
+from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_words import listed, order_text, percent, what_text, what_unit
 from sigmatau.record import stream_name
 from sigmatau.results import printable
@@ -17,7 +18,19 @@ MARKS = {"passed": "good", "failed": "poor", "not_judged": "partial", "unreadabl
 """Colours of the states, the same as those of trust."""
 
 DISTRIBUTION_HEADS = (
-    *("Axis", "Coefficient", "Units", "Median", "± %", "Smallest", "Largest", "Maximum", "Unit", "Drift or batch"),
+    *(
+        "Axis",
+        "Coefficient",
+        "Units",
+        "Median",
+        "± %",
+        "Smallest",
+        "Largest",
+        "Maximum",
+        "Unit",
+        "Cpk",
+        "Drift or batch",
+    ),
     "Outliers",
 )
 
@@ -131,11 +144,17 @@ def distribution_rows(lot: Lot) -> list[list[str]]:
                 significant(distribution.high / factor, zeros=True),
                 limits,
                 text,
+                _capability(lot, distribution),
                 "–" if distribution.order is None else order_text(distribution.order),
                 listed(distribution.outliers) or "–",
             ]
         )
     return rows
+
+
+def _capability(lot: Lot, distribution: Distribution) -> str:
+    number = lot.capability(distribution)
+    return "–" if number is None else round_to_error(number.value, number.low, number.high).with_unit("")
 
 
 def done_rows(lot: Lot, command: str | None, moment: str) -> list[tuple[str, str]]:

@@ -236,7 +236,7 @@ def place(folder, name):
 
 def copy_with(folder, *sections):
     """A copy of the repository with the additions of some sections."""
-    without = shutil.ignore_patterns("__pycache__", "frozen", "target")
+    without = shutil.ignore_patterns("frozen", "target")  # with what is compiled, which is as new as its source
     for name in ("python", "tests", "benches", "docs/how-to"):
         shutil.copytree(ROOT / name, folder / name, ignore=without)
     (folder / "crates" / "core" / "src").mkdir(parents=True)

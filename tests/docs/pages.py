@@ -488,7 +488,7 @@ def run_page(path: Path, folder: Path, text: str | None = None) -> Page:
         shutil.copytree(_made(module), folder, dirs_exist_ok=True, symlinks=True)
     page = Page(
         path=path, text=path.read_text(encoding="utf-8") if text is None else text, folder=folder,
-        substituted=getattr(module, "SUBSTITUTED", {}),
+        substituted=getattr(module, "SUBSTITUTED", {}) if text is None else {},
         alone=getattr(module, "ALONE", False),
     )  # fmt: skip
     with _in_this_process(folder):

@@ -35,6 +35,7 @@ def test_examples_of_help(command, tmp_path, monkeypatch):
     """In the folder of the guide."""
     monkeypatch.setattr("sigmatau.cli.demo._HOURS", 0.05)  # two hours are in docs/paper/units.md
     examples = EXAMPLES[command].replace("--idle 60", "--idle 0.2 --every 0.1")
+    examples = examples.replace("--hours 2 --rate 100", "--hours 0.1 --rate 100")
     examples = re.sub(r"(sigmatau app\b.*)", r"\1 --help", examples)  # it would wait for a page
     run_page(ROOT / "docs" / "guide.md", tmp_path, f"```sh\n{examples}\n```\n")
 

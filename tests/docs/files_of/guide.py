@@ -12,6 +12,7 @@ from sigmatau.io.write import write
 SHORT_ROWS = 2200  # number of rows, 11 s at 200 Hz: just above the shortest record that is judged
 GYROS = dict.fromkeys(AXES[:3], "deg/s")
 SIX = {axis: "deg/s" if axis.startswith("gyro") else "g" for axis in AXES}
+SUBSTITUTED = {"--hours 2 --rate 100": "--hours 0.1 --rate 100"}  # a record of two hours shows no more of the options
 
 
 def make(folder: Path) -> None:

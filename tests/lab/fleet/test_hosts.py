@@ -13,7 +13,7 @@ from conftest import skip_without
 skip_without("distributed", "fleets need the extra cluster")
 skip_without("sqlalchemy", "fleets need the extra store")
 
-LOGS = 60
+LOGS = 44
 # A host that is gone answers nothing: this decides how soon the others notice. Dask's own values are 30 s and 5 minutes.
 NOTICE = {
     "DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP": "11s",
@@ -83,7 +83,7 @@ def test_a_host_is_cut_off(hosts, tmp_path):
         for host in range(3):
             processes.worker(address, pause=0.1, prefix=hosts.on(host), settings=NOTICE)
         process = processes.fleet(logs, "--store", "a.db", "--scheduler", address, prefix=hosts.on(0), **NOTICE)
-        processes.wait_for_reads(24)
+        processes.wait_for_reads(18)
         assert len({worker for worker, _ in processes.reads()}) == 3
         hosts.cut_off(2)
         out, _ = ended(process)

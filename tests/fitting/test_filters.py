@@ -9,7 +9,7 @@ from known import seed_of
 from sigmatau import ChannelModel, GaussMarkov, NoiseModel, Record, fit_channel, simulate
 
 N = 1e-4
-COUNT = 8
+COUNT = 4
 
 
 def butterworth(order, corner):

@@ -30,7 +30,7 @@ def write_turning_innovations(place: Path) -> None:
     """Innovations and rate of a filter whose sensor has a scale error of 0.2 %, with the noise that it assumes."""
     rng = np.random.default_rng(seed_of(place.name))
     true = np.array([1.0, 1.0, 1 / 3.0])  # K of the pages is a third of that of the simulated gyro
-    time, values, stated, rates = moving_innovations(2e-3, 0.0, true, 1, rng, judge_sensor=True, duration=600.0)
+    time, values, stated, rates = moving_innovations(2e-3, 0.0, true, 1, rng, of_sensor=True, duration=600.0)
     np.savetxt(
         place, np.column_stack([time, values[0], stated, rates[0]]), delimiter=",", comments="", fmt="%.9g",
         header="t [s],nu_gyro_x [rad],S_gyro_x [rad^2],rate_gyro_x [rad/s]",

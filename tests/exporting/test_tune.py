@@ -358,7 +358,7 @@ def moving(name, wrong=(1.0, 1.0, 1.0), **changed):
     errors = {"scale": 0.0, "delay": 0.0, "of_sensor": False} | changed
     rng = np.random.default_rng(seed_of(f"tune: {name}"))
     time, values, stated, rates = moving_innovations(
-        errors["scale"], errors["delay"], np.array(wrong), 1, rng, judge_sensor=errors["of_sensor"], duration=400.0
+        errors["scale"], errors["delay"], np.array(wrong), 1, rng, of_sensor=errors["of_sensor"], duration=400.0
     )
     filter_ = st.BiasFilter(noise=wrong[1] * GYRO.noise, walk=wrong[2] * GYRO.walk)
     series = st.Innovations(time=time, innovation=values[0], variance=stated, rate=rates[0])
@@ -383,7 +383,7 @@ def test_scale_and_delay_beside_a_wrong_noise():
 
 
 def test_motion_is_not_claimed_where_it_cannot_be_seen():
-    series, filter_ = moving("still", judge_sensor=True)
+    series, filter_ = moving("still", of_sensor=True)
     right = st.tune(series, filters=filter_)["innovation"]
     assert (right.verdict, [effect.has_error for effect in right.motion]) == ("consistent", [False, False])
     assert all(effect.is_shown for effect in right.motion)

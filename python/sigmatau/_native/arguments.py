@@ -41,7 +41,8 @@ def non_finite(error: ValueError, arrays: Sequence[NDArray[np.float64]], names: 
 
 
 def contiguous(columns: Sequence[ArrayLike], names: Sequence[str]) -> list[NDArray[np.float64]]:
-    """Each column as a contiguous float64 array. Other columns are copied together, one piece at a time.
+    """Return each column as a contiguous float64 array. Columns that are not contiguous are copied together, piece by
+    piece.
 
     Columns of a table that is stored row by row share cache lines. Copying one column after the other would fetch all lines
     again for each.

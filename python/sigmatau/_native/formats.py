@@ -55,11 +55,11 @@ class TextColumns:
     integers : ndarray of int64 or None
         The exact column, if all its values are integers, or dates.
     hidden, first_hidden : int
-        Number of lines that look like rows behind a comment mark; the first of them.
+        Number of lines that look like rows after a comment mark, and the first such line.
     headers : list of (int, str)
-        Line number and text of lines with as many fields as a row but no number; the first 16.
+        Line number and text of the first 16 lines with as many fields as a row but no number.
     open_end : bool
-        Whether the last line has no line end; not looked at in large files that are not compressed.
+        Whether the last line lacks a line end; not checked in large uncompressed files.
     """
 
     columns: list[NDArray[np.float64]]
@@ -84,7 +84,7 @@ def read_text(
     lines: int | None = None,
     dates: DayOrder | None = None,
     arrow: bool = False,
-    most: int = _ANY_SIZE,
+    max_bytes: int = _ANY_SIZE,
     tag: tuple[int, str] | None = None,
 ) -> TextColumns:
     """Columns of a text table.
@@ -92,11 +92,11 @@ def read_text(
     Parameters
     ----------
     source : str or bytes
-        Path of a file, of which a gzip file is recognised by its first bytes; or the text itself.
+        Path of a file (gzip is recognised by the first bytes), or the text itself.
     delimiter : str or None
         One ASCII character; None for runs of white space.
     comment : tuple of str
-        Lines that begin so are passed over.
+        Lines that begin with one of these are skipped.
     columns : int
         Fields in every row.
     wanted : tuple of int
@@ -106,25 +106,25 @@ def read_text(
     skip_lines : int
         Lines before the data.
     encoding : {"ascii", "utf-16-le", "utf-16-be"}
-        The first for all in which ASCII is ASCII.
+        ``"ascii"`` also for its supersets, such as UTF-8.
     decimal_comma : bool
-        Whether 0,5 is one half; then 0.5 is no number.
+        Whether the decimal separator is a comma; then 0.5 is not a number.
     lines : int or None
-        Lines of the source after which it is taken to end.
+        Number of lines of the source to read; None for all.
     dates : {"day_first", "month_first"} or None
         Order of day and month in dates of the exact column, which come as nanoseconds since 1970; None for numbers.
     arrow : bool
-        Whether a time and an arrow stand before each row; the time is the last column.
-    most : int
-        Bytes that a compressed file may have. [bytes]
+        Whether each row begins with a time and an arrow; the time becomes the last column.
+    max_bytes : int
+        Largest size of a compressed file after unpacking. [bytes]
     tag : (int, str) or None
-        Column, counted from 0, and text of the rows to read; lines with another text there are passed over.
+        Column, counted from 0, and its text in the rows to read; lines with another text are skipped.
 
     Raises
     ------
     TextReadError
     """
-    writing = (encoding, decimal_comma, lines, dates, arrow, most, tag)
+    writing = (encoding, decimal_comma, lines, dates, arrow, max_bytes, tag)
     how = (delimiter, list(comment), skip_lines, columns, list(wanted), exact, writing)
     try:
         parsed = _core.parse_text(source, *how) if isinstance(source, bytes) else _core.read_text(source, *how)
@@ -177,15 +177,15 @@ class Sentences:
     ----------
     columns : list of ndarray, shape (n,)
     broken, inner : int
-        Number of lines that are not complete sentences, and number of those after the first row.
+        Number of lines that are not complete sentences, and number of such lines after the first row.
     examples : list of (int, str)
-        Number of the first such line, counted from 1, and its fault.
-    others : int
+        Numbers of the first such lines, counted from 1, and their faults.
+    other_count : int
         Number of complete sentences with other names.
     gap : (int, int)
-        Longest run of these after the first row without a row between, and the line where it begins.
+        Length of the longest run of such sentences after the first row, and the line where it begins.
     other : str
-        Name of the first of them.
+        Name of the first such sentence.
     cut : bool
         Whether the last line is broken and has no line end.
     """
@@ -194,16 +194,18 @@ class Sentences:
     broken: int
     inner: int
     examples: list[tuple[int, str]]
-    others: int
+    other_count: int
     gap: tuple[int, int]
-    other: str
+    other_name: str
     cut: bool
 
 
 def read_sentences(
     path: str, *, name: str, fields: int, wanted: tuple[int, ...], longest: int = _ANY_SIZE
 ) -> Sentences:
-    """The wanted fields (counted from 0) of VectorNav sentences of a name without ``$``; raises `TextReadError`."""
+    """Read the wanted fields, counted from 0, of the VectorNav sentences `name` (without ``$``); raises
+    `TextReadError`.
+    """
     try:
         columns, broken, inner, examples, other_lines, cut = _core.read_sentences(
             path, name, fields, list(wanted), longest
@@ -212,7 +214,14 @@ def read_sentences(
         raise TextReadError(*error.args) from None
     count, gap, example = other_lines
     return Sentences(
-        columns=columns, broken=broken, inner=inner, examples=examples, others=count, gap=gap, other=example, cut=cut
+        columns=columns,
+        broken=broken,
+        inner=inner,
+        examples=examples,
+        other_count=count,
+        gap=gap,
+        other_name=example,
+        cut=cut,
     )
 
 

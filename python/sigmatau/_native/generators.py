@@ -31,7 +31,7 @@ class Generator:
         self._made = _core.Generator(n, tau0, seed)
 
     def add_term(self, term: str, value: float, *, channel: int, poles: bool = False) -> None:
-        """One of the five terms, with the random numbers of a channel; bias instability by poles or exactly."""
+        """Add one of the five terms, with the random numbers of a channel; bias instability from poles or exactly."""
         self._made.add_term(term, value, channel, poles)
 
     def add_filtered(
@@ -43,21 +43,21 @@ class Generator:
         *,
         channel: int,
     ) -> None:
-        """The first state of x' = A·x + L·w, scaled, with the random numbers of the random walk.
+        """Add the first state of x' = A·x + L·w, scaled, with the random numbers of the random walk.
 
-        `transition` is A; `noise` L, with L·Lᵀ the covariance that a step adds; `start` the same of the state at the
-        start; each of shape (n_states, n_states).
+        `transition` is A. `noise` is L, where L·Lᵀ is the covariance that a step adds. `start` is the same factor for
+        the first state. Each has shape (n_states, n_states).
         """
         self._made.add_filtered(
             scale, transition.ravel().tolist(), noise.ravel().tolist(), start.ravel().tolist(), channel
         )
 
     def add_gauss_markov(self, sigma: float, time: float, *, index: int, channel: int) -> None:
-        """A first-order Gauss-Markov process, the `index`-th of the channel."""
+        """Add a first-order Gauss-Markov process, number `index` of the channel."""
         self._made.add_gauss_markov(sigma, time, index, channel)
 
     def add_sinusoid(self, amplitude: float, frequency: float, *, index: int, channel: int) -> None:
-        """A sinusoid of random phase, the `index`-th of the channel."""
+        """Add a sinusoid of random phase, number `index` of the channel."""
         self._made.add_sinusoid(amplitude, frequency, index, channel)
 
     def fill(self, rate: NDArray[np.float64]) -> None:

@@ -14,14 +14,15 @@ from sigmatau.arrays import Floats
 
 
 class Components:
-    """The four noise terms, and at most one more, at the cluster sizes `m` of a record of `n` samples.
+    """The four noise terms and at most one process, at the cluster sizes `m` of a record of `n` samples.
 
     Parameters
     ----------
     correlation_time : float, optional
         Correlation time of a Gauss-Markov process, whose θ is the variance. [samples]
     frequency : float, optional
-        Of a sinusoid of random phase, in place of a process; its θ is the squared amplitude. [cycles per sample]
+        Frequency of a sinusoid of random phase, in place of a process; its θ is the squared amplitude. [cycles per
+        sample]
     """
 
     __slots__ = ("_native", "m", "n", "terms")
@@ -45,7 +46,7 @@ class Components:
 
     @property
     def spectra(self) -> Floats:
-        """Power of a mode of the record for θ = 1, over n; shape (n_terms, n_modes)."""
+        """Power of a mode of the record for θ = 1, divided by n; shape (n_terms, n_modes)."""
         return self._native.spectra().reshape(self.terms, -1)
 
     @property
@@ -62,16 +63,16 @@ class Components:
         return self._native.degrees_of_freedom(_numbers(theta), ramp)
 
     def detectable(self, term: int, background: ArrayLike, *, level: float, power: float) -> float:
-        """The smallest θ of a term that a test at a level finds with a probability beside others; inf if there is none."""
+        """Smallest θ of a term that a test at `level` detects with probability `power` in a background; inf if none."""
         return self._native.detectable(term, _numbers(background), level, power)
 
     def least_ramp(self, theta: ArrayLike, *, level: float, power: float) -> float:
-        """The ramp per sample that a test at a level finds with a probability in a record with noise θ."""
+        """The ramp per sample that a test at `level` detects with probability `power` in noise θ."""
         return self._native.least_ramp(_numbers(theta), level, power)
 
 
 class Gls:
-    """Least squares problem: Allan variances and their components. `candidates`: indices of the terms that are fitted.
+    """Least squares problem: Allan variances and their components. `candidates` are the indices of the fitted terms.
 
     Methods raise FloatingPointError if a covariance is not positive definite.
     """
@@ -107,9 +108,11 @@ class Gls:
         return self._native.covariance_of_theta(_numbers(theta), list(active)).reshape(len(active), -1)
 
     def score(self, term: int, trial: float) -> tuple[float, float, float, Floats]:
-        """The estimate of a term if a trial value is true and all others are fitted for that value.
+        """Distribution of the estimate of a term if a trial value is true and the other terms are fitted for that
+        value.
 
-        Returns the probability of a larger one, standard error, skewness, and the weights of the variances in it.
+        Returns the probability of a larger estimate, its standard error and skewness, and the weights of the variances
+        in it.
         """
         return self._native.score(term, trial)
 
@@ -131,10 +134,10 @@ class Gls:
 
     def without_ramp(self, weights: Floats, ramps: Floats) -> Gls:
         """The problem after the removal of the ramp Σ weights·ramps."""
-        still = object.__new__(Gls)
-        still.parts, still.candidates = self.parts, self.candidates
-        still._native = self._native.without_ramp(np.ascontiguousarray(weights), np.ascontiguousarray(ramps))
-        return still
+        detrended = object.__new__(Gls)
+        detrended.parts, detrended.candidates = self.parts, self.candidates
+        detrended._native = self._native.without_ramp(np.ascontiguousarray(weights), np.ascontiguousarray(ramps))
+        return detrended
 
 
 def non_negative(columns: Floats, target: Floats) -> Floats:

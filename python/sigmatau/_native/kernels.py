@@ -57,7 +57,7 @@ class RunningSums:
         return self._sums.samples
 
     def push(self, rate: NDArray[np.float64]) -> None:
-        """Take samples, all of which are finite."""
+        """Add samples, which must all be finite."""
         self._sums.push(rate)
 
     @staticmethod
@@ -66,7 +66,7 @@ class RunningSums:
         return _core.Accumulator.first_unusable(rate)
 
     def merge(self, later: RunningSums) -> None:
-        """Add the sums of the accumulator of the following stretch. Raises ValueError if it is not the following one."""
+        """Add the sums of the accumulator of the next stretch; raises ValueError for any other stretch."""
         self._sums.merge(later._sums)
 
     def copy(self) -> RunningSums:
@@ -110,7 +110,7 @@ def allan_variances(
     variances : list of ndarray, shape (n_tau,)
         By channel.
     ramps : list of ndarray, shape (n_tau,)
-        Mean of all the overlapping second differences of the phase over m²: change of the rate per sample, by channel.
+        Change of the rate per sample, by channel: mean of all overlapping second differences of the phase, over m².
     pairs : ndarray of int, shape (n_tau,)
     """
     check_overlap(overlap)
@@ -241,7 +241,7 @@ def sinusoid_avar(amplitude: float, frequency: float, m: ArrayLike, tau0: float)
 
 
 def band_limited_avar(random_walk: float, shape: str, corner: float, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
-    """Expected Allan variance of white noise behind a low-pass, sampled.
+    """Expected Allan variance of sampled white noise after a low-pass filter.
 
     `shape` is ``"butterworth1"`` (or ``"first_order"``) … ``"butterworth9"``, or ``"brick_wall"``; `corner` in Hz.
     """
@@ -258,7 +258,7 @@ def resonance_avar(
 ) -> NDArray[np.float64]:
     """Allan variances of a sampled resonance.
 
-    Without `folded`, those of a fit of the spectrum, which lacks the part that sampling folds from above half the rate.
+    Without `folded`, the part that sampling folds from above half the rate is omitted, as in a fit of the spectrum.
     """
     sizes = np.ascontiguousarray(m, dtype=np.int64)
     return _core.resonance_avar(sigma, frequency, width, sizes, tau0, folded)
@@ -279,7 +279,7 @@ def resonance_folds(sigma: float, frequency: float, width: float, tau0: float, *
 def band_limited_psd(
     random_walk: float, order: int, corner: float, f: NDArray[np.float64], tau0: float | None
 ) -> NDArray[np.float64]:
-    """Two-sided density of white noise behind a Butterworth filter, folded by sampling if `tau0` is given."""
+    """Two-sided density of white noise after a Butterworth filter, folded by sampling if `tau0` is given."""
     return _core.band_limited_psd(random_walk, order, corner, np.ascontiguousarray(f, dtype=np.float64), tau0)
 
 

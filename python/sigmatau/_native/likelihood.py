@@ -27,7 +27,7 @@ from sigmatau.arrays import Floats
 
 LEAST_SAMPLES = 256
 
-_LEAST_TAPER = 0.2  # shortest taper [samples]; with less all weights of a run are 1
+_LEAST_TAPER = 0.2  # shortest taper [samples]; for a shorter one all weights of a run are 1
 
 
 def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> LikelihoodSummary:
@@ -52,12 +52,12 @@ def summarize(pieces: Iterable[Floats], *, samples: int, tau0: float) -> Likelih
 def summarize_masked(
     pieces: Callable[[], Iterable[Floats]], *, present: NDArray[np.bool_], tau0: float
 ) -> LikelihoodSummary:
-    """The same for a record with missing samples: one pass, or two for quantization noise or strong slow noise.
+    """Summarize a channel with missing samples in one pass, or in two with quantization noise or strong slow noise.
 
     Parameters
     ----------
     pieces : callable
-        Gives the consecutive pieces, each time it is called; missing samples may have any value.
+        Returns the consecutive pieces on each call; missing samples may have any value.
     present : ndarray of bool, shape (n,)
         False where a sample is missing.
     tau0 : float
@@ -66,7 +66,7 @@ def summarize_masked(
     Raises
     ------
     ValueError
-        As `summarize`; and if the samples that are there are in a few places only, see `enough`.
+        As for `summarize`, and if the recorded samples are too few or too concentrated; see `enough`.
     """
     mask = np.ascontiguousarray(present, dtype=np.bool_)
     summary = _walked(_core.LikelihoodPass.masked(mask, tau0), pieces())

@@ -58,7 +58,9 @@ class Decoded:
 
 
 def log_contents(path: str, kind: LogKind, *, longest: int) -> LogContents:
-    """Contents of a log, by its summary or by reading it; its chunks may unpack to `longest` bytes. Raises OSError."""
+    """Contents of a log, from its summary or by reading it; its chunks may unpack to `longest` bytes. Raises
+    OSError.
+    """
     channels, declared, end = _core.log_contents(path, kind == "rosbag1", longest)
     return LogContents(tuple(LogChannel(*fields) for fields in channels), declared, LogEnd(*end))
 
@@ -81,17 +83,17 @@ def log_messages(
     path : str
     kind : {"mcap", "rosbag1"}
     channels : sequence of int
-        Their numbers.
+        Numbers of the channels.
     steps : sequence of (str, int, int)
         The definition of the messages, see `sigmatau.io.read.formats.messages`.
     cdr : bool
-        Serialised as in ROS 2, or else as in ROS 1.
+        Whether messages are serialised as in ROS 2; otherwise as in ROS 1.
     wanted : sequence of int
         Columns to return, counted from 0.
     exact : int or None
-        One of them to return as 64-bit integers, if it holds such.
+        Column of 64-bit integers to return as such, if it has them.
     longest : int
-        What the chunks of the file may unpack to together. [bytes]
+        Total size to which the chunks of the file may unpack. [bytes]
     """
     decoded, end = _core.log_messages(
         path, kind == "rosbag1", list(channels), list(steps), cdr, list(wanted), exact, longest
@@ -109,7 +111,7 @@ def decode_messages(
     wanted: Sequence[int],
     exact: int | None,
 ) -> Decoded:
-    """Columns of messages in memory, concatenated in `data` with their ends given; up to the first wrong message."""
+    """Columns of the messages concatenated in `data`, which end at `ends`, up to the first wrong message."""
     return _decoded(_core.decode_messages(data, ends, log_times, list(steps), cdr, list(wanted), exact), wanted, exact)
 
 
@@ -130,9 +132,10 @@ def scan_dataflash(path: str) -> Mapping[str, Any]:
     Returns
     -------
     mapping
-        ``kinds``, each number, name, fields (name, letter of the type, offset), bytes a message, offset of the instance or
-        None, and messages by instance; ``definitions``, messages that define units, each the place of its kind and bytes;
-        ``messages``, ``end`` and ``broken`` as in `scan_ulog`; ``filler``, the one byte that the rest consists of, or None.
+        ``kinds``: for each, number, name, fields (name, letter of the type, offset), bytes per message, offset of the
+        instance or None, and messages by instance; ``definitions``: messages that define units, each as index of its
+        kind and bytes; ``messages``, ``end`` and ``broken`` as in `scan_ulog`; ``filler``: the byte of which the rest
+        consists, or None.
 
     Raises
     ------
@@ -151,7 +154,7 @@ def dataflash_columns(
     size: int,
     fields: Sequence[tuple[int, int]],
 ) -> list[NDArray[np.uint8]]:
-    """Bytes of fields of all messages of a kind and an instance, one array a field.
+    """Bytes of fields of all messages of a kind and an instance, one array per field.
 
     Parameters
     ----------
@@ -159,7 +162,7 @@ def dataflash_columns(
     end, kind, rows, size : int
         Numbers from `scan_dataflash`.
     instance : (int, int) or None
-        Its offset in a message, and which.
+        Offset of the instance number in a message, and the number.
     fields : sequence of (int, int)
         Offset in a message and length. [bytes]
 
@@ -177,15 +180,15 @@ def scan_ulog(path: str) -> Mapping[str, Any]:
     Returns
     -------
     mapping
-        ``formats``, definitions as bytes; ``topics``, each number, instance, name as bytes, rows and bytes a row;
-        ``dropouts`` in milliseconds; ``unknown``, messages of kinds not known; ``unfinished``, parts passed over, from and
-        to; ``messages``, how many were read; ``end``, where reading ended; ``broken``, None or where and what is wrong, the
-        latter None if the file just ends there.
+        ``formats``: definitions as bytes; ``topics``: for each, number, instance, name as bytes, rows and bytes per
+        row; ``dropouts`` in milliseconds; ``unknown``: number of messages of unknown kinds; ``unfinished``: start and
+        end of skipped parts; ``messages``: number of messages read; ``end``: offset where reading ended; ``broken``:
+        None, or offset and fault, the latter None if the file ends within a message.
 
     Raises
     ------
     ValueError
-        If it is none, or one that must not be read without knowing more of the format.
+        If the file is not a ULog file, or uses a newer feature that readers must know.
     OSError
     """
     return _core.scan_ulog(path)
@@ -194,7 +197,7 @@ def scan_ulog(path: str) -> Mapping[str, Any]:
 def ulog_columns(
     path: str, *, end: int, number: int, rows: int, size: int, fields: Sequence[tuple[int, int]]
 ) -> list[NDArray[np.uint8]]:
-    """Bytes of fields of all messages of a topic of a ULog file, one array a field.
+    """Bytes of fields of all messages of a topic of a ULog file, one array per field.
 
     Parameters
     ----------

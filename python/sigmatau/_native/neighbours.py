@@ -12,12 +12,12 @@ from sigmatau.arrays import Floats, Ints
 
 
 def outliers(x: Floats, *, threshold: float, multiple: float, smallest: float, side: int, part: float) -> Ints:
-    """Indices of the samples whose `residuals` are beyond a threshold and a multiple of the `scatter` + `smallest`."""
+    """Indices of the samples whose `residuals` exceed both `threshold` and `multiple` × (`scatter` + `smallest`)."""
     return _core.outliers(np.ascontiguousarray(x), [threshold, multiple, smallest], side, _quantile(part))
 
 
 def residuals(x: Floats, indices: Ints, side: int) -> Floats:
-    """Distance of samples from the medians of both sides: the smaller one, or 0 between the two medians.
+    """Distance of each sample from the nearer median of its two sides; 0 between the two medians.
 
     A side with fewer than two samples is ignored; NaN if both are.
     """
@@ -25,20 +25,20 @@ def residuals(x: Floats, indices: Ints, side: int) -> Floats:
 
 
 def scatter(x: Floats, indices: Ints, part: float) -> Floats:
-    """Standard deviation of the 31 samples before or after a spike and its neighbour, from a quantile `part` of their
-    changes; 0 if unknown.
+    """Standard deviation of the 31 samples before or after each index and its neighbour; 0 if unknown.
 
-    The larger of both sides is used, because a shock has a first sample. If half may be spikes, a quarter replaces the
-    median.
+    It is estimated from the quantile `part` of the changes from sample to sample: 0.5, or 0.25 where half of the
+    samples may be spikes. The larger of the two sides is used, so that the first sample of a shock is compared with the
+    shock.
     """
     return _core.neighbour_scatter(np.ascontiguousarray(x), np.ascontiguousarray(indices), _quantile(part))
 
 
 def neighbour_medians(x: Floats, side: int, fewest: int) -> Floats:
-    """Median of the samples on both sides of each sample; NaN for fewer than `fewest` of them."""
+    """Median of the samples on both sides of each sample; NaN if there are fewer than `fewest`."""
     return _core.neighbour_medians(np.ascontiguousarray(x), side, fewest)
 
 
 def _quantile(part: float) -> list[float]:
-    """A quantile of the sizes of changes, and that of normal noise."""
+    """The part of the changes below a quantile, and that quantile for normal noise."""
     return [part, math.sqrt(2) * NormalDist().inv_cdf((1 + part) / 2)]

@@ -20,7 +20,7 @@ JUSTIFIED = {
     "estimators/gapped.py _rows": TOO_SHORT,
     "analysis/stretches.py too_large": UNLOADABLE,
     "io/follow.py _read_all": "an error of the reading thread is raised by the loop that takes its pieces",
-    "io/live.py _find_out": UNDECIDED,
+    "io/live.py _detect_layout": UNDECIDED,
     "io/read/column_values.py load_columns": UNLOADABLE,
     "io/read/column_samples.py samples": UNLOADABLE,
     "io/read/gravity.py unit_of_gravity": UNLOADABLE,

@@ -11,7 +11,7 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-Runs = tuple[Ints, Ints]  # first places and lengths
+Runs = tuple[Ints, Ints]  # first indices and lengths
 
 SIGMA_OF_MAD = 1.4826  # standard deviation of normal noise over its median absolute deviation: 1/Φ⁻¹(3/4)
 

@@ -1,4 +1,5 @@
-"""Values of JSON as the types that annotations declare: dataclasses, tuples, mappings, arrays; errors name the place.
+"""Decodes JSON values into the types that annotations declare: dataclasses, tuples, mappings, arrays; errors name the
+place.
 
 Libraries that do this (msgspec, cattrs) either have no union of several dataclasses, or take ``"5"`` for a number; results
 have unions, distinguished by the field ``kind``, and null where a number is not finite.
@@ -20,7 +21,7 @@ from sigmatau.errors import DataError
 T = TypeVar("T")
 Decoder = Callable[[Any], Any]
 
-_LARGEST_INTEGER = 10**300  # a float holds it
+_LARGEST_INTEGER = 10**300  # a float can represent it, though not exactly
 _SHOWN = 40  # characters of a wrong value
 _NUMBERS = (frozenset({float, int, type(None)}), frozenset({int}))
 
@@ -63,15 +64,16 @@ def key(
     about : str
         Its meaning, for the schema.
     default, factory
-        Its value where an older version or a hand leaves the key out. Without one, the key must be there.
+        Value if the key is absent, as in files from older versions or written by hand. Without either, the key is
+        required.
     always : bool
         Whether this version always writes it.
     null : bool
-        Whether it may be null; keys with None as default are absent otherwise.
+        Whether it may be null; otherwise a key whose default is None is absent instead.
     read : bool
-        Whether it is read back; the others follow from what is read.
+        Whether it is read back; the other keys are computed from those.
     **bounds
-        Of its numbers, in the words of JSON Schema: ``minimum=0``.
+        Bounds of its numbers, as keywords of JSON Schema: ``minimum=0``.
     """
     needed = read and default is MISSING and factory is MISSING
     metadata = {Key: Key(about=about, always=always or needed, null=null, bounds=bounds)}
@@ -87,7 +89,7 @@ def decode(kind: Callable[..., T], value: object) -> T:
 
 
 def decode_details(kind: Callable[..., T], value: object) -> T:
-    """The same for details of a finding, which have null in place of a number that is not finite."""
+    """Decode the details of a finding, where null stands for a number that is not finite."""
     decoded: T = _decoder(kind, null=True)(value)
     return decoded
 
@@ -129,7 +131,7 @@ def _float(value: Any) -> float:  # noqa: ANN401  of JSON
 
 
 def _float_if_any(value: Any) -> float | None:  # noqa: ANN401  of JSON
-    """Most values of a result: in one call."""
+    """Decode a float or null; the usual types, checked first, take no further call."""
     return value if value is None or (type(value) is float and math.isfinite(value)) else _float(value)
 
 
@@ -226,9 +228,9 @@ def _dataclass(kind: Any, *, null: bool) -> Decoder:  # noqa: ANN401  a class
     parts: list[tuple[str, Decoder, bool]] = []
 
     def decode_fields(value: Any) -> object:  # noqa: ANN401  of JSON
-        if type(value) is not dict and not isinstance(value, Mapping):  # the check of a mapping is slow
+        if type(value) is not dict and not isinstance(value, Mapping):  # `isinstance` with Mapping is slow
             _refuse(value, "an object")
-        if not parts:  # at the first value, because a class may have parts of its own type
+        if not parts:  # made at the first value, because a class may have fields of its own type
             hints = get_type_hints(kind)
             parts.extend(
                 (

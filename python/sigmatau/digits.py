@@ -41,7 +41,7 @@ class Rounded:
 
     @property
     def cells(self) -> tuple[str, str]:
-        """Value and interval in columns of their own."""
+        """Value and interval in separate columns."""
         return self.value, self.interval
 
     @property
@@ -120,7 +120,7 @@ def round_to_error(
     texts = [_at_place(number, place, unit, sign=sign, is_positive=low >= 0) for number in (value, low, high)]
     error_text = _at_place(half, place, unit)
     if is_even and error is None and low > 0 and float(texts[0]) <= float(error_text):
-        is_even = False  # 10 ± 10 of 10.4 ± 9.97 would reach zero
+        is_even = False  # 10.4 ± 9.97 as 10 ± 10 would reach zero
     return Rounded(value=texts[0], low=texts[1], high=texts[2], error=error_text if is_even else "")
 
 

@@ -38,7 +38,7 @@ class _SourcedError(ValueError):
 
     @property
     def text(self) -> str:
-        """The message behind its source and place, with hints in it."""
+        """The message after its source and place, with hints in it."""
         return ": ".join(filter(None, [", ".join(filter(None, [self.source, self.place])), self.message]))
 
     @property
@@ -61,9 +61,9 @@ class _SourcedError(ValueError):
         Parameters
         ----------
         source : str
-            Name of the file or object, as `about` was given it.
+            Name of the file or object, as passed to `about`.
         face : callable, optional
-            Words of the options. Default: those of this process.
+            Face that words the options. Default: that of this process.
 
         Returns
         -------
@@ -78,7 +78,7 @@ class _SourcedError(ValueError):
         Parameters
         ----------
         source : str
-            Name of the file or object. A source that the error has already is put behind it.
+            Name of the file or object. An existing source follows it.
 
         Returns
         -------
@@ -94,7 +94,7 @@ class _SourcedError(ValueError):
         Parameters
         ----------
         place : str
-            ``"line 5"``. A place that the error has already is put behind it.
+            ``"line 5"``. An existing place follows it.
 
         Returns
         -------
@@ -156,7 +156,7 @@ class OptionError(_SourcedError):
     question : str
         The message without the answers.
     key : str
-        What of the option is wrong, printed behind its name; mostly empty.
+        Part of the option that is wrong, printed after its name; usually empty.
     rows : str
         Lines below the message; empty if there are none.
 
@@ -196,7 +196,7 @@ class OptionError(_SourcedError):
         option : str
             Name of the option.
         key : str
-            What of it is wrong, printed behind its name: ``"of gyro"``.
+            Part of it that is wrong, printed after its name: ``"of gyro"``.
 
         Returns
         -------
@@ -231,7 +231,7 @@ class DataError(_SourcedError):
 
 
 class StampError(DataError):
-    """The time stamps of a log do not give a grid, or time goes backwards in them."""
+    """The time stamps of a log do not form a grid, or go backwards."""
 
 
 class RecordTooShortError(DataError):

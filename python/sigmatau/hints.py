@@ -53,15 +53,15 @@ class Hint(NamedTuple):
         return str(self)
 
     def pairs(self) -> Mapping[str, Any] | None:
-        """Values by key; None if the option is no mapping here."""
+        """Values by key; None if the option is not a mapping here."""
         return self.value if isinstance(self.value, Mapping) else None if self.key is None else {self.key: self.value}
 
 
 Face = Callable[[Sequence[Hint]], str]
-"""Words for hints that stand together."""
+"""Converts adjacent hints to words."""
 
 MARK_BEGIN, _END = "\ue000", "\ue001"
-"""Characters with which a hint in a text begins and ends: for private use, so in no other text of the package."""
+"""Characters at which a hint in a text begins and ends. They are private-use characters, which no other text has."""
 
 _MARK = re.compile(f"{MARK_BEGIN}([^{_END}]*){_END}")
 _MARKS = re.compile(rf"{_MARK.pattern}(?: {_MARK.pattern})*")
@@ -78,7 +78,7 @@ WITHOUT_STAMPS = f"{Hint('channels', 'time', 'none')} {RATE}"
 
 
 def worded(text: str, face: Face | None = None) -> str:
-    """A text with words in place of its hints: those of a face, or of the one that was set by `speaking`."""
+    """Replace the hints in a text by the words of a face; default: the face set by `speaking`."""
 
     def words(marks: re.Match[str]) -> str:
         hints = hints_in(marks[0])
@@ -93,7 +93,7 @@ def hints_in(text: str) -> tuple[Hint, ...]:
 
 
 def _hint(content: str) -> Hint | None:
-    """The hint of a mark; None for one that a text from a file has by itself."""
+    """The hint of a mark; None for a mark that comes from the text of a file."""
     try:
         return Hint(*json.loads(content))
     except (ValueError, TypeError):
@@ -129,7 +129,7 @@ def _remarks(hints: Sequence[Hint]) -> str:
 
 
 def command(verb: str, *words: str | Hint) -> str:
-    """A command that is ready to be typed, also by those who read of it in Python."""
+    """A command as it is typed in a shell, the same in every face."""
     return " ".join(["sigmatau", verb, *(_option(word) if isinstance(word, Hint) else word for word in words)])
 
 

@@ -10,8 +10,8 @@ and an entry of the pages.
     @keywords_of(AnalysisOptions)
     def analyze(record: Record, options: AnalysisOptions) -> Analysis: ...
 
-`analyze` then has the argument `tau_min` in its signature and in its docstring. `stated` gives what the JSON says of it, and
-`sigmatau.cli.declared` makes the option ``--tau-min``, with its text in its group of the help.
+`analyze` then has the argument `tau_min` in its signature and in its docstring. `stated` returns the values for the
+JSON, and `sigmatau.cli.declared` makes the option ``--tau-min``, with its text in its group of the help.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ _WIDTH = 120  # of docstrings
 class Option(NamedTuple):
     """Description of an option, besides its name, its type and its default.
 
-    `text` is for Python and the command line alike, as is `otherwise`: the effect of omitting the option. Between them are
-    `python` or `typed`, for one of them only. An option without a form can only be given in Python. An option that does not
-    `matter` changes no number of the result.
+    `text` is for Python and the command line alike, as is `otherwise`: the effect of omitting the option. Between these
+    two stands `python` or `typed`, a text for one of the two faces. An option without a form can only be given in
+    Python. An option that does not `matter` changes no number of the result.
     """
 
     group: GroupName
@@ -89,9 +89,9 @@ def option(
     text : str
         One sentence for Python and for the command line.
     otherwise : str
-        What holds without it, if the default does not say so: ``"Default: all."``
+        Effect of omitting it, if the default does not show it: ``"Default: all."``
     form : str, optional
-        How it is typed; None if it can only be stated in Python. An option with `choices` needs none.
+        How it is typed; None for an option of Python only. An option with `choices` needs none.
     choices : sequence of str
         All values, if they are few; of pairs, the words for a value.
     unit : str
@@ -103,7 +103,7 @@ def option(
     python, typed : str
         More sentences for Python, or for the command line.
     main : bool
-        Whether the help shows it among the first.
+        Whether the help lists it among the main options.
     matters : bool
         Whether it changes numbers of the result, so that the JSON states it.
     """
@@ -168,9 +168,9 @@ def _as_numbers(value: Any) -> Any:  # noqa: ANN401  a number, or several
 def keywords_of(
     options: Callable[P, Options],
 ) -> Callable[[Callable[[Argument, Options], Result]], Callable[Concatenate[Argument, P], Result]]:
-    """A function of an argument and of options as one that takes each option by keyword.
+    """Turn a function of an argument and an options object into a function that takes each option by keyword.
 
-    Its signature and its docstring name them, behind the parameter that the docstring describes.
+    Its signature and its docstring list the options after the parameter that the docstring describes.
     """
 
     def decorate(function: Callable[[Argument, Options], Result]) -> Callable[Concatenate[Argument, P], Result]:
@@ -193,7 +193,7 @@ def keywords_of(
         cast(Any, call).__signature__ = signature
         call.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
         call.__annotations__["return"] = signature.return_annotation
-        del call.__wrapped__  # what is called takes the options by name
+        del call.__wrapped__  # the wrapped function has another signature
         call.__doc__ = _with_options(function.__doc__ or "", declared(options))
         return cast("Callable[Concatenate[Argument, P], Result]", call)
 
@@ -201,7 +201,7 @@ def keywords_of(
 
 
 def with_attributes(options: type[Options]) -> type[Options]:
-    """A class of options whose docstring describes each."""
+    """Add the description of each option to the docstring of a class."""
     entries = "".join(_entry(name, about) for name, about in declared(options).items())
     before, raises, after = str(options.__doc__).partition("\n    Raises\n")
     options.__doc__ = f"{before.rstrip()}\n\n    Attributes\n    ----------\n{entries}{raises or '    '}{after}"

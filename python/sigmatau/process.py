@@ -1,4 +1,4 @@
-"""Processes that work for another one: their memory, their signals, their end."""
+"""Worker processes: their memory, their signals, and their end with the parent."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _LARGEST_MMAP_THRESHOLD = 32 << 20  # largest value that glibc accepts [bytes]
 
 
 def keep_freed() -> None:
-    """Use freed memory again, with glibc: the system clears each page that it gives, which took a fifth of the time.
+    """Reuse freed memory, with glibc: the system clears each page that it provides, which took a fifth of the time.
 
-    Collections of cycles are rare too, because an analysis keeps most objects that it makes: they took 4 % of its time.
+    Garbage is also collected less often: an analysis keeps most of its objects, and collections took 4 % of its time.
     """
     gc.set_threshold(100_000)
     mallopt = _from_libc("mallopt")
@@ -50,14 +50,14 @@ def _from_libc(name: str) -> Callable[..., int] | None:
 def uninterrupted() -> Iterator[None]:
     """Block Ctrl-C until the end of the block: processes that receive it while they start print tracebacks.
 
-    They begin with the signal blocked, also those that threads of this time start later.
+    Processes started in the block begin with the signal blocked, also those started later by its threads.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     from multiprocessing import resource_tracker
 
-    resource_tracker.ensure_running()  # otherwise the first process would start it, and enable signals again
+    resource_tracker.ensure_running()  # it enables signals when it starts, so it must not start in the block
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -11,7 +11,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, TypeVar, cast
 
-from sigmatau.errors import printable as printable  # errors are below, and print names from files too
+from sigmatau.errors import printable as printable  # defined in errors.py, which uses it and cannot import this module
 
 
 class Printed:
@@ -50,7 +50,7 @@ class Tabular(Printed):
         Raises
         ------
         ImportError
-            Without pandas; `columns` are for other libraries.
+            Without pandas; use `columns` with other libraries.
         """
         try:
             import pandas as pd
@@ -94,7 +94,7 @@ _HTML_ROWS = 40
 
 
 def html_table(rows: Sequence[Sequence[str]], *, ready: Container[int] = ()) -> str:
-    """Rows of text as a table for a notebook, the first one as its head; columns in `ready` are HTML already."""
+    """Rows of text as a table for a notebook, the first row as its head; columns in `ready` are HTML already."""
 
     def line(row: Sequence[str], tag: str) -> str:
         cells = (text if k in ready else html.escape(text) for k, text in enumerate(row))
@@ -155,11 +155,11 @@ WIDTH = 80
 """Columns of a terminal, which printed forms do not exceed."""
 
 _OPTION = re.compile(r"--[a-z]+(?:-[a-z]+)+")
-_HYPHEN = "\u2011"  # hyphen at which textwrap does not divide a word
+_HYPHEN = "\u2011"  # hyphen at which textwrap does not break
 
 
 def wrapped(lines: Iterable[str], *, indent: int = 2, width: int = WIDTH) -> list[str]:
-    """Lines of at most `width` columns; what follows the first of each is indented. The name of an option is not divided."""
+    """Wrap lines to at most `width` columns, with continuation lines indented. Names of options are not broken."""
     whole = (_OPTION.sub(lambda name: name[0].replace("-", _HYPHEN), line) for line in lines)
     parts = [part for line in whole for part in textwrap.wrap(line, width, subsequent_indent=" " * indent) or [""]]
     return [part.replace(_HYPHEN, "-") for part in parts]
@@ -193,7 +193,7 @@ class ByChannel(Mapping[str, T], Printed):
 
 
 class TablesByChannel(ByChannel[T], Tabular):
-    """Tables by channel, with one table of all."""
+    """Tables by channel, which `columns` joins."""
 
     __slots__ = ()
 
@@ -204,7 +204,8 @@ class TablesByChannel(ByChannel[T], Tabular):
 
 
 def plain(result: object, *names: str, **values: object) -> dict[str, Any]:
-    """Attributes of a result, ``"name"`` or ``"key=attribute"`` with blanks between them, then `values`, as JSON has them.
+    """Attributes of a result as JSON values, then `values`. `names` are ``"name"`` or ``"key=attribute"``, separated by
+    blanks.
 
     Examples
     --------
@@ -216,7 +217,7 @@ def plain(result: object, *names: str, **values: object) -> dict[str, Any]:
 
 
 def plain_value(value: Any) -> Any:  # noqa: ANN401
-    """A value as JSON has it: mappings and dataclasses as dictionaries, tuples as lists, no NaN or infinity."""
+    """A value as in JSON: mappings and dataclasses as dictionaries, tuples as lists, no NaN or infinity."""
     if isinstance(value, Mapping):
         return {str(key): plain_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

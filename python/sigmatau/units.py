@@ -210,7 +210,7 @@ _USUAL = {
 }
 
 _WORDS = (
-    # Superscripts are letters to a pattern, so that sec² would not end a word.
+    # Patterns count superscripts as letters, so that sec² would not end a word.
     (r"⁻([¹²³])", r"^-\1"),
     (r"⁻", "-"),
     (r"(?<=-)¹", "1"),
@@ -247,7 +247,7 @@ _WORDS = (
     (r"\^\{3/2\}|\^1\.5|(?<=[sh])\^3/2$", "^(3/2)"),
     (r"(?<=[sh])\^\(?-(?:1\.5|\(?3/2\)?)\)?$", r"^-(3/2)"),
     (r"[·* ](s|h)\^-\(3/2\)$", r"/\1^(3/2)"),
-    (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # of the accelerometer's m/s/h^(3/2) the table has a separate row
+    (r"(deg|rad)/h\^\(3/2\)$", r"\1/h/sqrt(h)"),  # m/s/h^(3/2) of accelerometers has a separate row in the table
     (r"(?<=g)\s*[·* ]\s*s$", "*s"),
     (r"/s\^\(3/2\)$", "/s/sqrt(s)"),
     (r"/s\^\(5/2\)$|/s\^2\.5$", "/s^2/sqrt(s)"),
@@ -291,10 +291,10 @@ COUNTS = frozenset(
     {"lsb", "lsbs", "count", "counts", "cts", "digit", "digits", "raw", "adc", "adu", "bit", "bits", "step", "steps"}
     | {"nounits", "no_units", "unitless"}
 )
-"""Spellings of whole numbers of a converter, and of nothing at all: a size needs a scale."""
+"""Spellings of the counts of a converter, and of no unit: they need a scale."""
 
 VOLTS = frozenset({"v", "mv", "uv", "volt", "volts", "millivolts"})
-"""Spellings of voltages: a size needs a scale."""
+"""Spellings of voltages: they need a scale."""
 
 _BY_SPELLING = {symbol.lower(): unit for symbol, unit in _UNITS.items()}
 _BY_COMPACT = {spelling: _UNITS[symbol] for symbol, line in _SPELLINGS.items() for spelling in line.split()}
@@ -306,7 +306,7 @@ def _compact(spelling: str) -> str:
 
 
 def _normalise(spelling: str) -> str:
-    text = " ".join(spelling.lower().split())  # of long blanks the patterns would take seconds
+    text = " ".join(spelling.lower().split())  # the patterns would take seconds on long runs of blanks
     for pattern, replacement in _WORDS:
         text = re.sub(pattern, replacement, text)
     return text.replace(" ", "")
@@ -355,7 +355,7 @@ def find_unit(spelling: str) -> Unit | None:
 
 
 def needs_scale(spelling: str) -> bool:
-    """Whether a spelling means counts or volts, which have a size only with a scale.
+    """Whether a spelling means counts or volts, which need a scale.
 
     Examples
     --------

@@ -21,7 +21,7 @@ MAX_LISTED = 1000
 a tenth.
 """
 
-_MISSING = "missing"  # reason of samples that were not recorded, or have no number
+_MISSING = "missing"  # reason of samples that were not recorded or are not a number
 
 
 @frozen(kw_only=False)
@@ -102,7 +102,7 @@ class ChannelMask(Tabular):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """Samples of the record, and stretches by reason; of very many as texts of `run_lengths`."""
+        """Samples of the record, and stretches by reason; long lists of stretches as texts of `run_lengths`."""
         by_reason: dict[str, list[list[int]]] = {}
         for span in self.spans:
             by_reason.setdefault(span.reason, []).append([span.start, span.stop])
@@ -117,7 +117,7 @@ class ChannelMask(Tabular):
 
 
 def run_lengths(pairs: Iterable[Iterable[int]]) -> str:
-    """Stretches as text: numbers of samples before each stretch and in it, by turns."""
+    """Stretches as text: the number of samples before each stretch and the number in it, in turn."""
     return " ".join(str(b - a) for a, b in pairwise(chain([0], *pairs)))
 
 

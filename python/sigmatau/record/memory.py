@@ -45,7 +45,7 @@ def _process_limits() -> Iterator[int]:
 
 
 def _group_limits() -> Iterator[int]:
-    """Memory left by the control groups of the process; what files keep in memory is free. [bytes]"""
+    """Memory left by the control groups of the process; the page cache counts as free. [bytes]"""
     root = Path("/sys/fs/cgroup")
     process_group = Path()
     with contextlib.suppress(OSError, ValueError):

@@ -15,7 +15,7 @@ from sigmatau.findings.spans import longest_spans
 from sigmatau.findings.stamps import MissingValues
 from sigmatau.record.streams import CHUNK, Columns
 
-# share of the rows up to which missing numbers are no warning: they change the coefficients by less
+# share of the rows up to which missing numbers are not a warning: they change the coefficients by a smaller share
 _FEW_MISSING = 1e-3
 
 LARGEST_SAMPLE = 1e140
@@ -99,7 +99,7 @@ def find_missing(samples: Columns, channels: Sequence[str], *, finite: bool) -> 
         if finite and samples.shrinks(c):
             continue
         for start in range(0, n, CHUNK):
-            # a value that becomes infinite in its unit is refused below
+            # a value that overflows in SI is refused below
             with np.errstate(over="ignore", invalid="ignore"):
                 x = samples.read(c, start, min(start + CHUNK, n))
                 if np.dot(x, x) <= LARGEST_SAMPLE**2:

@@ -23,7 +23,7 @@ from sigmatau.record.streams import Stream
 _PIECE = 1 << 16  # rows read at a time if rows are short; columns that are read one by one share them
 _PIECE_BYTES = 1 << 19  # bytes read at a time if they are more than a row: a part of a processor's cache
 _KEPT_BYTES = 1 << 23  # largest size of the rows that are kept for the next column
-_SPARSE = 1 << 14  # distance of rows from which on each is read separately [bytes]
+_SPARSE = 1 << 14  # distance of rows above which each is read separately [bytes]
 _PART = 1 << 20  # rows that a thread reads
 _READERS = 4  # largest number of threads
 # share of the free memory that columns may use, because an analysis needs three times as much as its samples
@@ -46,9 +46,9 @@ def file_bytes(path: Path) -> NDArray[np.uint8]:
 
 
 def loaded(streams: Sequence[Stream], threads: int | None = None) -> tuple[Stream, ...]:
-    """The streams with their columns in memory, if they stay in their file and are a small part of the free memory.
+    """Load the columns that are still in their files, if they take a small part of the free memory.
 
-    Columns share the bytes of rows: loading one after the other would read the whole file for each.
+    Columns share rows: loading one column after the other would read the whole file for each.
     """
     columns = [column for stream in streams for column in stream.samples.raw]
     on_file = [column for column in columns if isinstance(column, FileColumn)]

@@ -1,6 +1,6 @@
 """Records: returned by every reader and taken by every estimator.
 
-A `Record` is a tuple of streams, a note of where they came from, and what was noticed on the way.
+A `Record` is a tuple of streams, their origin, and the findings of the reader.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Checksum:
     Parameters
     ----------
     file : Path
-        As it is now: if it is changed before the checksum is asked for, there is none.
+        The file as it is now: if it changes before the checksum is computed, the checksum is None.
     """
 
     __slots__ = ("_digest", "_file", "_state")
@@ -56,7 +56,7 @@ class Checksum:
             import hashlib
 
             try:
-                if self._file.is_dir():  # of several files
+                if self._file.is_dir():  # a log of several files
                     return None
                 with self._file.open("rb") as stream:
                     if _state(os.fstat(stream.fileno())) != self._state:
@@ -93,7 +93,7 @@ class Provenance:
     ignored : tuple of str
         Columns of the file that are not in the record.
     units_stated : tuple of str
-        Channels whose unit the file states and no option overrules.
+        Channels whose unit the file states and no option overrides.
     options : mapping
         Arguments of `sigmatau.read` that are not the default and matter for the numbers, as plain values.
     checksum : Checksum, str or None
@@ -285,10 +285,10 @@ class Record(Printed):
         ]
         lost: dict[float, dict[str, NDArray[np.bool_]]] = {}  # by rate
         for s in streams:
-            if s.mask is None or s.quantity == "temperature":  # which may be read more rarely
+            if s.mask is None or s.quantity == "temperature":  # thermometers may be read less often
                 continue
             for k, channel in enumerate(s.channels):
-                if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES:  # of others the analysis says that there is nothing
+                if np.count_nonzero(~s.mask[:, k]) >= MIN_SAMPLES:  # the analysis reports the other channels as empty
                     lost.setdefault(rate_by_stream[s.name], {})[channel] = s.mask[:, k]
         return cls(
             streams=tuple(streams),
@@ -327,7 +327,7 @@ def make_temperature(values: NDArray[np.float64], unit: str, **grid: Any) -> Str
 
 
 def need_record(value: object, *, name: str = "record", stream: bool = False) -> None:
-    """Raise `TypeError`, with what to write, for what is neither a record nor, if it may be one, a stream."""
+    """Raise `TypeError`, with the call to write, for a value that is not a record or, if allowed, a stream."""
     if not isinstance(value, (Record, Stream) if stream else Record):
         raise TypeError(
             f"`{name}` must be a Record{' or a Stream' if stream else ''}, not a {type(value).__name__}: see sigmatau.read"
@@ -372,8 +372,8 @@ def make_stream(
 ) -> Stream:
     """A stream from raw columns; units, scales and offsets are looked up by channel, then by stream.
 
-    A missing unit means SI here; a reader asks for it before it comes to this (see `sigmatau.io.read`). `finite` says
-    that the raw columns have been found free of NaN and infinities.
+    A missing unit means SI here; readers ask for it before they call this function (see `sigmatau.io.read`). `finite`
+    means that the raw columns are known to be free of NaN and infinities.
     """
     transforms = []
     for channel in columns:
@@ -413,7 +413,7 @@ def channel_quantities(record: Record) -> dict[str, tuple[str, str]]:
 def conversion(channel: str, unit: Mapping[str, str], kind: InputKind) -> tuple[str, str, float]:
     """Quantity of a channel, unit of its rates, and the factor from the unit given for it or for its stream.
 
-    Without a unit it is in SI already. A signal keeps its unit.
+    Without a unit, a channel is in SI already. A signal keeps its unit.
     """
     stream = stream_name(channel)
     quantity = {"gyro": "angular_rate", "accel": "acceleration"}.get(stream, "signal")

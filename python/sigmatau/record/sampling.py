@@ -22,7 +22,7 @@ class RateSource:
     line : int or None
         Line of the file that states the rate; None if it is not text.
     lost : int
-        Number of lost samples that the time stamps show, whose places are empty.
+        Number of samples that are lost according to the time stamps; their places are empty.
     confirmed : bool
         Whether the time stamps agree with a rate that was given.
     """

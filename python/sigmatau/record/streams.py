@@ -158,7 +158,7 @@ class Transform:
 
 @frozen(eq=False, kw_only=False)
 class Columns:
-    """The samples of a stream: one raw array a channel (in memory or memory-mapped), converted when read.
+    """The samples of a stream: one raw array per channel (in memory or memory-mapped), converted when read.
 
     Attributes
     ----------
@@ -320,7 +320,7 @@ class Stream:
             raise KeyError(f"no channel {channel!r}; the stream has {', '.join(self.channels)}") from None
 
     def chunks(self, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
-        """The rates in SI in consecutive pieces; may be called again and again.
+        """The rates in SI in consecutive pieces; may be called repeatedly.
 
         Parameters
         ----------

@@ -94,7 +94,7 @@ def test_without_a_spread_its_upper_end_is_written():
     none = PLAIN.with_turn_on({"gyro_x": TurnOn(sigma=0.0, low=0.0, high=2e-3, power_ups=5)})
     text = text_of(none, "okvis2")
     assert vio.parse(text)["imu_parameters"]["sigma_bg"] == 2e-3
-    assert "no spread seen, the upper end" in text
+    assert "no spread observed, the upper end" in text
 
 
 @pytest.mark.parametrize("name", NAMES)

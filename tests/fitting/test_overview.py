@@ -148,7 +148,7 @@ def test_causes_are_one_line_a_kind_worst_first():
     assert second.endswith(" (also gyro x)")
     assert last == "· 1 more: rate not nominal; see --verbose"
     assert causes(findings[2:3], rest="--verbose") == ["· 1 more: rate not nominal; see --verbose"]
-    assert causes(findings, most=1, rest="--verbose")[1:] == ["· 3 more: rate not nominal; see --verbose"]
+    assert causes(findings, max_kinds=1, rest="--verbose")[1:] == ["· 3 more: rate not nominal; see --verbose"]
     assert causes([], rest="--verbose") == []
 
 
@@ -171,13 +171,13 @@ def test_every_axis_with_a_warning_is_named():
         Finding(details=other, severity="error", channels=("gyro_x",)),
         Finding(details=other, severity="warning", channels=("gyro_y",)),
     ]
-    assert [line.split(":")[0] for line in causes(findings, most=2, rest="--verbose")] == [
+    assert [line.split(":")[0] for line in causes(findings, max_kinds=2, rest="--verbose")] == [
         "!! gyro x",
         "! gyro y",
         "· 1 more",
     ]
     findings[2] = Finding(details=third, severity="warning", channels=("gyro_x",))
-    assert [line.split(":")[0] for line in causes(findings, most=2, rest="--verbose")] == [
+    assert [line.split(":")[0] for line in causes(findings, max_kinds=2, rest="--verbose")] == [
         "!! gyro x",
         "! gyro x",
         "· 1 more",

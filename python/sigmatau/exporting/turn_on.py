@@ -74,7 +74,7 @@ def _collect_spreads(numbers: Numbers, sensor: str, minimum: float) -> Number | 
             continue
         words = f"{name}: turn-on bias {spread.text(model.quantity, model.unit)}, about its mean"
         if not spread.sigma:
-            words += "; no spread seen, the upper end"
+            words += "; no spread observed, the upper end"
         numbers_by_channel[name] = Number(value=spread.prior, words=words)
     _add_wide(numbers, {name: numbers.sensors[sensor][name] for name in numbers_by_channel})
     return numbers_by_channel or None

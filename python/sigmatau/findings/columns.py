@@ -21,7 +21,7 @@ class ColumnsByGravity(InFile, code="columns_by_gravity"):
     time : int or None
         The time column.
     gravity, other : float
-        Size of the mean of the accelerometer's and of the gyro's columns, [units of the file]
+        Magnitude of the mean over the accelerometer's columns, and over the gyro's. [units of the file]
     """
 
     gyro: tuple[int, int]
@@ -47,7 +47,7 @@ class GravityOnGyro(InFile, code="gravity_on_gyro", alters_all=True):
     Attributes
     ----------
     gyro, accel : float
-        Size of the mean of each, [unit of the file]
+        Magnitude of the mean of each. [unit of the file]
     """
 
     gyro: float
@@ -83,7 +83,7 @@ class UnitOverruled(InFile, code="unit_overruled"):
     def words(self, finding: Finding) -> Words:
         stated = self.stated if self.known else f"{shortened(self.stated, 20)!r}, which is not a unit of this quantity"
         advice = (
-            f"Give {Hint('scale')}: volts and counts have no size"
+            f"Give {Hint('scale')}: volts and counts need a scale"
             if needs_scale(self.stated)
             else "Check the unit of the file"
         )
@@ -126,7 +126,7 @@ class IncompleteSensor(InFile, code="incomplete_sensor"):
 
 @frozen
 class UnusedColumns(InFile, code="unused_columns"):
-    """Columns of numbers that are not read, because their names are not known.
+    """Numeric columns that are not read, because their names are unknown.
 
     Attributes
     ----------

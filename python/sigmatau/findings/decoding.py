@@ -1,4 +1,4 @@
-"""Findings from JSON. If this version has the kind with these parameters, it is restored; otherwise the words in the JSON
+"""Findings from JSON. A kind that this version has with these parameters is restored; otherwise the words in the JSON
 are kept.
 """
 
@@ -16,7 +16,7 @@ from sigmatau.frozen import frozen
 
 @frozen
 class FindingForm:
-    """A finding; `channel` is that of schema 1."""
+    """A finding; `channel` occurs only in schema 1."""
 
     code: str = key(default="", always=True)
     severity: Severity = key(default="info", always=True)
@@ -25,7 +25,7 @@ class FindingForm:
     message: str = key(default="", always=True)
     action: str = key("action to take; may be empty", default="", always=True)
     spans_s: tuple[Span, ...] = key(
-        "start and end times of the stretches, from the beginning of the record; of more than 1000 the longest",
+        "start and end times of the stretches, from the beginning of the record; the 1000 longest if there are more",
         default=(),
     )
     more_spans: int = key("number of the stretches that are not in spans_s", default=0, minimum=1)

@@ -29,11 +29,11 @@ class MotionBurst:
     channels : tuple of str
         Axes that move.
     ratio : float
-        Root mean square of the changes from sample to sample over the usual one; where `departure` is not 0, departure
-        over its usual standard deviation. [1]
+        Root mean square of the changes from sample to sample, over its usual value; where `departure` is not 0, the
+        departure over its usual standard deviation. [1]
     departure : float
-        How far the mean moves before it returns; 0 if the changes from sample to sample show the motion. [unit of
-        stream]
+        Distance that the mean moves before it returns; 0 if the changes from sample to sample show the motion. [unit of
+        the stream]
     shock : bool
         Whether the motion lasts no more than a few windows, see `sigmatau.quality.motion.shocks_and_steps`.
     """
@@ -87,7 +87,7 @@ class NotStatic(Details, code="not_static"):
     steps : tuple of LevelStep
         Steps in order of time.
     beside_drift : bool
-        Whether the steps were found beside a drift that would hide them.
+        Whether the steps were found in addition to a drift that would hide them.
     added_walk : float
         Rate random walk that the steps add. [unit/√s]
     leave_out : tuple of (float, float)
@@ -135,12 +135,12 @@ class Spikes(Details, code="spikes"):
     more_below : bool
         Whether there are more large samples below the threshold than the noise can explain.
     tail_factor : float
-        Random walk with the spikes over that without them, if they belong to a continuous tail of the noise; 1 if they stand
-        out from it. [1]
+        Random walk with the spikes over that without them, if they belong to a continuous tail of the noise; otherwise
+        1. [1]
     tail_error : float
         Relative standard error of the random walk with the spikes. [1]
     small_factor : float
-        Random walk of the other samples over that without small spikes among them; 1 if there are none. [1]
+        Random walk without the spikes, over that without small spikes as well; 1 if there are no small spikes. [1]
     """
 
     unit: str
@@ -167,8 +167,8 @@ class Spikes(Details, code="spikes"):
         if self.small_factor > 1 and finding.left_out:
             smaller = f"{100 * (1 - 1 / self.small_factor):.2g} %"
             return Words(
-                f"{fact}, beside smaller ones in the noise",
-                f"Use the interval of the random walk: it covers the values with these and without them, {smaller} smaller",
+                f"{fact}, and smaller ones in the noise",
+                f"Use the interval of the random walk: it contains the value without small spikes, {smaller} less",
             )
         if not self.more_below:
             return Words(fact)
@@ -176,12 +176,12 @@ class Spikes(Details, code="spikes"):
             larger = f"{100 * (self.tail_factor - 1):.2g} %"
             return Words(
                 f"{fact}, in a continuous tail of the noise",
-                f"Use the interval of the random walk: it covers the values without them and with them, {larger} larger"
+                f"Use the interval of the random walk: it contains the value with spikes, {larger} more"
                 if finding.left_out
                 else "",
             )
         return Words(
-            f"{fact}, beside smaller ones in the noise",
+            f"{fact}, and smaller ones in the noise",
             f"Run again with {Hint('keep', value='spikes')}: the random walk is between the two results"
             if finding.left_out
             else "",
@@ -217,7 +217,7 @@ class LeftOutOfStream:
     samples : int
         Samples of the stream.
     duration : float
-        Length of what was left out. [s]
+        Total length of the left-out samples. [s]
     """
 
     stream: str
@@ -262,7 +262,8 @@ class ChosenWindow:
     start : float
         Start, from the beginning of the record. [s]
     criterion : {"temperature", "other", "own"}
-        Criterion: smallest range of a temperature, smallest scatter of the other kind of sensor, or of the stream itself.
+        Smallest range of a temperature, smallest scatter of the other kind of sensor, or smallest scatter of the stream
+        itself.
     by : str
         The stream whose values were used.
     block : float

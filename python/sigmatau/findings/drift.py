@@ -128,7 +128,7 @@ class NonStationary(Details, code="non_stationary"):
     change: NoiseChange | None = None
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """The random walk of one part of the record may be larger than that of another by this factor."""
+        """The random walk of a part of the record may exceed that of another part by this factor."""
         return {} if size is None else {"random_walk": size}
 
     def words(self, finding: Finding) -> Words:

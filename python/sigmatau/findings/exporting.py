@@ -98,8 +98,7 @@ class SlowNoiseLeftOut(Details, code="slow_noise_left_out"):
     sensor : str
         "gyro" or "accel".
     ratio : float or None
-        Allan deviation of all slow noise of the model, in units of that of the process; None if a random walk was
-        chosen. [1]
+        Allan deviation of all slow noise of the model over that of the process; None if a random walk was chosen. [1]
     tau : float or None
         Averaging time of the ratio. [s]
     omitted : tuple of OmittedTerm
@@ -166,7 +165,7 @@ class StatedError:
 
 @frozen
 class PairConsistency(Details, code="pair_consistency"):
-    """Errors that a bias-estimating filter with the written N and K states.
+    """Errors stated by a bias-estimating filter with the written N and K.
 
     Attributes
     ----------
@@ -179,7 +178,7 @@ class PairConsistency(Details, code="pair_consistency"):
     nees : float
         Actual over stated variance of the bias: 1 is correct, more is overconfident. [1]
     stated : tuple of StatedError
-        Angle (velocity) after a part of the horizon, the horizon, and longer without measurements.
+        Error of the angle (velocity) after a part of the horizon, after the horizon, and after a longer time.
     """
 
     sensor: str
@@ -204,7 +203,7 @@ class PairConsistency(Details, code="pair_consistency"):
         return all(1 / _RIGHT <= ratio <= _RIGHT for ratio in ratios)
 
     def is_overconfident(self) -> bool:
-        """Whether a filter states clearly less than its error at the horizon."""
+        """Whether a filter clearly understates its error at the horizon."""
         return self.stated[-2].share < 1 / _HONEST
 
     def _bias_text(self) -> str:
@@ -217,7 +216,7 @@ class PairConsistency(Details, code="pair_consistency"):
         if 1 / _HONEST <= self.nees <= _HONEST:
             return Words(self.text())
         horizon = f"{Hint('horizon')} sets another time of use"
-        bias = f"; {Hint('consistent', value='bias')} makes the bias covariance right instead"
+        bias = f"; {Hint('consistent', value='bias')} makes the bias covariance correct instead"
         return Words(self.text(), f"{horizon}{bias if self.walk else ''}")
 
 
@@ -258,7 +257,7 @@ class WideTurnOn(Details, code="wide_turn_on"):
 
     def words(self, finding: Finding) -> Words:
         ends = (
-            "no spread seen, its upper end is written"
+            "no spread was observed, so the upper end of its interval is written"
             if self.ratio is None
             else f"up to {two_digits(self.ratio)} times"
         )
@@ -298,7 +297,7 @@ class OnlyLimits(Details, code="only_limits"):
 
 @frozen
 class PoorTrust(Details, code="poor_trust"):
-    """Coefficients in the file are wrong by half or more, as a finding of the analysis says."""
+    """Coefficients in the file are wrong by half or more, according to a finding of the analysis."""
 
     def words(self, finding: Finding) -> Words:
         return Words("trust poor: do not use the numbers of these axes", "See the warnings in the head of the file")
@@ -352,7 +351,7 @@ class CorrelatedSamples(Details, code="correlated_samples"):
     Attributes
     ----------
     ratio : float or None
-        Measured variance of a sample, in units of N²·rate; None if it was not measured and N²·rate is in the file. [1]
+        Measured variance of a sample over N²·rate; None if it was not measured and N²·rate is in the file. [1]
     independent_variance : float
         N²·rate. [(rate unit)²]
     corner : float or None
@@ -404,12 +403,12 @@ class ImportedWithoutIntervals(Details, code="imported_without_intervals"):
 
 @frozen
 class DeviationAsDensity(Details, code="deviation_as_density"):
-    """imu_utils calls the standard deviation of a sample a density.
+    """A file of imu_utils, which calls the standard deviation of a sample a density.
 
     Attributes
     ----------
     rate : float
-        Sampling rate by whose root they were divided. [Hz]
+        Sampling rate; the values were divided by its square root. [Hz]
     """
 
     rate: float
@@ -423,7 +422,7 @@ class DeviationAsDensity(Details, code="deviation_as_density"):
 
 @frozen
 class MinimumAsWalk(Details, code="minimum_as_walk"):
-    """imu_utils calls the minimum of the Allan deviation a random walk.
+    """A file of imu_utils, which calls the minimum of the Allan deviation a random walk.
 
     Attributes
     ----------

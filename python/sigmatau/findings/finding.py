@@ -15,10 +15,10 @@ from sigmatau.results import Tabular, plain_value, printable
 Severity = Literal["info", "warning", "error"]
 
 Span = tuple[float, float]
-"""Beginning and end, from the beginning of the whole record, whatever part is analysed; equal for an instant. [s]"""
+"""Beginning and end, from the beginning of the whole record even if a part is analysed; equal for an instant. [s]"""
 
 _WITHOUT_REST = ("not_at_rest", "too_short_to_tell")  # errors without coefficients
-# findings for which more samples are left out than those of the axes that show them
+# findings for which samples of all axes are left out, not only of those that show them
 _ON_ALL_AXES = ("not_static", "start_transient")
 DISTURBANCES = (*_ON_ALL_AXES, "spikes", "dropout", "stuck_samples", "saturation", "interpolated")
 """Codes of findings about samples that are not the sensor's noise."""
@@ -45,15 +45,14 @@ class Words(NamedTuple):
 class Details:
     """Parameters of one kind of finding: base of the classes in the modules of `findings`.
 
-    Each class states its code in its head: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True`` means
+    Each class statement has the code: ``class SpectralLines(Details, code="spectral_line")``. ``alters_all=True`` means
     that no coefficient is meaningful, or none has an interval.
     """
 
     code: ClassVar[str] = ""  # stable name of the kind
     alters_all: ClassVar[bool] = False
-    allowed_share: ClassVar[float] = (
-        0.0  # share of the samples up to which the intervals of a fit allow for such a warning [1]
-    )
+    # share of the samples up to which the intervals of a fit allow for such a warning [1]
+    allowed_share: ClassVar[float] = 0.0
 
     def __init_subclass__(cls, *, code: str = "", alters_all: bool = False) -> None:
         cls.code = code or cls.code
@@ -64,14 +63,16 @@ class Details:
         raise NotImplementedError
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """Factors by which coefficients may be off, by term, if `Finding.factors` states none. `size`: size of the
+        """Factors by which coefficients may be wrong, by term, if `Finding.factors` is empty. `size` is the size of the
         finding.
         """
         return {}
 
     @property
     def biases_walk(self) -> bool:
-        """Whether the factor is that of the random walk of a fit, whose interval then includes both readings."""
+        """Whether the factor applies to the random walk of a fit, whose interval then includes the values with and
+        without it.
+        """
         return False
 
 
@@ -82,7 +83,7 @@ class Stated(Details):
     Attributes
     ----------
     stated_code, message, action : str
-        As the result has them.
+        As in the result.
     parameters : mapping
         Its details.
     """
@@ -110,7 +111,7 @@ class Finding:
     spans : tuple of (float, float)
         Start and end times of all stretches that it is about, from the beginning of the whole record. [s]
     more_spans : int
-        Number of stretches that `spans` does not list, because there are more than 1000: it has the longest.
+        Number of stretches that are not in `spans`, which has at most the 1000 longest.
     size : float or None
         Size of the fault. [`unit`]
     unit : str
@@ -118,7 +119,7 @@ class Finding:
     factors : tuple of (str, float)
         For each biased term, the factor by which its coefficient is larger than the true one of the sensor.
     left_out : int
-        Number of samples that were treated as missing because of it, in the channel with the most; 0 if none.
+        Number of samples that were treated as missing because of it, in the channel with the largest number; 0 if none.
     topic : str
         Topic or table of the file that the finding is about, if several are read; otherwise empty.
 
@@ -181,7 +182,7 @@ class Finding:
         return factor if factor is not None and 0 < factor < math.inf else None
 
     def words_of_files(self) -> Words:
-        """Message and action with options in the form of the command line, whatever program writes the file."""
+        """Message and action with options in the form of the command line, for files written by any face."""
         return Words(*(worded(text, as_options) for text in self.words()))
 
     def words(self) -> Words:
@@ -189,7 +190,7 @@ class Finding:
         stated = self.details.words(self)
         if isinstance(self.details, Stated):
             return stated
-        if part := getattr(self.details, "part", ""):  # of a log that is split into several files
+        if part := getattr(self.details, "part", ""):  # a log may be split into several files
             stated = stated._replace(message=f"{part}: {stated.message}")
         if self.left_out:
             axes = " on all axes" if self.code in _ON_ALL_AXES else ""
@@ -199,7 +200,7 @@ class Finding:
         return stated
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values in SI, with message and action in the words of the command line."""
+        """Plain values in SI, with message and action worded for the command line."""
         message, action = self.words_of_files()
         return {
             "code": self.code,
@@ -226,7 +227,7 @@ def axes_text(channels: Sequence[str]) -> str:
 
 
 def line(finding: Finding) -> str:
-    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``, with its topic if it has one."""
+    """A finding in one line, without its action: ``"warning: gyro_x: 3 spikes …"``, with its topic if any."""
     about = (finding.topic, axes_text(finding.channels) if finding.channels else "")
     return printable(": ".join(filter(None, (finding.severity, *about, finding.message))))
 

@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, display_units
 from sigmatau.results import duration_text, seconds
 
 _ORDERS = {1: "first", 2: "second", 3: "third", 4: "fourth", 5: "fifth", 6: "sixth"}
-_MANY_LINES = 10  # number of lines from which on they are the most likely defect of a model
+_MANY_LINES = 10  # number of lines from which they are the most likely defect of a model
 
 
 @frozen
@@ -67,15 +67,15 @@ class NoAdequateModel(Details, code="no_adequate_model", alters_all=True):
 
 @frozen
 class Widened(Details, code="widened"):
-    """The best model does not fit the spectrum exactly, and the intervals allow for it; the size is that of the
-    random walk, relative.
+    """The best model does not fit the spectrum exactly, and the intervals allow for it; the size is the relative error
+    of the random walk.
 
     Attributes
     ----------
     frequency : float
         Frequency of the largest misfit. [Hz]
     ratio : float
-        Measured density over that of the model there. [1]
+        Measured density over that of the model at this frequency. [1]
     allowed : float
         Largest standard deviation of the logarithm of the density that the intervals allow for.
     lines : int
@@ -94,7 +94,7 @@ class Widened(Details, code="widened"):
     only_walk: bool = False
 
     def possible_factors(self, size: float | None) -> dict[str, float]:
-        """The upper end of the interval of the random walk, over its value."""
+        """The random walk may be wrong by the ratio of the upper end of its interval to its value."""
         return {} if size is None else {"random_walk": 1 + size}
 
     def words(self, finding: Finding) -> Words:
@@ -106,7 +106,7 @@ class Widened(Details, code="widened"):
             text = f"{misfit_text(walk=finding.size is not None)}; {crowded if self.crowded else off}"
             return Words(text, f"{action}; the other terms are unknown")
         if self.crowded:
-            return Words(f"{crowded}; the interval of the random walk has both readings", without_lines)
+            return Words(f"{crowded}; the interval of the random walk covers both cases", without_lines)
         if self.lines >= _MANY_LINES:
             action = "Look for a vibration or a supply with these frequencies, and record again without it"
             return Words(f"{count_text(self.lines)} spectral lines, and {off}; intervals are wider", action)
@@ -168,8 +168,8 @@ class Disturbed(Details, code="disturbed"):
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, of which random walk and quantization noise are the rest; or the share of intermittent
-        motion.
+        Share of the power of all lines and resonances; random walk and quantization noise have the rest. Otherwise the
+        share of intermittent motion.
     start, stop : float
         The quietest part of the record; both 0 for several runs. [s]
     quietest : float or None
@@ -191,9 +191,7 @@ class Disturbed(Details, code="disturbed"):
         if self.start == self.stop:
             return Words(text, "Record again without the vibration")
         if self.quietest is None:
-            return Words(
-                f"{text}, which are least from {self.start:.4g} to {self.stop:.4g} s", "Record again without it"
-            )
+            return Words(f"{text}, smallest from {self.start:.4g} to {self.stop:.4g} s", "Record again without it")
         unit, factor = display_units("random_walk", self.quantity, self.rate_unit, [self.quietest])[-1]
         limit = f"{two_digits(self.quietest / factor)} {unit}"
         return Words(
@@ -203,7 +201,7 @@ class Disturbed(Details, code="disturbed"):
 
 @frozen
 class OtherAxesDisturbed(Details, code="other_axes_disturbed"):
-    """Vibration hides the noise of other axes of the same sensor, and may be part of the noise of these axes.
+    """Vibration hides the noise of some axes of a sensor, and may be part of the noise of its other axes.
 
     Attributes
     ----------
@@ -284,16 +282,17 @@ class SecondExplanation(Details, code="second_explanation"):
     quantity, rate_unit : str
         Quantity and unit of the channel.
     terms, other_terms : tuple of (str, float)
-        Names and coefficients that only the fit has, and those that only the other model has or that differ much in it. [SI]
+        Names and coefficients of terms that only the fit has, and of those that only the other model has or that differ
+        much in it. [SI]
     processes, other_processes : tuple of (float, float)
-        Standard deviation and correlation time of the Gauss-Markov processes of the fit, if the other model does without
-        them, and of those of the other model. [rate unit, s]
+        Standard deviation and correlation time of the Gauss-Markov processes of the fit, if the other model lacks them,
+        and of those of the other model. [rate unit, s]
     other_warm_up : float or None
         Time constant of a warm-up in the other model. [s]
     other_exponent : float or None
         Exponent α of the bias instability of the other model, whose density is f^−α. [1]
     other_filter : float or None
-        Corner of a filter of first order in the other model, behind which is its random walk. [Hz]
+        Corner of a first-order filter that limits the random walk of the other model. [Hz]
     """
 
     quantity: str
@@ -314,7 +313,7 @@ class SecondExplanation(Details, code="second_explanation"):
         elif self.other_exponent is not None:
             second = f"a bias instability with the density f^-{self.other_exponent:.2f}"
         if self.other_filter is not None:
-            second += f" behind a filter of {two_digits(self.other_filter)} Hz"
+            second += f" after a filter of {two_digits(self.other_filter)} Hz"
         return Words(f"{fitted}, or {second}", "A longer record distinguishes them; curve and predictions include both")
 
     def _text(self, terms: tuple[tuple[str, float], ...], processes: tuple[tuple[float, float], ...]) -> str:
@@ -334,7 +333,7 @@ class SecondExplanation(Details, code="second_explanation"):
 
 @frozen
 class CountedAngle(Details, code="counted_angle"):
-    """The quantization noise expected from the step of a counted angle (or velocity), and that of the fit.
+    """Quantization noise expected from the step of a counted angle (or velocity), and quantization noise of the fit.
 
     Attributes
     ----------
@@ -374,7 +373,7 @@ class CountedAngle(Details, code="counted_angle"):
         fitted = f"{makes}; the fit has {value.with_unit(unit)}"
         if self.low > self.by_step:
             return Words(fitted, "The rest has another cause than the counts")
-        return Words(fitted, "" if self.high >= self.by_step else "Use that of the counts")
+        return Words(fitted, "" if self.high >= self.by_step else "Use the value of the counts")
 
 
 @frozen
@@ -386,7 +385,7 @@ class ShortTimesLeftOut(Details, code="short_times_left_out"):
     tau_min : float
         [s]
     reasons : tuple of Reason
-        Why; see the kinds of reasons in `sigmatau.findings.reasons`.
+        Reasons; see the kinds in `sigmatau.findings.reasons`.
     """
 
     tau_min: float
@@ -410,7 +409,7 @@ def filter_text(shape: str, order: int | None) -> str:
     }.get(shape, "uneven spectrum")
 
 
-def beside_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
+def added_parts_text(*, response: bool, lines: int, processes: int, resonances: int, warm_up: bool) -> str:
     """Parts of a model that are not terms: ``" with a filter and 5 lines"``; empty for nothing."""
     counts = (
         ("a filter", int(response)),

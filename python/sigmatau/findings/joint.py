@@ -19,15 +19,15 @@ class RunDiffers(Details, code="run_differs"):
     Attributes
     ----------
     run : str
-        Its name.
+        Name of the run.
     runs : int
         Number of runs in the joint fit.
     term : str or None
-        That differs; None for the shape of the spectrum, with its filter.
+        The term that differs; None for the shape of the spectrum, with its filter.
     factor : float or None
         Coefficient of the run over that of the others; None if they do not show it. [1]
     p_value : float
-        P-value of no difference, corrected for the number of runs and tests.
+        P-value of equality, corrected for the number of runs and tests. [1]
     """
 
     run: str
@@ -62,7 +62,7 @@ class RunsDiffer(Details, code="runs_differ"):
     term : str
         Key of `sigmatau.noise.terms.TERMS`.
     p_value : float
-        P-value of no difference. [1]
+        P-value of equality. [1]
     """
 
     runs: int
@@ -96,7 +96,7 @@ class RunLeftOut(Details, code="run_left_out"):
     Attributes
     ----------
     run : str
-        Its name.
+        Name of the run.
     reason : str
         ``"too_few_samples"``, ``"constant"``, ``"coarse_counts"``, ``"only_run"`` or ``"disturbed"``; a text in results of
         earlier versions.

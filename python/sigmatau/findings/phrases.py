@@ -61,7 +61,7 @@ def plural(count: int, noun: str) -> str:
 
 
 def listed(names: tuple[str, ...]) -> str:
-    """As many names as fit in a message: ``"a, b and 7 more"``."""
+    """List as many names as fit in a message: ``"a, b and 7 more"``."""
     shown = ", ".join(shortened(name, LONGEST_NAME) for name in names[:_NAMES_LISTED])
     while len(shown) > LONGEST - 40 and "," in shown:
         shown = shown.rpartition(", ")[0]

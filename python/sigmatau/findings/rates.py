@@ -8,12 +8,12 @@ from sigmatau.findings.phrases import clock, factor_text
 from sigmatau.frozen import frozen
 from sigmatau.hints import WITHOUT_STAMPS, Hint
 
-_CLOCK_ERROR = 0.05  # relative difference of rates that no clock explains: RC oscillators are within 2 %
+_CLOCK_ERROR = 0.05  # relative difference of rates that no clock error explains: RC oscillators are within 2 %
 
 
 @frozen
 class ImplausibleRate(Details, code="implausible_rate"):
-    """The stamps of a gyro or accelerometer give less than 1 Hz: a log of averages, or a wrong unit of time.
+    """The time stamps of a gyro or accelerometer give less than 1 Hz: a log of averages, or a wrong unit of time.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class RateNotNominal(Details, code="rate_not_nominal"):
     Attributes
     ----------
     rate, nominal : float
-        Rate by the stamps, and the nearest rate as datasheets state them. [Hz]
+        Rate by the stamps, and the nearest nominal rate of datasheets. [Hz]
     """
 
     rate: float
@@ -96,7 +96,7 @@ class RateMismatch(Details, code="rate_mismatch"):
 
 @frozen
 class RateDrift(Details, code="rate_drift"):
-    """The sampling rate changes over the record, by the mean rates of ten equal parts.
+    """The sampling rate changes over the record, according to the mean rates of ten equal parts.
 
     Attributes
     ----------

@@ -133,7 +133,7 @@ class PartMissing(InFile, code="part_missing"):
 
 @frozen
 class SkippedMessages(InFile, code="skipped_messages"):
-    """Messages or lines that are left out: damaged ones, or those of other types. It is an error if rows are missing because
+    """Messages or lines that are left out: damaged ones, or those of other types. An error if rows are missing because
     of it.
 
     Attributes
@@ -187,9 +187,9 @@ class BytesNotRead(InFile, code="bytes_not_read"):
     bytes : int
         How many. [bytes]
     place : Place
-        Offset of the first of them.
+        Offset of the first byte.
     after : str
-        What ends there: ``"the array"``; empty if the bytes precede the contents.
+        Content that ends there: ``"the array"``; empty if the bytes precede the contents.
     padding : bool
         Whether all of them are 0 or all are 255.
     """
@@ -221,7 +221,7 @@ class MissingChunks(InFile, code="missing_chunks"):
     of : int
         Chunks of the array.
     first : int
-        First row of the first of them.
+        First row of the first missing chunk.
     """
 
     array: str
@@ -236,8 +236,8 @@ class MissingChunks(InFile, code="missing_chunks"):
 
 @frozen
 class SkippedLines(InFile, code="skipped_lines"):
-    """Lines of a text table that are left out: rows behind a comment mark, a last line without a line end, or all
-    lines from a header on that names other columns.
+    """Lines of a text table that are left out: rows after a comment mark, a last line without a line end, or all lines
+    after a header that names other columns.
 
     Attributes
     ----------
@@ -263,7 +263,7 @@ class SkippedLines(InFile, code="skipped_lines"):
             return Words(
                 f"line {self.line} is a header with other columns; {plural(self.kept or 0, 'rows')} before it are read,"
                 " rows after it are not",
-                "Split the file there: it holds several logs",
+                "Split the file there: it contains several logs",
             )
         what = f"line {self.line} is a comment that looks like a data row"
         if self.count > 1:

@@ -53,7 +53,7 @@ class ZeroVariance:
 
 @frozen
 class Misfit:
-    """Not adequate: neither the five terms nor a Gauss-Markov process beside them fit the curve.
+    """Not adequate: the five terms do not fit the curve, even with a Gauss-Markov process.
 
     Attributes
     ----------
@@ -87,12 +87,12 @@ class VibrationPower:
     lines, resonances : int
         Number of each in the model.
     share : float
-        Their share of the power, of which random walk and quantization noise are the rest; or that of the motion at the
-        loudest times.
+        Share of the power of all lines and resonances; random walk and quantization noise have the rest. Otherwise the
+        share of the motion at the loudest times.
     start, stop : float
         The part of the record in which the random walk has the smallest upper limit. [s]
     quietest : float or None
-        That limit, if it is smaller than that of the whole record. [SI]
+        This limit, if it is smaller than the limit of the whole record. [SI]
     """
 
     kind: str = field(default="vibration_power", init=False)
@@ -128,7 +128,7 @@ class ShortTimesDeviate:
     cluster_size : int
         Averaging time with the largest deviation. [samples]
     ratio : float
-        Measured Allan deviation over that of the model there. Below 1 after a low-pass filter. [1]
+        Measured Allan deviation over that of the model at this time. Below 1 after a low-pass filter. [1]
     """
 
     kind: str = field(default="short_times_deviate", init=False)
@@ -207,7 +207,7 @@ class CoarseCounts:
 
 @frozen
 class UnmodelledBand:
-    """The spectrum from a frequency on has a shape that no model describes, and is left out.
+    """The spectrum above a frequency has a shape that no model describes, and is left out.
 
     Attributes
     ----------
@@ -256,7 +256,7 @@ class BandsOff:
     frequency : float
         Frequency of the largest deviation. [Hz]
     ratio : float
-        Measured density over that of the model there. [1]
+        Measured density over that of the model at this frequency. [1]
     """
 
     kind: str = field(default="bands_off", init=False)
@@ -270,7 +270,8 @@ class BandsOff:
 
 @frozen
 class ChangingRandomWalk:
-    """The white level differs between eighths of the record, and the interval of the random walk includes this variation.
+    """The white noise differs between eighths of the record, and the interval of the random walk includes this
+    variation.
 
     Attributes
     ----------
@@ -279,7 +280,7 @@ class ChangingRandomWalk:
     next_lowest, next_highest : float
         Interval of the random walk in the next record of this length. [SI]
     p_value : float
-        P-value of an equal level in all eighths. [1]
+        P-value of equal white noise in all eighths. [1]
     """
 
     kind: str = field(default="level_change", init=False)
@@ -296,7 +297,7 @@ class ChangingRandomWalk:
 
 @frozen
 class StatedReason:
-    """A reason in words, of a result of another version of sigmatau.
+    """A reason in words, from a result of another version of sigmatau.
 
     Attributes
     ----------

@@ -27,8 +27,8 @@ class Motion:
     quantity : str
         Quantity of the channel.
     kind : {"varies", "turns", "tilts", "shakes", "loud"}
-        The mean varies; the mean rate exceeds any bias; the direction of gravity changes; tremor of a hand; noise above that
-        of any sensor, which may be aliased motion.
+        In this order: the mean varies; the mean rate exceeds any bias; the direction of gravity changes; a hand
+        trembles; the noise exceeds that of any sensor and may be aliased motion.
     size : float
         Change of the mean from one averaging time to the next, mean rate, or root mean square of the tremor [SI unit]; angle
         between the directions of gravity [rad]; density of loud noise [SI unit/√Hz].
@@ -79,7 +79,7 @@ class NotAtRest(Details, code="not_at_rest", alters_all=True):
 class TooShortToTell(Details, code="too_short_to_tell"):
     """The record does not show motion, and is too short to show rest.
 
-    No coefficients are given, unless rest was assumed as requested: then the finding is an info.
+    No coefficients are given, unless rest was assumed as requested; the finding is then an info.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ class SpectralLine:
     harmonics : tuple of SpectralLine
         Lines at multiples of its frequency, folded at half the sampling rate.
     mains : Mains or None
-        None if it is not near a multiple of the mains frequency.
+        None if the line is not near a multiple of the mains frequency.
     weakest, strongest : float or None
         Interval of the amplitude, if the line has one. [unit of the finding]
     """
@@ -116,7 +116,7 @@ class LowPassFilter(Details, code="low_pass_filter"):
     def words(self, finding: Finding) -> Words:
         what = filter_text(self.shape, self.order)
         if self.shape == "uneven":
-            what = "the spectrum is uneven, but does not fall as behind a low-pass filter"
+            what = "the spectrum is uneven, but does not fall as after a low-pass filter"
         if self.corner is not None and self.low is not None and self.high is not None:
             what += f" at {round_to_error(self.corner, self.low, self.high).with_unit('Hz')}"
         return Words(what, "No action needed: it is part of the fit")
@@ -222,7 +222,7 @@ class Aliasing(Details, code="aliasing"):
 
     @property
     def biases_walk(self) -> bool:
-        """Folded noise is part of the random walk of each fit."""
+        """True: folded noise is part of the random walk of each fit."""
         return True
 
     def words(self, finding: Finding) -> Words:

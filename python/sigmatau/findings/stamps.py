@@ -99,7 +99,7 @@ class Gaps(Details, code="gaps"):
 
 @frozen
 class LongPauses(Details, code="long_pauses"):
-    """Pauses or steps of the clock that are longer than the recorded data. Only the longest piece is analysed.
+    """Pauses or clock steps that are longer than the recorded data. Only the longest piece is analysed.
 
     Attributes
     ----------
@@ -278,8 +278,8 @@ class Jitter(Details, code="jitter"):
 
 @frozen
 class BadStamps(Details, code="bad_stamps"):
-    """Rows that are left out because their stamp is missing, equals that of the row before, or is far from those around it;
-    or rows that are moved because their stamps show that they are late in the log.
+    """Rows that are left out because their stamp is missing, repeats the previous stamp, or is far from neighbouring
+    stamps; or rows that are moved because their stamps show that they are late in the log.
 
     Attributes
     ----------
@@ -302,7 +302,8 @@ class BadStamps(Details, code="bad_stamps"):
 
 @frozen
 class CounterOverflows(Details, code="counter_overflows"):
-    """The stamps come from a counter or clock that begins again, and are unwrapped; the size is the number of overflows.
+    """The stamps come from a counter or clock that starts again, and are unwrapped; the size is the number of
+    overflows.
 
     Attributes
     ----------
@@ -322,8 +323,8 @@ class CounterOverflows(Details, code="counter_overflows"):
         count = _count(finding)
         times = "once" if count == 1 else f"{count} times"
         return Words(
-            f"time stamps in column {self.column} begin again after {self.period:.10g} {times}, first at {self.place};"
-            " counted on"
+            f"time stamps in column {self.column} restart {times} after {self.period:.10g}, first at {self.place};"
+            " unwrapped"
         )
 
 
@@ -342,7 +343,7 @@ class MissingValues(Details, code="missing_values"):
     place : str
         Place of the first missing number.
     runs : int
-        Number of runs of consecutive missing numbers, in the channel with the most.
+        Number of runs of consecutive missing numbers, in the channel with the largest number.
     longest : int
         Length of the longest run.
     longest_place : str

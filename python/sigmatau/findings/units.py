@@ -21,13 +21,13 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     Attributes
     ----------
     evidence : {"gravity", "step", "noise", "bias", "quiet", "earth"}
-        What shows it. gravity: the mean of an accelerometer triad. step: a step of the numbers that datasheets state in
-        another unit. noise: more than that of all gyros. bias: too large for gyros with so little noise. quiet: less noise
-        than all sensors. earth: as little noise as gyros that measure the Earth's rotation, but another mean.
+        What shows it. gravity: mean of an accelerometer triad. step: resolution that datasheets state in another unit.
+        noise: more noise than any gyro. bias: bias too large for gyros with such low noise. quiet: less noise than any
+        sensor. earth: noise as low as that of gyros that measure the Earth's rotation, but another mean.
     quantity : str
         Quantity that the stream measures.
     stated, likely : str
-        The unit that was stated, and the one that the samples look like; empty if no unit explains them.
+        The stated unit, and the unit that fits the samples; empty if no unit fits.
     mean : float or None
         Length of the mean vector. [SI unit of the stream]
     noise : float or None
@@ -35,7 +35,7 @@ class ImplausibleUnit(Details, code="implausible_unit"):
     step : float or None
         Step of the numbers. [SI unit of the stream]
     sensitivity : float or None
-        Sensitivity of known sensors whose step is this one. [LSB per deg/s]
+        Sensitivity of known sensors with this step. [LSB per deg/s]
     times : float or None
         White noise, as a multiple of that of the noisiest gyros. [1]
     by_file : bool

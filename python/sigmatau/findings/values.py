@@ -15,8 +15,8 @@ from sigmatau.results import duration_text, seconds
 
 @frozen
 class HeldRuns(Details):
-    """Runs of samples that do not come from the sensor: base of `Dropout` and `StuckSamples`. Numbers are of the channel
-    with the most.
+    """Runs of samples that do not come from the sensor: base of `Dropout` and `StuckSamples`. Numbers refer to the
+    channel with the largest number of such samples.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Saturation(Details, code="saturation"):
 
     @property
     def biases_walk(self) -> bool:
-        """A saturated sample is closer to the mean, which affects every fit."""
+        """True: a saturated sample is closer to the mean, which affects every fit."""
         return self.spread
 
     def words(self, finding: Finding) -> Words:
@@ -156,7 +156,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
     sigma_one_sample : float
         σ at one sample over that of white noise with the same σ at long averaging times. [1]
     right_from : int
-        Number of samples from which on σ is correct.
+        Number of samples from which σ is correct.
     walk_at_log_rate, walk_at_sensor_rate : float
         Random walk over that of the sensor, if the sensor runs at the rate of the log or at that of distinct samples. [1]
     """
@@ -177,7 +177,7 @@ class RepeatedSamples(Details, code="repeated_samples"):
 
     @property
     def biases_walk(self) -> bool:
-        """A sample that is repeated has more weight at all averaging times."""
+        """True: a repeated sample has more weight at all averaging times."""
         return True
 
     def words(self, finding: Finding) -> Words:
@@ -217,7 +217,7 @@ class Upsampled:
     sigma_one_sample : float
         σ at one sample over that of the sensor's white noise. [1]
     right_from : float
-        Averaging time from which on σ is correct. [s]
+        Averaging time from which σ is correct. [s]
     """
 
     sensor_rate: float
@@ -286,7 +286,9 @@ class Interpolated(Details, code="interpolated"):
 
     @property
     def biases_walk(self) -> bool:
-        """Filled samples change the random walk. A lower rate only changes σ at short averaging times."""
+        """Whether single samples were filled in, which changes the random walk; a lower rate only changes σ at short
+        times.
+        """
         return self.singles is not None
 
     def words(self, finding: Finding) -> Words:
@@ -332,8 +334,8 @@ class CoarseResolution(Details, code="coarse_resolution"):
     needed : float or None
         Shortest record that shows the random walk in such sums, if this one does not. [s]
     passing : float or None
-        How often the mean rate passes a step of a rounded angle, folded at half the sampling rate. A steady rate makes lines
-        at multiples of this frequency. [Hz]
+        Frequency at which the mean rate crosses steps of a rounded angle, folded at half the sampling rate. A steady
+        rate causes lines at multiples of this frequency. [Hz]
     """
 
     step: float
@@ -347,7 +349,7 @@ class CoarseResolution(Details, code="coarse_resolution"):
 
     @property
     def biases_walk(self) -> bool:
-        """White rounding is part of the random walk of each fit."""
+        """Whether the rounding is white, which is then part of the random walk of each fit."""
         return self.rounding == "white"
 
     def words(self, finding: Finding) -> Words:

@@ -18,19 +18,20 @@ def sentence(finding: Finding) -> str:
     return f"{message}; {action[0].lower()}{action[1:]}" if action else message
 
 
-def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int = 0) -> list[str]:
+def causes(findings: Iterable[Finding], *, rest: str, max_kinds: int = 5, room: int = 0) -> list[str]:
     """The important findings: errors, warnings and excluded samples, one line per kind, for its worst axis. Errors include
     what to do.
 
     Parameters
     ----------
     findings : iterable of Finding
-    most : int
-        Kinds of findings that are listed. Warnings name as many axes as fit; a last line counts and names the other kinds.
+    max_kinds : int
+        Largest number of listed kinds. Warnings name as many axes as fit; a last line counts and names the other kinds.
     rest : str
-        Where the other findings are.
+        Where the other findings are listed.
     room : int
-        Lines of a terminal: the worst warning is listed with what to do, and so are the others as far as there is room.
+        Lines of the terminal: the worst warning is listed with its action, and so are the others as far as there is
+        room.
 
     Returns
     -------
@@ -41,7 +42,7 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
     for finding in ranked(findings):
         if finding.severity != "info" or finding.left_out:
             kinds.setdefault((finding.severity, finding.code), []).append(finding)
-    shown = _naming_all(list(kinds.values()), most)
+    shown = _naming_all(list(kinds.values()), max_kinds)
     lines = [_cause(alike) for alike in shown]
     for k, alike in enumerate(shown if room else ()):
         action = _worst(alike).action if alike[0].severity == "warning" else ""
@@ -57,7 +58,9 @@ def causes(findings: Iterable[Finding], *, rest: str, most: int = 5, room: int =
 
 
 def _naming_all(kinds: Sequence[list[Finding]], number: int) -> list[list[Finding]]:
-    """The first kinds of findings. A later warning about another axis replaces the last one that can be dispensed with."""
+    """The first kinds of findings. A later warning about another axis replaces the last one that names no axis of its
+    own.
+    """
     shown = list(kinds[:number])
     for alike in kinds[number:]:
         if alike[0].severity == "info" or _channels([alike]) <= _channels(shown):
@@ -81,7 +84,7 @@ def _channels(kinds: Iterable[Iterable[Finding]]) -> set[str]:
 
 
 def _count_unnamed(findings: Sequence[Finding], rest: str) -> str:
-    """Number and kinds of the findings not listed, as far as they fit on a line; first those that exclude samples."""
+    """Number and kinds of the findings not listed, as far as they fit on a line, those that exclude samples first."""
     ordered = sorted(findings, key=lambda finding: not (finding.left_out or finding.code.endswith("left_out")))
     names = [code.replace("_", " ") for code in dict.fromkeys(finding.code for finding in ordered)]
     line = f"· {len(findings)} more"

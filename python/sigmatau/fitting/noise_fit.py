@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sigmatau.digits import limit_text, round_to_error, two_digits
-from sigmatau.findings.fit import beside_text, filter_text, misfit_text, verdict_text
+from sigmatau.findings.fit import added_parts_text, filter_text, misfit_text, verdict_text
 from sigmatau.findings.reasons import MOST_LINES, CoarseCounts, reasons_text
 from sigmatau.fitting.fitted_noise import FittedNoise
 from sigmatau.fitting.fitted_values import FittedTerm, Interval, SecondModel
@@ -243,7 +243,7 @@ class NoiseFit(FittedNoise, Mapping[str, FittedTerm], Tabular):
     @property
     def parts_text(self) -> str:
         """The filter, lines, processes and warm-up of the model in words; empty if there are none."""
-        return beside_text(
+        return added_parts_text(
             response=self.response is not None,
             lines=len(self.sinusoid),
             processes=len(self.gauss_markov),

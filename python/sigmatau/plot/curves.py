@@ -107,7 +107,7 @@ def draw_curve(
     curve : DeviationCurve
     ax : matplotlib axes, optional
     unit : str, optional
-        Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
     colour, marker : str
     """
     factor, text = curve_unit(curve, unit)
@@ -127,7 +127,7 @@ def draw_deviation(
     colour: str = COLOURS[0],
     marker: str = "o",
 ) -> Axes:
-    """Draw one deviation of `sigmatau.deviation`, with its band if it has one; units as in `draw_curve`."""
+    """Draw one deviation of `sigmatau.deviation`, with its band if any; units as in `draw_curve`."""
     factor, text = curve_unit(curve, unit)
     ax = new_figure(7, 5).subplots() if ax is None else ax
     edges = None if band is None else tuple(edge / factor for edge in band)
@@ -163,8 +163,8 @@ def draw_line(
     marker: str,
     band: tuple[NDArray[np.float64], ...] | None = None,
 ) -> None:
-    """Draw one line with its name in the legend, with its band if it has one, and the grid of a log-log figure."""
-    shown = _told_apart(tau)
+    """Draw one line with its name in the legend, its band if any, and the grid of a log-log figure."""
+    shown = _visibly_different(tau)
     shown = shown[deviation[shown] > 0]
     marker = marker if len(shown) <= _MOST_MARKERS else ""
     tau, deviation = tau[shown], deviation[shown]
@@ -194,7 +194,7 @@ def draw_analysis(
     *,
     ax: Panels = None,
 ) -> Figure:
-    """Draw all channels, one panel per quantity and unit, with their fitted models or the lines that were read off.
+    """Draw all channels, one panel per quantity and unit, with their fitted models or the read-off lines.
 
     The legend has the coefficients of each channel; in a panel with one channel, its terms have lines, thicker where a term
     is most of the variance.
@@ -227,7 +227,7 @@ def draw_analysis(
 
 
 def _values_texts(fits: Mapping[str, FitLike], channels: Sequence[str]) -> list[str]:
-    """Channel, random walk, bias instability and rate random walk of each as far as they were found, for a legend."""
+    """Name of each channel with its observed random walk, bias instability and rate random walk, for a legend."""
     texts = []
     for channel in channels:
         values = [_value_text(fits[channel], term) for term in _SHOWN if term in fits[channel].observed]
@@ -271,7 +271,7 @@ def _draw_terms(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
 
 
 def _panels(kinds: Mapping[str, tuple[str, str]], chosen: Panels) -> tuple[Figure, list[tuple[Axes, str, list[str]]]]:
-    """A figure with axes for each quantity and unit, or the given axes: the axes, what they show, and which channels."""
+    """A figure and its axes, new or given, one for each quantity and unit: each axes with its kind and its channels."""
     panels: dict[tuple[str, str], list[str]] = {}
     for channel, (quantity, unit) in kinds.items():
         panels.setdefault((quantity if quantity != "signal" else channel, unit), []).append(channel)
@@ -285,7 +285,7 @@ def _draw_model(ax: Axes, curve: CurveLike, fitted: FitLike, colour: str) -> Non
     if not fitted.model or fitted.tau_min is None:
         return
     factor, _ = curve_unit(curve, None)
-    shown = _told_apart(curve.tau)
+    shown = _visibly_different(curve.tau)
     tau, adev = curve.tau[shown], np.sqrt(fitted.avar(m=curve.m[shown])) / factor
     used = tau >= fitted.tau_min * (1 - 1e-9)
     if not fitted.quantified:
@@ -339,7 +339,7 @@ def _draw_line(
 def _free_place(
     low: float, high: float, named: list[tuple[float, float]], height: Callable[[float], float]
 ) -> float | None:
-    """An averaging time of a region at which a label covers no earlier label; None if there is none."""
+    """An averaging time in a region where a label covers no earlier label; None if there is none."""
     for share in (0.5, 0.35, 0.65):
         x = low + share * (high - low)
         y = math.log10(height(10**x))
@@ -356,27 +356,27 @@ def save(figure: Figure, path: str) -> None:
     figure.savefig(path, metadata=kind.get(path[-4:]))
 
 
-def _told_apart(tau: NDArray[np.float64]) -> NDArray[np.intp]:
+def _visibly_different(tau: NDArray[np.float64]) -> NDArray[np.intp]:
     """Indices of averaging times that are visibly different in a figure."""
     bins = np.floor(np.log2(tau / tau[0]) * _DRAWN_PER_OCTAVE)
     return np.flatnonzero(np.diff(bins, prepend=-1) > 0)
 
 
 def curve_unit(curve: CurveLike | DeviationLike, unit: str | None) -> tuple[float, str]:
-    """Factor from the unit that a curve is drawn in to its own, and how that unit is written."""
+    """Factor from the drawn unit of a curve to its stored unit, and the text of the drawn unit."""
     asked = None if unit else asked_rate_unit(curve.quantity, curve.unit)
     if asked is not None:
         return asked[1], asked[0]
     wanted = unit or figure_unit(curve.quantity, curve.unit)
     if wanted in (None, curve.unit):
         return 1.0, curve.unit
-    known_unit = find_unit(curve.unit)  # that of an array is as the user gave it
+    known_unit = find_unit(curve.unit)  # the unit of an array is spelled as the user gave it
     drawn = find(wanted, si=known_unit.si if known_unit else curve.unit)
     return drawn.factor / (known_unit.factor if known_unit else 1.0), drawn.text
 
 
 def _cycle(n: int) -> list[tuple[str, str]]:
-    """Colours and markers, which differ in grey too."""
+    """Colours and markers, which also differ in grey."""
     return [(COLOURS[k % len(COLOURS)], MARKERS[k % len(MARKERS)]) for k in range(n)]
 
 

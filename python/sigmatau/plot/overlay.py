@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sigmatau.plot.style import Panels, Style
 
 _ACROSS = 3  # number of panels side by side
-_FADED = 12  # number of records from which on the lines have no markers
+_FADED = 12  # number of records from which lines have no markers
 
 
 def plot_overlay(
@@ -34,7 +34,7 @@ def plot_overlay(
     ax : matplotlib axes, or one axes per channel, optional
         Default: a new figure.
     unit : str, optional
-        Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
     style : {"screen", "paper"}
 
     Returns
@@ -45,7 +45,7 @@ def plot_overlay(
     Raises
     ------
     OptionError
-        For no curves, for a channel that has another unit in another record, or for `ax` of another number.
+        If there are no curves, if a channel has different units in two records, or if `ax` has another number of axes.
 
     See Also
     --------

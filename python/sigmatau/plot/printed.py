@@ -1,4 +1,4 @@
-"""Figures of a printed report as SVG, from plain numbers: lengths in millimetres, text of ours alone.
+"""Figures of a printed report as SVG, from plain numbers, with lengths in millimetres and no text from files.
 
 matplotlib is not used, because it takes seconds to import and to draw the figures of six axes, while the rest of a report
 takes 0.3 s. Names and units of channels may come from a file; the report writes them around the figures.
@@ -23,7 +23,7 @@ Columns = Mapping[str, Floats]
 Span = tuple[float, float]
 
 LEFT_MARGIN, _RIGHT, _TOP, _BOTTOM = 10.0, 0.5, 0.5, 7.0  # margins of axes
-PITCH = 13.5  # distance of the strips of two channels
+PITCH = 13.5  # distance between the strips of neighbouring channels
 _STRIP = 9.0  # height of a strip; the rest is for the name of the channel
 _CLIP_RATIO = 10.0  # largest ratio to the value up to which the edges of an interval are drawn
 MARKERS = "os^Dv+"  # by channel, as their colours
@@ -97,7 +97,7 @@ def densities(
     curves : sequence of mapping
         By channel ``frequency``, ``density``, ``low``, ``high``, perhaps ``model``.
     highest : sequence of float
-        By channel, up to which frequency the model was fitted.
+        By channel, highest frequency to which the model was fitted.
     lines : sequence of ndarray
         By channel, frequencies.
     width, height : float
@@ -148,7 +148,7 @@ def series(
     *,
     width: float,
 ) -> str:
-    """The smallest and the largest sample of each stretch of a record, channel below channel; grey if not analysed.
+    """The smallest and the largest sample of each stretch of a record, channel by channel; grey if not analysed.
 
     `times`: begin and end of each channel, from the beginning of the record. [s]
     """
@@ -170,7 +170,7 @@ def series(
 
 
 def maps(shown: Sequence[Map], limit: float, *, width: float) -> str:
-    """Dynamic Allan deviations over their medians, where chance does not explain the ratio, channel below channel.
+    """Dynamic Allan deviations over their medians, where chance does not explain the ratio, channel by channel.
 
     `limit`: ratio at the end of the colour scale. Windows with too few samples are grey.
     """
@@ -193,7 +193,7 @@ def maps(shown: Sequence[Map], limit: float, *, width: float) -> str:
 
 
 def _coloured(ax: Axes, across: Floats, up: Floats, channel: Map, limit: float) -> None:
-    """The cells beyond chance, as rectangles of one colour in time."""
+    """The cells beyond chance, those of one colour joined along the time axis to rectangles."""
     last = len(MAP_COLOURS) - 1
     place = np.nan_to_num((np.log(channel.ratio) / math.log(limit) + 1) / 2 * last)
     classes = np.where(channel.beyond, np.clip(np.round(place), 0, last), -1).astype(int)
@@ -206,7 +206,7 @@ def _coloured(ax: Axes, across: Floats, up: Floats, channel: Map, limit: float) 
 
 
 def strips_height(count: int) -> float:
-    """Height of a figure with a number of channels below each other."""
+    """Height of a figure of stacked channels."""
     return count * PITCH + _BOTTOM
 
 
@@ -240,14 +240,14 @@ def _log_limits(ax: Axes, x: Sequence[Floats], y: Sequence[Floats], *, decades: 
 
 
 def _bands(ax: Axes, curves: Sequence[Columns], across: str, up: str) -> None:
-    """The intervals of all curves, which lie below them."""
+    """Draw the intervals of all curves, below the curves."""
     for curve, colour in zip(curves, COLOURS, strict=False):
         low, high = np.fmax(curve["low"], curve[up] / _CLIP_RATIO), np.fmin(curve["high"], curve[up] * _CLIP_RATIO)
         ax.area(np.log10(curve[across]), np.log10(low), np.log10(high), colour)
 
 
 def _model(ax: Axes, x: Floats, model: Floats, used: NDArray[np.bool_], colour: str) -> None:
-    """Dashed where it was fitted, dotted elsewhere; the pieces share their ends."""
+    """Draw a model, dashed where it was fitted and dotted elsewhere; the pieces share their ends."""
     y = np.log10(model)
     ax.line(x, np.where(used, y, np.nan), colour, 0.7, _DASHED)
     unused = ~used
@@ -257,7 +257,7 @@ def _model(ax: Axes, x: Floats, model: Floats, used: NDArray[np.bool_], colour: 
 
 
 def _terms(ax: Axes, curve: Columns) -> None:
-    """The parts of a model, each with its symbol where it has most of the sum."""
+    """Draw the terms of a model, each with its symbol where its share of the sum is largest."""
     x, margin = np.log10(curve["tau"]), 0.06 * (ax.x[1] - ax.x[0])
     for label, part in curve.items():
         if label in ("tau", "adev", "low", "high", "model"):

@@ -65,7 +65,7 @@ def draw_dynamic(dynamic: MapLike, *, ax: Axes | None = None, unit: str | None =
     dynamic : DynamicAllan
     ax : matplotlib axes, optional
     unit : str, optional
-        Of the medians. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+        Unit of the medians. Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
     """
     ax = new_figure(8.0, 4.6).subplots() if ax is None else ax
     from matplotlib.colors import LogNorm
@@ -121,7 +121,7 @@ def beyond_chance(ratio: NDArray[np.float64], dynamic: WindowLike) -> NDArray[np
 def chance_limits(windows: int, dynamic: WindowLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Smallest and largest ratio to the median that chance can cause among this number of windows, at each averaging time.
 
-    By χ² with 2/3·(n/m − 1) degrees of freedom, fewer than any of the noise terms has, at a level of 95 % for all windows.
+    From χ² with 2/3·(n/m − 1) degrees of freedom, fewer than for any noise term, at a level of 95 % for all windows.
     """
     freedom = np.maximum(_LEAST_FREEDOM * (dynamic.window / dynamic.tau - 1), 1.0)
     tail = _CHANCE / 2 / max(windows, 1)
@@ -135,12 +135,12 @@ def relative(adev: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     Parameters
     ----------
     adev : ndarray, shape (n_times, n_tau)
-        NaN where a window has none.
+        NaN where a window has no deviation.
 
     Returns
     -------
     ndarray, shape (n_times, n_tau); ndarray, shape (n_tau,)
-        NaN where no window has one, or the median is 0.
+        NaN where no window has a deviation, or the median is 0.
     """
     medians = np.full(adev.shape[1], np.nan)
     finite = np.isfinite(adev)
@@ -158,7 +158,7 @@ def colour_limit(ratio: NDArray[np.float64]) -> float:
 
 
 def _label_values(tau: NDArray[np.float64], values: NDArray[np.float64]) -> Any:  # noqa: ANN401  matplotlib has no types for it
-    """Labels of an axis at the averaging times `tau`: the values there."""
+    """Label an axis at the averaging times `tau` with the values there."""
     from matplotlib.ticker import FuncFormatter
 
     def label(place: float, _: int | None = None) -> str:

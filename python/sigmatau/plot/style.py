@@ -1,4 +1,4 @@
-"""Figures: new ones, which a notebook shows when the cell ends, those of given axes, and two styles."""
+"""New figures, which a notebook shows at the end of a cell, figures of given axes, and two styles."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 Style = Literal["screen", "paper"]
 Panels: TypeAlias = "Axes | Sequence[Axes] | None"
 
-# A column of a two-column paper is 3.5 in wide (IEEE): half the width of a panel on a screen. Legends are below the panels,
-# where they hide no curve.
+# A column of a two-column paper is 3.5 inches wide (IEEE), half the width of a panel on a screen. Legends are below the
+# panels, where they hide no curve.
 _PAPER = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -77,7 +77,7 @@ def _shown() -> type[Figure]:
 
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:  # noqa: ANN401
-    """An empty figure of a size in inches on a screen, smaller in the style of a paper."""
+    """An empty figure; its size is in inches on a screen, and smaller in the style of a paper."""
     need_matplotlib()
     if _paper:
         width, height, options = _PAPER_WIDTH * width, _PAPER_HEIGHT * height, options | {"dpi": _PAPER["savefig.dpi"]}
@@ -90,14 +90,12 @@ def small() -> int:
 
 
 def across() -> int:
-    """The most panels with colour bars beside each other."""
+    """Largest number of panels with colour bars side by side."""
     return 2 if _paper else 3
 
 
 def make_panels(ax: Any, count: int, *, columns: int, width: float, height: float) -> list[Axes]:  # noqa: ANN401  as below
-    """Given axes, one a panel; or those of a new figure, with at most `columns` beside each other, each of a size in
-    inches.
-    """
+    """Given axes, one per panel; or those of a new figure, at most `columns` side by side, each of a size in inches."""
     if (given_axes := check_panels(ax, count)) is not None:
         return given_axes
     columns = min(count, columns)
@@ -129,7 +127,7 @@ def legend(ax: Axes) -> None:
 
 
 def whole_decades(ax: Axes) -> None:
-    """Limits of at least a decade, with labels at powers of ten only, so that labels do not overlap."""
+    """Set limits of at least a decade, with labels at powers of ten only, so that labels do not overlap."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     for axis, limits, put in ((ax.xaxis, ax.get_xlim(), ax.set_xlim), (ax.yaxis, ax.get_ylim(), ax.set_ylim)):
@@ -146,7 +144,7 @@ def parent_figure(ax: Axes) -> Figure:
 
 
 def check_panels(ax: Any, count: int) -> list[Axes] | None:  # noqa: ANN401  one axes, several, or None
-    """Given axes, one a panel; None if there are none. Raises `OptionError` for another number."""
+    """Given axes, one per panel; None if there are none. Raises `OptionError` for a wrong number."""
     if ax is None:
         return None
     several = getattr(ax, "flat", ax)

@@ -11,11 +11,11 @@ import numpy as np
 from sigmatau.arrays import Floats, runs
 
 _POINTS = 72 / 25.4  # in a millimetre
-_SIZE, _LABEL = 6.5, 7.0  # of numbers at ticks and of labels [points]
+_SIZE, _LABEL = 6.5, 7.0  # size of tick numbers and of labels [points]
 _FRAME, _GRID = 0.4, 0.3  # strokes [points]
 _MAJOR, _MINOR = 2.5, 1.3  # lengths of ticks [points]
 _MARK = 0.95  # half the size of a marker [points]
-_STEPS, _CLOSE = (1, 2, 5), (1, 2, 3, 4, 5)  # between ticks, in powers of ten; where there are few
+_STEPS, _CLOSE = (1, 2, 5), (1, 2, 3, 4, 5)  # leading digits of ticks; the second for short axes
 _PLAIN = (-3, 4)  # powers of ten that are written as numbers
 _MARKS = {
     "s": [(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
@@ -30,7 +30,7 @@ _MARKS = {
 
 
 class Drawing:
-    """A picture of a size in millimetres."""
+    """A picture with its size in millimetres."""
 
     def __init__(self, width: float, height: float, *, font: str = "Libertinus Serif") -> None:
         self._size = width * _POINTS, height * _POINTS
@@ -54,7 +54,7 @@ class Drawing:
 
 
 class Axes:
-    """A frame in which numbers have places; those of a logarithmic axis are given as logarithms."""
+    """A frame that maps numbers to positions; numbers of a logarithmic axis are given as logarithms."""
 
     def __init__(self, parts: list[str], clip: str, x: float, y: float, width: float, height: float) -> None:
         self._parts, self._clip = parts, clip
@@ -138,12 +138,14 @@ class Axes:
         )
 
     def text(self, x: float, y: float, text: str, *, end: bool) -> None:
-        """A label below a point, which it begins or ends at."""
+        """A label below a point, at which it begins or ends."""
         a, b = float(self._across(np.array(x))), float(self._up(np.array(y)))
         self._written(a + (-2 if end else 2), b + _LABEL, text, "end" if end else "start", _LABEL)
 
     def frame(self, label: str | None, *, grid: bool = True) -> None:
-        """The frame, its ticks with numbers, and the label of the horizontal axis; without one, neither its numbers."""
+        """The frame, its ticks with numbers, and the label of the horizontal axis; without a label, that axis has no
+        numbers.
+        """
         x0, y0, x1, y1 = self._x0, self._y0, self._x0 + self._width, self._y0 + self._height
         lines, ticks = "", ""
         for axis in ("x", "y"):
@@ -190,7 +192,7 @@ class Axes:
 
 
 def log_ticks(low: float, high: float, count: int) -> tuple[list[tuple[float, str]], list[float]]:
-    """Places with numbers, and places without, of a logarithmic axis between two logarithms."""
+    """Ticks with numbers and ticks without, for a logarithmic axis between two logarithms."""
     first, last = math.ceil(low - 1e-9), math.floor(high + 1e-9)
     step = max(1, math.ceil((last - first + 1) / count))
     decades = [k for k in range(first, last + 1) if k % step == 0]
@@ -206,7 +208,7 @@ def log_ticks(low: float, high: float, count: int) -> tuple[list[tuple[float, st
 
 
 def even_ticks(low: float, high: float, count: int, steps: tuple[int, ...] = _STEPS) -> list[float]:
-    """Round numbers at equal distances between two numbers, up to a largest count."""
+    """At most `count` round numbers at equal distances between two numbers."""
     span = high - low
     if not span > 0:
         return []

@@ -95,7 +95,7 @@ def test_one_density_in_any_unit(table, head, options, factor, power, capsys):
             "f,psd",
             ["--sided", "one", "--unit", "ug/rtHz", "--show", "nT"],
             2,
-            "'nT' fits nothing that is printed of accel",
+            "'nT' fits no printed value of accel",
         ),
     ],
 )

@@ -139,9 +139,9 @@ class TestRefusals:
         other = Accumulator("gyro_x", rate=100, start=1000)
         for later, words in [
             (pushed([y], start=999), "begins at sample 999"),
-            (pushed([y], start=1000, long="strided"), "not for the same"),
+            (pushed([y], start=1000, long="strided"), "differ in channels"),
             (pushed([y], start=1000, taus="octave"), "different averaging times"),
-            (other, "not for the same"),
+            (other, "differ in channels"),
         ]:
             with pytest.raises(ValueError, match=words):
                 stream.merge(later)

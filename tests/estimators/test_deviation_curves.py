@@ -96,7 +96,7 @@ class TestFreedom:
             ("modified", "arw", "unknown term 'arw'"),
             ("modified", 3, "name of a term"),
             ("modified", {"random_walk": math.nan}, "finite"),
-            ("hadamard", {"rate_ramp": 1.0}, "no noise in it"),
+            ("hadamard", {"rate_ramp": 1.0}, "has no noise"),
             ("total", {"random_walk": 1.0, "rate_ramp": 1.0}, "leave `rate_ramp` out"),
             ("total", "quantization", "leave it out"),
         ],
@@ -129,7 +129,7 @@ class TestArguments:
 
     @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "hadamard"])
     def test_overlap_is_of_hadamard(self, kind):
-        with pytest.raises(OptionError, match="leave it out"):
+        with pytest.raises(OptionError, match="omit it"):
             deviation(record(np.zeros(100)), kind=kind, overlap="full")
 
     @pytest.mark.parametrize(
@@ -263,7 +263,7 @@ class TestCommandLine:
         [
             (["--kind", "hdev"], "hdev"),
             ([], "kind"),
-            (["--kind", "total", "--overlap", "none"], "leave it out"),
+            (["--kind", "total", "--overlap", "none"], "omit it"),
             (["--kind", "mtie", "--noise", "random_walk"], "no law of the MTIE"),
             (["--kind", "modified", "--noise", "white"], "unknown term 'white'"),
             (["--kind", "modified", "--taus", "5"], "out of reach"),

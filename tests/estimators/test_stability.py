@@ -59,7 +59,7 @@ def test_a_gap_leaves_a_window_out():
     missing = ~np.isfinite(dynamic.adev).all(axis=1)
     # Windows begin every 300 samples and have 600: those from 2700 and from 3000 on hold the gap.
     assert np.flatnonzero(missing).tolist() == [9, 10]
-    assert "2 of them miss more than a tenth" in repr(dynamic)
+    assert "2 windows miss more than a tenth" in repr(dynamic)
     plain = json.loads(json.dumps(dynamic.to_dict(), allow_nan=False))
     assert plain["adev"][9] is None
     assert len(plain["adev"][0]) == len(plain["tau_s"])
@@ -88,7 +88,7 @@ def test_refused(options, words):
 
 
 def test_too_short_and_unknown():
-    with pytest.raises(RecordTooShortError, match="no ten windows"):
+    with pytest.raises(RecordTooShortError, match="not make ten windows"):
         dynamic_allan(record("short", n=100), "gyro_x")
     with pytest.raises(KeyError, match="gyro_z"):
         dynamic_allan(record("short"), "gyro_z")

@@ -114,9 +114,9 @@ def test_a_side_of_what_is_no_density():
 @pytest.mark.parametrize(
     ("units", "kinds", "words"),
     [
-        ("nT", ("gyro",), "'nT' fits nothing that is printed of gyro_x. Units that fit: mdps/rtHz, deg/sqrt(h), deg/h"),
-        ("uV", ("mag",), "'uV' fits nothing that is printed of mag_x. Units that fit: mT, uT/rtHz"),
-        ("deg/h,ug", ("gyro",), "'ug' fits nothing"),
+        ("nT", ("gyro",), "'nT' fits no printed value of gyro_x. Units that fit: mdps/rtHz, deg/sqrt(h), deg/h"),
+        ("uV", ("mag",), "'uV' fits no printed value of mag_x. Units that fit: mT, uT/rtHz"),
+        ("deg/h,ug", ("gyro",), "'ug' fits no printed value"),
         ("deg/h,deg/s", ("gyro",), "deg/h and deg/s are units of the same coefficient of gyro_x. Give one of them"),
         ("deg/sqrt(h),mdps/rtHz", ("gyro", "accel"), "are units of the same coefficient"),
         ("nT,uT", ("mag",), "nT and uT are units of the same coefficient"),
@@ -199,7 +199,7 @@ def test_every_command_that_prints_noise(results, monkeypatch, capsys, argv, uni
         assert main([*argv, "--show", unit]) in (0, 1)  # 1 of a bandwidth that the log does not show
         assert text in capsys.readouterr().out
     assert main([*argv, "--show", wrong]) == 2
-    assert f"{wrong!r} fits nothing that is printed of" in capsys.readouterr().err
+    assert f"{wrong!r} fits no printed value of" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

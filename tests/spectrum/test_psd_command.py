@@ -102,7 +102,7 @@ def test_the_ratio_stands_beside_the_density_of_its_band(log, capsys):
     assert main(["psd", "a.csv", "--model", "m.toml", "--plot", "p.svg"]) == 0
     out = capsys.readouterr().out
     assert out.count("S over the model, 95 % interval") == 3
-    assert "not in the model's density, because they have none: sinusoid at 5 Hz" in out
+    assert "omitted, because they have no density: sinusoid at 5 Hz" in out
     ratio = channels["accel_x"]["over_model"]["ratio"][-1]
     last = out[out.index("accel_x: two-sided") :].split("~ below")[0].splitlines()[-2]
     assert float(last.split()[0]) == pytest.approx(channels["accel_x"]["frequency_hz"][-1], rel=1e-3)

@@ -1,4 +1,4 @@
-"""Allan variance of a record that comes in pieces, or that does not fit in memory.
+"""Allan variance of a record that arrives in pieces or does not fit in memory.
 
 Cluster sizes up to 4096 samples are exact. For longer clusters there are two modes: "exact" keeps all samples; "strided"
 has bounded memory, and clusters begin only at every 64th sample, every 4096th and so on, with at least 64 starts per
@@ -55,7 +55,7 @@ class Accumulator(Printed):
 
     See Also
     --------
-    allan : the same from a record.
+    allan : Allan variance of a record.
 
     References
     ----------
@@ -129,7 +129,7 @@ class Accumulator(Printed):
         Parameters
         ----------
         chunk : array_like, shape (n, n_channels) or (n,) for one channel; or a mapping from channel to (n,)
-            Samples in the unit that was given. [`unit`; SI by default]
+            Samples in the stated unit. [`unit`; SI by default]
 
         Raises
         ------
@@ -148,7 +148,7 @@ class Accumulator(Printed):
                 index = self.start + self.n + row
                 raise NonFiniteError(
                     f"`{channel}` is {column[row]:g} in SI at index {index} of the record, {row} of the chunk: a stream has"
-                    " no gaps; begin a new one behind it",
+                    " no gaps; begin a new one after it",
                     channel=channel,
                     index=index,
                 )
@@ -177,7 +177,7 @@ class Accumulator(Printed):
             later = self.copy()
         mine, theirs = ((a.channels, a.tau0, a.long, a._units, a._quantities) for a in (self, later))
         if mine != theirs:
-            raise ValueError("the two accumulators are not for the same channels, rate and choice of `long`")
+            raise ValueError("the two accumulators differ in channels, rate or `long`")
         if later.start != self.start + self.n:
             raise ValueError(
                 f"the stretch to merge begins at sample {later.start}, this one ends before sample {self.start + self.n}"
@@ -257,7 +257,7 @@ class Accumulator(Printed):
 
 
 def accumulate(stream: Stream, *, taus: TauGrid | ArrayLike, long: Long = "strided") -> Curves:
-    """Curves of a stream that is read in pieces; see `Accumulator`."""
+    """Compute the curves of a stream that is read in pieces; see `Accumulator`."""
     refuse_missing(stream, "a sum in bounded memory")
     if isinstance(taus, str) and taus == "all":
         raise OptionError("{option} 'all' needs the whole record in memory; take a grid", option="taus")

@@ -45,7 +45,7 @@ _PRINTED_ROWS = 200
 
 
 def kept_freedom(curve: DeviationCurve, edf: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Degrees of freedom with missing samples: those of a complete record, in proportion to the pairs."""
+    """Degrees of freedom with missing samples: those of a complete record, scaled by the share of pairs."""
     if not curve.missing:
         return edf
     starts = curve.n_pairs if curve.stride is None else curve.n_pairs * curve.stride
@@ -70,8 +70,8 @@ class DeviationCurve(Tabular):
     n_pairs : ndarray of int, shape (n_tau,)
         Number of squared differences averaged.
     ramp : ndarray, shape (n_tau,)
-        Mean of all overlapping second differences of the phase, over tau²: the ramp of the rate as seen at this averaging
-        time, with its sign; where samples are missing, by least squares on the distances of the clusters. [unit/s]
+        Estimated ramp of the rate at this averaging time: the mean of all overlapping second differences of the phase,
+        over tau²; with missing samples, by least squares on the distances of the clusters. [unit/s]
     n : int
         Rate samples in the record.
     tau0 : float
@@ -141,8 +141,8 @@ class DeviationCurve(Tabular):
         Parameters
         ----------
         noise : str or mapping of str to float, optional
-            The name of a term, or coefficients such as `NoiseFit.model`: exact degrees of freedom for this noise, of
-            overlapping clusters. Default: `edf`, which a curve of `sigmatau.analyze` has. [SI]
+            The name of a term, or coefficients such as `NoiseFit.model`; the degrees of freedom are exact for this
+            noise and overlapping clusters. Default: `edf`, which curves of `sigmatau.analyze` have. [SI]
         level : float
             Probability that the interval contains the true value.
 
@@ -228,9 +228,9 @@ class DeviationCurve(Tabular):
         ax : matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+            Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
         style : {"screen", "paper"}
-            ``"paper"``: of a column of a two-column paper.
+            ``"paper"``: the size of a column of a two-column paper.
 
         Returns
         -------
@@ -280,14 +280,14 @@ class Curves(TablesByChannel[DeviationCurve]):
         return {channel: curve.to_dict() for channel, curve in self.items()}
 
     def plot(self, ax: Panels = None, *, style: Style = "screen") -> Figure:
-        """Draw all curves with their error bands, one panel a stream.
+        """Draw all curves with their error bands, one panel per stream.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
         style : {"screen", "paper"}
-            ``"paper"``: for a column of a two-column paper.
+            ``"paper"``: the size of a column of a two-column paper.
 
         Returns
         -------
@@ -357,7 +357,7 @@ def allan(
     overlap : {"full", "none"}
         Clusters that are averaged: all, eq. (10), or only those without common samples.
     counting : {"standard", "paper"}
-        N+1−2m terms (NIST SP 1065 [2]_), or the N−2m of eq. (6) read literally on N rate samples.
+        N+1−2m terms (NIST SP 1065 [2]_), or N−2m terms, eq. (6) applied literally to N rate samples.
     threads : int, optional
         Default: all cores. Results do not depend on it, bit for bit.
 
@@ -377,7 +377,7 @@ def allan(
     See Also
     --------
     deviation : modified, Hadamard, total and other deviations.
-    Accumulator : the same from a stream.
+    Accumulator : Allan variance of a stream.
     fit : coefficients from a record.
 
     References
@@ -411,7 +411,7 @@ def allan(
 
 
 def _as_record(samples: Any, rate: float | None, unit: str | None) -> Record:  # noqa: ANN401
-    """A record of one signal; raises `TypeError` for anything but numbers in a row."""
+    """A record of one signal; raises `TypeError` for anything but a one-dimensional array of numbers."""
     if hasattr(samples, "columns") or isinstance(samples, str | Mapping):
         raise TypeError(
             f"`record` must be a Record or an array, not a {type(samples).__name__}: see sigmatau.read for files and"
@@ -452,11 +452,9 @@ def curves_of_stream(
     counting: Counting,
     threads: int | None,
 ) -> dict[str, DeviationCurve]:
-    """Allan variances of channels, by default of all; without channels in which so many samples are missing that no pair is
-    left.
-    """
+    """Allan variances of some or all channels; channels with too many missing samples for a single pair are omitted."""
     channels = stream.channels if channels is None else channels
-    # The paper's counting uses one term less, and none at m = n/2.
+    # The paper's counting has one term less, thus none at m = n/2.
     terms_lost = 1 if counting == "paper" and overlap == "full" else 0
     sizes = cluster_sizes(taus, n=stream.grid.n - terms_lost, tau0=stream.grid.tau0)
     gaps = {channel: _missing(stream, channel) for channel in channels}

@@ -113,7 +113,7 @@ class Deviation(Printed):
         )
 
     def bias(self, *, noise: str | Mapping[str, float]) -> NDArray[np.float64]:
-        """Expected square over the Allan variance at `tau`, of total and Theo1.
+        """Expected squared deviation over the Allan variance at `tau`, for total and Theo1.
 
         See `sigmatau.estimators.deviation_kinds.bias`.
 
@@ -177,7 +177,7 @@ class Deviation(Printed):
         ax : matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
         noise : str or mapping of str to float, optional
             As in `Deviation.edf`.
 
@@ -215,7 +215,7 @@ class Deviations(ByChannel[Deviation]):
     __slots__ = ()
 
     def to_dict(self, *, noise: str | Mapping[str, float] | None = None) -> dict[str, Any]:
-        """Each as plain columns, by channel.
+        """Each deviation as plain columns, by channel.
 
         Parameters
         ----------
@@ -229,12 +229,12 @@ class Deviations(ByChannel[Deviation]):
         return {channel: deviation.to_dict(noise=noise) for channel, deviation in self.items()}
 
     def plot(self, ax: Panels = None, *, noise: str | Mapping[str, float] | None = None) -> Figure:
-        """Draw all of them, one panel a quantity and unit.
+        """Draw all deviations, one panel per quantity and unit.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
         noise : str or mapping of str to float, optional
             As in `Deviation.edf`; each curve then has its 95 % band.
 
@@ -281,7 +281,7 @@ def deviation(
     record : Record
         Static data, no sample missing.
     kind : {"modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rms"}
-        The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the others N.
+        The estimator. Theo1 takes N·m steps for every m, minutes for a million samples; the other kinds take N.
     taus : {"octave", "half", "quarter", "eighth"} or array_like, shape (n_tau,)
         As in `sigmatau.allan`, up to the longest time of the kind (total: half the record by default). [s]
     overlap : {"full", "none"}, optional
@@ -306,7 +306,7 @@ def deviation(
     RecordTooShortError
         If no cluster size is left.
     OptionError
-        For an unknown kind, a time outside its range, or an option that it does not have.
+        For an unknown kind, a time outside its range, or an option that the kind does not have.
 
     See Also
     --------
@@ -328,7 +328,7 @@ def deviation(
     estimator(kind)
     if overlap is not None and kind != "hadamard":
         raise OptionError(
-            f"{{option}} is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: leave it out",
+            f"{{option}} is an option of the Hadamard deviation; the {KINDS[kind].label} has one form only: omit it",
             option="overlap",
         )
     for stream in record.streams:

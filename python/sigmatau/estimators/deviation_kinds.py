@@ -31,9 +31,9 @@ Kind = Literal["modified", "hadamard", "total", "time", "theo1", "mtie", "tie_rm
 class Estimator:
     """An entry of `KINDS`."""
 
-    label: str  # As it is printed
+    label: str  # printed name
     kernel: str  # Kernel of the core that computes it
-    has_phase_unit: bool = False  # Whether it is in the unit of the phase (rad, m/s), not of the rate
+    has_phase_unit: bool = False  # whether it has the unit of the phase (rad, m/s) instead of the rate
     tau_per_m: float = 1.0  # Averaging time over the cluster size in samples
 
 
@@ -108,12 +108,12 @@ def sizes_for(kind: str, taus: TauGrid | ArrayLike, *, n: int, tau0: float) -> N
     return np.unique(rounded).astype(np.int64)
 
 
-# E[TOTVAR]/AVAR = 1 - a τ/T: NIST SP 1065, section 5.2.11; white noise has none.
+# a in E[TOTVAR]/AVAR = 1 − a·τ/T: NIST SP 1065, section 5.2.11; white noise has no bias.
 _TOTAL_BIAS = {"random_walk": 0.0, "bias_instability": 0.481, "rate_random_walk": 0.750}
 
 
 def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
-    """A term's name, or coefficients in SI, as coefficients; raises `OptionError` for anything else."""
+    """Convert the name of a term, or coefficients in SI, to coefficients; raises `OptionError` for anything else."""
     if isinstance(noise, str):
         noise = {noise: 1.0}
     if (channels := getattr(noise, "channels", None)) is not None:
@@ -130,7 +130,7 @@ def check_coefficients(noise: str | Mapping[str, float]) -> dict[str, float]:
     if not all(math.isfinite(value) for value in noise.values()):
         raise OptionError(f"the coefficients of {{option}} must be finite numbers, got {dict(noise)}", option="noise")
     if not any(noise.get(name) for name in NOISE):
-        raise OptionError(f"{{option}} has no noise in it: want one of {', '.join(NOISE)}", option="noise")
+        raise OptionError(f"{{option}} has no noise: want one of {', '.join(NOISE)}", option="noise")
     return dict(noise)
 
 
@@ -139,10 +139,11 @@ def degrees_of_freedom(
 ) -> NDArray[np.float64]:
     """Equivalent degrees of freedom of each variance, 2·E²/Var, for Gaussian noise of the given coefficients.
 
-    Modified Allan, time and Hadamard: exact, the sum over all lags of the squared autocovariance of the terms [1]_. Total
-    and Theo1: exact for records up to 384 samples; a longer one is taken as a short one of the same shape, which is right
-    to 0.1 % for the total variance and to 3 % for Theo1. A ramp counts in the modified Allan variance, is nothing to
-    the Hadamard variance, and is refused by the other two. MTIE and TIE rms: no law is known.
+    Modified Allan, time and Hadamard: exact, the sum over all lags of the squared autocovariance of the terms [1]_.
+    Total and Theo1: exact for records up to 384 samples; a longer record is approximated by a short one with the same
+    ratio of m to n, with errors of 0.1 % for the total variance and 3 % for Theo1. A ramp counts in the modified Allan
+    variance, does not affect the Hadamard variance, and is refused for total and Theo1. MTIE and TIE rms have no known
+    distribution.
 
     `noise`: a term's name, or coefficients in SI, as in `sigmatau.noise.terms.TERMS`; `tau0`: sample interval [s].
     """
@@ -159,7 +160,7 @@ def degrees_of_freedom(
     if coefficients.get("rate_ramp"):
         raise OptionError(
             f"the degrees of freedom of the {estimator(kind).label} do not allow for a ramp: leave `rate_ramp` out of"
-            " {option}, or take the Hadamard deviation, which does not see it",
+            " {option}, or take the Hadamard deviation, which ignores it",
             option="noise",
         )
     return kernels.quadratic_edf(kernel, n=n, m=m, coefficients=coefficients, tau0=tau0)
@@ -169,8 +170,8 @@ def bias(
     kind: str, noise: str | Mapping[str, float], *, n: int, m: NDArray[np.int64], tau0: float
 ) -> NDArray[np.float64]:
     """Expected variance of ``"total"`` or ``"theo1"`` over the Allan variance at the same averaging time. Total: 1 −
-    a·τ/T with the a of [2]_, for one term; it was found right to 0.1 %, ends of the sum included. Theo1: exact, from
-    the sampled noise, for any mixture.
+    a·τ/T with the a of [2]_, for one term, with an error of 0.1 % including the ends of the sum. Theo1: exact for the
+    sampled noise of any mixture.
     """
     coefficients = {name: value for name, value in check_coefficients(noise).items() if value}
     if kind == "total":
@@ -198,8 +199,8 @@ def _allan(coefficients: Mapping[str, float], m: NDArray[np.int64], tau0: float)
 
 TauGrid = Literal["octave", "half", "quarter", "eighth", "all"]
 
-# First cluster sizes of each octave, doubled again and again: 2^j alone; with 3·2^j; with 5·2^j and 7·2^j, and so on. Such
-# grids are chains (2m of one size is m of another), which the kernel can share work along.
+# First cluster sizes, which are doubled repeatedly: 2^j alone; also 3·2^j; also 5·2^j and 7·2^j, and so on. In such
+# grids the double of most sizes is a size too, so that the kernel can share work.
 _SEEDS: Mapping[str, tuple[int, ...]] = {
     "octave": (8,),
     "half": (8, 12),

@@ -1,9 +1,10 @@
-"""Running Allan variance of a channel with missing samples, in bounded memory and in stretches that merge.
+"""Running Allan variance of a channel with missing samples, in bounded memory; sums of consecutive stretches can be
+merged.
 
-The samples between two gaps are a run, which has an `Accumulator`. A pair of clusters counts if it lies within one run: the
-variance is the mean of all these pairs. Pairs across a gap are lost, and with them the averaging times that are longer than
-half the longest run. For noise with stationary increments the mean is unbiased, because each pair is complete; it has fewer
-pairs than the same record without gaps.
+The samples between two gaps form a run, which has an `Accumulator`. A pair of clusters counts if it lies within one
+run: the variance is the mean of all these pairs. Pairs across a gap are lost, and with them the averaging times that
+are longer than half the longest run. For noise with stationary increments the mean is unbiased, because each pair is
+complete; it has fewer pairs than the same record without gaps.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ class GappedSums:
     Parameters
     ----------
     new : callable
-        An empty `Accumulator` of the channel that begins at a given index in the record.
+        Returns an empty `Accumulator` of the channel that begins at a given index in the record.
     start : int
         Index in the record of the first sample.
     """
@@ -36,12 +37,12 @@ class GappedSums:
         self.start: int = int(start)
         self.stop: int = self.start
         self.missing: int = 0
-        self._first: Accumulator | None = None  # the run from the first sample on
-        self._last: Accumulator | None = None  # the run up to the last sample, if there is a gap before it
+        self._first: Accumulator | None = None  # run that begins with the first sample
+        self._last: Accumulator | None = None  # run that ends with the last sample, if there is a gap before it
         self._closed: dict[
             int, tuple[int, float, float, int]
         ] = {}  # by size: pairs, sums of variances and ramps, stride
-        self._curve: DeviationCurve | None = None  # of the shortest sizes, for its names and units
+        self._curve: DeviationCurve | None = None  # curve of the shortest sizes, a template for names and units
 
     def push(self, x: Floats) -> None:
         """Add the next samples, shape (n,)."""
@@ -64,7 +65,7 @@ class GappedSums:
         return self._last
 
     def _lose(self) -> None:
-        """Note that the next sample is missing."""
+        """Record that the next sample is missing."""
         if self._last is not None:
             self._close(self._last)
             self._last = None
@@ -72,7 +73,7 @@ class GappedSums:
         self.stop += 1
 
     def merge(self, later: GappedSums) -> None:
-        """Add the samples of the following stretch; `later` must not be used any more.
+        """Add the samples of the next stretch; `later` must not be used afterwards.
 
         Raises
         ------
@@ -109,7 +110,7 @@ class GappedSums:
     def _rows(self, run: Accumulator) -> list[tuple[int, int, float, float, int]]:
         try:
             (curve,) = run.snapshot().values()
-        except RecordTooShortError:  # shorter than two clusters of any size
+        except RecordTooShortError:  # the run is shorter than two clusters of any size
             return []
         self._curve = _shorter(self._curve, curve)
         strides = np.ones_like(curve.m) if curve.stride is None else curve.stride

@@ -12,8 +12,8 @@ _MIN_PAIRS = 8
 
 
 def octaves(x: Floats) -> Iterator[tuple[int, float, int]]:
-    """Cluster size 1, 2, 4, …, Allan variance of disjoint clusters that are at least half full, and number of pairs (8 or
-    more).
+    """Yield, for cluster sizes 1, 2, 4 …, the size, the Allan variance of disjoint clusters that are at least half
+    full, and the number of pairs (8 or more).
     """
     n = len(x)
     present = np.isfinite(x)

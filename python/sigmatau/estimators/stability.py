@@ -59,7 +59,7 @@ class DynamicAllan(Printed):
     n : int
         Samples in a window.
     window, step : float
-        Length of a window, and from the beginning of one to that of the next. [s]
+        Length of a window, and distance between the beginnings of neighbouring windows. [s]
 
     See Also
     --------
@@ -98,14 +98,14 @@ class DynamicAllan(Printed):
         return plain(self, fields, estimator="overlapped", adev=adev)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
-        """Draw the map with its colour bar, in new axes or those given.
+        """Draw the map with its colour bar, in new or given axes.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
 
         Returns
         -------
@@ -124,7 +124,7 @@ class DynamicAllan(Printed):
         ]
         missing = int((~complete).sum())
         if missing:
-            lines.append(f"  {missing} of them miss more than a tenth of their samples and have none")
+            lines.append(f"  {missing} windows miss more than a tenth of their samples and have no deviation")
         if complete.any():
             lines.append(f"  {'τ':>10}    median     smallest   largest    largest at t")
             chosen = np.unique(np.round(np.linspace(0, len(self.tau) - 1, _PRINTED_ROWS)).astype(int))
@@ -156,10 +156,10 @@ def dynamic_allan(
     window : float, optional
         Length of a window. Default: a tenth of the record. [s]
     step : float, optional
-        From one window to the next. Default: half a window. [s]
+        Distance from one window to the next. Default: half a window. [s]
     taus : {"octave", "half", "quarter", "eighth", "all"} or array_like, shape (n_tau,)
-        As in `sigmatau.allan`, for a record as long as a window; by default up to a third of it, beyond which a deviation
-        has fewer than three degrees of freedom. [s]
+        As in `sigmatau.allan`, for a record as long as a window. Default: up to a third of the window; longer times
+        have fewer than three degrees of freedom. [s]
     threads : int, optional
         Default: all cores. Results do not depend on it.
 
@@ -206,7 +206,7 @@ def dynamic_allan(
     if n < _LEAST_SAMPLES:
         if window is None:
             raise RecordTooShortError(
-                f"{total} samples make no ten windows of {_LEAST_SAMPLES}", need=MIN_SAMPLES_OF_MAP, got=total
+                f"{total} samples do not make ten windows of {_LEAST_SAMPLES}", need=MIN_SAMPLES_OF_MAP, got=total
             )
         raise OptionError(
             f"a window of {window:g} s has {n} samples; at least {_LEAST_SAMPLES} are needed", option="window"

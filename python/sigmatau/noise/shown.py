@@ -1,4 +1,4 @@
-"""Units of printed and drawn values, if the user wants units other than those of the field."""
+"""Units of printed and drawn values, if the user wants other units than the usual ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PREFIXES = {"": 1.0, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "h": 1e2, "k"
 
 _POWERS = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _READABLE = (0.01, 1e5)
-"""Range of the numbers of a column in which no prefix is used: at most one zero after the point, and six digits."""
+"""Range in which the numbers of a column need no prefix: at most one zero after the point, and six digits."""
 
 _ROUNDED = 1.005  # factor that includes 0.999 of a unit, which is printed as 1.0
 
@@ -68,7 +68,7 @@ _EXAMPLES = {
     "m/s^2/sqrt(s)": "ug/sqrt(s)",
     "m/s^3": "ug/h",
 }
-_MANY = 2  # number of coefficients from which on examples of rates and densities are given
+_MANY = 2  # number of coefficients from which examples of rates and densities are given
 
 
 @frozen
@@ -78,7 +78,7 @@ class ShownUnit:
     Attributes
     ----------
     spelled : str
-        Text as the user gave it.
+        Text as typed by the user.
     bare : str
         Text as it is printed, without the sides of a density.
     sided : {"", "one", "two"}
@@ -100,7 +100,7 @@ class ShownUnit:
 
     @property
     def text(self) -> str:
-        """As it is printed; of a density with its sides."""
+        """Printed form, with the sides of a density."""
         return f"{self.bare}, {self.sided}-sided" if self.sided else self.bare
 
 
@@ -112,15 +112,16 @@ SHOWN: ContextVar[tuple[ShownUnit, ...]] = ContextVar("SHOWN", default=())
 def show_in(units: str | Sequence[str]) -> Iterator[None]:
     """Print and draw values in some units, within a ``with`` block.
 
-    It holds for printed results, reports, figures and the words of findings; numbers of JSON, CSV and of attributes stay
-    in SI. A unit is that of one coefficient, and bias instability is in that of curves. The unit of another signal alone,
-    such as ``"nT"``, is for all its coefficients. A unit that fits no channel changes nothing.
+    The units apply to printed results, reports, figures and the words of findings; numbers in JSON, CSV and attributes
+    stay in SI. A unit applies to one coefficient; bias instability has the unit of curves. The bare unit of another
+    signal, such as ``"nT"``, applies to all its coefficients. A unit that fits no channel changes nothing.
 
     Parameters
     ----------
     units : str or sequence of str
-        ``"deg/h,mdps/rtHz,ug/rtHz"``. A density (per √Hz) is two-sided, that of the random walk N, unless ``:one-sided``
-        follows, √2·N. Signals in T, Pa, bar, V, A, W, ohm, K and °C have the prefixes p, n, u, m, h, k, M and G.
+        ``"deg/h,mdps/rtHz,ug/rtHz"``. A density (per √Hz) is two-sided and equals the random walk N; with
+        ``:one-sided`` it is √2·N. Signals in T, Pa, bar, V, A, W, ohm, K and °C have the prefixes p, n, u, m, h, k, M
+        and G.
 
     Returns
     -------
@@ -153,12 +154,12 @@ def show_in(units: str | Sequence[str]) -> Iterator[None]:
 
 
 def set_shown(units: str | None) -> None:
-    """Show values in some units from now on in this context, None in those of the field."""
+    """Show values in some units from now on in this context; None restores the usual units."""
     SHOWN.set(() if units is None else parse_units(units))
 
 
 def parse_units(units: str | Sequence[str]) -> tuple[ShownUnit, ...]:
-    """Units as they are typed, with commas between them.
+    """Parse units that are separated by commas.
 
     Raises
     ------
@@ -179,7 +180,8 @@ def asked_unit(si: str, rate_unit: str, tail: str | None) -> tuple[str, float] |
     rate_unit : str
         Unit of the channel.
     tail : str or None
-        What follows the unit of another signal in that of the coefficient: ``"*sqrt(s)"``. None of an inertial sensor.
+        Suffix that turns the unit of another signal into that of the coefficient: ``"*sqrt(s)"``. None for an inertial
+        sensor.
     """
     asked = shown_unit(si, rate_unit, tail)
     return None if asked is None else (asked.text, asked.factor)
@@ -202,14 +204,15 @@ def prefixed_unit(rate_unit: str, tail: str, values: Iterable[float | None]) -> 
     rate_unit : str
         Unit of the channel.
     tail : str
-        What follows it in the unit of the coefficient. The density of a random walk, unit·√s, is written per √Hz.
+        Suffix that turns it into the unit of the coefficient. The density of a random walk, unit·√s, is written per
+        √Hz.
     values : iterable of float or None
-        What is printed in this unit, in the usual unit.
+        Values to print, in the usual unit.
 
     Returns
     -------
     ShownUnit or None
-        None if the usual unit has numbers without many zeros, or a signal's unit no prefixes.
+        None if the numbers in the usual unit need no prefix, or if the signal's unit has no prefixes.
     """
     base, size = _signal_unit(rate_unit)
     largest = max((abs(value) for value in values if value and math.isfinite(value)), default=0.0)
@@ -240,7 +243,7 @@ def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]]) -
     Parameters
     ----------
     channels : mapping of str to sequence
-        The arguments of `asked_unit` for each coefficient that is printed of each channel.
+        By channel, the arguments of `asked_unit` for each printed coefficient.
 
     Raises
     ------
@@ -264,7 +267,7 @@ def check_units(channels: Mapping[str, Sequence[tuple[str, str, str | None]]]) -
         if unit.spelled not in used:
             fitting_units = "; ".join(dict.fromkeys(map(_unit_examples, channels.values())))
             raise OptionError(
-                f"{unit.spelled!r} fits nothing that is printed of {', '.join(list(channels)[:6])}."
+                f"{unit.spelled!r} fits no printed value of {', '.join(list(channels)[:6])}."
                 f" Units that fit: {fitting_units}",
                 option="show",
             )
@@ -285,7 +288,7 @@ def _unit_examples(coefficients: Sequence[tuple[str, str, str | None]]) -> str:
 
 
 def _fitting(si: str, rate_unit: str, tail: str | None) -> list[ShownUnit]:
-    """The units that fit a coefficient, see `asked_unit`; those of this coefficient alone first."""
+    """The units that fit a coefficient, see `asked_unit`; units of this coefficient alone come first."""
     if tail is None or not SHOWN.get():
         return [unit for unit in SHOWN.get() if unit.tail is None and unit.si == si]
     base, factor = _signal_unit(rate_unit)
@@ -331,7 +334,7 @@ def _parse(spelled: str) -> ShownUnit:
 
 
 def _signal_unit(name: str) -> tuple[str, float]:
-    """SI unit and size of a unit of a signal, ``("T", 1e-9)`` of ``"nT"``; size 0 of one that has no prefixes."""
+    """SI unit and size of a unit of a signal, ``("T", 1e-9)`` for ``"nT"``; size 0 for a unit without prefixes."""
     name = name.strip().replace("µ", "u").replace("μ", "u")
     for base, (si, factor) in _SIGNAL_UNITS.items():
         if name.endswith(base) and name.removesuffix(base) in _PREFIXES:

@@ -11,6 +11,6 @@ _MEANT["q"] = "quantization (IEEE 952) or random_walk (the paper)"
 
 
 def unknown_term(name: object, terms: Iterable[str] = TERMS) -> str:
-    """Answer to an unknown name of a term: the term that it means, or the list of terms."""
+    """Text for an unknown name of a term: the term that it means, or the list of terms."""
     meant = _MEANT.get(str(name).lower().replace("_", " ").replace("-", " "))
     return f"unknown term {name!r}; " + (f"it is {meant} here" if meant else f"terms: {', '.join(terms)}")

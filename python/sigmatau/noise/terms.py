@@ -1,7 +1,7 @@
 """The table of noise terms: names, slopes, read-off points, units and expected variances.
 
-The names are the field's (IEEE Std 952, 1293), the letters are not public: the paper's Q for the random walk is the N of the
-standards. The formulas live in the Rust core and are called from here.
+The names are those of the field (IEEE Std 952, 1293). The letters are not public, because the paper's Q for the random
+walk is the N of the standards. The formulas are in the Rust core.
 
 References
 ----------
@@ -37,7 +37,7 @@ class Term:
     name : str
         Key in results and model files.
     symbols : tuple of str
-        The letter of IEEE Std 952 and the paper's.
+        The letters in IEEE Std 952 and in the paper.
     slope : float
         Slope of its σ(τ) in a log-log plot. [1]
     read_at : float or None
@@ -53,16 +53,16 @@ class Term:
     si_units : mapping
         SI unit of its coefficient on a gyro and an accelerometer.
     usual_units : mapping
-        Units in which it is printed there, the table's own first.
+        Units in which it is printed there, the unit of the table first.
     synonyms : str
-        Names that it has elsewhere, separated by commas, in small letters: those of the glossary.
+        Other names, from the glossary, in lower case and separated by commas.
     look_alikes : str
         Other processes with the same slope, which an Allan variance cannot distinguish; empty if there are none.
     is_noise : bool
         False for the ramp, which is the same in each record.
     has_system : bool
-        Whether linear systems have a form of it: state spaces, ARMA processes, and the true noise of a filter that is
-        judged. They refuse a model with another term.
+        Whether linear systems can represent it: state spaces, ARMA processes, and the true noise of a filter that is
+        judged. They refuse a model with any other term.
     """
 
     name: str
@@ -82,11 +82,11 @@ class Term:
 
     @property
     def interval_power(self) -> int:
-        """P of coefficient² ∝ τ₀^(2 − p) for the same samples at another interval τ₀: twice the slope + 2."""
+        """The p of coefficient² ∝ τ₀^(2 − p), for the same samples at another interval τ₀: twice the slope, plus 2."""
         return round(2 * self.slope + 2)
 
     def deviation(self, tau: ArrayLike) -> NDArray[np.float64]:
-        """Value of its line: σ(τ) for the coefficient 1 at averaging times that are long against the sample interval.
+        """Value of its line: σ(τ) for the coefficient 1 at averaging times much longer than the sample interval.
 
         Parameters
         ----------
@@ -212,16 +212,18 @@ TERMS: Mapping[str, Term] = {
 """The noise terms by their key in results and model files, in the order of their slopes."""
 
 NOISE = tuple(name for name, term in TERMS.items() if term.is_noise)
-"""Terms whose squared coefficients an Allan variance is linear in: all but the ramp."""
+"""Terms in whose squared coefficients the Allan variance is linear: all but the ramp."""
 SLOW = tuple(name for name, term in TERMS.items() if term.slope >= 0)
 """Terms whose deviation does not decrease with the averaging time."""
 RANKED = tuple(sorted(TERMS, key=lambda name: (abs(TERMS[name].slope) > 1 / 2, TERMS[name].slope)))
 """The terms by importance for users; the steep ones last."""
-_OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units of their own
+_OWN_UNITS = ("angular_rate", "acceleration")  # other signals have units in seconds
 
 
 def refuse_without_system(terms: Iterable[str]) -> None:
-    """Raise `DataError` for a term that linear systems cannot represent: without it they would state too little noise."""
+    """Raise `DataError` for a term that linear systems cannot represent: without the term, they would have too little
+    noise.
+    """
     lacking = [name for name in terms if not TERMS[name].has_system]
     if lacking:
         raise DataError(f"no linear system has the noise of {' and '.join(lacking)}; leave it out of the model")
@@ -286,7 +288,9 @@ def asked_density(quantity: str, unit: str, values: Iterable[float | None] = ())
 
 
 def _asked_for(term: str, quantity: str, unit: str) -> tuple[str, str, str | None]:
-    """Arguments of `asked_unit` for a coefficient: its SI unit, the channel's, and the part after the unit of a signal."""
+    """Arguments of `asked_unit` for a coefficient: its SI unit, the unit of the channel, and the suffix after the unit
+    of a signal.
+    """
     return coefficient_unit(term, quantity, unit), unit, None if quantity in _OWN_UNITS else TERMS[term].times
 
 
@@ -337,7 +341,7 @@ def avar(
         Sample interval. [s]
     cutoff : float, optional
         Bias instability only: the cut-off f₀ of eq. (18), for the continuous-time form, eq. (19). Default: the exact
-        variance of discrete flicker noise, which has no cut-off but the sampling's own. [Hz]
+        variance of discrete flicker noise, which only sampling cuts off. [Hz]
     averaged : bool
         Rate random walk only: a continuous walk averaged over each sample, K²τ/3 for every m (eq. 21). Default: the walk
         sampled at the samples' times, K²τ₀(2m²+1)/(6m), which tends to eq. (21).
@@ -394,8 +398,8 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
     f : array_like, shape (n_f,)
         Frequencies, positive. [Hz]
     tau0 : float, optional
-        Sample interval: gives the exact spectrum of the sampled process, below 1/(2·tau0). Required for the
-        quantization noise, whose strength is tied to it. Default: the continuous forms of the paper. [s]
+        Sample interval: gives the exact spectrum of the sampled process, below 1/(2·tau0). Required for quantization
+        noise, whose density depends on it. Default: the continuous forms of the paper. [s]
 
     Returns
     -------
@@ -413,8 +417,8 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
 
     Notes
     -----
-    A ramp is deterministic and has no PSD: eq. (24) is the conventional stand-in, whose Allan variance by eq. (11)
-    diverges and is not eq. (23). It is given for drawing only.
+    A ramp is deterministic and has no PSD. Eq. (24) is a conventional substitute for drawing; its Allan variance by eq.
+    (11) diverges and is not eq. (23).
 
     References
     ----------
@@ -435,8 +439,8 @@ def psd(term: str, coefficient: float, f: ArrayLike, *, tau0: float | None = Non
 def aliasing_inflation(*, rate: float, bandwidth: float, order: int = 1) -> float:
     """Factor by which sampling without an anti-alias filter increases the random walk of a sensor.
 
-    A sensor whose white noise ends at its own bandwidth, a Butterworth filter, folds onto the low frequencies what it lets
-    pass at the multiples of the sampling rate.
+    The white noise of the sensor is limited by a Butterworth filter, its bandwidth. Sampling folds the noise that the
+    filter passes at multiples of the sampling rate onto low frequencies.
 
     Parameters
     ----------

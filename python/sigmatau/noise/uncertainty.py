@@ -23,9 +23,9 @@ from sigmatau.noise.terms import NOISE, TERMS, avar
 def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
     """The paper's relative standard error of an Allan deviation, δ = 1/√(2(N/n − 1)), eq. (26) of [1]_.
 
-    It counts independent clusters and knows neither the noise nor the overlap. Measured against the true error of the
-    overlapped deviation it is about right for rate random walk, some 20 % too large for white noise, several times too
-    large for quantization noise, and its symmetric interval is too short beyond a tenth of the record; see
+    It counts independent clusters and depends neither on the noise nor on the overlap. Compared with the true error of
+    the overlapped deviation it is about right for rate random walk, 20 % too large for white noise and several times
+    too large for quantization noise. Its symmetric interval is too short beyond a tenth of the record; see
     ``docs/theory/read-off.md``.
 
     Parameters
@@ -67,9 +67,9 @@ def percentage_error(n: int, m: ArrayLike) -> NDArray[np.float64]:
 def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, tau0: float) -> NDArray[np.float64]:
     """Exact covariance of the overlapped Allan variances of a record with the given noise.
 
-    For Gaussian noise, with the finite length of the record and its ends accounted for: the sum over all lags of the
-    squared covariance of second differences of the phase (Isserlis' theorem), whose flicker part is summed by
-    quadrature to 1e-11 and all others in closed form.
+    For Gaussian noise, it is the sum over all lags of the squared covariance of second differences of the phase
+    (Isserlis' theorem), with the finite length of the record and its ends included. The flicker part is summed by
+    quadrature to 1e-11, all other parts in closed form.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def avar_covariance(coefficients: Mapping[str, float], *, n: int, m: ArrayLike, 
 
     See Also
     --------
-    degrees_of_freedom : what follows for each variance.
+    degrees_of_freedom : degrees of freedom of each variance.
 
     References
     ----------
@@ -155,7 +155,7 @@ def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLik
     See Also
     --------
     avar_covariance : the covariance of the Allan variances.
-    percentage_error : the paper's error, which knows neither noise nor overlap.
+    percentage_error : the paper's error, which depends neither on noise nor on overlap.
 
     References
     ----------
@@ -180,7 +180,8 @@ def degrees_of_freedom(coefficients: Mapping[str, float], *, n: int, m: ArrayLik
 def chi2_factors(edf: ArrayLike, *, level: float = 0.95) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Factors on a measured deviation that give the ends of its interval: √(edf/χ²) at (1 ± level)/2.
 
-    The law of an Allan variance is taken as that of a χ² with the same mean and variance; see `degrees_of_freedom`.
+    The distribution of an Allan variance is approximated by a χ² with the same mean and variance; see
+    `degrees_of_freedom`.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ _MOST_AT_ONCE = 100
 
 
 def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
-    """Coherence that two independent series exceed with probability 1 − `level`: 1 − (1 − level)^(1/(n − 1)). `n`:
-    pairs averaged, half the degrees of freedom; of a single one the coherence is always 1.
+    """Coherence that two independent series exceed with probability 1 − `level`: 1 − (1 − level)^(1/(n − 1)). `n` is
+    the number of averaged pairs, half the degrees of freedom; the coherence of a single pair is always 1.
     """
     pairs = np.asarray(n, dtype=np.float64)
     free = np.maximum(pairs - 1, 1e-9)
@@ -37,7 +37,9 @@ def significance(n: ArrayLike, *, level: float = 0.95) -> Floats:
 
 
 def probability_below(measured: ArrayLike, true: ArrayLike, n: ArrayLike) -> Floats:
-    """Probability that the coherence of `n` pairs is measured below `measured` if it is `true`; arrays broadcast."""
+    """Probability that the measured coherence of `n` pairs is below `measured` if the true one is `true`; arrays
+    broadcast.
+    """
     from scipy.special import ncfdtr
 
     c, truth, pairs = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (measured, true, n)))
@@ -55,7 +57,7 @@ def _rule() -> tuple[Floats, Floats]:
 
 
 def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Floats, Floats]:
-    """Confidence interval of the true coherence. `low` is 0 where the coherence may be chance."""
+    """Confidence interval of the true coherence. `low` is 0 where the coherence may be due to chance."""
     low, high = np.zeros(len(measured)), np.ones(len(measured))
     rounded = np.round(n, 2)  # far from the ends of the band the number of pairs differs by less than 1e-5
     for pairs in np.unique(rounded):
@@ -72,8 +74,10 @@ def interval(measured: Floats, n: Floats, *, level: float = 0.95) -> tuple[Float
 
 
 def _solve(measured: Floats, n: float, probability: float) -> Floats:
-    """The atanh γ for which the measured coherence is the quantile; 0 if it is below the quantile without coherence."""
-    # The law at γ is some 1/√(2n) wide in atanh γ.
+    """The atanh γ for which the measured coherence is the quantile of `probability`; 0 if it is below the quantile for
+    γ = 0.
+    """
+    # The distribution at γ is about 1/√(2n) wide in atanh γ.
     centre, wide = np.arctanh(np.sqrt(np.minimum(measured, 1 - 1e-10))), 8 / np.sqrt(n) + 8 / n
     low, right = np.maximum(centre - wide, 0.0), np.minimum(centre + wide, _LARGEST_ATANH)
     for _ in range(_HALVINGS):

@@ -26,7 +26,7 @@ class ModelComparison(Printed):
     frequency : ndarray, shape (n_bands,)
         Mean frequency of each band. [Hz]
     ratio : ndarray, shape (n_bands,)
-        Measured over modelled density, a ratio. Of amplitudes per √Hz it is the square.
+        Measured over modelled density; the square of the ratio of amplitudes per √Hz. [1]
     dof : ndarray, shape (n_bands,)
         Degrees of freedom of each ratio.
     method : str
@@ -44,7 +44,8 @@ class ModelComparison(Printed):
 
     Notes
     -----
-    The model is taken as it is, without the error of its coefficients: of a fit to the same record the ratios scatter less.
+    The errors of the model's coefficients are not included. The ratios to a fit of the same record therefore scatter
+    less.
     """
 
     channel: str
@@ -83,7 +84,7 @@ class ModelComparison(Printed):
 
     @property
     def p_value(self) -> float:
-        """Smallest p-value times the number of bands: below 0.05 the model does not describe the density."""
+        """Smallest p-value times the number of bands; below 0.05, the model does not describe the density."""
         return float(min(1.0, self.p_values.min() * len(self.ratio)))
 
     def to_dict(self) -> dict[str, Any]:
@@ -94,7 +95,7 @@ class ModelComparison(Printed):
         return plain(self, fields, low=low, high=high, level=0.95)
 
     def plot(self, ax: Axes | None = None) -> Figure:
-        """Draw the ratios with their 95 % intervals, in new axes or those given.
+        """Draw the ratios with their 95 % intervals, in new or given axes.
 
         Parameters
         ----------
@@ -122,8 +123,8 @@ class ModelComparison(Printed):
         low, high = self.interval()
         outside = int(((low > 1) | (high < 1)).sum())
         chance = 0.05 * len(self.ratio)
-        begin = f"{self.channel}: {outside} of {len(self.ratio)} bands off the model's density by more than their 95 %"
-        begin += f" interval, {chance:.1f} by chance"
+        begin = f"{self.channel}: {outside} of {len(self.ratio)} bands differ from the model's density by more"
+        begin += f" than their 95 % interval, {chance:.1f} by chance"
         if self.highest is not None:
             begin += f" (up to {self.highest:.4g} Hz, as the model was fitted)"
         if self.beside_lines:
@@ -139,7 +140,7 @@ class ModelComparison(Printed):
         """Parts of the model that are not in the ratios, as a sentence; empty if there are none."""
         if not self.left_out:
             return ""
-        return f"not in the model's density, because they have none: {', '.join(self.left_out)}"
+        return f"omitted, because they have no density: {', '.join(self.left_out)}"
 
     def __repr__(self) -> str:
         low, high = self.interval()

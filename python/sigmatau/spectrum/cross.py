@@ -54,7 +54,7 @@ class CrossSpectrum(Printed):
     frequency : ndarray, shape (n_f,)
         Positive, up to half the sampling rate. [Hz]
     density_a, density_b : ndarray, shape (n_f,)
-        Two-sided densities of each. [unit²/Hz]
+        Two-sided density of each channel. [unit²/Hz]
     cross : ndarray of complex, shape (n_f,)
         Two-sided cross density E[A*·B]; its phase is that of b relative to a. [unit_a·unit_b/Hz]
     dof : ndarray, shape (n_f,)
@@ -101,16 +101,16 @@ class CrossSpectrum(Printed):
 
     @property
     def coherence(self) -> Floats:
-        """γ² = |S_ab|²/(S_a·S_b), from 0 to 1: the share of b's power that a linear filter makes from a; shape (n_f,).
+        """γ² = |S_ab|²/(S_a·S_b), from 0 to 1: the share of b's power that a linear filter of a explains; shape (n_f,).
 
-        As measured: the mean for independent channels is 2/dof, not 0.
+        This is the measured value: its mean for independent channels is 2/dof, not 0.
         """
         power = self.density_a * self.density_b
         return np.asarray(np.where(power > 0, np.abs(self.cross) ** 2 / np.where(power > 0, power, 1.0), 0.0))
 
     @property
     def phase(self) -> Floats:
-        """Phase of b relative to a, −π … π; negative where b comes later; shape (n_f,). [rad]"""
+        """Phase of b relative to a, −π … π; negative where b lags; shape (n_f,). [rad]"""
         return np.asarray(np.angle(self.cross))
 
     @property
@@ -125,8 +125,8 @@ class CrossSpectrum(Printed):
     def significance(self, *, level: float = 0.95) -> Floats:
         """Coherence that independent channels exceed with probability 1 − `level`.
 
-        By the distribution for independent pairs. Neighbouring frequencies of tapers are correlated; dof/2
-        independent pairs have the same variance, and their distribution keeps the level to half a percent.
+        It follows from the distribution for independent pairs. Neighbouring frequencies of tapers are correlated, and
+        are approximated by dof/2 independent pairs; the error of the level is below half a percent.
 
         Parameters
         ----------
@@ -170,7 +170,9 @@ class CrossSpectrum(Printed):
         return law.interval(self.coherence, self.dof / 2, level=level)
 
     def _spread(self, level: float) -> Floats:
-        """Half the interval of either part of the transfer, relative to its magnitude: Student's t of a regression."""
+        """Half width of the interval of the real and imaginary parts of the transfer, relative to its magnitude, by
+        Student's t.
+        """
         _check(level)
         free = np.maximum(self.dof - 2, 0.0)
         gamma2 = np.clip(self.coherence, 1e-300, 1.0)
@@ -285,7 +287,7 @@ class CrossSpectrum(Printed):
         f, level = bands.frequency, bands.significance()
         upper.fill_between(f, *bands.coherence_interval(), color=COLOURS[0], alpha=0.25, linewidth=0)
         upper.semilogx(f, bands.coherence, color=COLOURS[0], linewidth=1.2)
-        upper.semilogx(f, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % of chance are below")
+        upper.semilogx(f, level, color="0.4", linewidth=0.9, linestyle="--", label="95 % limit of chance")
         upper.set_ylim(0, 1)
         label_axes(upper, "", f"coherence γ² of {self.a} and {self.b}")
         legend(upper)
@@ -304,7 +306,7 @@ class CrossSpectrum(Printed):
         kind = "sine tapers" if self.method == "multitaper" else "segments"
         head = (
             f"{self.a} and {self.b}: coherence γ², gain and phase of {self.b} relative to {self.a}, {self.segments} {kind},"
-            f" resolution {self.resolution:.3g} Hz; 95 % intervals, * above what chance makes in 5 %"
+            f" resolution {self.resolution:.3g} Hz; 95 % intervals, * significant at 5 %"
         )
         bands = self.binned(per_octave=1)
         low, high = bands.coherence_interval()

@@ -17,8 +17,8 @@ from sigmatau.results import seconds
 from sigmatau.spectrum.result import Method, Spectra, Spectrum
 from sigmatau.spectrum.tapers import good_length, hann, sine_correlation, without_line
 
-# Welch's method takes evenly spaced segments of a record with more samples: the error of an average then depends on
-# their number, and is 0.1 % at this one.
+# Welch's method uses evenly spaced segments of a record with more samples. The error of an average then depends on
+# their number, and is 0.1 % for this one.
 MOST_SAMPLES = 1 << 22
 SHORTEST = 64  # Samples in the shortest segment that a spectrum is made of
 # Longest default segment. [samples] A record of 1e6 samples has 480 of them: each of the 2048 bins has an error of 4.6 %.
@@ -45,8 +45,8 @@ def psd(
         Static data. Welch's segments with a missing sample are omitted, and segments are shortened if too few are left; the
         multitaper estimate uses the longest run without a missing sample.
     method : {"welch", "multitaper"}
-        Welch's average of Hann-tapered segments that overlap by half, each without its own mean and the record's
-        slope [1]_; or the mean over sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
+        Welch's average of Hann-tapered segments that overlap by half, each without its mean and the slope of the record
+        [1]_; or the mean over sine tapers of the whole record without its mean and slope [2]_, for low frequencies.
     segment : float, optional
         Length of Welch's segments. Default: a power of two of samples, at most 4096, so that at least 15 fit in. [s]
     tapers : int
@@ -143,7 +143,7 @@ def welch_grid(starts: NDArray[np.int64], length: int, tau0: float) -> tuple[Flo
 
 
 def default_size(n: int) -> int:
-    """Samples in a segment for a record of `n`: a power of two that lets 15 segments fit, overlapping by half."""
+    """Samples in a segment for a record of `n`: a power of two for which 15 segments fit, overlapping by half."""
     fits = max(2 * n // (_LEAST_SEGMENTS + 1), SHORTEST)
     return min(1 << (fits.bit_length() - 1), _LONGEST_SEGMENT)
 
@@ -244,7 +244,7 @@ def _multitaper(y: Floats, stream: Stream, channel: str, *, tapers: int, f_max: 
 
 
 def used_samples(n: int, tapers: int, what: str) -> int:
-    """Number of samples used of n: a few in a thousand fewer at most, for a fast transform."""
+    """Number of samples used of n, a few per mille fewer at most, for a fast transform."""
     if tapers < 1:
         raise OptionError(f"{{option}} must be at least 1, not {tapers!r}", option="tapers")
     need = max(SHORTEST, 4 * tapers)
@@ -264,14 +264,14 @@ def tapered_bins(used: int, tau0: float, f_max: float | None) -> int:
 def tapered_grid(used: int, bins: int, tapers: int, tau0: float) -> tuple[Floats, Floats, float]:
     """Frequencies of the multitaper estimate, the degrees of freedom at each, and its resolution."""
     k = np.arange(1, bins + 1)
-    # Near 0 and half the sampling rate a real series' tapered transforms resemble their own conjugates.
+    # Near 0 and half the sampling rate the tapered transforms of a real series resemble their conjugates.
     alike = sine_correlation(tapers, 2 * k) + sine_correlation(tapers, used + 1 - 2 * k)
     return k / ((used + 1) * tau0), 2 * tapers / (1 + alike), (tapers + 1) / (2 * (used + 1) * tau0)
 
 
 def tapered(y: Floats, bins: int, tapers: int) -> Iterator[NDArray[np.complex128]]:
-    """Transforms of samples without mean and slope under each sine taper, at the given number of frequencies. All from
-    one transform of twice the length: a sine taper, which begins at 0, shifts it by half-bins either way.
+    """Transforms of samples without mean and slope under each sine taper, at `bins` frequencies. All follow from one
+    transform of twice the length, which a sine taper shifts by half-bins in both directions.
     """
     used = len(y)
     transform = np.fft.rfft(np.concatenate(([0.0], without_line(y))), 2 * (used + 1))

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 Method = Literal["welch", "multitaper"]
 
-_LINE_SHARE = 1e-3  # share of the model's density; if a line has more at some frequencies, a comparison leaves them out
+_LINE_SHARE = 1e-3  # share of the model's density above which a line excludes a frequency from the comparison
 
 
 class HasDensity(Protocol):
-    """Attributes of `sigmatau.model.channel.ChannelModel` that a density is compared with."""
+    """Attributes of `sigmatau.model.channel.ChannelModel` that a comparison with a density needs."""
 
     @property
     def unit(self) -> str: ...
@@ -129,8 +129,8 @@ class Spectrum(Printed):
         Notes
         -----
         The intervals hold for a density that changes little within the `resolution`. For a density as steep as f⁻² the bias
-        of the lowest frequencies, by leakage and by the removed slope, is larger than the interval. The intervals hold from
-        `trusted` on.
+        of the lowest frequencies, by leakage and by the removed slope, is larger than the interval. The intervals hold
+        above `trusted`.
         """
         if not 0 < level < 1:
             raise OptionError(f"{{option}} must be between 0 and 1, not {level!r}", option="level")
@@ -221,8 +221,8 @@ class Spectrum(Printed):
 
         Notes
         -----
-        Bands to which a sinusoid of the model adds more than a thousandth of the model's density are omitted, and named in
-        the comparison; so are frequencies that the fit of the model left out.
+        The comparison omits and names bands to which a sinusoid of the model adds more than a thousandth of the model's
+        density. It also omits frequencies that the fit of the model left out.
         """
         expected = self.expected(model)
         lined = (expected > 0) & (self._line_density(model) > _LINE_SHARE * expected)
@@ -340,7 +340,9 @@ class Spectrum(Printed):
         label_axes(ax, "frequency [Hz]", label)
 
     def _density_axis(self, unit: str | None) -> tuple[float, str]:
-        """Size of the root of the unit of densities, and their name with this unit: the given one, or that of `show_in`."""
+        """Size of the root of the unit of densities, and the label of the axis; the unit is `unit`, or that of
+        `show_in`.
+        """
         asked = None if unit else asked_density(self.quantity, self.unit)
         if asked is not None and not asked.sided:  # per √h
             return asked.factor, f"two-sided density [({asked.bare})²]"
@@ -374,13 +376,13 @@ class Spectra(ByChannel[Spectrum]):
         return {channel: spectrum.to_dict() for channel, spectrum in self.items()}
 
     def plot(self, ax: Panels = None, *, model: HasChannels | None = None) -> Figure:
-        """Draw all channels, one panel a quantity and unit, with the densities of the model's channels of the same names;
-        `ax` is one axes a panel.
+        """Draw all channels, one panel per quantity and unit, with the densities of the model's channels of the same
+        names.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
         model : ChannelModel or NoiseModel, optional
             Drawn over the spectra; see `Spectrum.expected`.
 

@@ -22,14 +22,14 @@ def hann(n: int) -> Floats:
 
 
 def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
-    """Correlation of the mean power of a number of sine tapers at two frequencies, for white noise.
+    """Correlation of the mean power of `tapers` sine tapers at two frequencies, for white noise.
 
     Notes
     -----
-    The mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|², d the distance. v_k·v_l is a difference of two cosines:
-    where k − l is even it meets d only at 2d = |k − l| and 2d = k + l, where it is odd the sum is imaginary.
+    It is the mean over tapers k and l of |Σ v_k·v_l·exp(−j2πdt/(n + 1))|² at the distance d. v_k·v_l is a difference of
+    two cosines. For even k − l the sum is not 0 only at 2d = |k − l| and 2d = k + l; for odd k − l it is imaginary.
 
-    `apart`: distance of the frequencies in steps of 1/((n + 1)·τ₀).
+    `apart` is the distance of the frequencies in steps of 1/((n + 1)·τ₀).
     """
     k = np.arange(1, tapers + 1)
     d = np.abs(np.asarray(apart, dtype=np.float64))[..., None]
@@ -45,7 +45,7 @@ def sine_correlation(tapers: int, apart: ArrayLike) -> Floats:
 
 
 def good_length(n: int) -> int:
-    """The largest length up to `n` without a prime factor above 5: a fast transform."""
+    """The largest length up to `n` without a prime factor above 5, for a fast transform."""
     best = 1
     five = 1
     while five <= n:
@@ -75,13 +75,13 @@ def line_density(
 
     Notes
     -----
-    The power A²/4 of either side times the power of the taper's transform, whose oscillation is taken at its maxima: of
-    Hann's taper 1/(πd(d² − 1))² of its peak at d bins, of the sine taper k at most 8k²/(π(4d² − k²))² over the length of
-    the record. In the main lobe it is the peak.
+    The bound is the power A²/4 of either side times the maxima of the oscillating power of the taper's transform. At d
+    bins this is 1/(πd(d² − 1))² of the peak for Hann's taper, and at most 8k²/(π(4d² − k²))² over the length of the
+    record for the sine taper k. In the main lobe it is the peak.
 
-    `frequency`: [Hz]; `line, amplitude`: of the sinusoid, which is folded back from above half the sampling rate.
-    [Hz], [unit]; `tau0`: sample interval [s]; `resolution`: of the spectrum [Hz]; `tapers`: sine tapers of a
-    multitaper estimate; None for Hann's taper; the result is in unit²/Hz, two-sided.
+    `frequency` is in Hz. `line` [Hz] and `amplitude` [unit] describe the sinusoid, which is folded back from above half
+    the sampling rate. `tau0` is the sample interval [s], `resolution` that of the spectrum [Hz], `tapers` the number of
+    sine tapers of a multitaper estimate, or None for Hann's taper. The result is two-sided, in unit²/Hz.
     """
     folded = abs(math.remainder(line * tau0, 1.0)) / tau0
     away = np.abs(frequency - folded)
@@ -98,7 +98,7 @@ def line_density(
     return np.asarray(amplitude**2 / 4 * window)
 
 
-_STEEPEST_SLOPE = 4.0  # Slope of a density in a log-log plot that is followed within a bin
+_STEEPEST_SLOPE = 4.0  # largest log-log slope of a density that is followed within a bin
 
 # Correlation of the powers of neighbouring bins under a Hann taper: (2/3)² and (1/6)².
 _NEIGHBOUR_CORRELATION = np.array([4 / 9, 1 / 36])

@@ -52,8 +52,7 @@ class MinimumPhase(Printed):
     magnitude : ndarray, shape (n_f,)
         |H|. [1, or unit of the output over that of the input]
     low, high : ndarray, shape (n_f,)
-        95 % interval of |H| by χ², of the smoothed magnitude if it was smoothed; NaN below `measured_from`. [as
-        `magnitude`]
+        95 % interval of |H| (after any smoothing), by χ²; NaN below `measured_from`. [as `magnitude`]
     phase : ndarray, shape (n_f,)
         Phase of the minimum-phase filter, unwrapped, 0 at 0. [rad]
     impulse : ndarray, shape (n_taps,)
@@ -127,12 +126,12 @@ class MinimumPhase(Printed):
     def __repr__(self) -> str:
         corner = "" if self.corner is None else f", half power at {self.corner:.4g} Hz"
         head = f"{self.channel}: |H(f)| for a white input of {self.input_density:.4g} {self.input_unit} (two-sided){corner}"
-        head += "; its phase by assumption, that of the minimum-phase filter"
+        head += "; phase of the minimum-phase filter, by assumption"
         shown = np.unique(np.round(np.geomspace(1, len(self.frequency) - 1, 10)).astype(int))
         rows = []
         for k in shown:
             interval = (
-                f"[{self.low[k]:.4f}, {self.high[k]:.4f}]" if not np.isnan(self.low[k]) else "not measured, taken so"
+                f"[{self.low[k]:.4f}, {self.high[k]:.4f}]" if not np.isnan(self.low[k]) else "not measured, assumed"
             )
             phase = f"phase {np.degrees(self.phase[k]):+8.1f} deg"
             rows.append(f"  {self.frequency[k]:10.4g} Hz  |H| {self.magnitude[k]:.4f} {interval:22}  {phase}")
@@ -143,7 +142,8 @@ class MinimumPhase(Printed):
 def transfer(
     spectrum: Spectrum, *, random_walk: float | None = None, per_octave: int | None = None, taps: int | None = None
 ) -> MinimumPhase:
-    """|H(f)| of the filter that shaped white noise into a spectrum, eq. (2), and the minimum-phase filter of this magnitude.
+    """|H(f)| of the filter that shaped white noise into a spectrum, eq. (2), and the minimum-phase filter with this
+    magnitude.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def transfer(
     smooth, low, high = _smoothed(spectrum, per_octave)
     frequency = np.arange(length // 2 + 1) / (length * spectrum.tau0)
     power = np.concatenate((np.full(first, smooth[0]), smooth)) / white
-    # What was not measured has no interval.
+    # Frequencies that were not measured have no interval.
     below, above = (np.concatenate((np.full(first, np.nan), edge)) / white for edge in (low, high))
     magnitude = np.sqrt(power)
     floor = np.maximum(power, _DENSITY_FLOOR * power.max())
@@ -244,7 +244,7 @@ def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Float
     logarithms = [np.log(np.maximum(shown.density, floor)) + np.log(half) - digamma(half)]
     logarithms += [np.log(np.maximum(edge, floor)) for edge in shown.interval()]
     if per_octave is not None:
-        # Between two bins the mean of both scatters less than either: the interval is wider than need be.
+        # Between two bins their mean scatters less than either: the interval is conservative.
         log_frequency, bins = np.log(spectrum.frequency), np.log(shown.frequency)
         logarithms = [np.interp(log_frequency, bins, column) for column in logarithms]
     middle, low, high = (np.exp(column) for column in logarithms)
@@ -252,7 +252,7 @@ def _smoothed(spectrum: Spectrum, per_octave: int | None) -> tuple[Floats, Float
 
 
 def _minimum_phase(logarithm: Floats) -> NDArray[np.complex128]:
-    """H of minimum phase from ln|H| at even steps up to half the sampling rate: what is causal of the cepstrum, twice."""
+    """Minimum-phase H from ln|H| at even steps up to half the sampling rate: twice the causal part of the cepstrum."""
     length = 2 * (len(logarithm) - 1)
     cepstrum = np.fft.irfft(logarithm, length)
     cepstrum[1 : length // 2] *= 2

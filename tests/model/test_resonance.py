@@ -103,7 +103,7 @@ def test_both_explanations_of_a_walk_are_carried():
     np.testing.assert_allclose(
         found.rms, predict(NoiseModel(channels={"gyro_z": walk}), after=[600, 7200], rate=100)["heading"].rms
     )
-    assert "the interval holds both" in repr(predict(both, after=[600], rate=100))
+    assert "the interval includes both" in repr(predict(both, after=[600], rate=100))
     system = state_space(channel, dt=0.01)
     assert system.states == ("bias",)
     assert system.alike_from == 1800.0

@@ -55,7 +55,7 @@ class TestAdequate:
             unit, factor = display_units(term, "angular_rate", "rad/s")[0]
             number = round_to_error(channel.terms[term] / factor, low / factor, high / factor).text
             assert line.endswith(f"# {number} {unit}, 95 % interval")
-        assert "errors of random_walk, rate_random_walk go together" in text
+        assert "correlation of the errors of random_walk, rate_random_walk" in text
         back = NoiseModel.read(tmp_path / "m.toml").channels["gyro_x"]
         assert dict(back) == dict(channel)
         assert not back.limits

@@ -301,7 +301,7 @@ class TestNotSeen:
         assert found.not_seen == (("gyro_z", "rate_random_walk"), ("gyro_z", "rate_ramp"))
         text = repr(found)
         assert f"at most {math.degrees(expected[-1]):.3g}" in text
-        assert "Not seen in the record, and 0 in the rms: gyro_z rate random walk, rate ramp." in text
+        assert "Not observed in the record, and 0 in the rms: gyro_z rate random walk, rate ramp." in text
         assert found.to_dict()["errors"]["heading"]["at_most"] == error.at_most.tolist()
 
     def test_upper_end_and_sign_of_a_ramp(self):
@@ -341,7 +341,7 @@ class TestNotSeen:
         np.testing.assert_allclose(error.at_most, most, rtol=1e-9)
         assert found.undecided == (("gyro_z", "bias_instability"), ("gyro_z", "rate_random_walk"))
         assert found.as_known == found.not_seen == ()
-        assert "the rms has what fits best: gyro_z bias instability, gyro_z rate random walk." in " ".join(
+        assert "the rms contains the best fit: gyro_z bias instability, gyro_z rate random walk." in " ".join(
             repr(found).split()
         )
         assert "at its 95 % limit" in repr(found)
@@ -394,7 +394,7 @@ def test_beyond_the_record_and_beyond_the_equations():
     assert "beyond the record of 2 h, too large for these equations" in day
     assert "Beyond the 2 h of the record, the noise was not measured" in text
     assert "its error grows e-fold every 9.5 min" in text
-    assert "Too large for these equations" in text
+    assert "Too large for the equations" in text
     heading = predict(gyro({"random_walk": 1e-2}), after=86400.0, rate=1.0)
     assert heading["heading"].rms[0] > 0.2
     assert "too large" not in repr(heading).lower()

@@ -111,7 +111,7 @@ def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
     assert found.low[0] < truth < found.high[0]
     assert found.high[0] == found.at_most[0]
     assert "at most" not in out
-    assert "95 % limits of terms not seen" in " ".join(out.split())
+    assert "95 % limits of terms that were not observed" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

@@ -166,10 +166,10 @@ def test_a_missing_library_is_told(tmp_path, monkeypatch, ending):
 
 
 NAMES = {
-    "time": "beside 'time': a reader takes both for time",
-    "stamp": "beside 'time': a reader takes both for time",
-    "Time ": "beside 'time': a reader takes both for time",
-    "gyr_x": "a reader takes both for gyro_x",
+    "time": "together with 'time': a reader reads both as time",
+    "stamp": "together with 'time': a reader reads both as time",
+    "Time ": "together with 'time': a reader reads both as time",
+    "gyr_x": "a reader reads both as gyro_x",
     "": "a channel needs a name",
     " ": "a channel needs a name",
     "a\0b": "must be printable text",

@@ -76,7 +76,7 @@ def test_values_with_units(tmp_path):
             "same coefficient",
         ),
         ("[channels.mag_x]\nrandom_walk = '1 deg/√h'", "begin with gyro_ or accel_"),
-        ("[channels.gyro_x", "no TOML file"),
+        ("[channels.gyro_x", "not a TOML file"),
     ],
 )
 def test_wrong_model_files(tmp_path, text, words):

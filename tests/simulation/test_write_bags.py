@@ -109,8 +109,8 @@ def test_what_has_no_place_is_refused(tmp_path, ending):
     volts = ChannelModel(terms={"random_walk": 1.0}, quantity="signal", unit="V")
     for model, given, why in (
         (MODEL.of(["gyro_x", "accel_x", "accel_y", "accel_z"]), None, "there is no gyro_y, gyro_z"),
-        (NoiseModel(channels={**MODEL.channels, "pressure": volts}), None, "no place for pressure"),
-        (NoiseModel(channels={"pressure": volts}), None, "no place for pressure"),
+        (NoiseModel(channels={**MODEL.channels, "pressure": volts}), None, "no field for pressure"),
+        (NoiseModel(channels={"pressure": volts}), None, "no field for pressure"),
         (MODEL, Imperfections(output="increments"), "in rad/s, not in rad"),
     ):
         with pytest.raises(DataError, match=why):

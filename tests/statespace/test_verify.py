@@ -201,7 +201,7 @@ def test_chance_of_the_phase_of_a_sinusoid(turns):
 def test_models_without_chance_are_refused():
     line = Sinusoid(amplitude=1e-2, frequency=0.013)
     for model, words in (
-        (ChannelModel(terms={"rate_ramp": 1e-2}), "has no noise: nothing in its variances is by chance"),
+        (ChannelModel(terms={"rate_ramp": 1e-2}), "has no noise, so a misfit has no probability"),
         (ChannelModel(sinusoid=(line,)), "has no noise"),
         (ChannelModel(terms={"random_walk": 1e-5}, sinusoid=(line,)), "0.013 Hz, of 1.3 turns .* hides the noise"),
     ):

@@ -1,4 +1,4 @@
-"""Noise model of one channel: coefficients of the five terms, processes beside them, and the bandwidth."""
+"""Noise model of one channel: coefficients of the five terms, further processes, and the bandwidth."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from sigmatau.noise import terms
 from sigmatau.noise.terms import SLOW, TERMS, coefficient_unit, display_units
 from sigmatau.results import Printed, duration_text
 
-_SAMPLES_WITHOUT_RATE = 1000  # per shortest averaging time, if no rate is known
+_SAMPLES_WITHOUT_RATE = 1000  # samples in the shortest averaging time, if no rate is known
 
 # Terms that have an autocovariance. Only differences of the other terms are stationary.
 STATIONARY = tuple(name for name in TERMS if name not in SLOW)
 PROCESSES: Mapping[str, type] = {"gauss_markov": GaussMarkov, "resonance": Resonance, "sinusoid": Sinusoid}
-"""The parts beside the terms: their fields, and what they hold."""
+"""Parts of a model other than terms: the type by field."""
 
 
 @frozen(eq=False)
@@ -67,18 +67,19 @@ class ChannelModel(Mapping[str, float], Printed):
     covariance : Covariance
         Covariance of the coefficients and of the numbers of processes, if the model comes from a fit. [SI]
     alike_from : GaussMarkov or None
-        If the model comes from a fit with a rate random walk: the process of the shortest correlation time that
-        explains the record as well as the walk. Every slower process does so too.
+        If the model comes from a fit with a rate random walk: the process with the shortest correlation time that
+        explains the record as well as the walk does. Every slower process does so too.
     alternatives : tuple of ChannelModel
-        Other terms and Gauss-Markov processes that explain the record as well, beside the same resonances and lines.
+        Models with other terms and Gauss-Markov processes, but the same resonances and lines, that explain the record
+        equally well.
     turn_on : TurnOn or None
-        Spread of the bias between power-ups, which no single record shows. It is not part of `avar` and `psd`, nor of
+        Spread of the bias between power-ups, which a single record cannot show. It is not part of `avar`, `psd` and
         simulated records.
     level : float
         Probability of the intervals and limits.
     tau_min : float
-        Shortest averaging time of the fit, if the model comes from a fit: below it a filter or interpolation, which the
-        model does not contain, shapes the curve. [s]
+        Shortest averaging time of the fit, if the model comes from a fit. At shorter times a filter or interpolation,
+        which is not in the model, shapes the curve. [s]
     duration : float
         Length of the record, if the model comes from a fit; else 0. [s]
     rate : float
@@ -131,7 +132,7 @@ class ChannelModel(Mapping[str, float], Printed):
 
     @property
     def has_only_limits(self) -> bool:
-        """Whether the terms are upper limits of a fit whose noise vibration or rounding hides."""
+        """Whether the terms are upper limits, because vibration or rounding hides the noise."""
         return not self.adequate and bool(self.terms) and self.terms.items() <= self.limits.items()
 
     def __post_init__(self) -> None:
@@ -156,7 +157,7 @@ class ChannelModel(Mapping[str, float], Printed):
         if self.turn_on is not None and not isinstance(self.turn_on, TurnOn):
             raise DataError(f"`turn_on` must be a TurnOn, not {self.turn_on!r}")
         if self.alike_from is not None and "rate_random_walk" not in nonzero:
-            raise DataError("`alike_from` stands for a rate random walk, and there is no rate_random_walk")
+            raise DataError("`alike_from` replaces a rate random walk, and there is no rate_random_walk")
 
     def __getitem__(self, term: str) -> float:
         try:
@@ -214,13 +215,13 @@ class ChannelModel(Mapping[str, float], Printed):
         parts: dict[str, Floats] = {}
         for term, value in self.terms.items():
             if term == "random_walk" and self.bandwidth is not None:
-                terms.avar(term, value, m=sizes, tau0=tau0)  # for its checks
+                terms.avar(term, value, m=sizes, tau0=tau0)  # checks the arguments
                 shape, before = f"butterworth{self.bandwidth.order}", self.bandwidth.before_sampling(value)
                 parts[term] = kernels.band_limited_avar(before, shape, self.bandwidth.corner, sizes, tau0)
             else:
                 parts[term] = terms.avar(term, value, m=sizes, tau0=tau0)
         if not parts:
-            terms.avar("random_walk", 1.0, m=sizes, tau0=tau0)  # for its checks
+            terms.avar("random_walk", 1.0, m=sizes, tau0=tau0)  # checks the arguments
         for gm in self.gauss_markov:
             added = kernels.gauss_markov_avar(gm.sigma, gm.time, sizes, tau0)
             parts["gauss_markov"] = parts.get("gauss_markov", 0.0) + added
@@ -299,8 +300,8 @@ class ChannelModel(Mapping[str, float], Printed):
             nyquist = 0.5 / interval("tau0", tau0)
             if frequency.size and frequency.max() > nyquist * (1 + 1e-9):
                 raise OptionError(
-                    f"{{option}} must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: samples have no"
-                    " frequency above, what is there folds back",
+                    f"{{option}} must be at most 1/(2·tau0), {nyquist:g} Hz, not {frequency.max():g}: sampling"
+                    " folds higher frequencies back",
                     option="f",
                 )
         total = np.zeros(frequency.shape)
@@ -308,7 +309,7 @@ class ChannelModel(Mapping[str, float], Printed):
             if term == "random_walk" and self.bandwidth is not None:
                 order, corner = self.bandwidth.order, self.bandwidth.corner
                 before = self.bandwidth.before_sampling(value)
-                # Far above the corner the sum over the poles is rounding, 1e-16 of N², of either sign.
+                # Far above the corner the sum over the poles is rounding error of either sign, 1e-16 of N².
                 total += np.maximum(kernels.band_limited_psd(before, order, corner, frequency, tau0), 0.0)
             elif term != "rate_ramp":
                 total += terms.psd(term, value, frequency, tau0=tau0)
@@ -352,7 +353,7 @@ class ChannelModel(Mapping[str, float], Printed):
         if moving:
             raise DataError(
                 f"{' and '.join(moving)} {'has' if len(moving) == 1 else 'have'} no autocovariance: the rate is not"
-                " stationary, only its differences are; take phase_autocovariance, or a model without"
+                " stationary, only its differences are; use phase_autocovariance, or omit them"
             )
         shape, size, step = np.shape(lags), covariances.whole_lags(lags), interval("tau0", tau0)
         total = np.zeros(size.shape)
@@ -367,10 +368,10 @@ class ChannelModel(Mapping[str, float], Printed):
         return total.reshape(shape or (1,))
 
     def phase_autocovariance(self, l: ArrayLike, *, tau0: float) -> Floats:  # noqa: E741  the lag of the formulas
-        """Generalised autocovariance s(l) of the integral of the rate, of all terms.
+        """Generalised autocovariance s(l) of the integral of the rate, for all terms.
 
-        Its fourth differences are those of the covariance of the angle (velocity), which alone enters an Allan variance and
-        the covariance of Allan variances: AVAR(n) = [6·s(0) − 8·s(n) + 2·s(2n)]/(2T²).
+        Its fourth differences equal those of the covariance of the angle (velocity). Only these enter an Allan variance
+        and the covariance of Allan variances: AVAR(n) = [6·s(0) − 8·s(n) + 2·s(2n)]/(2T²).
 
         Parameters
         ----------
@@ -392,8 +393,9 @@ class ChannelModel(Mapping[str, float], Printed):
         Notes
         -----
         A stationary rate has s(l) = −Var(x(l) − x(0))/2; a ramp counts as one of random slope with the mean square R².
-        The sum of three terms above loses digits where a process hardly changes within n samples: of a Gauss-Markov process
-        the Allan variance has a relative error of about 1e-15·T/(n·τ₀), of a filter's corner 1e-15/(f·n·τ₀)².
+        The sum of three terms above loses digits where a process hardly changes within n samples: the relative error of
+        the Allan variance is about 1e-15·T/(n·τ₀) for a Gauss-Markov process, and 1e-15/(f·n·τ₀)² for a filter with the
+        corner f.
         """
         shape, size, step = np.shape(l), covariances.whole_lags(l), interval("tau0", tau0)
         total = np.zeros(size.shape)
@@ -407,7 +409,7 @@ class ChannelModel(Mapping[str, float], Printed):
         return total.reshape(shape or (1,))
 
     def damped(self, tau0: float) -> list[covariances.Damped]:
-        """The parts whose samples have a sum of damped exponentials as their autocovariance.
+        """The parts whose autocovariance is a sum of damped exponentials.
 
         Parameters
         ----------
@@ -558,5 +560,5 @@ class ChannelModel(Mapping[str, float], Printed):
 
 
 def alike_text(time: float) -> str:
-    """One line on the other explanation of a rate random walk."""
+    """A line about the alternative to a rate random walk."""
     return f"a Gauss-Markov process of {duration_text(time)} or more explains the rate random walk as well"

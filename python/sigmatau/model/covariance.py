@@ -1,10 +1,10 @@
-"""Autocovariances of the noise terms, in samples: of stationary rates, and of the integral of every rate.
+"""Autocovariances of the sampled noise terms: of stationary rates, and of the integral of any rate.
 
-If a rate is not stationary, only its differences have a covariance, and an Allan variance needs no more: it is [6s(0) −
-8s(n) + 2s(2n)]/(2T²) of any function s(l) whose fourth differences are those of the covariance of the phase (angle,
+If a rate is not stationary, only its differences have a covariance. They suffice for an Allan variance, which is [6s(0)
+− 8s(n) + 2s(2n)]/(2T²) for any function s(l) with the same fourth differences as the covariance of the phase (angle,
 velocity). For a stationary rate s(l) = −Var(x_l − x_0)/2.
 
-All lags are whole samples, and not negative.
+All lags are whole numbers of samples, 0 or more.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SERIES = 18  # number of terms of a series; the last is 0.5^18/20! of the first
 
 
 def whole_lags(lags: ArrayLike) -> Floats:
-    """Lags as non-negative numbers: the covariance of a real process is symmetric."""
+    """Absolute values of whole lags: the covariance of a real process is symmetric."""
     requested = np.asarray(lags).ravel()
     size = requested.astype(np.float64) if requested.dtype.kind in "iuf" else np.array([math.nan])
     if not np.isfinite(size).all() or (size != np.round(size)).any():
@@ -56,7 +56,7 @@ def phase_of_term(term: str, value: float, lags: Floats, tau0: float) -> Floats:
     if term == "rate_random_walk":
         return value**2 * tau0**3 / 12 * (lags**3 - lags)
     if term == "rate_ramp":
-        return value**2 * tau0**4 / 24 * lags**4  # of a slope with this mean square
+        return value**2 * tau0**4 / 24 * lags**4  # random slope with this mean square
     raise DataError(f"{term} has no generalised autocovariance")
 
 
@@ -78,12 +78,12 @@ class Damped:
 
     @property
     def slowest(self) -> float:
-        """Least real part of a decay: one over the memory in samples."""
+        """Smallest real part of a decay: the inverse of the memory in samples."""
         return float(self.decays.real.min())
 
     @property
     def fastest(self) -> float:
-        """Largest size of a decay."""
+        """Largest magnitude of a decay."""
         return float(np.abs(self.decays).max())
 
     def autocovariance(self, lags: Floats) -> Floats:
@@ -92,7 +92,7 @@ class Damped:
     def phase(self, lags: Floats, tau0: float) -> Floats:
         """s(l) of the integral."""
         ends = np.array([float(math.ceil(_MEMORY / self.slowest))])
-        # Beyond the memory of the process, the variance is a straight line.
+        # Beyond the memory of the process the variance is linear in the lag.
         short = lags < ends[0]
         variance = np.empty(lags.shape)
         variance[short] = self._sum_variance(lags[short])
@@ -102,7 +102,7 @@ class Damped:
         return np.asarray(-(tau0**2) / 2 * variance)
 
     def psd(self, frequency: Floats, tau0: float) -> Floats:
-        """Two-sided density of the samples, with what folds back."""
+        """Two-sided density of the samples, with aliasing."""
         a = self.decays[:, None]
         below = np.expm1(-a) ** 2 + 4 * np.exp(-a) * np.sin(np.pi * frequency * tau0) ** 2
         parts = -self.weights[:, None] * np.expm1(-2 * a) / below
@@ -124,7 +124,7 @@ def resonance(process: Resonance, tau0: float) -> Damped:
 
 
 def band_limited(n: float, bandwidth: LowPass, tau0: float) -> Damped:
-    """White noise behind a Butterworth filter, sampled: its poles in the left half-plane."""
+    """Sampled white noise after a Butterworth filter, from its poles in the left half-plane."""
     order, corner = bandwidth.order, bandwidth.corner
     angles = math.pi * (2 * np.arange(order) + order + 1) / (2 * order)
     poles = np.exp(1j * angles)
@@ -136,28 +136,28 @@ def phase_of_sinusoid(amplitude: float, frequency: float, lags: Floats, tau0: fl
     turn = math.pi * math.fmod(frequency * tau0, 1.0)
     if math.sin(turn) == 0.0:  # sampled once a turn: a constant
         return np.asarray(-((amplitude * tau0 * lags) ** 2) / 4)
-    # Only the fraction of a turn is used, because it keeps its digits.
+    # Only the fraction of a turn is used: it does not lose digits.
     phase = math.pi * np.fmod(lags * math.fmod(frequency * tau0, 1.0), 1.0)
     return np.asarray(-((amplitude * tau0 * np.sin(phase) / math.sin(turn)) ** 2) / 4)
 
 
 def exponential_sum_variance(decay: _Complex, lags: Floats) -> _Complex:
-    """Variance of the sum of l samples of autocovariance e^(−a·k), for decays that may be complex.
+    """Variance of the sum of l samples with the autocovariance e^(−a·k), for real or complex decays.
 
     Notes
     -----
-    [l·sinh a − 1 + e^(−al)]/(cosh a − 1), which is [l(1 − p²) − 2p(1 − pˡ)]/(1 − p)² with p = e^(−a). Written as
-    [l(sinh a − a) + (al − 1 + e^(−al))]/(2 sinh²(a/2)), a sum of two parts that are positive for a real decay, nothing
-    cancels for slow decay.
+    [l·sinh a − 1 + e^(−al)]/(cosh a − 1), which is [l(1 − p²) − 2p(1 − pˡ)]/(1 − p)² with p = e^(−a). For slow decay it
+    is written as [l(sinh a − a) + (al − 1 + e^(−al))]/(2 sinh²(a/2)). The two parts of this sum are positive for a real
+    decay, so that nothing cancels.
 
-    `decay`: a, per sample; its real part is positive.
+    `decay` is a, per sample; its real part is positive.
     """
     variances = np.empty((len(decay), len(lags)), dtype=np.complex128)
     for row, a in zip(variances, decay, strict=True):
         whole = a * lags
         with np.errstate(under="ignore", over="ignore"):
             if abs(a) < 1:
-                # Two series, since both differences lose their digits where their argument is small.
+                # Both differences lose digits for small arguments, where series replace them.
                 row[:] = (lags * _sinh_less(a) + exponential_less(whole)) / (2 * np.sinh(a / 2) ** 2)
             else:
                 p = np.exp(-a)

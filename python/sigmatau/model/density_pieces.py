@@ -1,4 +1,4 @@
-"""The integral of eq. (11) over a density that is sampled: a power law or a straight line between neighbouring points.
+"""The integral of eq. (11) over a sampled density: a power law or a straight line between neighbouring points.
 
 Each interval is divided so that the density is smooth in every piece: the frequencies of its ends differ by at most a factor
 of 2, and the densities by e⁴. A piece in which sin⁴ changes little is integrated by the Gauss-Legendre rule with 20 points.
@@ -40,7 +40,7 @@ class Pieces:
     frequency : ndarray, shape (n_f,)
         Rising. [Hz]
     density : ndarray, shape (n_f, ...)
-        Two-sided. Of matrices the diagonal is positive, or `between` is linear. [unit²/Hz]
+        Two-sided. The diagonal of matrices is positive unless `between` is linear. [unit²/Hz]
     between : {"power law", "linear"}
         Law between neighbouring points. A power law with a 0 at an end is a straight line.
     """
@@ -62,7 +62,9 @@ class Pieces:
         self.density: Floats = _interpolated(frequency, density, law, interval, self.nodes)
 
     def integral(self, time: float, tau0: float | None) -> Floats:
-        """4 ∫ S·sin⁴(πfT)/(πfT)² df over the pieces; of samples with n²·sin²(πfτ₀) below; shape of a density. [unit²]"""
+        """4 ∫ S·sin⁴(πfT)/(πfT)² df over the pieces; for samples, with n²·sin²(πfτ₀) as the denominator; shape of a
+        density. [unit²]
+        """
         below = math.pi * time * self.nodes if tau0 is None else time / tau0 * np.sin(math.pi * tau0 * self.nodes)
         smooth = self.density / below.reshape(below.shape + (1,) * (self.density.ndim - 2)) ** 2
         return np.asarray(4 * integrals_under_sine(smooth, self.low, self.half, time).sum(axis=0))
@@ -86,7 +88,7 @@ def integrals_under_sine(smooth: Floats, low: Floats, half: Floats, time: float)
 
 
 def _oscillating(smooth: Floats, low: Floats, half: Floats, time: float) -> Floats:
-    """The integrals over pieces on which sin⁴ turns often, by the Legendre series of the rest."""
+    """The integrals over pieces in which sin⁴ oscillates often, by the Legendre series of the other factors."""
     from scipy.special import spherical_jn
 
     order = np.arange(_POINTS)
@@ -110,9 +112,10 @@ def _diagonal(density: Floats) -> Floats:
 def _interpolated(
     frequency: Floats, density: Floats, law: NDArray[np.bool_], interval: NDArray[np.intp], nodes: Floats
 ) -> Floats:
-    """The density at the nodes of pieces, from the ends of the interval that each is a part of.
+    """The density at the nodes of pieces, from the ends of their intervals.
 
-    Of matrices the coherences change linearly with the interpolation of the law, so that no matrix is less than 0.
+    The coherences of matrices change linearly with the interpolated coordinate of the law, so that all matrices are
+    positive semidefinite.
     """
     lower, upper = frequency[interval, None], frequency[interval + 1, None]
     linear = (nodes - lower) / (upper - lower)

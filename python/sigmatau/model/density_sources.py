@@ -1,4 +1,4 @@
-"""Densities that eq. (11) is applied to: sampled ones and functions, checked and two-sided."""
+"""Densities for eq. (11): sampled ones and functions, checked and two-sided."""
 
 from __future__ import annotations
 
@@ -72,14 +72,14 @@ class FunctionDensity:
             raise DataError(f"`density` must return numbers, not {values.dtype}")
         if self.channels and values.shape != (len(f), self.channels, self.channels):
             raise DataError(
-                f"`density` returned the shape {values.shape} for {len(f)} frequencies; want a matrix for each"
+                f"`density` returned the shape {values.shape} for {len(f)} frequencies; it must return a matrix for each"
             )
         if self.channels:
             check_density(values, f)
         return np.asarray(values.real * self.factor)
 
     def edge(self, end: int) -> Floats:
-        """Densities of the channels at an end of the band; 0 where there is no such end."""
+        """Densities of the channels at an end of the band; 0 at an infinite end."""
         f = (self.f_min, self.f_max)[end]
         if f == 0 or math.isinf(f):
             return np.zeros(max(self.channels, 1))
@@ -96,7 +96,7 @@ class FunctionDensity:
         result = np.zeros((len(times), self.channels, self.channels))
         for i in range(self.channels):
             for j in (i, *range(i)):
-                # The density of the sum of two channels is not negative, as a cross-density can be.
+                # The density of the sum of two channels is not negative; a cross-density can be.
                 both = integrated(partial(self._sum_density, np.unique([i, j])))
                 result[:, i, j] = result[:, j, i] = both if i == j else (both - result[:, i, i] - result[:, j, j]) / 2
         return result

@@ -39,10 +39,8 @@ from sigmatau.record.record import stream_name
 from sigmatau.results import printable
 from sigmatau.units import usual
 
-NOT_ADEQUATE = "no model fits this axis: no interval"  # Comment on a value from a fit that is not adequate
-ONLY_LIMITS = (
-    "at most: vibration or rounding hides the noise of this axis"  # The same where the value is an upper limit
-)
+NOT_ADEQUATE = "no model fits this axis: no interval"  # comment on a value from a fit that is not adequate
+ONLY_LIMITS = "at most: vibration or rounding hides the noise of this axis"  # comment on a value that is an upper limit
 
 
 def doubt_text(channel: ChannelModel) -> str:
@@ -58,7 +56,7 @@ _UNITS_OF_PARTS = {
     "time": "s",
     "frequency": "Hz",
     "width": "Hz",
-}  # units of parts of a process; others: that of the rate
+}  # units of the parts of a process; other parts have the unit of the rate
 _DENSITY_UNITS = {"rad/sqrt(s)": "deg/s/sqrt(Hz)", "m/s/sqrt(s)": "ug/sqrt(Hz)"}
 _OTHER_KEYS = (
     "noise_density",
@@ -107,7 +105,7 @@ def read_correlation(content: Mapping[str, Any]) -> dict[str, dict[tuple[str, st
 
 
 def toml(channels: Mapping[str, ChannelModel], correlation: Mapping[str, Mapping[tuple[str, str], float]]) -> str:
-    """A model as text of a model file, in SI. Intervals and limits, for which the file has no key, are comments."""
+    """A model as the text of a model file, in SI. Intervals and limits, for which the file has no key, are comments."""
     blocks = []
     for name, channel in channels.items():
         lines = [f"[channels.{_key(name)}]"]
@@ -200,7 +198,7 @@ def _left_out(channel: ChannelModel) -> list[str]:
         lines.append(printable(f"# {term}: not seen, and left out; below {_limit(channel, term)}"))
     names = [each.part for each in channel.covariance.parameters if each.part in channel.terms]
     if len(names) > 1:
-        lines.append(printable(f"# How the errors of {', '.join(names)} go together stands in the result only."))
+        lines.append(printable(f"# The correlation of the errors of {', '.join(names)} is only in the result."))
     return lines
 
 
@@ -378,7 +376,7 @@ def _quoted(value: float, unit: str) -> str:
 
 
 def _escaped(text: str) -> str:
-    """A TOML string: a JSON string without surrogate pairs."""
+    """A text as TOML: a JSON string without surrogate pairs."""
     if any("\ud800" <= c <= "\udfff" for c in text):
-        raise DataError(f"{text!r} cannot be written: it has half a character of UTF-16")
+        raise DataError(f"{text!r} cannot be written: it has an unpaired UTF-16 surrogate")
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

@@ -1,4 +1,4 @@
-"""The minimum of the Allan deviation of a model in continuous time, as a datasheet states it."""
+"""Minimum of the Allan deviation of a model in continuous time, as stated in datasheets."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def min_adev(
 
 
 def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False) -> Floats:
-    """σ²(τ) of Gauss-Markov processes and sinusoids (IEEE Std 952-2020, annex C) and resonances, with lines at the maxima of
-    their ripple; or at the minima if they are `cancelled`, because a line cancels after whole periods.
+    """σ²(τ) of Gauss-Markov processes and sinusoids (IEEE Std 952-2020, annex C) and resonances. Sinusoids are at the
+    maxima of their ripple, or at the minima if they are `cancelled`: a sinusoid averages out over whole periods.
     """
     total = np.zeros_like(tau)
     for process in model.gauss_markov:
@@ -45,7 +45,8 @@ def processes_avar(model: ChannelModel, tau: Floats, *, cancelled: bool = False)
         total += np.fromiter(at_each, dtype=np.float64).reshape(tau.shape)
     for resonance in model.resonance:
         x = np.asarray((resonance.damping - 1j * resonance.turning) * tau, dtype=np.complex128)
-        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2  # variance of a mean, less that with the next
+        # variance of a mean, minus the covariance with the next one
+        means = 2 * exponential_less(x) / x**2 - (np.expm1(-x) / x) ** 2
         total += resonance.sigma**2 * ((1 + 1j * resonance.damping / resonance.turning) * means).real
     for line in model.sinusoid:
         periods = line.frequency * tau

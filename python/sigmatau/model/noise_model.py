@@ -44,7 +44,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         `sigmatau.noise.terms.TERMS`. Names that begin with ``gyro_`` or ``accel_`` are rates of rotation and accelerations.
     correlation : mapping of str to mapping of (str, str) to float
         Correlation of the noise of two channels, by term, −1 … 1: ``{"random_walk": {("gyro_x", "gyro_y"): 0.3}}``.
-        Other pairs are independent.
+        All other pairs are independent.
 
     Raises
     ------
@@ -127,12 +127,12 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         if path.suffix.lower() == ".json":
             raise DataError(f"{path}: not a model file (.toml). If this is a result: Analysis.from_json(path).model")
         try:
-            content = tomllib.loads(path.read_text(encoding="utf-8-sig"))  # editors of Windows begin a file with a mark
+            content = tomllib.loads(path.read_text(encoding="utf-8-sig"))  # Windows editors write a byte order mark
         except OSError as error:
             raise DataError(f"{path}: {error.strerror or error}") from None
         except (ValueError, RecursionError) as error:  # errors of TOML and Unicode are kinds of ValueError
             if path.suffix.lower() == ".toml":
-                raise DataError(f"{path}: no TOML file: {error}") from None
+                raise DataError(f"{path}: not a TOML file: {error}") from None
             raise DataError(
                 f"{path}: not a model file (.toml), result (.json) or, for sigmatau export, YAML (.yaml). If this is a log:"
                 f" first {command('analyze', str(path), Hint('json', value=path.with_suffix('.json')))}"
@@ -149,7 +149,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Parameters
         ----------
         result : Analysis
-            With fits.
+            A result with fits.
 
         Returns
         -------
@@ -158,7 +158,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Raises
         ------
         DataError
-            If no channel has one.
+            If no channel has a fit.
         """
         return result.model
 
@@ -213,7 +213,7 @@ class NoiseModel(Mapping[str, ChannelModel], Printed):
         Parameters
         ----------
         channels : iterable of str
-            Which channels.
+            Names of the channels.
 
         Returns
         -------
@@ -401,7 +401,5 @@ def _channel(name: str, model: ChannelModel | Mapping[str, float]) -> ChannelMod
     except DataError as error:
         raise DataError(f"channel {name!r}: {error}") from None
     if quantity is not None and (model.quantity, model.unit) != quantity:
-        raise DataError(
-            f"channel {name!r}: a name like this is that of {quantity[0]} in {quantity[1]}, not {model.unit}"
-        )
+        raise DataError(f"channel {name!r}: such a name means {quantity[0]} in {quantity[1]}, not {model.unit}")
     return model

@@ -1,5 +1,5 @@
-"""Effect of the errors of a fit on a model: derivatives by the parameters of processes, and the interval of the Allan
-deviation.
+"""Effect of the errors of a fit on a model: derivatives with respect to parameters of processes, and the interval of
+the Allan deviation.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 _LEAST_SHARE = 1e-6  # smallest share of the variance that an uncertain phase leaves
 _SHAPE_ERROR = 0.02  # largest difference of the variances of model and fit at `tau_min`, relative: SAME in described.rs
-_LEAST_CHANGE = 1e-9  # relative change of a frequency that is not rounding
+_LEAST_CHANGE = 1e-9  # smallest relative change of a frequency that exceeds rounding
 
 _CHANGE = 1e-3  # relative change of a parameter of a process for its derivative
 
@@ -33,7 +33,7 @@ _DRAWS = 4096  # number of draws of the errors, for the largest deviation of the
 def adev_interval(
     model: ChannelModel, *, m: ArrayLike, tau0: float, level: float = 0.95, simultaneous: bool = True
 ) -> tuple[Floats, Floats]:
-    """Interval of the expected Allan deviation by the errors of the numbers of the model.
+    """Interval of the expected Allan deviation, from the errors of the model's parameters.
 
     Parameters
     ----------
@@ -44,15 +44,15 @@ def adev_interval(
         [s]
     level : float
     simultaneous : bool
-        Whether the probability is that of the whole curve inside; otherwise it is that of each averaging time.
+        Whether `level` is the probability that the whole curve is inside; otherwise it applies to each averaging time.
 
     Returns
     -------
     low, high : ndarray, shape (n_tau,)
-        The interval holds the other explanations of the record (`ChannelModel.alike_from`, `ChannelModel.alternatives`),
-        and `high` the terms that were not observed at their limits. Where the curve is described from `tau_min` on, the
-        interval holds what the model differs from the fit: 2 % of the variance there, less at longer times. [unit of the
-        rate]
+        The interval includes the other explanations of the record (`ChannelModel.alike_from`,
+        `ChannelModel.alternatives`); `high` includes the terms that were not observed, at their limits. If the model
+        describes the curve only from `tau_min` on, the interval includes its difference from the fit: 2 % of the
+        variance at `tau_min`, less at longer times. [unit of the rate]
     """
     avar, parts = model.avar(m=m, tau0=tau0), model.avar_of_parts(m=m, tau0=tau0)
     parameters, covariance = model.covariance.parameters, model.covariance.matrix
@@ -61,13 +61,14 @@ def adev_interval(
     gradient = np.zeros((len(parameters), len(avar)))
     for k, parameter in enumerate(parameters):
         if parameter in phases:
-            continue  # not linear: a frequency that is uncertain by a turn does not determine the phase
+            continue  # treated below: with a phase uncertain by a turn, the variance is not linear in the frequency
         if parameter in changed:
             change = changed[parameter].avar(m=m, tau0=tau0) - parts[parameter.part]
             gradient[k] = change / difference_step(model, parameter)
         elif parameter.part in model:
             gradient[k] = 2 * parts[parameter.part] / model[parameter.part]
-    # Independent errors of the logarithm, shape (parameters, n_tau); the numbers have scales far apart.
+    # Independent errors of the logarithm, shape (parameters, n_tau); scaled, because the parameters differ by orders of
+    # magnitude.
     scale = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     errors = np.sqrt(np.maximum(values, 0.0))[:, None] * (vectors.T @ (gradient * scale[:, None])) / (2 * avar)
@@ -110,7 +111,7 @@ def _frequencies_of_lines(model: ChannelModel) -> dict[Parameter, tuple[Sinusoid
 
 
 def _avar_of_near_frequencies(line: Sinusoid, apart: float, *, m: ArrayLike, tau0: float) -> tuple[Floats, Floats]:
-    """Smallest and largest Allan variance of a line whose frequency may be off by `apart` [Hz]: sin⁴ over a range of
+    """Smallest and largest Allan variance of a line with a frequency error up to `apart` [Hz]: sin⁴ over a range of
     phases.
     """
     sizes = np.asarray(m, dtype=np.float64)
@@ -131,7 +132,7 @@ def _largest(directions: Floats, level: float) -> float:
 
 
 def explanations(model: ChannelModel) -> list[ChannelModel]:
-    """The model, and those that explain its record as well."""
+    """The model, and the models that explain its record equally well."""
     bare: dict[str, Any] = {
         "alike_from": None,
         "alternatives": (),
@@ -152,7 +153,7 @@ def explanations(model: ChannelModel) -> list[ChannelModel]:
 
 
 def without_walk(model: ChannelModel) -> ChannelModel:
-    """The model with the process that explains its record as well in place of its rate random walk."""
+    """The model with the equivalent Gauss-Markov process (`alike_from`) in place of its rate random walk."""
     if model.alike_from is None:
         return model
 
@@ -170,7 +171,9 @@ def without_walk(model: ChannelModel) -> ChannelModel:
 
 
 def changed_processes(model: ChannelModel) -> dict[Parameter, ChannelModel]:
-    """The processes of a kind with one of their numbers larger by `difference_step`, for each number with a known error."""
+    """The processes of a kind with one parameter increased by `difference_step`, for each parameter with a known
+    error.
+    """
     parts = model.parts()
     changed = {}
     for parameter in model.covariance.parameters:
@@ -188,7 +191,7 @@ def changed_processes(model: ChannelModel) -> dict[Parameter, ChannelModel]:
 
 
 def difference_step(model: ChannelModel, parameter: Parameter) -> float:
-    """Change of a number of a process that gives a derivative."""
+    """Change of a parameter of a process for a numerical derivative."""
     assert parameter.number is not None
     assert parameter.quantity is not None
     process = getattr(model, parameter.part)[parameter.number - 1]

@@ -1,4 +1,4 @@
-"""Numbers of a model and their covariance."""
+"""Parameters of a model and their covariance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Quantity = Literal["sigma", "time", "frequency", "width", "amplitude"]
 
 @frozen(kw_only=False)
 class Parameter:
-    """A number of a model: the coefficient of a term, or a number of a process.
+    """A parameter of a model: the coefficient of a term, or a parameter of a process.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Parameter:
     number : int or None
         Place of a process among those of its kind, from 1; None for a term.
     quantity : {"sigma", "time", "frequency", "width", "amplitude"} or None
-        Which number of a process; None for a term.
+        The parameter of a process; None for a term.
     """
 
     part: str
@@ -76,7 +76,7 @@ class Parameter:
 
 @frozen(eq=False)
 class Covariance:
-    """Covariance of numbers of a model.
+    """Covariance of parameters of a model.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Covariance:
 
     @classmethod
     def of(cls, names: Sequence[str], matrix: ArrayLike) -> Covariance:
-        """The covariance of numbers by their names.
+        """The covariance of parameters that are given by name.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Covariance:
         Parameters
         ----------
         parameter : Parameter
-            Which number.
+            The parameter.
 
         Returns
         -------
@@ -149,7 +149,7 @@ class Covariance:
         Parameters
         ----------
         renamed : callable
-            Returns the parameter that each one becomes in the new covariance, or None to leave it out.
+            Returns, for each parameter, its counterpart in the new covariance, or None to leave it out.
 
         Returns
         -------

@@ -14,7 +14,7 @@ from sigmatau.noise.terms import TERMS, aliasing_inflation
 from sigmatau.record.streams import RATES
 
 HIGHEST_ORDER = 9  # Highest order of a Butterworth filter
-# Range of any number of a model, in SI; squares and products of numbers outside overflow a double
+# range of any parameter of a model, in SI; squares and products of values outside overflow a double
 SMALLEST, LARGEST = 1e-100, 1e100
 _CORNERS = (1e-9, 1e12)  # Range of bandwidths: a thousandth of the lowest rate to a thousand times the highest. [Hz]
 
@@ -60,7 +60,7 @@ class GaussMarkov:
 
 @frozen
 class Resonance:
-    """Noise of a band: the speed of a damped oscillator driven by white noise.
+    """Narrow-band noise: the velocity of a damped oscillator driven by white noise.
 
     With γ = 2π·width and ω² = (2π·frequency)² − γ² its autocovariance is σ²·exp(−γt)·(cos ωt − γ/ω·sin ωt) at the lag t.
 
@@ -215,7 +215,7 @@ class LowPass:
         Parameters
         ----------
         random_walk : float
-            Random walk of the samples if the filter has a `rate`; otherwise already the one in front of the sampler.
+            Random walk of the samples if the filter has a `rate`; otherwise the random walk in front of the sampler.
             [SI]
 
         Returns
@@ -234,7 +234,7 @@ def real(value: object) -> float:
         return math.nan
     try:
         return float(value)
-    except OverflowError:  # an integer of more than 300 digits
+    except OverflowError:  # an integer too large for a float
         return math.inf
 
 

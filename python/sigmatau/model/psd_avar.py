@@ -24,30 +24,30 @@ _PEAK = 1.1655611852072113 / math.pi
 """Product f·T at which sin⁴(πfT)/(πfT)² is largest: tan x = 2x."""
 
 _PER_OCTAVE = 2  # default number of averaging times per octave
-# number of doublings of the frequency, beyond which a law above the band has no more than 3/8 of its mean
+# number of doublings of the frequency, beyond which sin⁴ in the law above the band is replaced by its mean 3/8
 _DOUBLINGS = 50
 _SMALL = 1e-6  # x = πfT below which sin⁴x = x⁴ to 10⁻¹²
 
 
 @frozen(eq=False)
 class AvarFromPsd(Printed):
-    """Allan variances of the part of a density that lies in its band, and the most that the rest adds.
+    """Allan variances from a density within its band, and bounds on the contribution from outside the band.
 
     Attributes
     ----------
     tau : ndarray, shape (n_tau,)
         Averaging times. [s]
     avar : ndarray, shape (n_tau,) or (n_tau, n, n)
-        Allan variances of the band; of n channels the Allan covariances. [unit²]
+        Allan variances of the band; for n channels, the Allan covariances. [unit²]
     below, above : ndarray, shape of `avar`
-        Most that the frequencies below and above the band add, for a density that is not above the laws of `slope_below`
-        and `slope_above`. Of n channels, the most by which an element changes. [unit²]
+        Largest contribution of the frequencies below and above the band, for a density that does not exceed the laws of
+        `slope_below` and `slope_above`. For n channels, the largest change of an element. [unit²]
     f_min, f_max : float
         The band. [Hz]
     slope_below, slope_above : float
         Outside the band the density is at most S(f_min)·(f/f_min)^slope_below and S(f_max)·(f/f_max)^slope_above. [1]
     tau0 : float or None
-        Sample interval, of a density of samples. [s]
+        Sample interval, if the density is that of samples. [s]
 
     See Also
     --------
@@ -79,7 +79,7 @@ class AvarFromPsd(Printed):
 
     @property
     def adev(self) -> Floats:
-        """Allan deviations of the band, shape (n_tau,); of n channels (n_tau, n). [unit]"""
+        """Allan deviations of the band, shape (n_tau,); for n channels (n_tau, n). [unit]"""
         return np.asarray(np.sqrt(broadcast_channels(self.avar)))
 
     @property
@@ -142,7 +142,7 @@ def avar_from_psd(
     slope_below: float = -2.0,
     slope_above: float = 0.0,
 ) -> AvarFromPsd:
-    """Allan variance of noise with any density, by eq. (11), with the error of a band that ends.
+    """Allan variance of noise with any density, by eq. (11), with bounds on the error from the limited band.
 
     Parameters
     ----------
@@ -151,18 +151,18 @@ def avar_from_psd(
         [Hz]
     density : array_like, shape (n_f,) or (n_f, n, n), or callable
         Power spectral density of the rate at these frequencies, or a function that takes frequencies of shape (n_f,) and
-        returns it. Of n channels the Hermitian matrix of their densities and cross-densities, S in eq. (2). [unit²/Hz]
+        returns it. For n channels, the Hermitian matrix of their densities and cross-densities, S in eq. (2). [unit²/Hz]
     tau : array_like, shape (n_tau,), optional
-        Averaging times; with `tau0` whole multiples of it. Default: two in an octave, all that the band has. [s]
+        Averaging times; with `tau0`, whole multiples of it. Default: two per octave, over the whole band. [s]
     sided : {"one", "two"}
-        Whether the density has the power of both signs of the frequency at positive frequencies, as in datasheets and by
-        default of SciPy's `welch`, or is that of the paper, from −∞ to ∞.
+        ``"one"``: positive frequencies have the power of both signs, as in datasheets and, by default, in SciPy's
+        `welch`. ``"two"``: the density of the paper, from −∞ to ∞.
     tau0 : float, optional
         Sample interval: the density is that of samples, up to 1/(2·tau0), and the sum over clusters is exact.
         Default: continuous time. [s]
     between : {"power law", "linear"}, optional
-        Law of a sampled density between neighbouring points. Of matrices the densities follow it and the coherences
-        change linearly with log f. Default: power law.
+        Law of a sampled density between neighbouring points. In matrices, the densities follow this law and the
+        coherences change linearly with log f. Default: power law.
     slope_below, slope_above : float
         Assumption about the density outside the band, for the bounds: S(f_min)·(f/f_min)^slope_below and
         S(f_max)·(f/f_max)^slope_above are not exceeded. -2 is a rate random walk, -1 flicker noise, 0 white noise. If the
@@ -198,7 +198,7 @@ def avar_from_psd(
     have no effect. The integral of a function is computed to 10⁻¹¹, or to
     10⁻⁶ if it has corners.
 
-    An averaging time is in the band if the largest value of the kernel, at f = 0.371/T, is.
+    An averaging time T is in the band if f = 0.371/T, where the kernel is largest, is in the band.
 
     References
     ----------
@@ -255,7 +255,7 @@ def avar_from_psd(
 
 
 def _elements(bounds: Floats, dimensions: int) -> Floats:
-    """Bounds of the elements of matrices from those of the channels: by the inequality of Cauchy and Schwarz."""
+    """Bounds of the elements of matrices from those of the channels, by the Cauchy-Schwarz inequality."""
     root = np.sqrt(bounds)
     return bounds[:, 0] if dimensions == 1 else root[:, :, None] * root[:, None, :]
 
@@ -268,7 +268,7 @@ def _check_slopes(slope_below: float, slope_above: float, tau0: float | None) ->
         )
     if not math.isfinite(real(slope_above)) or (slope_above >= 1 and tau0 is None):
         raise OptionError(
-            f"{{option}} must be below 1, not {slope_above!r}: eq. (11) is infinite; of samples give `tau0`",
+            f"{{option}} must be below 1, not {slope_above!r}: eq. (11) is infinite; give `tau0` for samples",
             option="slope_above",
         )
 
@@ -280,7 +280,7 @@ def check_interval(tau0: float | None) -> None:
 
 
 def check_nyquist(f_max: float, tau0: float | None) -> None:
-    """Raise `OptionError` for frequencies that samples at this interval do not have."""
+    """Raise `OptionError` for frequencies above half the sampling rate."""
     if tau0 is not None and f_max > 0.5 / tau0 * (1 + 1e-6):
         raise OptionError(
             f"{{option}}: at {1 / tau0:g} Hz samples have densities up to {0.5 / tau0:g} Hz, but `frequency` goes to"
@@ -290,13 +290,13 @@ def check_nyquist(f_max: float, tau0: float | None) -> None:
 
 
 def _times(tau: ArrayLike | None, f_min: float, f_max: float, tau0: float | None) -> Floats:
-    """Averaging times, checked against the band; by default all of it."""
+    """Averaging times, checked against the band; by default the whole band."""
     shortest, longest = _PEAK / f_max, _PEAK / f_min if f_min > 0 else math.inf
     if tau0 is not None:
         shortest = max(shortest, tau0)
     if tau is None:
         if not shortest > 0 or math.isinf(longest):
-            raise OptionError("{option} is required: the band of the function has no end", option="tau")
+            raise OptionError("{option} is required: the band of the function is infinite", option="tau")
         count = max(math.floor(_PER_OCTAVE * math.log2(longest / shortest) + 1e-9), 0) + 1
         times = shortest * 2 ** (np.arange(count) / _PER_OCTAVE)
         return times if tau0 is None else np.unique(np.round(times / tau0)) * tau0

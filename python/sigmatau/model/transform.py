@@ -1,6 +1,6 @@
 """Numerical integration of a density to its Allan variance: eq. (11) of the paper, and its form for samples.
 
-It checks every pair of closed forms, and gives the Allan variance of a density without a closed form.
+It verifies the closed forms, and computes the Allan variance of a density without a closed form.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from sigmatau.model.density_pieces import gauss_nodes, integrals_under_sine
 Density = Callable[[Floats], ArrayLike]
 
 _DIRECT = 8 * math.pi  # x = πfT after eight humps of the kernel
-_LOWEST = 1e-30  # of x; below it a density steeper than f^−3 is all that could matter
+_LOWEST = 1e-30  # smallest x; only a density steeper than f^−3 could matter below
 _HIGHEST = 1e17
-_SLOPE_POINTS = (1e-14, 1e-12)  # of x: where the slope towards f = 0 is taken
+_SLOPE_POINTS = (1e-14, 1e-12)  # values of x between which the slope towards f = 0 is measured
 _STEEPEST = -3.0
 _FINEST = 60  # largest number of halvings
 _MAX_PIECES = 20_000
@@ -41,18 +41,18 @@ def integrate_density(
     ----------
     psd : callable
         Takes frequencies, an array of shape (n,) [Hz], all above 0, and returns the two-sided density there
-        [unit²/Hz]. It may have steps and peaks; the integration finds them if they are not too narrow for it.
+        [unit²/Hz]. It may have steps and peaks; the integration resolves them unless they are extremely narrow.
     tau : array_like, shape (n_tau,)
-        Averaging times; with `tau0` whole multiples of it. [s]
+        Averaging times; with `tau0`, whole multiples of it. [s]
     tau0 : float, optional
         Sample interval: the density is that of samples, folded to 1/(2·tau0), and the sum over clusters is exact.
         Default: continuous time, where each cluster is an integral. [s]
     f_min : float
         Frequency at which the integral begins. [Hz]
     f_max : float, optional
-        Where the density ends. Default: nowhere, or 1/(2·tau0). [Hz]
+        Frequency at which the density ends. Default: infinity, or 1/(2·tau0). [Hz]
     rtol : float
-        Relative error to be met, 1e-12 at least.
+        Largest relative error, at least 1e-12.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def integrate_density(
         If the integral diverges at 0 (a density that rises as 1/f³ or faster, such as eq. 24 for the ramp) or at infinity,
         the density is negative or not finite, or so rough that `rtol` is not met.
     OptionError
-        For times that are not positive, or no multiples of `tau0`.
+        For times that are not positive, or not multiples of `tau0`.
 
     See Also
     --------
@@ -82,8 +82,8 @@ def integrate_density(
 
         σ²(n) = 4 ∫ S(f)·sin⁴(πfT)/(n²·sin²(πfτ₀)) df,   0 … 1/(2τ₀)
 
-    The integral over each octave, and over halves of those in which the density is not smooth, is that of a sampled density:
-    exact for any number of turns of sin⁴, see `sigmatau.model.density_pieces`.
+    Each octave is integrated like a sampled density, which is exact for any number of turns of sin⁴, see
+    `sigmatau.model.density_pieces`. Octaves in which the density is not smooth are halved repeatedly.
 
     References
     ----------
@@ -139,21 +139,22 @@ class _Kernel:
         return values
 
     def envelope(self, x: Floats) -> Floats:
-        """The integrand without its sin⁴: S over x², or over n²·sin²(x/n)."""
+        """The integrand without sin⁴: S over x², or over n²·sin²(x/n)."""
         return self.density(x) / (x if self.n is None else self.n * np.sin(x / self.n)) ** 2
 
     def integral(self, start: float, end: float) -> float:
         below = 0.0
         if start == 0:
             slope = self._slope(end)
-            # The integrand goes as x^(2 + slope): much of a steep density is below any number of decades.
+            # The integrand is proportional to x^(2 + slope): for a steep density, much of the integral is at very low
+            # x.
             if slope <= _STEEPEST + 1e-3:
                 raise DataError(
                     f"the integral of eq. (11) diverges at f = 0: the density rises as f^{slope:.3g}, and an Allan variance"
                     " is finite only where it rises less than f^-3 (a ramp has no density: its Allan variance is that of"
                     " eq. 23)"
                 )
-            # The rest below the lowest frequency: sin⁴x = x⁴.
+            # Below the lowest frequency, sin⁴x = x⁴.
             low = np.array([_LOWEST])
             start, below = _LOWEST, float((self.envelope(low) * low**5)[0]) / (3 + slope)
         split = min(max(_DIRECT, start), end)
@@ -168,7 +169,7 @@ class _Kernel:
         return float(np.log(s[0] / s[1]) / np.log(x[0] / x[1])) if (s > 0).all() else 0.0
 
     def _distant(self, start: float, partial: float) -> float:
-        """Frequency beyond which a density without an end contributes nothing. The density must not rise."""
+        """Frequency above which an infinite density contributes nothing. The density must not rise."""
         x = start * 10.0 ** np.arange(0, 2 * math.log10(_HIGHEST) + 1, 0.5)
         share = self.envelope(x) * x
         done = np.flatnonzero(share <= 1e-3 * self.rtol * max(partial, share[0]))
@@ -177,7 +178,7 @@ class _Kernel:
         return float(x[done[0]])
 
     def _adaptive(self, start: float, stop: float, partial: float) -> float:
-        """The integral over octaves; pieces that are not yet right are halved, all at once."""
+        """The integral over octaves; all pieces that are not yet accurate are halved at once."""
         edges = np.geomspace(start, stop, max(math.ceil(math.log2(stop / start)), 1) + 1)
         lower, upper = edges[:-1], edges[1:]
         values, done = self._pieces(lower, upper), 0.0
@@ -186,7 +187,7 @@ class _Kernel:
             halves = np.stack((self._pieces(lower, middle), self._pieces(middle, upper)))
             refined = halves.sum(axis=0)
             allowed = self.rtol * abs(partial + done + float(refined.sum()))
-            # Shared among all: a thousand pieces with a thousandth each.
+            # The allowed error is shared among all pieces.
             wrong = np.abs(refined - values) > np.maximum(0.1 * allowed / len(edges), 1e-14 * np.abs(refined))
             done += float(refined[~wrong].sum())
             if not wrong.any():
@@ -196,7 +197,7 @@ class _Kernel:
             if len(lower) > _MAX_PIECES:
                 break
         else:
-            if float(np.abs(values).sum()) < allowed:  # a step: halved until nothing was left of it
+            if float(np.abs(values).sum()) < allowed:  # a step of the density, halved to a negligible width
                 return done + float(values.sum())
         raise DataError(
             f"`psd` is too rough to be integrated to {self.rtol:g}; allow a larger `rtol`, or end it at an `f_max`"

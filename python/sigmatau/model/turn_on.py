@@ -22,11 +22,11 @@ class TurnOn:
     sigma : float
         Standard deviation between power-ups; 0 if the biases differ by no more than their errors. [unit of the rate]
     low, high : float or None
-        Its confidence interval; None if it was stated and not measured. [unit of the rate]
+        Confidence interval of `sigma`; None if `sigma` was stated and not measured. [unit of the rate]
     level : float
         Probability of the interval.
     power_ups : int or None
-        Number of power-ups that it was measured from; None if it was stated.
+        Number of measured power-ups; None if `sigma` was stated.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class TurnOn:
     def __post_init__(self) -> None:
         measured = (self.low, self.high, self.power_ups)
         if any(each is None for each in measured) != all(each is None for each in measured):
-            raise DataError("a measured turn-on bias has low, high and power_ups; a stated one has none of them")
+            raise DataError("a measured turn-on bias has low, high and power_ups; a stated one has only sigma")
         for name, value in (("sigma", self.sigma), ("low", self.low), ("high", self.high)):
             if value is None:
                 continue
@@ -81,7 +81,7 @@ class TurnOn:
         return self.sigma or (self.high or 0.0)
 
     def scaled(self, factor: float) -> TurnOn:
-        """The spread of a signal that is multiplied by a factor.
+        """The spread for a signal that is multiplied by a factor.
 
         Parameters
         ----------

@@ -3,7 +3,7 @@
 A fit gives an upper limit L for such a term. The three policies:
 
 - ``"upper-limit"``: the coefficient is L, so that variances are too large in most cases;
-- ``"mean"``: the coefficient is L/√3, the root of the mean of its square if every value from 0 to L is as probable;
+- ``"mean"``: the coefficient is L/√3, its root mean square if every value from 0 to L is equally probable;
 - ``"absent"``: the term is 0, so that variances are too small if it exists.
 
 The policies apply to terms that accumulate in the integral of the rate. Quantization does not, and is treated as absent.
@@ -42,7 +42,7 @@ def check_policy(policy: Unobserved) -> Unobserved:
 
 
 def find_unobserved(model: ChannelModel) -> tuple[str, ...]:
-    """The terms of a channel that have an upper limit only."""
+    """The terms of a channel that have only an upper limit."""
     return tuple(term for term in _ACCUMULATING if term in model.limits and term not in model.terms)
 
 
@@ -59,7 +59,7 @@ def unobserved_texts(model: NoiseModel, policy: Unobserved) -> tuple[str, ...]:
 
 
 def include_in_all(model: NoiseModel, policy: Unobserved) -> NoiseModel:
-    """The model with the terms of each channel that have a limit only, as the policy assumes them."""
+    """The model with all terms that have only a limit included according to the policy."""
     if policy == "absent":
         return model
     channels = {name: include_unobserved(channel, policy) for name, channel in model.channels.items()}
@@ -67,13 +67,13 @@ def include_in_all(model: NoiseModel, policy: Unobserved) -> NoiseModel:
 
 
 def include_unobserved(model: ChannelModel, policy: Unobserved) -> ChannelModel:
-    """The model with the terms that have a limit only, as the policy assumes them."""
+    """The model of a channel with the terms that have only a limit included according to the policy."""
     terms = assume_terms(model, policy)
     return model if terms == model.terms else replace(model, terms=terms)
 
 
 def assume_terms(model: ChannelModel, policy: Unobserved) -> Mapping[str, float]:
-    """Coefficients of a model with those that have a limit only; raises `OptionError` for an unknown policy. [SI]"""
+    """Coefficients of a model, including those with only a limit; raises `OptionError` for an unknown policy. [SI]"""
     factor = _FACTORS[check_policy(policy)]
     assumed = {term: factor * model.limits[term] for term in find_unobserved(model)}
     terms = {**model.terms, **assumed}

@@ -1,7 +1,7 @@
 """Covariance of the errors of free inertial navigation at rest, caused by the noise of the sensors.
 
-Axes x and y are level, z is up. Equations of the error of the velocity v_x and position p_x, and of the tilt ψ_y since t = 0
-by the gyro across them:
+Axes x and y are level, z is up. Equations of the errors of velocity v_x and position p_x, and of the tilt ψ_y since t =
+0 from the perpendicular gyro:
 
     ψ_y' = ω_y − v_x/R,   v_x' = a_x + g·ψ_y,   p_x' = v_x,
 
@@ -33,7 +33,7 @@ Earth = Literal["round", "flat"]
 EARTH_RADIUS = 6371008.8
 """Mean radius of the Earth, WGS 84. [m]"""
 
-# Gyro across an accelerometer, and the sign of the tilt's acceleration.
+# Gyro perpendicular to an accelerometer, and the sign of the acceleration by tilt.
 _ACROSS = {"accel_x": ("gyro_y", 1.0), "accel_y": ("gyro_x", -1.0)}
 _ANGLES = {"gyro_x": "roll", "gyro_y": "pitch", "gyro_z": "heading"}
 
@@ -45,11 +45,11 @@ class Mechanisation:
     Attributes
     ----------
     rows : mapping of str to int
-        Names of the errors, and the state of each.
+        State of each error, by name.
     inputs : tuple of str
         Channels.
     without : str
-        The gyro across the accelerometer, if there is none to tilt it; empty otherwise.
+        The missing gyro perpendicular to the accelerometer, whose tilt is omitted; empty if the model has it.
     A : ndarray, shape (n_states, n_states)
         [1/s]
     B : ndarray, shape (n_states, n_inputs)
@@ -79,7 +79,7 @@ class NoiseSource:
     Attributes
     ----------
     F, noise, before : ndarray, shape (n_states, n_states)
-        Transition, covariance of what a step adds, covariance at the start.
+        Transition, covariance of the noise that a step adds, covariance at the start.
     H : ndarray, shape (n_states,)
     R : float
         Variance of v. [SI units, squared]
@@ -112,11 +112,11 @@ class NoiseSource:
         ----------
         mechanisation : Mechanisation
         gains : ndarray, shape (n_inputs,)
-            What of the source is in the rate of each channel.
+            Gain from the source to the rate of each channel.
         dt : float
             [s]
         calibration : int
-            Steps before the start whose mean rate is subtracted from then on; 0 for none.
+            Number of steps before the start whose mean rate is subtracted afterwards; 0 for none.
         steps : ndarray of int, shape (n_times,)
             Steps from the start, increasing.
 
@@ -149,7 +149,7 @@ class NoiseSource:
             covariance, mean, done = block.covariance(covariance), block.transition @ mean, int(upto)
             means.append(mean[s + 1 :])
             variances.append(np.diag(covariance)[s + 1 :])
-        # A sum of squares, which rounding may make negative.
+        # Rounding may make a sum of squares negative.
         return np.array(means), np.maximum(np.array(variances), 0.0)
 
 
@@ -179,9 +179,10 @@ def source(part: ChannelModel, *, dt: float, tau_max: float, flicker_error: floa
 
 
 def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisation]:
-    """Errors that the channels give: angles of the gyros, velocity and position of the accelerometers.
+    """Errors by kind of channel: angles for gyros, velocity and position for accelerometers.
 
-    A gyro across a level accelerometer is combined with it. Channels whose names do not end in an axis are separate.
+    A gyro perpendicular to a level accelerometer is combined with it. Channels whose names do not end in an axis are
+    separate.
     """
     curvature = 1 / EARTH_RADIUS if earth == "round" else 0.0
     chosen, used = [], set()
@@ -209,7 +210,7 @@ def mechanisations(channels: tuple[str, ...], *, earth: Earth) -> list[Mechanisa
 
 
 def _widen(matrix: Floats, size: int) -> Floats:
-    """The matrix, extended by zeros to the right and below."""
+    """Extend a matrix by zeros to the right and below."""
     result = np.zeros((size, size))
     result[: len(matrix), : len(matrix)] = matrix
     return result

@@ -48,9 +48,9 @@ def predict(
     after : array_like, shape (n_times,)
         Times since the start, rounded to whole steps. [s]
     calibration : float, optional
-        Time at rest before the start. The mean of each rate over it is subtracted from then on: levelling for level
-        accelerometers, the bias for gyros. Default: no calibration; the state at the start is known, and walks and flicker
-        noise begin at 0. [s]
+        Time at rest before the start. The mean of each rate over this time is subtracted afterwards: it levels the
+        level accelerometers and removes the bias of gyros. Default: no calibration; the state at the start is known,
+        and walks and flicker noise begin at 0. [s]
     rate : float
         Sampling rate: steps per second. [Hz]
     earth : {"round", "flat"}
@@ -127,8 +127,8 @@ def predict(
 
 
 def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
-    """The models that explain the record as well: first with the first alternative of each channel that has one, then the
-    second …
+    """The models that explain the record as well: the first has the first alternative of each channel that has one, the
+    second has the second …
     """
     alternatives = {name: explanations(channel) for name, channel in model.items()}
     for k in range(1, max(map(len, alternatives.values()))):
@@ -141,7 +141,7 @@ def _other_explanations(model: NoiseModel) -> Iterator[NoiseModel]:
 
 
 def _joined(error: PredictedError, second: PredictedError) -> PredictedError:
-    """An error with the interval of both explanations."""
+    """An error whose interval includes both explanations."""
     both = (error, second)
     low = np.minimum(*(each.rms if each.low is None else each.low for each in both))
     high = np.maximum(*(each.rms if each.high is None else each.high for each in both))
@@ -255,7 +255,9 @@ def _predicted(
 
 
 def _as_simulated(flicker: NoiseSource, equations: Mechanisation, gains: Floats, dt: float, steps: Floats) -> Floats:
-    """Variance by flicker noise whose first sample is 0, as in simulated records: the previous sample is subtracted."""
+    """Variance from flicker noise whose first sample is 0, as in simulated records: the sample before the start is
+    subtracted.
+    """
     _, variance = flicker.errors(equations, gains, dt=dt, calibration=1, steps=np.maximum(steps - 1, 1))
     return np.asarray(np.where(steps[:, None] > 1, variance, 0.0))
 
@@ -298,7 +300,7 @@ def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float
             )
         if stream_name(name) not in ("gyro", "accel"):
             raise OptionError(
-                f"{{option}}: {name} is neither a gyro nor an accelerometer, and makes no error of navigation",
+                f"{{option}}: {name} is neither a gyro nor an accelerometer, and causes no navigation error",
                 option="turn_on",
             )
         if not (math.isfinite(real(value)) and value >= 0):
@@ -306,7 +308,7 @@ def _checked(turn_on: Mapping[str, float], model: NoiseModel, calibration: float
                 f"{{option}} of {name} must be a standard deviation in SI, not {value!r}", option="turn_on"
             )
     if turn_on and calibration is not None:
-        raise OptionError("{option}: a calibration takes a constant bias away; give one of the two", option="turn_on")
+        raise OptionError("{option}: a calibration removes a constant bias; give one of the two", option="turn_on")
     return dict(turn_on)
 
 
@@ -319,7 +321,7 @@ def _correlated(
     average: int,
     steps: Floats,
 ) -> dict[tuple[str, str], Floats]:
-    """Variance added by the correlation of a term between a gyro and the accelerometer across it."""
+    """Variance added by the correlation of a term between a gyro and the accelerometer perpendicular to it."""
     if len(equations.inputs) < 2:
         return {}
     first, second = equations.inputs
@@ -351,7 +353,7 @@ def _limited(model: ChannelModel) -> dict[str, ChannelModel]:
 def _square(
     parts: Mapping[tuple[str, str], tuple[Floats, Floats]], extra: Sequence[tuple[Floats, Floats]] = ()
 ) -> Floats:
-    """Mean square of the sum of all parts; the means of `more`, of unknown sign, the way that adds to its size."""
+    """Mean square of the sum of all parts; the means of `extra` have unknown signs and are added to its size."""
     variance = np.asarray(sum(v for _, v in (*parts.values(), *extra)))
     mean = np.abs(np.asarray(sum(m for m, _ in parts.values()))) + np.asarray(sum(np.abs(m) for m, _ in extra))
     return np.asarray(np.maximum(variance, 0.0) + mean**2)
@@ -395,7 +397,7 @@ def _error(
     shares = {
         key: np.divide(part, square, out=np.zeros_like(square), where=square > 0) for key, part in variances.items()
     }
-    # The second one is without undecided terms, which are at their largest at their limits.
+    # The second omits undecided terms, which are largest at their limits.
     spread, observed_part, taken_as_exact, additional = np.zeros_like(square), np.zeros_like(square), [], []
     has_variance = False
     for channel in dict.fromkeys(channel for channel, _ in sources):
@@ -418,7 +420,7 @@ def _error(
         for rows in (parts, [(k, each) for k, each in parts if (channel, each.part) not in limited]):
             if not rows:
                 continue
-            # The mean square is quadratic in each coefficient: its derivative is twice its part over the coefficient.
+            # The mean square is quadratic in each coefficient: its derivative is twice the part over the coefficient.
             gradient = np.array(
                 [
                     2 * variances[channel, each.part] / model.channels[channel][each.part]
@@ -439,7 +441,7 @@ def _error(
     size = rms
     if has_variance:
         wide = np.exp(_over(z * np.sqrt(np.maximum(spread, 0)), 2 * square))
-        # Undecided terms without a separate error: from none of them to all at their limits.
+        # Undecided terms without a separate error range from all absent to all at their limits.
         smallest = _square({key: part for key, part in sources.items() if key not in additional})
         largest = _square({key: limited.get(key, part) if key in additional else part for key, part in sources.items()})
         low, high = np.sqrt(np.minimum(square, smallest)) / wide, np.sqrt(np.maximum(square, largest)) * wide

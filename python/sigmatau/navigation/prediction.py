@@ -41,11 +41,11 @@ _SAME_LIMIT = 1.005
 """Ratio of a limit to the end of the interval up to which the limit is not printed."""
 
 _LEAST_SHARES = 32
-"""Columns for the shares beside the other cells of a row; with fewer they are below."""
+"""Columns that the shares need next to the other cells of a row; with fewer columns they are printed below."""
 
 _QUANTITIES = {"gyro": "angular_rate", "accel": "acceleration"}
 _VALID_UP_TO = {"roll": 0.2, "pitch": 0.2, "velocity": 1000.0, "position": EARTH_RADIUS / 100}
-"""Errors beyond which the equations, of small tilts near the start, do not hold. [rad, m/s, m]"""
+"""Errors above which the equations, for small tilts near the start, do not hold. [rad, m/s, m]"""
 
 _BIAS_UNITS = {"gyro": "deg/h", "accel": "mg"}
 _ERRORS = {"rad": "angle", "m/s": "velocity", "m": "position"}
@@ -66,17 +66,17 @@ class PredictedError(Printed):
     rms : ndarray, shape (n_times,)
         √(std² + mean²). [unit]
     std, mean : ndarray, shape (n_times,)
-        What noise makes, and what ramps make, with its sign. [unit]
+        Standard deviation from noise, and mean from ramps, with its sign. [unit]
     low, high : ndarray or None, shape (n_times,)
-        Interval of the error: by the errors of the coefficients, with the limits of terms that were not seen; None if the
-        error of no coefficient is known. [unit]
+        Interval of the error from the errors of the coefficients, with the limits of terms that were not observed; None
+        if the error of no coefficient is known. [unit]
     shares : mapping of (str, str) to ndarray, shape (n_times,)
-        Parts of rms², by channel and term; they add up to 1. [1] One of correlated noise may be negative.
+        Parts of rms², by channel and term; they add up to 1. The part of correlated noise may be negative. [1]
     at_most : ndarray or None, shape (n_times,)
-        With the terms that were not seen, and those that the record cannot distinguish, at their limits, the
-        others at the upper end of the interval; None if the model has no limits. [unit]
+        Error with terms that were not observed or cannot be distinguished at their limits, and the others at the upper
+        end of the interval; None if the model has no limits. [unit]
     tilt_without : str
-        The gyro whose tilt is left out because the model has it not; empty otherwise.
+        The gyro whose tilt is omitted because the model lacks it; empty otherwise.
     """
 
     name: str
@@ -126,14 +126,14 @@ class PredictedError(Printed):
         return content
 
     def _limit_beyond(self, k: int) -> float | None:
-        """The limit of a time in `at_most` if it is larger than the end of the interval."""
+        """The value of `at_most` at a time, if it is larger than the end of the interval."""
         if self.at_most is None or (self.high is not None and self.at_most[k] <= _SAME_LIMIT * self.high[k]):
             return None
         return float(self.at_most[k])
 
     @property
     def is_beyond(self) -> bool:
-        """Whether `at_most` says more than the interval at any time."""
+        """Whether `at_most` is larger than the end of the interval at any time."""
         return any(self._limit_beyond(k) is not None for k in range(len(self.after)))
 
     @property
@@ -147,7 +147,7 @@ class PredictedError(Printed):
         Parameters
         ----------
         duration : float, optional
-            Length of the record that the model comes from, beyond which a time is marked. [s]
+            Length of the record of the model; longer times are marked. [s]
 
         Returns
         -------
@@ -189,7 +189,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
     after : ndarray, shape (n_times,)
         [s]
     calibration : float or None
-        Length of time before the start whose mean rates are subtracted. [s]
+        Length of the time before the start whose mean rates are subtracted. [s]
     rate : float
         [Hz]
     earth : {"round", "flat"}
@@ -200,19 +200,19 @@ class Prediction(Mapping[str, PredictedError], Printed):
     flicker_error : float
         Largest relative error of the Allan deviation of the flicker noise.
     flicker_in_records : tuple of float or None
-        Without a calibration: least and largest of what flicker noise makes of these errors in a record of `simulate`, whose
-        first sample of it is 0, over what it makes here, where all that it is made of is known at the start. [1]
+        Without a calibration: smallest and largest ratio of the errors by flicker noise in a record of `simulate`,
+        where only its first sample is 0, to those predicted here, where all its processes are 0 at the start. [1]
     as_known : tuple of (str, str)
         Channels and parts whose errors are unknown or not in the model. The intervals contain no error for them.
     not_seen : tuple of (str, str)
-        Channels and terms that the record did not show: 0 in `rms`, at their limits in `at_most`.
+        Channels and terms that were not observed: 0 in `rms`, at their limits in `at_most`.
     undecided : tuple of (str, str)
-        Channels and terms of which the record shows that one at least is there, but not which.
+        Channels and terms of which the record shows at least one, but not which.
     alike_from : mapping of str to float
-        Channels whose record shows a rate random walk or a Gauss-Markov process of this or a longer time, but not which: the
-        intervals hold both. [s]
+        Channels whose record shows a rate random walk or a Gauss-Markov process with at least this correlation time,
+        but not which; the intervals include both. [s]
     duration : float or None
-        Length of the shortest record that the model comes from, None if it comes from none. [s]
+        Length of the shortest record of the model; None if the model is not from a record. [s]
     limit_level : float
         Probability of the limits in `at_most`.
     """
@@ -264,14 +264,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
         }
 
     def plot(self, ax: Panels = None, *, marked: ArrayLike | None = None) -> Figure:
-        """Draw the errors against time, a panel for angles, velocities and positions each.
+        """Draw the errors against time, with one panel each for angles, velocities and positions.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
         marked : array_like, shape (n_marked,), optional
-            Which times, nearest to these, have a dot. Default: all. [s]
+            Times to mark with a dot; the nearest computed ones are marked. Default: all. [s]
 
         Returns
         -------
@@ -297,14 +297,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 if error.at_most is not None:
                     panel.loglog(error.after, error.at_most / factor, "--", color=look["color"], linewidth=1)
             if any(error.at_most is not None for _, error in shown):
-                panel.plot([], [], "--", color="0.4", linewidth=1, label="at most, with terms that were not seen")
+                panel.plot([], [], "--", color="0.4", linewidth=1, label="at most, with terms that were not observed")
             whole_decades(panel)
             label_axes(panel, "time since the start [s]", f"error of the {_ERRORS[unit]}, rms [{text}]")
             legend(panel)
         return parent_figure(panels[0])
 
     def notes(self) -> list[str]:
-        """Assumptions of the numbers."""
+        """Sentences with the assumptions of the prediction."""
         if self.calibration is not None:
             lines = [
                 f"The mean rates of the {duration_text(self.calibration)} before the start are subtracted;"
@@ -312,14 +312,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
                 "Roll and pitch do not contain the error of levelling: the bias of an accelerometer over g.",
             ]
         else:
-            lines = ["The state at the start is taken as known: walks and flicker noise begin at 0."]
+            lines = ["The initial state is assumed to be known: walks and flicker noise begin at 0."]
             lines.append(
                 "Biases at turn-on: "
                 + ", ".join(_bias(name, value) for name, value in self.turn_on.items())
                 + " (standard deviations)."
                 if self.turn_on
                 else worded(
-                    f"A bias at turn-on, which no record at rest shows, is not in it: give it ({Hint('turn_on')}),"
+                    f"A bias at turn-on, which no record at rest shows, is not included: give it ({Hint('turn_on')}),"
                     " or calibrate."
                 )
             )
@@ -338,17 +338,19 @@ class Prediction(Mapping[str, PredictedError], Printed):
             )
         if any(error.low is not None for error in self.errors.values()):
             names = ", ".join(_label(*key) for key in self.as_known)
-            limits = f" and the {100 * self.limit_level:g} % limits of terms not seen" if self.not_seen else ""
+            limits = (
+                f" and the {100 * self.limit_level:g} % limits of terms that were not observed" if self.not_seen else ""
+            )
             lines.append(
                 f"[ ]: {100 * self.level:g} % interval by the errors of the coefficients{limits}"
-                + (f"; taken as known: {names}." if names else ".")
+                + (f"; assumed to be known: {names}." if names else ".")
             )
-        lines += [f"{name}: {alike_text(time)}; the interval holds both." for name, time in self.alike_from.items()]
+        lines += [f"{name}: {alike_text(time)}; the interval includes both." for name, time in self.alike_from.items()]
         if self.not_seen:
-            lines.append("Not seen in the record, and 0 in the rms: " + _by_channel(self.not_seen) + ".")
+            lines.append("Not observed in the record, and 0 in the rms: " + _by_channel(self.not_seen) + ".")
         if self.undecided:
             lines.append(
-                "Not distinguished from other noise; the rms has what fits best: "
+                "Not distinguished from other noise; the rms contains the best fit: "
                 + ", ".join(_label(*key) for key in self.undecided)
                 + "."
             )
@@ -365,7 +367,7 @@ class Prediction(Mapping[str, PredictedError], Printed):
             lines.append(f"Height is unstable: without an aid, its error grows e-fold every {duration_text(growth)}.")
         if any(error.large.any() for error in self.errors.values()):
             lines.append(
-                "Too large for these equations: they are of tilts below 0.2 rad, speeds below 1 km/s and 64 km."
+                "Too large for the equations, valid for tilts below 0.2 rad, speeds below 1 km/s, distances below 64 km."
             )
         return lines
 
@@ -378,12 +380,14 @@ class Prediction(Mapping[str, PredictedError], Printed):
 
 
 def _finite(values: Floats) -> list[float | None]:
-    """Plain values; None for those without end, which JSON does not have."""
+    """Plain values; None for infinite ones, which JSON does not have."""
     return [value if math.isfinite(value) else None for value in values.tolist()]
 
 
 def _label(channel: str, part: str) -> str:
-    """Name of a part of a channel, as `analyze` prints it; of correlated channels of different kinds, the common name."""
+    """Name of a part of a channel, as printed by `analyze`; for correlated channels of different kinds, their common
+    name.
+    """
     quantity = _QUANTITIES.get(stream_name(channel), "signal") if " " not in channel else "signal"
     return f"{channel} {TERMS[part].label(quantity) if part in TERMS else _OTHER_LABELS[part]}"
 
@@ -406,7 +410,7 @@ def _named(error: PredictedError, *, duration: float | None = None) -> list[tupl
 
 
 def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    """Aligned rows; last cells that do not fit beside the others are below them."""
+    """Align rows; last cells that do not fit in the line are printed below."""
     shown = [k for k in range(len(rows[0])) if k == len(rows[0]) - 1 or any(row[k] for row in rows)]
     rows = [tuple(row[k] for k in shown) for row in rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]

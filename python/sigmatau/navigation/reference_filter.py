@@ -1,11 +1,11 @@
-"""Consistency of a bias-estimating filter: stationary analysis against the complete noise model of a sensor.
+"""Consistency of a bias-estimating filter: a stationary filter applied to the complete noise model of a sensor.
 
 The states of the filter are the integral of the sensor's rate (an angle; the velocity of an accelerometer) and a bias, which
-is a random walk of coefficient K, a first-order Gauss-Markov process, or the sum of both. The filter is aided with a
-measurement of the integral at a constant interval. Its stationary gain follows from the Riccati equation of *its* model. The
-actual covariance of its error follows from the joint system of truth and filter, where the truth has all noise of the model
-of the channel: flicker noise is a bank of Gauss-Markov processes, three per decade. Internal units: the interval of aiding,
-and the deviation of the measurement.
+is a random walk of coefficient K, a first-order Gauss-Markov process, or the sum of both. Measurements of the integral
+at a constant interval aid the filter. Its stationary gain follows from the Riccati equation of the model that the
+filter assumes. The actual covariance of its error follows from the joint system of truth and filter, where the truth
+has all noise of the channel; flicker noise is a bank of Gauss-Markov processes, three per decade. Internally, time is
+in intervals of aiding, and the integral in standard deviations of the measurement.
 
 References
 ----------
@@ -31,14 +31,14 @@ from sigmatau.statespace.riccati import stationary_covariance
 
 Criterion = Literal["horizon", "bias"]
 
-_POLES_PER_DECADE = 3  # for flicker noise; its density is then within 1 %
+_POLES_PER_DECADE = 3  # poles of flicker noise; the error of its density is then 1 %
 _SLOWEST_POLE = 3e5  # a bias that drifts more slowly is constant for a filter [s]
 _FASTEST_PROCESS = 1e-3  # a process with a shorter correlation time is white noise for the filter [intervals of aiding]
 _SETTLED = 2e4  # shortest time that the filter runs before its error is computed [s]
 _TIME_CONSTANTS = 20.0  # number of time constants in which the error of the filter becomes stationary
 _FLOOR = 0.01  # smallest K, in N/horizon: it adds 1 % to the stated variance at the horizon
 _WIDEST = 1e20  # largest K, in the same unit
-_FIRST_TIME = 10.0  # time from which on a filter with a third state is fitted [s]
+_FIRST_TIME = 10.0  # shortest time at which a filter with a third state is fitted [s]
 _TOLERANCE = 1e-4  # relative error of K
 RUN = 60.0
 """Number of horizons for which a filter with a Gauss-Markov bias runs before its error is judged, and the correlation time
@@ -65,12 +65,12 @@ class Aiding:
 
 
 AIDING = {"gyro": Aiding(interval=0.2, deviation=1e-4), "accel": Aiding(interval=0.2, deviation=0.01)}
-"""An attitude of 20″ five times a second, as of a camera; a velocity of 1 cm/s, as of a receiver."""
+"""An attitude with 20″ five times a second, like a camera; a velocity with 1 cm/s, like a GNSS receiver."""
 
 
 @frozen(eq=False)
 class TrueNoise:
-    """All noise of a channel that accumulates in the integral, so without quantization and sinusoids.
+    """All noise of a channel that accumulates in the integral: without quantization and sinusoids.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class FilterModel:
     walk : float
         K of the bias; 0 for none. [rad/s²/√Hz or m/s³/√Hz]
     process : GaussMarkov or None
-        A bias beside it that is a Gauss-Markov process.
+        A second bias, which is a Gauss-Markov process.
     """
 
     noise: float
@@ -116,7 +116,7 @@ class Coasting:
     time : float
         [s]
     real, stated : float
-        Standard deviation of the error, and what the filter states. [rad or m/s]
+        Actual standard deviation of the error, and the one stated by the filter. [rad or m/s]
     """
 
     time: float
@@ -154,7 +154,7 @@ class ConsistentWalk:
     walk : float
         [rad/s²/√Hz or m/s³/√Hz]
     is_floor : bool
-        Whether this is the smallest K that is used. With it, the filter already states more than its error.
+        Whether this is the smallest allowed K, with which the filter already overstates its error.
     """
 
     walk: float
@@ -169,7 +169,7 @@ class ConsistentProcess:
     ----------
     process : GaussMarkov
     is_floor : bool
-        Whether this is the smallest process that is used. With it, the filter already states more than its error.
+        Whether this is the smallest allowed process, with which the filter already overstates its error.
     """
 
     process: GaussMarkov
@@ -185,8 +185,8 @@ def judge_filter(
     mean: bool = False,
     run: float | None = None,
 ) -> Consistency:
-    """Consistency of a filter for axes with different noise: that of the largest error, or of the mean square; after a run
-    of some time [s], or when its error has become stationary.
+    """Consistency of a filter for axes with different noise, by the largest error or the mean square; after a run of
+    some time [s], or in the stationary state.
     """
     units = _Units.build(aiding, assumed.noise)
     filter_ = _Filter.build(assumed, units)
@@ -212,7 +212,7 @@ def find_consistent_walk(
     )
 
 
-@functools.lru_cache(maxsize=1024)  # each target of a report asks the same of all channels
+@functools.lru_cache(maxsize=1024)  # cached, because each target of a report needs the same walks
 def _solve_walk(
     coefficients: tuple[tuple[str, float], ...],
     gauss_markov: tuple[GaussMarkov, ...],
@@ -231,7 +231,7 @@ def _solve_walk(
         and not (truth.gauss_markov or truth.resonance)
         and terms.get("random_walk") == noise
     ):
-        return ConsistentWalk(walk=terms["rate_random_walk"])  # The model is that of the filter
+        return ConsistentWalk(walk=terms["rate_random_walk"])  # the truth is the filter's model
     units = _Units.build(aiding, noise)
     whole = _Truth.build(truth, units)
 
@@ -253,8 +253,8 @@ def find_consistent_process(
     """Find a Gauss-Markov bias, with a given correlation time, for which a filter states its error after the horizon
     correctly.
 
-    The statement is correct after a run of `run_of_process`. A bias that drifts without bound finally leaves any stationary
-    process.
+    The stated error is correct after a run of `run_of_process`. A bias that drifts without bound finally exceeds any
+    stationary process.
     """
     units = _Units.build(aiding, noise)
     whole, steps = _Truth.build(truth, units), units.steps(horizon)
@@ -314,7 +314,7 @@ def find_third_state(truth: TrueNoise, *, noise: float, aiding: Aiding, horizon:
     start = find_consistent_walk(truth, noise=noise, aiding=aiding, horizon=horizon).walk
     floor = math.log(_FLOOR * noise / horizon)
     guess = np.array([max(math.log(start / 2), floor), math.log(3 * start), math.log(horizon / 3)])
-    # A time of a few steps is white noise, and one of many horizons a walk.
+    # A correlation time of a few steps is white noise, one of many horizons a walk.
     low = np.array([floor, floor, math.log(10 * aiding.interval)])
     high = np.array([guess[0] + 5, guess[1] + 5, math.log(10 * horizon)])
     solved = least_squares(
@@ -352,15 +352,15 @@ def _falling_root(function: Callable[[float], float], low: float, at_low: float,
 
 @dataclass(frozen=True, slots=True)
 class _Units:
-    """Units in which interval and deviation of the aiding are 1."""
+    """Units in which the interval and the deviation of the aiding are 1."""
 
     time: float
     integral: float
 
     @classmethod
     def build(cls, aiding: Aiding, noise: float) -> _Units:
-        """Units for a filter with N = `noise`. If the ratio of the deviation to that of a step is not realistic, the
-        deviation is set from N.
+        """Units for a filter with N = `noise`. If the ratio of the noise of a step to the deviation is not realistic,
+        the deviation is set from N.
         """
         step = noise * math.sqrt(aiding.interval)
         return cls(aiding.interval, min(max(aiding.deviation, step / _WIDEST_RATIO), step * _WIDEST_RATIO))
@@ -386,7 +386,7 @@ class _Units:
 
 
 class _Continuous:
-    """ẋ = A·x + w, density D of w; x₀ is the integral of those of the other states that are measured."""
+    """ẋ = A·x + w, where w has the density D; x₀ is the integral of the sum of the measured states."""
 
     def __init__(self, noise: float) -> None:
         self.a = np.zeros((1, 1))
@@ -422,7 +422,7 @@ class _Truth:
 
     step: RepeatedStep
     before: Floats
-    measured: Floats  # which states are part of the rate; shape (n_states,)
+    measured: Floats  # 1 for states that are part of the rate; shape (n_states,)
 
     @classmethod
     def build(cls, model: TrueNoise, units: _Units) -> _Truth:
@@ -496,11 +496,13 @@ class _Filter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joint:
-    """Truth and filter together: the error of the integral, the parts of the truth, the biases that the filter estimates."""
+    """Joint system of truth and filter: the error of the integral, the parts of the truth, the biases estimated by the
+    filter.
+    """
 
     step: RepeatedStep  # step between two measurements
     covariance: Floats  # covariance after a measurement, in the stationary state
-    error: Floats  # which states add up to the error of the bias; shape (n_states,)
+    error: Floats  # coefficients of the states in the error of the bias; shape (n_states,)
 
     @classmethod
     def build(cls, truth: _Truth, filter_: _Filter, steps: int | None = None) -> _Joint:

@@ -72,7 +72,7 @@ class Temperature:
     Attributes
     ----------
     start, end : float
-        Temperatures when the sensor is turned on, and long after. [°C]
+        Temperature when the sensor is turned on, and long afterwards. [°C]
     time : float
         Time constant of the change. [s]
     swing : float
@@ -80,7 +80,7 @@ class Temperature:
     resolution : float
         Step of the thermometer's numbers; 0 for none. [K]
     sensitivity : mapping of str to float
-        Change of a channel or sensor (``"gyro"``) with the temperature, counted from that at the start. [unit of the
+        Change of a channel or sensor (``"gyro"``) with the difference from the temperature at the start. [unit of the
         rate per K]
 
     Raises
@@ -180,7 +180,7 @@ class Imperfections(Printed):
     Attributes
     ----------
     level : mapping of str to float
-        A constant, such as gravity on an axis. [unit of the rate]
+        Constant offset, such as gravity on an axis. [unit of the rate]
     warm_up : mapping of str to WarmUp
     temperature : Temperature or None
     saturation : mapping of str to float
@@ -198,13 +198,14 @@ class Imperfections(Printed):
     outages : tuple of Outage
         Times in which all rows are lost, except the first and the last row of the log.
     jitter : float
-        Standard deviation of the time stamps about the regular times of the samples: only the stamps are wrong. At most a
-        tenth of the sample interval, so that stamps stay in order. Normal, clipped at 4.5 standard deviations. [s]
+        Standard deviation of the time stamps about the regular times of the samples; only the stamps are affected. At
+        most a tenth of the sample interval, so that stamps stay in order. Normal, clipped at 4.5 standard deviations.
+        [s]
 
     Raises
     ------
     OptionError
-        For an invalid value; names the attribute.
+        For an invalid value; the message names the attribute.
 
     See Also
     --------

@@ -29,9 +29,10 @@ def simulate(
     """A record with the model's noise, by exact generators.
 
     Every term is the sampled process whose Allan variance `NoiseModel.avar` returns: quantization as differences of
-    white phase, the random walk as white noise (behind a bandwidth as the filter's states, sampled), bias instability
-    as discrete flicker noise by circulant embedding of its first differences (Davies and Harte), the rate random walk as a
-    sampled walk, the ramp as a line, Gauss-Markov processes as stationary recursions, sinusoids with a random phase.
+    white phase, the random walk as white noise (with a bandwidth, as sampled states of its filter), bias instability
+    as discrete flicker noise by circulant embedding of its first differences (Davies and Harte), the rate random walk
+    as a sampled walk, the ramp as a line, Gauss-Markov processes as stationary recursions, sinusoids with a random
+    phase.
 
     Parameters
     ----------
@@ -49,8 +50,9 @@ def simulate(
     flicker : {"exact", "poles"}
         Generator of bias instability: exact, or the poles of `simulate_to`, which gives the same samples as that function.
     unobserved : {"absent", "mean", "upper-limit"}
-        What the record has of terms that were not observed, of a model from a fit: nothing; the mean of their variance if
-        every coefficient up to the upper limit is as probable; or the limit. `Provenance.conversions` of the record says it.
+        How the record includes terms that the fit of the model did not observe: not at all; with the mean of their
+        variance if every coefficient up to the upper limit is equally probable; or at the limit.
+        `Provenance.conversions` of the record states it.
 
     Returns
     -------

@@ -27,7 +27,7 @@ from sigmatau.units import integral
 T = TypeVar("T")
 
 _MAX_N = {"exact": 1 << 30, "poles": 1 << 40}  # largest number of samples
-# Channels' numbers have 32 bits.
+# random streams of the losses and the jitter, above the 32 bits of the channels' numbers
 _LOSSES, _JITTER = 1 << 32, 2 << 32
 _MOST_JITTER_SIGMAS = 4.5  # largest jitter in standard deviations
 
@@ -50,12 +50,12 @@ class SimulationJob:
 
     @property
     def first(self) -> int:
-        """Rows before that of the first sample: the 0 that a running sum begins with."""
+        """Number of rows before the first sample: 1 for the initial 0 of a running sum, else 0."""
         return int(self.imperfections.output == "accumulated")
 
     @property
     def rows(self) -> int:
-        """Rows of the log, with those that are lost."""
+        """Number of rows of the log, including lost ones."""
         return self.n + self.first
 
     def unit(self, channel: str) -> str:
@@ -64,7 +64,7 @@ class SimulationJob:
         return unit if self.imperfections.output == "rate" else integral(unit)
 
     def times(self, start: int, stop: int) -> Floats:
-        """Of some rows. [s]"""
+        """Times of some rows. [s]"""
         return np.arange(start, stop) / self.rate
 
 
@@ -143,7 +143,7 @@ class Channel:
         self._made = 0
 
     def next(self, n: int) -> Floats:
-        """The next rows, those of `n` samples; the first piece of accumulated output has one more."""
+        """The rows of the next `n` samples; the first piece of accumulated output has one row more."""
         rate = np.empty(n)
         self._noise.fill(rate)
         start, self._made = self._made, self._made + n
@@ -162,7 +162,7 @@ class Channel:
         self._sum = sums[-1]
         if output == "accumulated":
             return rounded(np.asarray(sums[int(start > 0) :], dtype=np.float64), self._lsb)
-        # Whole steps first, so that no digit is lost in the difference.
+        # The differences are of whole steps, so that they lose no digits.
         steps = np.diff(np.rint(np.asarray(sums, dtype=np.float64) / self._lsb))
         return np.asarray(steps * self._lsb + 0.0)  # no -0
 
@@ -217,7 +217,7 @@ class Stamps:
 
 
 def _channel_value(values: Mapping[str, T], channel: str, default: T) -> T:
-    """Value given for a channel, or for its sensor."""
+    """Value stated for a channel, or for its sensor."""
     return values.get(channel, values.get(stream_name(channel), default))
 
 
@@ -232,7 +232,7 @@ def make_noise(
     model: NoiseModel, channel: str, *, n: int, tau0: float, seed: int, flicker: Flicker
 ) -> generators.Generator:
     """The generator of `n` samples of a channel's noise, in SI. Noise that is correlated between channels is Σ Lᵢⱼ·uⱼ,
-    with L·Lᵀ the correlation matrix and uⱼ the noise that channel j would have alone.
+    where L·Lᵀ is the correlation matrix and uⱼ the noise that channel j would have alone.
     """
     noise = model.channels[channel]
     made = generators.Generator(n, tau0, seed=seed)
@@ -265,7 +265,7 @@ def normal(n: int, *, seed: int, channel: int) -> generators.Generator:
 
 
 def stream_number(channel: str) -> int:
-    """FNV-1a hash of the name, so that a channel's noise depends on its own name alone."""
+    """FNV-1a hash of the name, so that a channel's noise depends on no other channel."""
     value = 0x811C9DC5
     for byte in channel.encode():
         value = ((value ^ byte) * 0x01000193) & 0xFFFFFFFF
@@ -282,8 +282,8 @@ def _shares(model: NoiseModel, term: str, channel: str) -> list[tuple[int, float
 
 
 def correlation_root(matrix: Floats) -> Floats:
-    """L, lower triangular, with L·Lᵀ the correlation `matrix`, which may be singular; both of shape (n, n). Rows of
-    channels that are independent of those before them are those of the unit matrix.
+    """Lower triangular L with L·Lᵀ = `matrix`, a correlation matrix that may be singular; both have shape (n, n). A
+    channel that is independent of the earlier ones has the row of the unit matrix.
     """
     size = len(matrix)
     root = np.zeros((size, size))

@@ -39,7 +39,7 @@ class Simulated(Printed):
     rate : float
         Sampling rate. [Hz]
     seed : int
-        Seed with which the same file is made again.
+        Seed that reproduces the file.
     unobserved : tuple of str
         How the file includes terms that were not observed, one line per channel.
 
@@ -99,7 +99,7 @@ def simulate_to(
         Generator of bias instability: a bank of poles, whose Allan deviation is within 0.002 % of the exact one up to a
         third of the record; or exact, which keeps all samples of channels with bias instability in memory.
     unobserved : {"absent", "mean", "upper-limit"}
-        As for `simulate`. `Simulated.unobserved` says what the file has.
+        As for `simulate`. `Simulated.unobserved` states how the file includes them.
     chunk : int
         Samples generated at a time. The file does not depend on it.
     progress : callable, optional
@@ -114,8 +114,8 @@ def simulate_to(
     OptionError
         As `simulate`, and for a file name of another ending.
     DataError
-        If the file cannot be written, has no place for a channel, or needs a library that is not installed. An unfinished
-        file is removed, after an error as well as after an interruption.
+        If the file cannot be written, its format has no field for a channel, or a library is not installed. An
+        unfinished file is removed, after an error as well as after an interruption.
 
     See Also
     --------
@@ -125,7 +125,7 @@ def simulate_to(
     Notes
     -----
     The filter of flicker noise [1]_ is (1 − z⁻¹)^(−1/2) = (1/π)·∫ x^(−1/2)·(1 − x)^(−1/2)/(1 − x·z⁻¹) dx from 0 to 1;
-    by a trapezoidal rule it is a sum of poles that share one white noise. They start with their joint stationary
+    by a trapezoidal rule it becomes a sum of poles that share one white noise. They start with their joint stationary
     covariance.
 
     References

@@ -27,29 +27,30 @@ Complexes = NDArray[np.complex128]
 # Largest relative change of the gain at zero frequency that rounded coefficients may cause, without the roots at 1
 _MOST_GAIN_CHANGE = 1e-6
 
-# Longest period at which the spectrum is compared with the model's: the longest band of flicker noise. [samples]
+# longest period at which the spectrum is compared with that of the model: the longest band of flicker noise [samples]
 _LONGEST_PERIOD = 1e12
 _PER_DECADE = 8  # number of frequencies per decade at which the spectrum is compared
 
 _MOST_SPECTRUM_ERROR = 1e-4
-"""Largest relative error of a spectrum; with a larger one the process is refused. A root rounded to double precision changes
-1 − φ by 1e-16, which is 1e-4 of it at a correlation time of 10¹² samples; other errors are below 1e-12.
+"""Largest relative error of a spectrum, above which the process is refused. Rounding a root to double precision changes
+1 − φ by 1e-16, a relative change of 1e-4 at a correlation time of 10¹² samples; other errors are below 1e-12.
 """
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Arma(Printed):
-    """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e, L the lag by one sample, var e = `variance`.
+    """An ARIMA(p, d, q) process: (1 − L)ᵈ·ar(L)·y = drift + ma(L)·e.
 
-    Filter with `sections`. Flicker noise and long correlation times have roots close to 1, for which polynomial
-    coefficients in double precision are not accurate enough: such a filter would be unstable.
+    L is the lag by one sample, and var e = `variance`. Use `sections` for filtering: flicker noise and long correlation
+    times have roots close to 1, for which polynomial coefficients in double precision are not accurate enough, and a filter
+    with `ar` and `ma` would be unstable.
 
     Attributes
     ----------
     d : int
         Differences: 1 with a rate random walk or a ramp, else 0.
     variance : float
-        Variance of the innovation e, the error of the best forecast by one sample. [(unit of the rate)²]
+        Variance of the innovation e, the error of the best one-step forecast. [(unit of the rate)²]
     drift : float
         Mean of the differenced process before `ar`: a ramp. [unit of the rate]
     ar_roots : ndarray of complex, shape (p,)
@@ -65,8 +66,8 @@ class Arma(Printed):
     tau_max : float or None
         Longest averaging time for which the flicker noise is accurate. [s]
     error : float
-        Largest relative error of the spectrum with these rounded roots against the model, up to half the rate and down to a
-        period of 10¹² samples. The flicker noise of the model is that of its poles here, see `flicker_error`.
+        Largest relative error of the spectrum with these rounded roots, up to half the rate and for periods up to 10¹²
+        samples. It does not include the error of the poles of flicker noise, see `flicker_error`.
 
     See Also
     --------
@@ -104,7 +105,7 @@ class Arma(Printed):
         Raises
         ------
         DataError
-            If coefficients in double precision do not have the roots. Use `sections`.
+            If coefficients in double precision lose the roots; use `sections`.
         """
         return _coefficients("ar", self.ar_roots)
 
@@ -254,13 +255,13 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
     refuse_without_system(model.terms)
     interval("dt", dt)
     if model.sinusoid:
-        raise DataError("a sinusoid is no ARMA process: leave it out of the model, or take its state space")
+        raise DataError("a sinusoid is not an ARMA process: leave it out of the model, or take its state space")
     terms = model.terms
     ramp = terms.get("rate_ramp", 0.0)
     if not (model.gauss_markov or model.resonance) and not any(
         value for term, value in terms.items() if term != "rate_ramp"
     ):
-        raise DataError("a ramp alone is no ARMA process: it has no noise")
+        raise DataError("a ramp alone is not an ARMA process: it has no noise")
     processes = [(process.sigma, process.time) for process in model.gauss_markov]
     level = terms.get("bias_instability", 0.0)
     poles = find_flicker_poles(model, dt=dt, tau_max=tau_max, error=flicker_error)
@@ -305,13 +306,13 @@ def arma(model: ChannelModel, *, dt: float, tau_max: float | None = None, flicke
 
 def _gain(roots: Complexes, w: Floats) -> Floats:
     """|Π(1 − ϑ/z)|² at w."""
-    # A complex root comes with its conjugate, so that the product is real and the square of the magnitude.
+    # With the conjugate of each complex root, the product is real and equals the squared magnitude.
     factors = (1 - roots) ** 2 + roots * w[..., None]
     return np.asarray(np.prod(factors, axis=-1).real)
 
 
 def _expanded(roots: Complexes) -> Floats:
-    """Coefficients of Π(1 − ϑL), from the lag 0 on."""
+    """Coefficients of Π(1 − ϑL), from lag 0."""
     return np.atleast_1d(np.poly(roots)).real if len(roots) else np.ones(1)
 
 
@@ -344,7 +345,9 @@ def _factors(roots: Complexes) -> list[tuple[complex, Floats]]:
 
 
 def _sections(poles: Complexes, zeros: Complexes) -> Floats:
-    """Sections of second order: each pole, the closest to the unit circle first, over the nearest zero of its order."""
+    """Second-order sections: each pole, the closest to the unit circle first, is paired with the nearest zero of its
+    order.
+    """
     unity = np.array([1.0, 0.0, 0.0])
     remaining = _factors(zeros)
     rows = []
@@ -359,7 +362,7 @@ def _sections(poles: Complexes, zeros: Complexes) -> Floats:
 def _root(root: complex) -> str:
     if root.imag:
         return f"{root.real:.9g} {'+' if root.imag > 0 else '−'} {abs(root.imag):.9g}i"
-    # Nine digits of what is missing to 1, which is what matters, where they would be lost behind nines.
+    # Roots close to 1 are printed as 1 − x, because only the distance from 1 matters.
     return f"1 − {1 - root.real:.9g}" if 0 < 1 - root.real < 0.01 else f"{root.real:.9g}"
 
 

@@ -1,14 +1,14 @@
 """Covariance of the Allan variances of a record if a model is true, and whether noise dominates it.
 
-White noise behind a low-pass filter, and resonances: with C(l) the covariance of the second differences z_j(n) and
-z_{j+l}(m) of the phase,
-that of two Allan variances is Σ w(l)·[C(l)² + 2·R²n²m²τ₀⁴·C(l)]/(2n²m²τ₀⁴·M(n)·M(m)), w(l) the number of pairs at the lag l
-and R a ramp. C is that of one such part, F, and of all else, E: the kernels have Σ w·E², and here are Σ w·(F² + 2FE) and
-the ramp's Σ w·F, from the generalised autocovariances of the phase (`sigmatau.model.covariance`); one part after the other.
+Let C(l) be the covariance of the second differences z_j(n) and z_{j+l}(m) of the phase. The covariance of two Allan
+variances is Σ w(l)·[C(l)² + 2·R²n²m²τ₀⁴·C(l)]/(2n²m²τ₀⁴·M(n)·M(m)), where w(l) is the number of pairs at the lag l and
+R a ramp. For white noise after a low-pass filter and for resonances, C is the sum of F from one such part and E from
+all other noise. The kernels compute Σ w·E². This module adds Σ w·(F² + 2FE) and Σ w·F for the ramp, from the
+generalised autocovariances of the phase (`sigmatau.model.covariance`), for one part after the other.
 
-F is smooth except at the nine lags at which ends of the two clusters coincide, and is negligible beyond the memory of the
-part. So sums include all lags near those nine, and Gauss points of panels in between, whose lengths grow with the distance
-but not beyond an oscillation of the parts.
+F is smooth except at the nine lags at which ends of the two clusters coincide, and is negligible beyond the memory of
+the part. The sums therefore include all lags near those nine, and Gauss points of panels in between. The panels grow
+with the distance, up to one oscillation of the part.
 """
 
 from __future__ import annotations
@@ -32,17 +32,20 @@ from sigmatau.model.parameters import Covariance
 from sigmatau.model.processes import Sinusoid
 from sigmatau.noise.terms import NOISE
 
-# Sine of the phase step per sample below which a sinusoid is sampled as a constant, or always at its zeros
+# sine of the phase step per sample below which the samples of a sinusoid are constant or alternate
 _SMALLEST_SINE = 1e-9
 _MOST_PHASE_SHARE = 0.1
-"""Largest error of a variance over its standard error. The change x of the variance by the phase of a sinusoid is treated as
-small, so that the next order, x²/2, is missing."""
+"""Largest error of a variance over its standard error. The change x of the variance by the phase of a sinusoid is
+treated to first order; the next order, x²/2, is neglected.
+"""
 
 
 def covariance_of_model(
     model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float, together: NDArray[np.bool_] | None = None
 ) -> Floats:
-    """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). Only variances unless `together`."""
+    """Covariance of the Allan variances if the model is true; shape (n_tau, n_tau). Without `together`, only the
+    variances.
+    """
     times = [process.time for process in model.gauss_markov]
     noise, ramp = kernels.covariance_tensors(n, m, tau0, correlation_times=times)
     theta = np.array(
@@ -68,7 +71,7 @@ def covariance_of_model(
 
 @dataclass(frozen=True)
 class _Same:
-    """A model that compares equal to another one with the same noise."""
+    """A key for the cache: models with the same noise are equal."""
 
     model: ChannelModel = field(compare=False)
     key: tuple[object, ...] = field(init=False)
@@ -88,7 +91,7 @@ def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tupl
     }
     covariances_damped = [covariances.gauss_markov(process, tau0) for process in model.gauss_markov]
     total = np.zeros((len(m), len(m)))
-    # The slowest first: the others of a product are then smooth where the part is not.
+    # The slowest part is first: the other factor of a product is then smooth where the part is not.
     for part in sorted(replace(model, gauss_markov=()).damped(tau0), key=lambda part: part.fastest):
 
         def rest(lags: Floats, processes: tuple[Damped, ...] = tuple(covariances_damped)) -> Floats:
@@ -112,8 +115,8 @@ def _damped(same: _Same, n: int, m: tuple[int, ...], tau0: float, together: tupl
 
 
 def _lines(model: ChannelModel, *, n: int, m: NDArray[np.int64], tau0: float) -> list[tuple[Sinusoid, Floats, Floats]]:
-    """Variances of each sinusoid, and the share of them by which its unknown phase may change those of a record. Of a
-    phase φ at the middle of the record, a mean over M second differences has 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
+    """Variances of each sinusoid, and the relative change of the variances of a record by its unknown phase. For the
+    phase φ at the middle of the record, the mean over M second differences is 1 + cos(2φ)·sin(Mω)/(M·sin ω) times the
     variance.
     """
     lines = []
@@ -129,8 +132,7 @@ def check_noise(model: ChannelModel, curve: DeviationCurve) -> None:
     """Raise `DataError` for a model without noise."""
     if not (set(model.terms) & set(NOISE) or model.gauss_markov or model.resonance):
         raise DataError(
-            f"the model of {curve.channel} has no noise: nothing in its variances is by chance, and no misfit is more or"
-            " less likely; verify a model with noise"
+            f"the model of {curve.channel} has no noise, so a misfit has no probability; verify a model with noise"
         )
 
 
@@ -140,7 +142,7 @@ def check_phases(model: ChannelModel, curve: DeviationCurve, m: NDArray[np.int64
     for line, column, share in _lines(model, n=curve.n, m=m, tau0=curve.tau0):
         moved = column * share / expected
         noise = np.sqrt(np.maximum(variance / expected**2 - moved**2 / 2, 0.0))
-        # The shares go into V, where they are taken as small; what is wrong with that is a half of their square.
+        # V includes the shares to first order; the error is half of their square.
         wrong = np.divide(moved**2 / 2, noise, out=np.full(len(m), np.inf), where=noise > 0)
         if wrong[moved != 0].max(initial=0.0) > _MOST_PHASE_SHARE:
             turns = _folded(line.frequency, curve.tau0) * curve.n * curve.tau0
@@ -164,8 +166,8 @@ _SECOND_DIFFERENCE = np.array([1.0, -2.0, 1.0])
 
 # Time constants of the slowest pole after which the memory of a part, e^−20 = 2e-9, is neglected
 _MEMORY = 20.0
-_NARROW = 10.0  # frequency over half width from which a resonance is narrow
-_EXACT_SWINGS = 20.0  # half oscillations around a coincidence in which a narrow resonance is exact
+_NARROW = 10.0  # ratio of frequency to half width above which a resonance is narrow
+_EXACT_SWINGS = 20.0  # half oscillations around a coincidence within which a narrow resonance is summed exactly
 _WHOLE_LAGS = 24  # Lags on either side of a coincidence of cluster ends that are summed one by one
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -182,11 +184,13 @@ def covariance_with(
 ) -> Floats:
     """Covariance of Allan variances minus the covariance without one part of the noise.
 
-    `tau0`: [s]; `beside`: generalised autocovariance of the phase of all other noise, at lags that need not be whole;
-    `together`: sizes whose covariances with each other are asked for; of all others only the variances, the rest is 0;
-    Returns to 1e-4 of the whole; at averaging times far below those of the part, to what the autocovariances have lost
-    (`ChannelModel.phase_autocovariance`). Of a narrow resonance, far from the nine lags, F² is its mean over an oscillation,
-    and the product with other noise is neglected.
+    `tau0` is in s. `rest` is the generalised autocovariance of the phase of all other noise, at lags that need not be
+    whole. `together` are the sizes whose mutual covariances are computed; for other sizes only the variances are, and
+    the rest is 0.
+
+    The error is 1e-4 of the whole, larger at averaging times far below those of the part, where the autocovariances lose
+    digits (`ChannelModel.phase_autocovariance`). For a narrow resonance far from the nine lags, F² is replaced by its mean
+    over an oscillation, and the product with other noise is neglected.
     """
 
     def own_phase(lags: Floats) -> Floats:
@@ -215,7 +219,7 @@ def covariance_with(
 
 
 def _mean_square(part: Damped, tau0: float, first: int, second: int, lags: Floats) -> Floats:
-    """Mean over an oscillation of the square of C, of a part with a single pole."""
+    """Mean of C² over an oscillation, for a part with a single pole."""
     decay = complex(part.decays[0])
     size = tau0**2 / 4 * abs(complex(part.weights[0]) / np.sinh(decay / 2) ** 2)
     total = np.zeros(lags.shape, dtype=np.complex128)
@@ -228,7 +232,7 @@ def _mean_square(part: Damped, tau0: float, first: int, second: int, lags: Float
 
 
 def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
-    """C at lags, which may be fractions."""
+    """C at lags that need not be whole."""
     total = np.zeros(lags.shape)
     for a, weight in enumerate(_SECOND_DIFFERENCE):
         for b, right in enumerate(_SECOND_DIFFERENCE):
@@ -239,7 +243,7 @@ def _differences(phase: Phase, first: int, second: int, lags: Floats) -> Floats:
 def _lags(
     meetings: NDArray[np.int64], pairs: tuple[float, float], memory: int, panels: Floats
 ) -> tuple[Floats, Floats]:
-    """Lags, and the number of pairs of pairs of clusters of each."""
+    """Lags, and the number of pairs of second differences at each lag."""
     low = max(-int(pairs[0]), int(meetings.min()) - memory)
     high = min(int(pairs[1]), int(meetings.max()) + memory)
     ends = np.unique(np.concatenate([meetings[(meetings > low) & (meetings < high)], [low, high]]))
@@ -258,7 +262,7 @@ def _lags(
 
 
 def _panels(longest: int, *, memory: float, swing: float) -> Floats:
-    """Ends of the panels of distances: growing with the distance, but at most one oscillation long."""
+    """Ends of the panels of distances, which grow with the distance up to one oscillation."""
     ends = [min(_WHOLE_LAGS, longest)]
     while ends[-1] < longest:
         width = ends[-1] / 2

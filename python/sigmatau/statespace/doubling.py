@@ -1,7 +1,7 @@
 """Linear Gauss-Markov systems over many steps at once, by doubling.
 
-For x' = F·x + w, cov w = W, n steps are x → Fⁿ·x + wₙ with Fᵃ⁺ᵇ = Fᵇ·Fᵃ and W₍ₐ₊ᵦ₎ = Fᵇ·Wₐ·Fᵇᵀ + Wᵦ. So n steps take
-2·log₂(n) products, and are as accurate as single steps.
+For x' = F·x + w, cov w = W, n steps are x → Fⁿ·x + wₙ with Fᵃ⁺ᵇ = Fᵇ·Fᵃ and W₍ₐ₊ᵦ₎ = Fᵇ·Wₐ·Fᵇᵀ + Wᵦ. Therefore n steps
+take 2·log₂(n) products, and are as accurate as single steps.
 """
 
 from __future__ import annotations
@@ -85,12 +85,12 @@ class RepeatedStep:
         Parameters
         ----------
         n : int
-            How many times, from 0.
+            Number of repetitions, 0 or more.
 
         Returns
         -------
         RepeatedStep
-            All of them together, made by doubling.
+            All steps together, by doubling.
         """
         size = len(self.transition)
         result, power = RepeatedStep(np.eye(size), np.zeros((size, size))), self

@@ -35,7 +35,7 @@ class FlickerPoles(Printed):
     variances: Floats  # shape (n_poles,); [B²]
     tau_min: float  # Averaging times for which the approximation holds. [s]
     tau_max: float
-    error: float  # The largest relative error of the Allan deviation there
+    error: float  # largest relative error of the Allan deviation at these times
 
     def __repr__(self) -> str:
         rows = (f"  {t:10.4g} s  {v:.4g} B²" for t, v in zip(self.times, self.variances, strict=True))
@@ -51,11 +51,12 @@ def flicker_poles(*, dt: float, tau_max: float, error: float = 0.01) -> FlickerP
 
     Notes
     -----
-    Fitted against the exact Allan variance of sampled flicker noise (N. J. Kasdin, Proc. IEEE 83, 1995,
-    :doi:`10.1109/5.381848`), relative, at six averaging times an octave; the error is that at 48 an octave.
+    The processes minimise the relative error from the exact Allan variance of sampled flicker noise (N. J. Kasdin,
+    Proc. IEEE 83, 1995, :doi:`10.1109/5.381848`) at six averaging times per octave; the stated error is measured at 48
+    per octave.
 
-    `dt`: sample interval, the shortest averaging time [s]; `tau_max`: the longest averaging time [s]; `error`:
-    largest relative error of the Allan deviation; at least 0.0001.
+    `dt` is the sample interval and shortest averaging time [s], `tau_max` the longest averaging time [s], and `error` the
+    largest relative error of the Allan deviation, at least 0.0001.
     """
     interval("dt", dt)
     if not (math.isfinite(real(tau_max)) and dt <= tau_max <= LONGEST_BAND * dt):
@@ -87,7 +88,7 @@ def _poles(band: float, error: float) -> tuple[Floats, Floats, float]:
         if reached <= error:
             return best
     raise OptionError(
-        f"{{option}}: {best[2]:.2g} is the least that poles reach for flicker noise over this band", option="error"
+        f"{{option}}: {best[2]:.2g} is the smallest error of poles for flicker noise over this band", option="error"
     )
 
 
@@ -97,7 +98,7 @@ def _columns(times: Floats, sizes: NDArray[np.int64]) -> Floats:
 
 
 def _closest(columns: Floats) -> Floats:
-    """Non-negative weights for which the weighted sum of the columns has the smallest maximal distance from 1; shape
+    """Non-negative weights that minimise the largest distance of the weighted sum of the columns from 1; shape
     (n_poles,).
     """
     from scipy.optimize import linprog

@@ -14,7 +14,7 @@ from sigmatau.arrays import Floats
 
 # largest number of doublings, which converge quadratically once the time constant of the filter is covered
 _DOUBLINGS = 60
-_TOLERANCE = 1e-13  # relative, of the covariance and of that of the prediction
+_TOLERANCE = 1e-13  # relative tolerance of both covariances, before and after a measurement
 
 
 def stationary_covariance(transition: Floats, noise: Floats, *, rows: Floats, variances: Floats) -> Floats:
@@ -23,7 +23,7 @@ def stationary_covariance(transition: Floats, noise: Floats, *, rows: Floats, va
     Parameters
     ----------
     transition, noise : ndarray, shape (n_states, n_states)
-        F, and Q of a step.
+        F and Q of a step.
     rows : ndarray, shape (n_measurements, n_states)
         H of the measurements.
     variances : ndarray, shape (n_measurements,)

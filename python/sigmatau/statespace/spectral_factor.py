@@ -2,8 +2,9 @@
 
 With w = 2 − z − 1/z = 4·sin²(πf·dt) the spectrum over dt is constant + slope·w + Σ weight/(w − pole), one pole for each
 autocovariance ρ·φˡ: pole −(1 − φ)²/φ, weight ρ·(1 − φ²)/φ. Its zeros in w are the eigenvalues of a matrix, refined by
-Aberth's iteration; each zero gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w. All of it is double precision: where
-the terms of the spectrum cancel, as behind a sharp filter whose corner is far below the rate, the factor is refused.
+Aberth's iteration; each zero gives the ϑ inside the unit circle with (1 − ϑ)²/ϑ = −w. All is computed in double
+precision. Where the terms of the spectrum cancel, as after a sharp filter whose corner is far below the rate, the
+factor is refused.
 
 References
 ----------
@@ -27,11 +28,11 @@ from sigmatau.model.processes import LowPass, Resonance
 Complexes = NDArray[np.complex128]
 
 _NEGLIGIBLE = 1e-14  # correlation of neighbouring samples below which a process counts as white [1]
-_STEPS = 60  # largest number of steps of Aberth's iteration, each of which doubles the digits
-_CONVERGED = 1e-15  # relative change of a zero that ends it [1]
+_STEPS = 60  # largest number of steps of Aberth's iteration, where each step doubles the digits
+_CONVERGED = 1e-15  # relative change of a zero at which the iteration ends [1]
 _REAL = 1e-6  # largest imaginary part of a real root, over its size [1]
 _LEAST_SHARE = 1e-9
-"""Least sum of the terms of a spectrum over the largest term: with less, rounding is more than 1e-7 of the sum."""
+"""Smallest ratio of the sum of a spectrum's terms to the largest term; below it, rounding exceeds 1e-7 of the sum."""
 
 
 @frozen(eq=False)
@@ -45,7 +46,8 @@ class RationalSpectrum:
     poles, weights : ndarray of complex, shape (n_poles,)
         Poles and weights of partial fractions in w; a random walk has the pole 0.
     roots : ndarray of complex, shape (n_roots,)
-        φ of the autocovariances ρ·φˡ, without the walk: real ones first in descending order, pairs conjugate to the bit.
+        φ of the autocovariances ρ·φˡ, without the walk: real ones first in descending order, then exactly conjugate
+        pairs.
     """
 
     constant: float
@@ -66,14 +68,14 @@ class RationalSpectrum:
         filtered: tuple[float, LowPass] | None = None,
         resonances: Sequence[Resonance] = (),
     ) -> RationalSpectrum:
-        """The spectrum of terms and processes. `dt`: [s]; `white, quantization, walk`: N [unit·√s], Q [unit·s] and K
-        [unit/√s]; `processes`: standard deviation and correlation time [s] of each Gauss-Markov process; `filtered`: N of
-        white noise behind a filter.
+        """The spectrum of terms and processes. `dt` is in s; `white`, `quantization` and `walk` are N [unit·√s], Q
+        [unit·s] and K [unit/√s]; `processes` are the standard deviation and correlation time [s] of each Gauss-Markov
+        process; `filtered` has N of white noise and its filter.
         """
         by_time: dict[float, float] = {}
         for sigma, time in processes:
             by_time[time] = by_time.get(time, 0.0) + sigma**2
-        # Variance and logarithm of φ of each autocovariance; of a complex pair, those of one.
+        # Variance and logarithm of φ of each autocovariance; a complex pair is represented by one of the two.
         parts = [(complex(variance), complex(-dt / time)) for time, variance in by_time.items()]
         parts += [*(_filter_parts(*filtered, dt) if filtered else ()), *(_resonance_part(r, dt) for r in resonances)]
         constant, roots = white**2 / dt, list[complex]()
@@ -114,7 +116,7 @@ class RationalSpectrum:
         """The zeros in w, shape (n_zeros,)."""
         constant, poles, weights = self.constant, self.poles, self.weights
         if not (constant or self.slope):
-            # Times w − pole: a spectrum without that pole, and with a constant.
+            # Multiplied by w − pole: the spectrum then lacks that pole and has a constant.
             first = int(np.argmax(np.abs(poles)))
             constant, rest = float(weights.sum().real), np.arange(len(poles)) != first
             weights, poles = weights[rest] * (poles[rest] - poles[first]), poles[rest]
@@ -129,7 +131,7 @@ class RationalSpectrum:
         return _refined(first_guess, constant, self.slope, poles, weights)
 
     def factor(self) -> tuple[Complexes, float]:
-        """Roots ϑ of the moving average, and the variance of its innovations; a walk is one difference."""
+        """Roots ϑ of the moving average, and the variance of its innovations; a walk adds one difference."""
         w = self.zeros()
         half = np.sqrt(-w * (1 - w / 4))
         outside = np.where(np.abs(1 - w / 2 + half) >= np.abs(1 - w / 2 - half), 1 - w / 2 + half, 1 - w / 2 - half)
@@ -141,7 +143,7 @@ class RationalSpectrum:
 
 
 def _refined(zeros: Complexes, constant: float, slope: float, poles: Complexes, weights: Complexes) -> Complexes:
-    """Zeros of constant + slope·w + Σ weights/(w − poles) by Aberth's iteration from near ones."""
+    """Zeros of constant + slope·w + Σ weights/(w − poles) by Aberth's iteration from approximate zeros."""
     z = np.asarray(zeros, dtype=complex)
     diagonal = np.eye(len(z), dtype=bool)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -163,14 +165,15 @@ def _ordered(roots: Complexes) -> Complexes:
     is_real = np.abs(roots.imag) <= _REAL * np.abs(roots)
     real, upper = np.sort(roots[is_real].real)[::-1], roots[~is_real & (roots.imag > 0)]
     if len(real) + 2 * len(upper) != len(roots):
-        raise DataError("the moving average of this model was not found in double precision; take its state space")
+        raise DataError("the moving average of this model cannot be computed in double precision; take its state space")
     return np.concatenate([real, np.column_stack([upper, upper.conj()]).ravel()])
 
 
 def _filter_parts(n: float, bandwidth: LowPass, dt: float) -> list[tuple[complex, complex]]:
-    """Sampled Butterworth noise: variance and logarithm of φ of each part; of a complex pair, those of one.
+    """Sampled Butterworth noise: variance and logarithm of φ of each part; a complex pair is represented by one of the
+    two.
 
-    r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), the poles p on the unit circle's left half.
+    r(t) = −N²ω/(2n)·Σ p·exp(p·ω·t), where the poles p are on the left half of the unit circle.
     """
     order, omega = bandwidth.order, 2 * math.pi * bandwidth.corner
     angles = [math.pi * (2 * k + order + 1) / (2 * order) for k in range(order // 2)]
@@ -179,7 +182,9 @@ def _filter_parts(n: float, bandwidth: LowPass, dt: float) -> list[tuple[complex
 
 
 def _resonance_part(resonance: Resonance, dt: float) -> tuple[complex, complex]:
-    """A sampled resonance: variance and logarithm of φ of one of its pair. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω − γ)t)]."""
+    """A sampled resonance: variance and logarithm of φ of one of its two poles. r(t) = σ²·Re[(1 + iγ/ω)·exp((iω −
+    γ)t)].
+    """
     loss = 2 * math.pi * dt * resonance.width
     swing = math.sqrt((2 * math.pi * dt * resonance.frequency) ** 2 - loss**2)
     half = resonance.sigma**2 / 2

@@ -6,7 +6,7 @@ Equations of a channel, every `dt`:
 
 Terms and their states:
 
-- random walk: v, or with a bandwidth the states of its filter;
+- random walk: v, or the states of its filter if there is a bandwidth;
 - rate random walk: ``bias``; the ramp is its slope;
 - bias instability: a few Gauss-Markov states, see `sigmatau.statespace.flicker`;
 - Gauss-Markov process: one state; resonance: speed and position of a damped oscillator; sinusoid: two states that rotate;
@@ -61,8 +61,8 @@ class StateSpace(Printed):
     R : ndarray, shape (1, 1)
         Variance of one measurement. [SI unit of y, squared]
     P0 : ndarray, shape (n_states, n_states)
-        Covariance at the start: of stationary processes their own, of a bias its variance at turn-on. [SI units of the
-        states, squared]
+        Covariance at the start: the stationary covariance of processes, the turn-on variance of a bias. [SI units of
+        the states, squared]
     states, inputs : tuple of str
         Names of the states and of the noise inputs.
     dt : float
@@ -77,8 +77,8 @@ class StateSpace(Printed):
     tau_max : float or None
         Longest averaging time for which the flicker noise is accurate. [s]
     alike_from : float or None
-        A Gauss-Markov process of this or a longer correlation time explains the record of the model as well as its rate
-        random walk. [s]
+        A Gauss-Markov process with at least this correlation time explains the record of the model as well as its rate
+        random walk does. [s]
     not_observed : tuple of str
         Terms of the model that only have an upper limit.
     unobserved : {"absent", "mean", "upper-limit"}
@@ -158,11 +158,11 @@ class StateSpace(Printed):
 
         Notes
         -----
-        Of a Gauss-Markov process of correlation time T the rounding of exp(−dt/T), 1e-16, moves T by 1e-16·T/dt, relative:
-        with dt = 0.01 s and T = 10⁴ s the variance is right to 1e-11.
+        The rounding of exp(−dt/T), 1e-16, changes the correlation time T of a Gauss-Markov process by 1e-16·T/dt,
+        relative: for dt = 0.01 s and T = 10⁴ s the error of the variance is 1e-11.
 
-        The second difference of the integral is (H·F²ᵐ − 2H·Fᵐ + H)·x₀ + (H·Fᵐ − 2H)·w₁ + H·w₂ and the noise of three
-        measurements; random walks cancel in the first part. n steps are made by doubling, see
+        The second difference of the integral is (H·F²ᵐ − 2H·Fᵐ + H)·x₀ + (H·Fᵐ − 2H)·w₁ + H·w₂ plus the noise of three
+        measurements; random walks cancel in the first part. Steps are repeated by doubling, see
         `sigmatau.statespace.doubling`.
         """
         sizes = whole_sizes(m, counted="steps")
@@ -229,11 +229,11 @@ def state_space(
     flicker_error : float
         Largest relative error of the Allan deviation of flicker noise; it determines the number of states.
     turn_on : float
-        Standard deviation of the constant bias at the start, which the Allan variance does not show; a state unless 0.
-        [unit of the rate]
+        Standard deviation of the constant bias at the start, which the Allan variance does not show; it adds a state
+        unless it is 0. [unit of the rate]
     unobserved : {"absent", "mean", "upper-limit"}
-        What the system has of terms that were not observed: nothing, so that it drifts too little if they exist; the mean of
-        their variance if every coefficient up to the upper limit is as probable; or the limit.
+        How the system includes terms that were not observed: not at all, so that it drifts too little if they exist;
+        with the mean of their variance if every coefficient up to the upper limit is equally probable; or at the limit.
 
     Returns
     -------
@@ -406,7 +406,7 @@ class _System:
         from scipy.signal import butter
 
         corner, order = 2 * math.pi * bandwidth.corner, bandwidth.order
-        # In units of the corner, controllable form: all states are of one size.
+        # In units of the corner, in controllable form, all states have the same magnitude.
         _, denominator = butter(order, 1.0, analog=True)
         a = np.zeros((order, order))
         a[:-1, 1:] = np.eye(order - 1)
@@ -418,7 +418,9 @@ class _System:
         self._sampled("filter_{}", "random_walk_{}", a, driven, p0, time=corner * self.dt, slowest=slowest)
 
     def resonance(self, number: int, process: Resonance) -> None:
-        """Add a damped oscillator, its speed first; of equal variances, in units of its frequency."""
+        """Add a damped oscillator, its velocity first; scaled by its frequency so that both states have the same
+        variance.
+        """
         loss = 2 * process.width / process.frequency
         a = np.array([[-loss, -1.0], [1.0, 0.0]])
         driven = np.diag([2 * loss * process.sigma**2, 0.0])
@@ -430,8 +432,8 @@ class _System:
     def _sampled(
         self, state: str, noise: str, a: Floats, driven: Floats, p0: Floats, *, time: float, slowest: float
     ) -> None:
-        """Add ẋ = a·x + white noise of density `driven` at the sample times, `time` apart; its first state is measured.
-        `slowest`: least loss of a pole.
+        """Add ẋ = a·x + white noise of density `driven` at sample times with the interval `time`; its first state is
+        measured. `slowest` is the smallest decay rate of a pole.
         """
         order = len(a)
         if time * slowest > _FILTER_MEMORY:

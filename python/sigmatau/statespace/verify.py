@@ -1,4 +1,4 @@
-"""Comparison of an exported linear model with the curve of a record."""
+"""Comparison of a linear model with the curve of a record."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from sigmatau.plot.style import Panels
 
 
-_MOST_TIMES = 64  # Most averaging times compared; longer grids are thinned evenly on a logarithmic axis
+_MOST_TIMES = 64  # largest number of averaging times compared; longer grids are thinned evenly on a logarithmic axis
 _LEAST_CLUSTERS = 3
-"""Clusters per record at the longest averaging time of the misfit; with fewer a variance has about one degree of freedom."""
+"""Smallest number of clusters per record for the misfit; with fewer, a variance has about one degree of freedom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -62,7 +62,7 @@ class Verification(Printed):
     tau_min : float
         Shortest averaging time of the misfit. [s]
     of_fit : bool
-        Whether `tau_min` is that of the fit of the model.
+        Whether `tau_min` comes from the fit of the model.
     states : int
         Number of states of the linear model.
     flicker_error : float
@@ -96,7 +96,7 @@ class Verification(Printed):
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """Where the ratio is outside its band; shape (n_tau,)."""
+        """Mask of the ratios outside their band; shape (n_tau,)."""
         return (self.ratio < self.low) | (self.ratio > self.high)
 
     def to_dict(self) -> dict[str, Any]:
@@ -107,14 +107,14 @@ class Verification(Printed):
         return plain(self, fields, worst=worst, model_adev=np.sqrt(self.avar), **curve)
 
     def plot(self, ax: Axes | None = None, *, unit: str | None = None) -> Figure:
-        """Draw the record's curve with its band, and the model's, in new axes or those given.
+        """Draw the record's curve with its band, and the model's, in new or given axes.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
             Default: a new figure.
         unit : str, optional
-            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, its own for other signals.
+            Unit of the deviation. Default: deg/h for gyros, µg for accelerometers, the unit of any other signal.
 
         Returns
         -------
@@ -159,16 +159,16 @@ class Verifications(ByChannel[Verification]):
     __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Each as plain columns, by channel."""
+        """Each verification as plain columns, by channel."""
         return {channel: verification.to_dict() for channel, verification in self.items()}
 
     def plot(self, ax: Panels = None) -> Figure:
-        """Draw all of them, one panel each.
+        """Draw all verifications, one panel each.
 
         Parameters
         ----------
         ax : matplotlib axes, or sequence of them, optional
-            One a panel. Default: a new figure.
+            One per panel. Default: a new figure.
 
         Returns
         -------
@@ -228,13 +228,13 @@ def verify(
     Returns
     -------
     Verification or Verifications
-        One, or by channel.
+        A verification, or verifications by channel.
 
     Raises
     ------
     OptionError
         For a curve in another unit, of clusters that do not overlap, or with fewer than two octaves; for a level outside
-        0 … 1, a `tau_min` that is negative or no number.
+        0 … 1, a `tau_min` that is negative or not a number.
     DataError
         For a curve of a record with gaps; for a model without noise, or with a sinusoid that has so few periods in the
         record that its phase hides the noise.
@@ -249,16 +249,17 @@ def verify(
     The misfit uses the octaves from `tau_min` to a third of the record. Each variance is converted to the
     normal deviate u of equal probability, by its χ² with 2·AVAR²/Var degrees of freedom. C is the correlation of the
     variances, so that uᵀC⁻¹u equals rᵀV⁻¹r for many degrees of freedom. For few degrees of freedom rᵀV⁻¹r has p < 0.2 %
-    in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K). C holds
-    the error of the states that approximate flicker noise, at most `flicker_error`, which is not a misfit of the model.
+    in 1.1 to 1.4 % of records, uᵀC⁻¹u in 0.1 to 0.3 % (1500 records of 4096 samples each; N, K, and N + B + K). C
+    includes the error of the states that approximate flicker noise, at most `flicker_error`, which is not a misfit of
+    the model.
 
     V is exact (`sigmatau.noise.uncertainty.avar_covariance`, `sigmatau.statespace.avar_scatter`) except for a sinusoid.
     For a sinusoid, V includes its product with the noise at its frequency, taken as equal at all averaging times, and the
     effect of its phase to first order. The p-value is too small if a sinusoid dominates some octaves: with 0.7 Hz and ten
     times the standard deviation of the white noise in 100 s at 100 Hz, 27 % of 60 true records had p < 5 %; with an equal
-    standard deviation, 10 %. Far below the time constant of a steep filter neighbouring variances are almost identical:
-    of 150 true records with order 9 at 1 Hz, sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60. Strided
-    curves are treated as if their clusters began at every sample.
+    standard deviation, 10 %. Far below the time constant of a steep filter, neighbouring variances are almost
+    identical: of 150 true records with order 9 at 1 Hz, sampled at 100 Hz, 7 % had p < 5 %, but the mean of p is 0.60.
+    Strided curves are treated as if their clusters began at every sample.
 
     References
     ----------
@@ -323,8 +324,8 @@ def _verify_channel(
         raise OptionError("{option} must be of overlapping clusters, overlap='full'", option="curve")
     if curve.missing:
         raise DataError(
-            f"`curve` of {curve.channel} has gaps, {curve.missing} of {curve.n} samples missing: what a linear model"
-            " shows in it is not known; take the longest run without a gap, `Record.longest_run`"
+            f"`curve` of {curve.channel} has gaps, {curve.missing} of {curve.n} samples missing, and their effect is"
+            " unknown; take the longest run without a gap, `Record.longest_run`"
         )
     check_noise(model, curve)
     is_fitted = tau_min is None
@@ -352,14 +353,14 @@ def _verify_channel(
     u = _deviates(chosen.avar[used] / expected[used], edf[used])
     correlation = covariance[np.ix_(used, used)]
     sd = np.sqrt(np.diag(correlation))
-    # The difference between flicker noise and its few linear states is no misfit of the model.
+    # The difference between flicker noise and its few linear states is not a misfit of the model.
     flicker = terms.avar("bias_instability", model.terms.get("bias_instability", 0.0), m=sizes[used], tau0=curve.tau0)
     approximated = (2 * system.flicker_error * flicker / expected[used]) ** 2 * edf[used] / 2
     misfit = float(u @ np.linalg.solve(correlation / np.outer(sd, sd) + np.diag(approximated), u))
     if not math.isfinite(misfit):
         raise DataError(
-            f"the misfit of {curve.channel} is not a number: the model's noise is too small beside the rest of it, variances"
-            f" have up to {edf.max():.2g} degrees of freedom"
+            f"the misfit of {curve.channel} is not a number: the noise is too small relative to the rest of the model;"
+            f" variances have up to {edf.max():.2g} degrees of freedom"
         )
     return Verification(
         curve=chosen,

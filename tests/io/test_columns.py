@@ -311,7 +311,7 @@ def test_refused(columns, asked, words):
 
 def test_increments_by_name_are_not_taken_for_rates(saved):
     path = saved("delta_theta_x [arcsec],dv_z [m/s]\n" + "1.5,2.5\n2.5,1.0\n" * 4)
-    with pytest.raises(OptionError, match="contains increments by its name; give --input increments"):
+    with pytest.raises(OptionError, match="contains increments according to its name; give --input increments"):
         read(path, rate=10)
     record = read(path, rate=10, input="increments")
     assert record.channels == ("gyro_x", "accel_z")

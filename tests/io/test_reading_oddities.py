@@ -119,7 +119,7 @@ def test_increments_of_velocity_in_g_seconds(spelled):
 
 
 def test_counts_need_a_scale(tmp_path):
-    with pytest.raises(OptionError, match=r"gyro_x: counts have no size; .*--scale gyro=0\.01"):
+    with pytest.raises(OptionError, match=r"gyro_x: counts need a scale; .*--scale gyro=0\.01"):
         read(text(tmp_path, "gyro_x", "1", "2", "3", "4", "5"), rate=1, unit={"gyro": "counts"})
     with pytest.raises(OptionError, match="--scale"):
         read(text(tmp_path, "gyro_x [counts]", "1", "2", "3", "4", "5"), rate=1)

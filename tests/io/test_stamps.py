@@ -26,7 +26,7 @@ class TestRate:
         one = found(start + 5_000_000 * np.arange(5000, dtype=np.int64), 1e-9)
         assert one.rate == pytest.approx(200.0, rel=1e-15)
         assert one.start == pytest.approx(0.758555393, abs=1e-12)
-        assert one.notes == ("1403636579 s taken off the time stamps",)
+        assert one.notes == ("1403636579 s subtracted from the time stamps",)
 
     def test_two_stamps_that_one_double_cannot_tell_apart(self):
         t = 1_403_636_579_758_555_393 + np.arange(4, dtype=np.int64)

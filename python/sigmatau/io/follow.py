@@ -20,7 +20,7 @@ BAUD = 115200
 _PIECE = 1 << 18  # size of a read [bytes]
 _PAUSE = 0.05  # pause before a source without new data is read again [s]
 _WAITING = 64  # number of pieces that may be read ahead
-# The same of a serial port, whose pieces are short: the system keeps 4 kB of a port that nobody reads, and then loses data.
+# The same for a serial port, whose pieces are short: the system buffers 4 kB of an unread port, and then loses data.
 _WAITING_OF_PORT = 1 << 14
 
 Pieces = queue.Queue["bytes | Exception | None"]
@@ -40,7 +40,7 @@ def follow(
     idle : float, optional
         Time without data after which the input ends. Default: the end of standard input; files and ports have none. [s]
     baud : int, optional
-        Speed of the serial port. What arrives before the first end of a line is left out: it is a part of a line. [bit/s]
+        Speed of the serial port. Data before the first line end are discarded, because they are part of a line. [bit/s]
     save : Path, optional
         A new file to which every piece is written before it is yielded.
 
@@ -92,11 +92,11 @@ class _StandardInput:
         return os.read(sys.stdin.fileno(), _PIECE) or None
 
     def close(self) -> None:
-        """Nothing: it is not ours."""
+        """Leave standard input open."""
 
 
 class _File:
-    """What has been added to a file."""
+    """The bytes that are appended to a file."""
 
     def __init__(self, source: str) -> None:
         self.name = source

@@ -1,7 +1,7 @@
-"""Samples of a live log: lines of text as they come in, see `sigmatau.io.follow`.
+"""Samples of a live log: lines of text as they arrive, see `sigmatau.io.follow`.
 
 The layout is detected from the first lines, as in a whole file. A line that cannot be read is skipped and counted, because
-one bad byte on a serial line should not end a night's record. Nothing is put in its place.
+one bad byte on a serial line should not end a night's record. Nothing replaces it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from sigmatau.io.read.time.stamps import rate_changed
 from sigmatau.record.record import stream_name
 from sigmatau.record.sampling import GIVEN_RATE, RateSource
 
-_FIRST_ROWS = 4096  # rows that show whether several sensors take turns: 16 parts of 256
+_FIRST_ROWS = 4096  # number of rows to test whether several sensors take turns: 16 parts of 256
 _FIRST_LINES = 50  # number of lines needed to detect the layout and the rate
 _LONGEST_LINE = 1 << 20  # longest line [bytes]
 
@@ -68,7 +68,7 @@ class Live:
     repeated: int = 0  # Lines that repeat the line before, with its stamp
     leaps: int = 0  # Intervals between stamps that are negative or longer than 20 sample intervals
     _rest: bytes = b""
-    _marks: bool = False  # Whether names and delimiters stand between the values
+    _marks: bool = False  # whether names and delimiters separate the values
     _lines_needed: int = _FIRST_LINES  # lines needed before the layout is looked for
     _layout: Layout | None = None
     _choice: ColumnChoice | None = None
@@ -120,7 +120,7 @@ class Live:
             if not last and head.count(b"\n") < self._lines_needed and len(self._rest) < HEAD:
                 return np.empty((0, 0))
             wait = not last and len(self._rest) < HEAD
-            body = self._find_out(head, wait=wait)
+            body = self._detect_layout(head, wait=wait)
             if body is None:
                 return np.empty((0, 0))
             self._rest = body + self._rest[end:]
@@ -131,8 +131,8 @@ class Live:
             raise DataError("a line is longer than 1 MiB, so this is not a table of numbers")
         return self._numbers(lines, last=last)
 
-    def _find_out(self, head: bytes, *, wait: bool) -> bytes | None:
-        """Detect layout, columns, units and rate from the first lines; the lines after them are data.
+    def _detect_layout(self, head: bytes, *, wait: bool) -> bytes | None:
+        """Detect layout, columns, units and rate from the first lines; later lines are data.
 
         `wait`: return None if there are too few rows yet, because a device may print lines of text before its samples.
         """
@@ -140,7 +140,7 @@ class Live:
         if head.startswith((b"\x93NUMPY", b"\x1f\x8b", b"PK\x03\x04")) or len(
             head.translate(None, _PRINTABLE)
         ) > 0.01 * len(head):
-            raise DataError("is binary data, no table of text")
+            raise DataError("is binary data, not a table of text")
         if head.removeprefix(b"\xef\xbb\xbf").startswith(lvm.MARK):
             raise DataError("is a LabVIEW measurement file, which watch does not read: run sigmatau analyze FILE")
         named = find_named_layout(head)
@@ -200,7 +200,7 @@ class Live:
             choice = replace(choice, time=None)
         self.rate, self.source_of_rate, counted = find_rate(table, choice, stamps, unit.get("time"), self.options)
         if choice.time is not None and self.options.rate is None and bad and not counted:
-            # Replace the lines that could not be read by further samples.
+            # Further samples replace the lines that could not be read.
             self.rate *= (len(stamps) - 1 + len(bad)) / (len(stamps) - 1)
         return body
 

@@ -84,4 +84,4 @@ def without_repeats(columns: list[NDArray[np.float64]], last: NDArray[np.float64
 
 def not_loaded(*_: object) -> Loaded:
     """Raise `DataError`: there are no samples to load yet."""
-    raise DataError("the samples have not come yet")  # columns are recognised by their names
+    raise DataError("the samples have not arrived yet")  # columns are recognised by their names

@@ -69,7 +69,7 @@ class Topic:
     ----------
     name : str
     type : str
-        As ROS 1 spells it: ``"sensor_msgs/Imu"``.
+        Type as spelled in ROS 1: ``"sensor_msgs/Imu"``.
     columns : tuple of int
         Positions of its columns in the table, after time.
     fields : tuple of int
@@ -79,7 +79,7 @@ class Topic:
     definition, definition_1 : str
         The text that defines the message, of ROS 2 and ROS 1.
     md5 : str
-        Checksum of the definition of ROS 1.
+        Checksum of the ROS 1 definition.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Topic:
 
     @property
     def type_2(self) -> str:
-        """The type as ROS 2 spells it."""
+        """The type as spelled in ROS 2."""
         return self.type.replace("/", "/msg/")
 
 
@@ -105,7 +105,7 @@ def make_topics(columns: Sequence[tuple[str, str]]) -> list[Topic]:
     for name, unit in units.items():
         if name not in _UNITS:
             raise DataError(
-                f"a bag has one IMU and a thermometer, and no place for {name}; write .csv, .npy, .npz or .parquet"
+                f"a bag has one IMU and a thermometer, and no field for {name}; write .csv, .npy, .npz or .parquet"
             )
         if unit != _UNITS[name]:
             raise DataError(f"a bag has {name} in {_UNITS[name]}, not in {unit}: write rates, or another format")

@@ -1,6 +1,6 @@
 """Write records as tables, piece by piece, so that the data need not fit in memory. There is one writer per format.
 
-Each writer takes the names and units of the columns, then pieces of all columns. It does not know the number of rows before
+Each writer takes the names and units of the columns, then pieces of all columns. The number of rows is unknown until
 the end.
 """
 
@@ -29,7 +29,7 @@ _ROWS = 1 << 16  # number of rows of a row group
 
 
 def column_headers(columns: Sequence[tuple[str, str]]) -> list[str]:
-    """Names as columns have them: ``"gyro_x [rad/s]"``."""
+    """Names of columns with their units: ``"gyro_x [rad/s]"``."""
     return [f"{name} [{unit}]" for name, unit in columns]
 
 
@@ -139,7 +139,7 @@ def _parquet(path: Path, columns: Sequence[tuple[str, str]]) -> Iterator[Put]:
         import pyarrow.parquet as pq
     except ImportError:
         raise DataError(
-            "writing .parquet takes a library that is not installed: pip install 'sigmatau[parquet]'"
+            "writing .parquet needs a library that is not installed: pip install 'sigmatau[parquet]'"
         ) from None
     schema = pa.schema([pa.field(header, pa.float64(), nullable=False) for header in column_headers(columns)])
     with pq.ParquetWriter(path, schema, use_dictionary=False, compression="snappy", write_page_checksum=True) as writer:
@@ -202,8 +202,8 @@ def _check_names(columns: Sequence[tuple[str, str]]) -> None:
         means = match[0] if match else name
         if means in taken:
             raise DataError(
-                f"the channel {name!r} cannot be written beside {taken[means]!r}: a reader takes both for {means}; give"
-                " the channel another name"
+                f"the channel {name!r} cannot be written together with {taken[means]!r}: a reader reads both as {means};"
+                " give the channel another name"
             )
         taken[means] = name
 
@@ -224,9 +224,9 @@ def write(record: Record, path: str | Path) -> None:
     record : Record
         All streams on one grid.
     path : str or Path
-        ``.csv``, ``.csv.gz`` (shortest digits that read back to the same bits), ``.npy`` (a structured array, a field a
-        channel), ``.npz`` (one array a channel), ``.parquet``. Of a gyro and an accelerometer of three axes, or one of them:
-        ``.bag`` (ROS 1), ``.mcap`` and ``.db3`` (ROS 2), ``sensor_msgs/Imu`` on ``/imu``.
+        ``.csv``, ``.csv.gz`` (shortest digits that read back to the same bits), ``.npy`` (a structured array, one field
+        per channel), ``.npz`` (one array per channel), ``.parquet``. For a gyro, an accelerometer, or both, with three
+        axes: ``.bag`` (ROS 1), ``.mcap`` and ``.db3`` (ROS 2), ``sensor_msgs/Imu`` on ``/imu``.
 
     Raises
     ------

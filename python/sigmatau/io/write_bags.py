@@ -22,14 +22,14 @@ from sigmatau.io.ros_messages import Topic, make_messages, make_stamps, make_top
 Piece = Sequence[NDArray[np.float64]]  # A piece of every column, each of shape (n,)
 Put = Callable[[Piece], None]  # Takes the next piece
 
-_ROWS = 1 << 12  # of a chunk: 1.5 MB
+_ROWS = 1 << 12  # rows of a chunk: 1.5 MB
 _LENGTH_OF_HEADER = 4096  # bytes of the first record of a bag of ROS 1
 _NANO = 10**9
 
 
 @frozen(eq=False)
 class _Chunk:
-    """Where a chunk is, and what it has by number of the topic."""
+    """Place of a chunk, and its contents by number of the topic."""
 
     start: int  # byte in the file
     length: int  # bytes of its record
@@ -47,7 +47,7 @@ def _parts(piece: Piece) -> Iterator[list[NDArray[np.float64]]]:
 
 
 def _put_chunks(chunks: list[_Chunk], write: Callable[[Piece, int], _Chunk]) -> Put:
-    """Takes pieces as chunks; `write` takes a chunk and the number of rows before it."""
+    """A function that divides pieces into chunks and calls `write` with each chunk and the number of rows before it."""
     rows = 0
 
     def put(piece: Piece) -> None:
@@ -301,7 +301,7 @@ INSERT INTO schema VALUES (4, 'jazzy');
 
 @contextlib.contextmanager
 def _sqlite_errors_of_a_file() -> Iterator[None]:
-    """Raise `OSError` for what SQLite says of a full disk, as other formats do."""
+    """Turn the SQLite error of a full disk into `OSError`, as for other formats."""
     import sqlite3
 
     try:

@@ -1,14 +1,14 @@
-"""Files that sigmatau wrote: they are not logs."""
+"""Recognition of files that sigmatau wrote, which are not logs."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-_HEAD, _TAIL = 4096, 16384  # bytes that name the program; the end, because a PDF names it there
+_HEAD, _TAIL = 4096, 16384  # bytes at the beginning and at the end that may name the program; a PDF names it at the end
 
-# Of JSON, text and exports, figures, reports, the coefficients and curves of --csv, tables and JUnit XML of a lot, and
-# arrays of a state space.
+# Signatures of JSON, text and exports, figures, reports, coefficients and curves of --csv, tables and JUnit XML of a
+# lot, and arrays of a state space.
 _WRITTEN = re.compile(
     rb'\A\{\s*(?:"(?:schema|lot)": \d+,\s*)?"sigmatau": "'
     rb"|\A(?:[^\n]{0,200}\n){0,2}[^\n]{0,200}written by sigmatau \d"

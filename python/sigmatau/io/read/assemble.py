@@ -28,9 +28,9 @@ from sigmatau.record.streams import Stream
 
 
 def assemble(tables: Sequence[Table], file: Path | None, options: Options, thermometer: Table | None = None) -> Record:
-    """Build a record from the chosen tables of a file, and the table of its temperature.
+    """Build a record from the chosen tables of a file and the table of its temperature.
 
-    `file`: for the name and the checksum; None for a data frame.
+    `file` provides the name and the checksum; it is None for a data frame.
     """
     if len(tables) > 1 and options.channels and not _name_each_sensor(tables):
         topics = " and ".join(table.topic for table in tables)
@@ -150,7 +150,7 @@ def _without_empty_sensors(parts: Sequence[Part]) -> list[Part]:
 
 
 def part_with_data(table: Table, options: Options) -> Part:
-    """Read a table without a sensor whose values are zero, if the messages state that they have no data of it.
+    """Read a table; omit a sensor whose values are zero if the messages declare that they have no data of it.
 
     A sensor whose channels are named is not left out.
     """
@@ -236,7 +236,7 @@ def _sensors(table: Table) -> set[str]:
 _LISTED = 12
 _NO_DATA = -1  # first number of a covariance in sensor_msgs/Imu that declares the vector absent
 _COVARIANCES = {"gyro": "angular_velocity_covariance", "accel": "linear_acceleration_covariance"}
-_PROPOSED = 3  # number of devices whose topics a message proposes
+_PROPOSED = 3  # largest number of devices whose topics a message proposes
 
 
 def sensors(table: Table) -> tuple[str, ...]:
@@ -253,7 +253,7 @@ def describe(table: Table) -> str:
 
 
 def choose_tables(tables: Sequence[Table], asked: Sequence[str], channels: Collection[str] = ()) -> list[Table]:
-    """Choose the tables that are asked for, or else the only table or tables with a gyro and an accelerometer.
+    """Choose the requested tables, or else the only table or tables with a gyro and an accelerometer.
 
     `asked`: topics by name. It is enough to give the name without the number of the instance, its end, or a part between
     slashes, if only one topic matches. Empty topics match only if no other topic does. `channels`: channels named by the

@@ -22,15 +22,15 @@ _SIMILAR = 0.7  # smallest similarity of a damaged name to those of the other ax
 # Formats whose columns are fields of declared messages. Their users know the other fields.
 _MESSAGE_FORMATS = frozenset({"mcap", "rosbag1", "rosbag2", "ulog", "dataflash", "novatel", "vectornav"})
 
-# Columns besides the samples whose meaning is clear, so that no message names them.
-_BESIDE_SAMPLES = (
+# Columns other than samples whose meaning is clear, so that no message names them.
+_KNOWN_COLUMNS = (
     r"(?:.*_)?(?:index|n|id|seq|sequence|frame_?id|row|count|counter|packet_?counter|sample|number|line)(?:_.*)?|.*covariance.*|"
     r".*(?:n?secs?|nanosec)|copy_of_.*|" + "|".join(TIMES)
 )
 
 
 def column_findings(table: Table, choice: ColumnChoice, options: Options, *, by_name: bool) -> list[Finding]:
-    """Findings about the columns that are read, and about unused columns if names decide which are read."""
+    """Findings about the columns that are read, and about unused columns if columns are chosen by name."""
     used = {*choice.columns, None if choice.temperature is None else choice.temperature.index}
     by_file = {
         channel: i
@@ -55,7 +55,7 @@ def column_findings(table: Table, choice: ColumnChoice, options: Options, *, by_
     names = tuple(
         table.columns[index].name
         for index in spare
-        if index + 1 not in unnamed and not re.fullmatch(_BESIDE_SAMPLES, name_key(bare_name(table.columns[index])))
+        if index + 1 not in unnamed and not re.fullmatch(_KNOWN_COLUMNS, name_key(bare_name(table.columns[index])))
     )
     return [*findings, Finding(details=UnusedColumns(columns=names), severity="info")] if names else findings
 

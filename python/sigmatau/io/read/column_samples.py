@@ -1,4 +1,4 @@
-"""First values and a picture of each column of a table, for a user who must choose among them."""
+"""First values and a coarse picture of each column of a table, for a user who must choose columns."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from sigmatau.frozen import frozen
 from sigmatau.io.read.table import Loaded, Table
 
 BINS = 64
-"""Stretches of the picture of a column."""
+"""Number of stretches in the picture of a column."""
 
-_FIRST = 5  # values of a column
-_MOST_COLUMNS = 128  # whose values are loaded although they are no channels
+_FIRST = 5  # number of first values of a column
+_MOST_COLUMNS = 128  # largest number of columns that are loaded although they are not channels
 _MISSING = np.iinfo(np.int64).min
 
 
 @frozen(eq=False)
 class ColumnSamples:
-    """Numbers of a column, as the file has them: NaN where one is missing.
+    """Numbers of a column, unconverted; NaN where one is missing.
 
     Attributes
     ----------
     first : tuple of float
-        Its values in the first rows. [as the file has them]
+        Values in the first rows. [unit of the file]
     low, high : ndarray, shape (n,)
-        Smallest and largest value in `BINS` stretches, or in each row of a shorter table. [as the file has them]
+        Smallest and largest value in `BINS` stretches, or in each row of a shorter table. [unit of the file]
     """
 
     first: tuple[float, ...]
@@ -54,7 +54,7 @@ class SampledTable:
         self.table: Table = replace(table, load=self._loaded)
 
     def samples(self) -> Mapping[int, ColumnSamples]:
-        """The pictures by column, counted from 0; the columns that were not loaded are loaded now, if they can be."""
+        """The pictures by column, counted from 0; remaining columns are loaded first, if possible."""
         number = len(self.table.columns)
         absent = [k for k in range(number) if k not in self._samples]
         if self._samples and absent and number <= _MOST_COLUMNS:

@@ -1,10 +1,10 @@
 """Identification of columns by their values: time stamps, gravity on three columns, a gyro.
 
 A column is a time if it grows along a line, and a counter if it grows by 1. Three consecutive columns are an accelerometer
-if their mean has the size of gravity and their noise is small beside it. They are a gyro if their mean is small beside their
-noise, or if they are the only other sensor. Constant and slow columns (attitude, temperature, position), quaternions and
-unit vectors are none of these. Every noisy column must be explained: one unexplained triple makes the whole result
-uncertain, and uncertain columns are not named.
+if their mean has the size of gravity and their noise is much smaller. They are a gyro if their mean is small relative
+to their noise, or if they are the only other sensor. Constant and slow columns (attitude, temperature, position),
+quaternions and unit vectors are none of these. Every noisy column must be explained: one unexplained triple makes the
+whole result uncertain, and uncertain columns are not named.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _REPEATED = 0.6  # largest share of equal neighbours among time stamps: whole se
 _COUNTED = 0.9  # smallest share of steps of exactly 1 of a counter, which may wrap
 
 # Smallest ratio of the variance of differences to that of samples, in blocks: 1 for white noise, 0.012 for a random walk,
-# 0.05 behind a filter of a twentieth of the rate.
+# 0.05 after a filter at a twentieth of the rate.
 _WHITE = 0.02
 _BLOCK = 256  # number of samples of a block for `_WHITE`
 
@@ -46,10 +46,10 @@ _COUNTS_ROOM = 0.08
 _SCATTER = 0.05  # largest standard deviation of an accelerometer's axis, over the size of gravity
 _NOISE_OF_GRAVITY = 0.01  # largest noise of an axis, over the size of gravity; the MPU-6050 has 0.6 % at 260 Hz
 _ALIKE = 6.0  # largest ratio of the noise of two axes of one sensor
-_GYRO_MEAN = 40.0  # largest mean of a gyro over its noise, beside other triples; magnetometers have 50 to 1000
-_ONLY_OTHER_MEAN = 150.0  # largest mean of a gyro over its noise, if it is the only triple beside gravity
-# Smallest and largest mean of a gyro over its noise, without an accelerometer: a rate without a bias may be an acceleration
-# without gravity.
+_GYRO_MEAN = 40.0  # largest mean of a gyro over its noise, if there are other triples; magnetometers have 50 to 1000
+_ONLY_OTHER_MEAN = 150.0  # largest mean of a gyro over its noise, if it is the only triple other than gravity
+# Smallest and largest mean of a gyro over its noise, without an accelerometer: a rate without a bias may be an
+# acceleration without gravity.
 _ALONE_MEAN = (0.5, 20.0)
 _ALONE_NOISE = 3e-3  # largest noise of a gyro without an accelerometer: that of a consumer gyro at 100 Hz [rad/s]
 _MAGNETIC = (
@@ -58,7 +58,7 @@ _MAGNETIC = (
     (200.0, 700.0),
     (2e4, 7e4),
     (0.8, 1.2),
-)  # the Earth's field in G, uT, mG, nT, and as 1
+)  # the Earth's field in G, uT, mG and nT, and normalised to 1
 _ROUNDING = 2.0  # largest deviation of the length of a unit vector from 1, in steps of the last digit
 _UNIT = 1e-4  # the same with four digits
 
@@ -72,7 +72,7 @@ class Identified:
     accel: Triple | None
     gravity: float  # Size of the mean of the accelerometer's columns; 0 without one [unit of the file]
     gyro_mean: float  # Size of the mean of the gyro's columns; 0 without one [unit of the file]
-    counts_per_g: int | None  # If the accelerometer's columns are whole numbers
+    counts_per_g: int | None  # size of 1 g, if the accelerometer's columns are whole numbers
 
 
 def load_columns(table: Table) -> dict[int, NDArray[Any]]:
@@ -138,7 +138,7 @@ def identify(columns: Mapping[int, NDArray[Any]], *, time: int | None, excluded:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Column:
-    """A column, and the properties that its own values show."""
+    """A column and the properties of its values."""
 
     values: NDArray[np.float64]  # values that are present
     rows: NDArray[np.bool_]  # rows that have a value
@@ -167,7 +167,7 @@ class _Column:
 
 
 def _kind(values: NDArray[np.float64], steps: NDArray[np.float64]) -> Kind:
-    """The kind of a column, from its own values alone."""
+    """The kind of a column, from its values alone."""
     if len(values) < MIN_ROWS:
         return "unknown"
     if not steps.any():
@@ -191,7 +191,7 @@ class _Tile:
     size: float  # length of the mean
     noise: float  # noise of the noisiest axis
     scatter: float
-    alike: bool  # whether the noise of the axes is similar
+    alike: bool  # whether the axes have similar noise
     whole: bool
 
     @classmethod
@@ -298,11 +298,11 @@ def _is_unit(columns: Sequence[_Column]) -> bool:
     if any(column.kind in ("time", "counter", "unknown") for column in columns):
         return False
     if all(column.kind == "constant" for column in columns):
-        return False  # constant columns are no sensor anyway
+        return False  # constant columns are not a sensor
     constant = sum(float(column.mean) ** 2 for column in columns if column.kind == "constant")
     length = np.sqrt(sum(column.values**2 for column in columns))
     if not 0.9 < length[0] < 1.1 or abs(constant - 1) < _UNIT:
-        # most columns fail here; the last test rejects a vector of length 1 that one constant column makes alone
+        # most columns fail here; the last test rejects a constant column of ones among zeros
         return False
     steps = [np.abs(np.diff(column.values)) for column in columns]
     digit = min(float(step[step > 0].min()) for step in steps if step.any())

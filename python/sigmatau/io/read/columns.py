@@ -35,7 +35,7 @@ class ColumnChoice:
 
     # Channel to column, counted from 0; the gyro first, then the accelerometer
     channels: dict[str, int] = field(default_factory=dict)
-    time: int | None = None  # The column of the time stamps
+    time: int | None = None  # column of the time stamps
     notes: tuple[str, ...] = ()  # Decisions, listed in the provenance of the record
     temperature: Thermometer | None = None  # The column of the temperature, if it is recognised
     split: SplitStamp | None = None  # Both columns of split time stamps; the first one is also `time`

@@ -1,5 +1,5 @@
-"""Read a measured density from a table: its columns, its unit and its sides. The user is asked for what the table does not
-state.
+"""Read a measured density from a table: its columns, its unit and its sides. A missing statement is a question to the
+user.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ def _find_unit(name: str, column_unit: str | None, stated: str | None) -> _Densi
     read = [_parse(text) for text in (stated, header) if text]
     if len(read) == 2 and read[0] != read[1]:
         raise OptionError(
-            f"{Hint('unit', value=stated)} is not the unit {header!r} of {name}. Leave it out, or mend the header",
+            f"{Hint('unit', value=stated)} is not the unit {header!r} of {name}. Leave it out, or correct the header",
             option="unit",
         )
     return read[0]
@@ -267,13 +267,13 @@ def _sides(name: str, stated: Sided | None, *, walk: bool) -> Sided:
     if len(sides) == 2:
         raise OptionError(
             f"{Hint('sided', value=stated or 'one')} is not that of {name}, which is {header or 'two'}-sided."
-            " Leave it out, or mend the header",
+            " Leave it out, or correct the header",
             option="sided",
         )
     if not sides:
         raise OptionError(
-            f"does not state whether {name or 'the density'} is one- or two-sided. Give {Hint('sided', value='one')}, as of"
-            f" most analysers and of SciPy, or {Hint('sided', value='two')}: their N differs by √2",
+            f"does not state whether {name or 'the density'} is one- or two-sided. Give {Hint('sided', value='one')}, as in"
+            f" most analysers and in SciPy, or {Hint('sided', value='two')}: their N differs by √2",
             option="sided",
         )
     return cast("Sided", sides.pop())

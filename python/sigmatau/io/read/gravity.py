@@ -1,4 +1,4 @@
-"""Detection of gravity in the columns of a log: the unit that it shows, and gravity on a gyro."""
+"""Detection of gravity in the columns of a log: the unit of an accelerometer, and gravity on a gyro."""
 
 from __future__ import annotations
 

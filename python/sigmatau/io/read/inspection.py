@@ -47,7 +47,7 @@ class ColumnInfo:
     unit : str or None
         Unit as the file spells it; None if the file states none.
     first : str
-        Value in the first row, if no name identifies the column; else empty.
+        Value in the first row, if the name does not identify the column; else empty.
     """
 
     name: str
@@ -80,9 +80,9 @@ class TableInfo:
     question : OptionError or None
         Options that must be given before the table can be analysed; `wanting` describes them in words.
     places : mapping of str to int
-        Columns that are read, counted from 0, by channel, and ``"time"``; also of a table that needs other options.
+        Columns that are read, counted from 0, by channel or ``"time"``; also if the table needs further options.
     samples : mapping of int to ColumnSamples
-        What the columns contain, counted from 0, if that was asked for.
+        Contents of the columns, counted from 0, if requested.
     """
 
     topic: str
@@ -303,7 +303,7 @@ def _with_part(info: TableInfo, made: Part) -> TableInfo:
 
 
 def _named_places(table: Table, options: Options) -> Mapping[str, int]:
-    """The columns of the channels that names or options tell, by channel; nothing if they tell none."""
+    """The columns that names or options identify, by channel; empty if none is identified."""
     try:
         return choose(table.columns, options.channels).places
     except OptionError:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sigmatau.errors import DataError
-from sigmatau.io.read.instances import find_sensor, has_instance_name, may_be_instance, tells_kinds
+from sigmatau.io.read.instances import find_sensor, has_instance_name, may_be_instance, shows_kinds
 from sigmatau.io.read.names import recognise
 from sigmatau.io.read.table import Column, RowKind, Table
 
@@ -37,10 +37,10 @@ def separate_instances(tables: Sequence[Table]) -> Sequence[Table]:
         try:
             values = load()
         except DataError:
-            continue  # raised again if it is wanted
-        head = values if column < 0 else values[:_HEAD]  # rows of another word may begin late
+            continue  # raised again when the table is read
+        head = values if column < 0 else values[:_HEAD]  # rows with another word may begin later
         labels = _labels(head)
-        if _names_sensor(labels, column) or (len(labels) > 1 and _tells_kinds(table, name, column, head, labels)):
+        if _names_sensor(labels, column) or (len(labels) > 1 and _shows_kinds(table, name, column, head, labels)):
             texts = np.asarray(values[:]).astype(str) if column < 0 else np.asarray(values[:])
             masks = {label: texts == value for label, value in labels.items()}
             if sum(float(np.mean(mask)) for mask in masks.values()) >= _COVERED:
@@ -82,16 +82,16 @@ def _names_sensor(labels: Mapping[str, object], column: int) -> bool:
     return column < 0 and len(labels) == 1 and find_sensor(next(iter(labels))) is not None
 
 
-def _tells_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
+def _shows_kinds(table: Table, name: str, column: int, head: NDArray[np.generic], labels: dict[str, object]) -> bool:
     order = np.asarray(head).astype(str).tolist() if column < 0 else [str(int(value)) for value in head]
     if column < 0 and table.format == "json" and _have_fields_of_their_kind(table, order, labels):
         return True
     rows = np.arange(min(len(order), _HEAD))
-    return tells_kinds(name, tuple(labels), order[:_HEAD], lambda: _values(table, rows), words=column < 0)
+    return shows_kinds(name, tuple(labels), order[:_HEAD], lambda: _values(table, rows), words=column < 0)
 
 
 def _have_fields_of_their_kind(table: Table, order: Sequence[str], labels: Collection[str]) -> bool:
-    """Whether rows of each word fill different fields, as messages do."""
+    """Whether rows of different words fill different fields, as messages of several kinds do."""
     present = np.isfinite(_values(table, np.arange(min(len(order), _HEAD))))
     words = np.array(order[: len(present)])
     fields = [present[words == label] for label in labels]

@@ -31,13 +31,13 @@ _NOT_INSTANCES = (
     r"|batt.*|volt.*|fix|sats?|pps)"
 )
 _SENSOR_WORDS = (
-    # the same as parts of a word
+    # the same words as parts of a longer word
     r"(?i)imu|gyr|acc|mag|baro|temp|press|sensor|left|right|front|rear|back|top|bottom|head|torso"
 )
 _MIN_RUNS = 5  # smallest number of runs of rows of each kind in the head
 _REGULAR_RUNS = 0.95  # share of the runs up to twice the median: a fair random flag has 0.88
 _SMALLEST_SHIFT = 0.3  # smallest difference of two means, over the scatter of the rows of one kind
-# the same over its standard error, which differences of neighbours make too small by a factor of 1.4
+# smallest shift over its standard error, which differences of neighbours make 1.4 times too small
 _SHIFT_ERRORS = 8.0
 _MIN_DISTINCT = 5  # smallest number of distinct values of a signal in the rows of one kind
 _MIN_COLUMNS = 2  # smallest number of columns whose means or scatters must differ
@@ -57,7 +57,7 @@ _single_sensor = ContextVar("single_sensor", default=False)
 
 @contextmanager
 def state_single_sensor(*, single: bool) -> Iterator[None]:
-    """State whether all rows are of a single sensor, whatever a column counts, for the readers that are called within the
+    """State whether all rows are of a single sensor, even if a column counts, for the readers that are called in the
     block.
     """
     token = _single_sensor.set(single)
@@ -97,7 +97,7 @@ def may_be_instance(name: str) -> bool:
     return re.fullmatch(_NOT_INSTANCES, snake) is None
 
 
-def tells_kinds(
+def shows_kinds(
     name: str, labels: Sequence[str], order: Sequence[str], values: Callable[[], NDArray[np.float64]], *, words: bool
 ) -> bool:
     """Whether a column of few words or integers distinguishes the kinds of rows.
@@ -105,7 +105,7 @@ def tells_kinds(
     `name`: name of the column, empty if it has none; `labels`: its distinct values; `order`: its value in each row, shape
     (n,); `values`: returns the numbers of these rows, shape (n, columns), with NaN for missing ones.
     """
-    if words and (by_sensor := tell_sensors(labels, order)) is not None:
+    if words and (by_sensor := words_show_sensors(labels, order)) is not None:
         return by_sensor
     if is_single_sensor_stated():
         return False
@@ -126,10 +126,10 @@ def tells_kinds(
     return means_differ(samples, row_codes) or (words and scatters_differ(samples, row_codes))
 
 
-def tell_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
+def words_show_sensors(labels: Sequence[str], order: Sequence[str]) -> bool | None:
     """Whether the words in `order` name sensors and distinguish the rows; None if no word names a sensor.
 
-    A table of results, axis after axis, also has words of one sensor one after the other.
+    A table of results, axis after axis, also has consecutive rows with the word of one sensor.
     """
     sensors = [sensor for label in labels if (sensor := find_sensor(label)) is not None]
     if not sensors:

@@ -3,8 +3,8 @@ turn.
 
 Each sensor has a bias, so the means of the rows differ from turn to turn throughout. A line at half, a third or a quarter of
 the sampling rate makes such means too, and a converter with two phases makes small ones. Sensors with equal biases are
-detected by their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turns`): rows of one sensor have it
-in common. If the rows leave it open, the user is asked.
+detected by their scatter or their stamps. Then the slow noise decides (`sigmatau.io.read.turns`): rows of one sensor
+share it. In doubt, the user is asked.
 """
 
 from __future__ import annotations
@@ -45,13 +45,12 @@ class Interleaving:
 
     sensors: int
     period: int  # rows after which the sensors repeat; more than sensors if they have different rates, 0 if they do not
-    sign: Sign  # what depends on the turn
+    sign: Sign  # property that depends on the turn
     channel: str  # channel with the largest difference
-    size: float = (
-        0.0  # difference of the means of this channel [unit of the log], or ratio of its scatters; 0 for stamps
-    )
+    # difference of the means of this channel [unit of the log], or ratio of its scatters; 0 for stamps
+    size: float = 0.0
     means: tuple[float, ...] = ()  # means of this channel by turn [unit of the log]
-    certain: bool = False  # False if one sensor may make such rows too
+    certain: bool = False  # False if a single sensor may produce such rows too
 
     def error(self, label: str, topic: str) -> OptionError:
         """The question for a log with such rows. `label`: column of the channel; `topic`: that of the table, or empty."""
@@ -65,7 +64,7 @@ class Interleaving:
         return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
 
     def error_of_live(self, label: str) -> OptionError:
-        """The question for samples that are followed while they come."""
+        """The question for samples of a live log."""
         advice = f"Save the log and run {command('analyze', 'FILE')}, or state {Hint('interleaved', value=1)}"
         return OptionError(f"{self._reading()}: {self._sign(label)}. {advice}", option="interleaved")
 
@@ -80,7 +79,7 @@ class Interleaving:
     def _reading(self) -> str:
         """Words for the detected meaning of the rows, and for the alternative if it is possible."""
         if self.sign == "groups":
-            return "has rows of several sensors in no fixed order, or of one that leaps between two states"
+            return "has rows of several sensors in no fixed order, or of one that switches between two states"
         other_reading = {
             "means": f"one with a line at {_FRACTIONS[self.period]} the rate",
             "scatter": "one whose noise changes from row to row",
@@ -110,7 +109,7 @@ def find_interleaving(channels: Mapping[str, NDArray[Any]], stamps: NDArray[Any]
     raise a question. If stamps are even or absent, one of three conditions must hold. The means differ by twice the scatter
     on two axes, not by the same amount on both axes of a sensor, and neighbouring rows are not more alike than rows of one
     turn; or the rows form groups in no fixed order; or the scatter depends on the turn. All parts of the log must show the
-    same means. Rows of several turns that have their slow noise in common are of one sensor.
+    same means. Rows of several turns that share their slow noise are of one sensor.
     """
     names = list(channels)
     if not names or len(channels[names[0]]) < MIN_PARTS * ROWS:
@@ -305,7 +304,7 @@ def _without_missing(x: NDArray[np.float64]) -> NDArray[np.float64]:
 def _is_large(
     names: Sequence[str], shift: NDArray[np.float64], means: NDArray[np.float64], *, in_proportion: bool
 ) -> bool:
-    """Whether the means differ enough on enough axes, and not as a line would make them.
+    """Whether the means differ enough on enough axes, in a way that a line cannot cause.
 
     `means`: over the scatter; `in_proportion`: whether the means of all axes may be proportional.
     """

@@ -30,7 +30,7 @@ class TableOptions:
             unit="Hz",
             kind="float or mapping of str to float, optional",
             python='By sensor if several topics or kinds of rows have different rates, ``{"gyro": 400, "accel": 200}``.',
-            typed="100 for all sensors, gyro=400,accel=200 for each; of several logs 10 50 in their order, or day1.csv=10.",
+            typed="100 for all sensors, gyro=400,accel=200 for each; for several logs 10 50 in order, or day1.csv=10.",
             main=True,
         ),
     )
@@ -118,8 +118,8 @@ class TableOptions:
         metadata=option(
             "Input",
             "Number of sensors whose rows take turns in a table, if no column distinguishes them: 2 or more reads them as"
-            " topics imu0, imu1 …, 1 states a single sensor. Default: a single sensor, unless the samples or the time"
-            " stamps show several, which is asked.",
+            " topics imu0, imu1 …, 1 states a single sensor. Default: a single sensor; the option is required"
+            " if the samples or the time stamps show several.",
             form="count",
             kind="int, optional",
         ),

@@ -30,9 +30,10 @@ SI = {"gyro": QUANTITIES["angular_rate"], "accel": QUANTITIES["acceleration"]}  
 
 
 def resolve(table: Table, options: Options, *, without_times: Collection[int] = ()) -> Resolved:
-    """Assign columns to channels, and find the unit of each channel as spelled, with findings; raises as `assemble` does.
+    """Assign columns to channels, and find the unit of each channel as spelled, with findings; raises as `assemble`
+    does.
 
-    `without_times`: columns that are not time, whatever their name.
+    `without_times` are columns that are not time, whatever their name.
     """
     are_named = any(channel.strip() != "time" for channel in options.channels)
     by_mean = None if are_named or any(c.name for c in table.columns) else _by_gravity(table)
@@ -99,7 +100,8 @@ def _check_kind(table: Table, choice: ColumnChoice, options: Options) -> None:
         for channel, index in choice.channels.items():
             if stream_name(channel) in SI and holds_increments(table.columns[index]):
                 raise OptionError(
-                    f"column {table.label(index)} contains increments by its name; give {Hint('input', value='increments')}",
+                    f"column {table.label(index)} contains increments according to its name;"
+                    f" give {Hint('input', value='increments')}",
                     option="input",
                 )
 
@@ -123,7 +125,7 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
     overruled: list[Finding] = []
     missing: list[str] = []
     unknown_units: dict[str, str] = {}  # unknown unit of each channel
-    counted_streams: dict[str, None] = {}  # streams whose numbers may be counts, in order
+    counted_streams: dict[str, None] = {}  # streams whose numbers may be counts
     scale_hint = ""
     indices = choice.channels if choice.time is None else {**choice.channels, "time": choice.time}
     for channel, index in indices.items():
@@ -192,7 +194,7 @@ def _units(table: Table, choice: ColumnChoice, options: Options) -> tuple[dict[s
             options.input,
             stated={stream_name(c) for c in unit},
             scaled=set(map(stream_name, options.scale)),
-            lacks=_lacks_for_rate(table, choice, unit, options),
+            lacks=_missing_for_rate(table, choice, unit, options),
             hint=hint,
             column=choice.channels[missing[0]] + 1 if is_unnamed else None,
         )
@@ -233,7 +235,7 @@ def _overruled(channel: str, chosen: str, stated: str, *, recognised: bool = Tru
     return Finding(details=details, severity="warning", channels=(channel,))
 
 
-def _lacks_for_rate(
+def _missing_for_rate(
     table: Table, choice: ColumnChoice, unit: Mapping[str, str], options: Options
 ) -> Literal["rate", "unit of time"] | None:
     """The option that is still missing to know the rate, once the units are known."""
@@ -254,7 +256,7 @@ def _shows_unit(table: Table, time: int) -> bool:
 def _check_unit(channel: str, spelled: str, stream: str) -> None:
     if units.needs_scale(spelled):
         raise OptionError(
-            f"{channel}: {spelled} have no size; give the unit that {Hint('scale')} makes of them, e.g."
+            f"{channel}: {spelled} need a scale; give it by {Hint('scale')}, and the resulting unit, e.g."
             f" {Hint('unit', stream, 'deg/s')} {Hint('scale', stream, 0.01)}",
             option="unit",
         )

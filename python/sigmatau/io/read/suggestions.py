@@ -1,4 +1,6 @@
-"""Columns whose names identify nothing: read if gravity is certain, suggested if their values confirm it, else asked for."""
+"""Columns without telling names: read if gravity identifies them, suggested if their values do, otherwise a
+question.
+"""
 
 from __future__ import annotations
 
@@ -100,7 +102,7 @@ _FORM = Hint("channels", value={"time": "N", "gyro": "N:N", "accel": "N:N"})
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Suggestion:
     options: str  # Hints for channels, and for the scale of counts
-    evidence: str  # What the values show
+    evidence: str  # evidence of the values
 
 
 def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | None:
@@ -116,7 +118,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
     if identified is None:
         return None
     if identified.accel is None and any(INERTIAL.search(table.columns[index].name) for index in excluded):
-        return None  # a command for the gyro alone would drop another inertial quantity
+        return None  # with a command for the gyro alone, another inertial quantity would not be read
     channels: dict[str, int] = {}
     for sensor, axes in (("gyro", identified.gyro), ("accel", identified.accel)):
         if axes is None:
@@ -145,7 +147,7 @@ def _suggest(table: Table, loaded: Mapping[int, NDArray[Any]]) -> _Suggestion | 
 
 
 def _axes_by_name(columns: Sequence[Column], axes: Triple, sensor: str) -> dict[str, int] | None:
-    """The order of the axes of three columns, from the letters in their names, or as they stand if they have no names.
+    """The order of the axes of three columns, from the letters in their names; without names, x, y, z.
 
     None if the names contradict each other.
     """
@@ -167,7 +169,7 @@ def _signals(columns: Sequence[Column]) -> dict[str, int]:
     """Numbers of the columns that have a name and a unit but no sensor; empty if there are many."""
     matches = recognise(columns)
     if any(names_sensor(column) for column in columns):
-        return {}  # an option for the signals alone would drop the sensor
+        return {}  # with an option for the signals alone, the sensor would not be read
     signals: dict[str, int] = {}
     for index, column in enumerate(columns):
         if matches[index] is None and column.name.strip() and stated_unit(column) and not is_date(column.first):

@@ -35,7 +35,7 @@ class Head:
     """The beginning of a file."""
 
     data: bytes  # The first `HEAD` bytes, decompressed
-    whole: bool  # True if the file has no more bytes than these
+    whole: bool  # True if these are all bytes of the file
     gzip: bool  # True if the file is compressed
 
 
@@ -56,7 +56,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """Columns that were asked for."""
+    """The requested columns."""
 
     # Raw numbers by column, counted from 0; shape (n,), all of one length, finite or NaN for a missing one. In a column
     # of integers, such as time stamps, the smallest 64-bit integer marks a missing one.
@@ -184,8 +184,8 @@ class TextFormat(Format, Protocol):
     """A module that reads a text format, also from memory."""
 
     def read_tables(self, source: Path | bytes, head: Head, name: str, topic: str = "") -> Sequence[Table]:
-        """The tables of a file, or of text in memory. `name`: name of the file without its suffix; `topic`: name of the
-        only table, or what those of several tables begin with; raises `DataError`.
+        """The tables of a file, or of text in memory; raises `DataError`. `name` is the name of the file without its
+        suffix. `topic` is the name of a single table, or the prefix of several names.
         """
         ...
 
@@ -210,7 +210,7 @@ _CHUNK = 1 << 15  # fits in a processor's cache
 
 
 ABSURD = 1e60
-"""A number that no sensor outputs, in any unit; its fourth power overflows a double."""
+"""A number larger than any output of a sensor, in any unit; its fourth power overflows a double."""
 
 
 def without_absurd(array: NDArray[Any]) -> NDArray[Any]:

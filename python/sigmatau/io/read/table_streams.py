@@ -277,7 +277,7 @@ def _loaded(table: Table, choice: ColumnChoice) -> tuple[Loaded, ColumnChoice]:
 def find_rate(
     table: Table, choice: ColumnChoice, stamps_raw: NDArray[np.float64], spelled: str | None, options: Options
 ) -> tuple[float, RateSource, bool]:
-    """Sampling rate from the option or the first stamps, how it was found, and whether lost samples were counted."""
+    """Sampling rate from the option or the first stamps, its source, and whether lost samples were counted."""
     raw = {} if choice.time is None else {choice.time: stamps_raw}
     options = options.for_streams(tuple(dict.fromkeys(map(stream_name, choice.channels))))
     timing = timed(table, replace(choice, channels={}), raw, spelled, options)
@@ -335,9 +335,9 @@ def temperature_stream(
     return (stream,), f"temperature from column {label}, {how}"
 
 
-_MOST_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are others
+_MOST_EMPTY = 0.5  # share of empty rows above which a channel is not read, if there are other channels
 _MIN_ROWS = 8  # shortest run of rows that are 0 in all columns
-# the smallest ratio of its length to the longest such run before it: coarse counts of a sensor at rest are sometimes 0
+# smallest ratio of its length to the longest earlier run of zeros: coarse counts at rest are sometimes 0
 _RUN_RATIO = 4
 _CHUNK = 1 << 16  # rows that are read at a time
 

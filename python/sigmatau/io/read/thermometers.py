@@ -1,4 +1,6 @@
-"""Thermometer topics: messages with only a temperature (``sensor_msgs/Temperature``), beside the topics of the sensors."""
+"""Thermometer topics: messages with only a temperature (``sensor_msgs/Temperature``), in addition to the topics of the
+sensors.
+"""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from sigmatau.record.record import stream_name
 
 
 def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]:
-    """Replace each table whose rows take turns by one table for each sensor, if the option says so: topics ``imu0``,
-    ``imu1`` …
+    """Replace each table whose rows take turns by one table for each sensor, if the option states their number: topics
+    ``imu0``, ``imu1`` …
 
     Raises `DataError` if a row is lost, because the sensors then change turns.
     """
@@ -39,7 +39,7 @@ def separate_turns(tables: Sequence[Table], options: Options) -> Sequence[Table]
 
 
 def refuse_interleaved(table: Table, choice: ColumnChoice, raw: Mapping[int, NDArray[Any]], count: int | None) -> None:
-    """Raise `OptionError` if the rows of several sensors take turns, or may do so. `count`: number of sensors in the
+    """Raise `OptionError` if the rows are, or may be, those of several sensors in turn. `count` is the number in the
     option.
     """
     axes = {channel: raw[index] for channel, index in choice.channels.items() if stream_name(channel) in SI}
@@ -98,7 +98,7 @@ def _check_turns(table: Table, options: Options, count: int) -> None:
 
 
 def _take_turn(table: Table, turn: int, count: int) -> Table:
-    """Take every `count`-th row from row `turn` on, which are those of one sensor."""
+    """Take every `count`-th row, beginning with row `turn`: the rows of one sensor."""
     note = f"rows {turn + 1}, {turn + 1 + count}, {turn + 1 + 2 * count} … of {count} sensors in turn"
     part = table.take_rows(slice(turn, None, count), f"imu{turn}", note)
     return replace(part, rate=None if table.rate is None else table.rate / count, words={})

@@ -1,5 +1,5 @@
-"""Detect rows of several sensors in one table: interleaved in a fixed order (turns), in no fixed order (groups), and the
-slow noise that both series of rows have in common.
+"""Detect rows of several sensors in one table: in a fixed order (turns), in no fixed order (groups), and slow noise
+that two series of rows share.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 ROWS = 256
 """Rows of a part. A lost row shifts the turns only in the parts after it."""
 MIN_PARTS = 2
-_UNEVEN = 0.618  # golden ratio: the distances between the parts then have no period
+_UNEVEN = 0.618  # golden ratio, so that the distances between the parts have no period
 _SAME = 0.8  # share of the parts that must have the same means by turn
 # largest difference of the means of two parts, over the largest mean; a line that drifts in phase exceeds it
 _TOLERANCE = 0.25
@@ -233,21 +233,20 @@ _FIRST_EDGE = 3  # upper edge of the first band; the bands above it are octaves
 _TAPER = 0.25  # share of the series at either end that the window tapers
 # variance of a mean share over that of independent shares: the window correlates neighbouring frequencies
 _CORRELATED = 1.4
-_SHARE_ERRORS = (
-    4.5  # smallest significant deviation of the mean share from 1/2, in standard errors: 11 bands are tested
-)
+# smallest significant deviation of the mean share from 1/2, in standard errors: 11 bands are tested
+_SHARE_ERRORS = 4.5
 _COMMON_SHARE = 0.65  # smallest mean share of common noise; independent noise has 0.5
-# power of a band of slow noise over that of the highest bands, at least, for the sum and the difference
+# smallest ratio of the power of a band of slow noise to that of the highest bands, for the sum and the difference
 _SLOW_RISE = 3.0
 _FEWEST_SHARES = 48  # smallest number of shares in bands of slow noise that can show independence: standard error 0.05
-# largest deviation of their mean from 1/2 for independent noise; slow noise in common of this rise has 0.28
+# largest deviation of their mean from 1/2 for independent noise; common slow noise with this rise has 0.28
 _INDEPENDENT = 0.12
 
 SlowNoise = Literal["in common", "independent", "not measured"]
 
 
 def compare_slow_noise(first: NDArray[np.float64], second: NDArray[np.float64]) -> SlowNoise:
-    """Tell whether the slow noise of two series of rows is in common. `first`, `second`: shape (n, channels), without
+    """Determine whether two series of rows share their slow noise. `first` and `second`: shape (n, channels), without
     NaN.
     """
     n = len(first)

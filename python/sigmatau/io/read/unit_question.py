@@ -39,9 +39,10 @@ def ask_for_units(
 ) -> OptionError:
     """Ask for the units of the channels `missing`.
 
-    `stated`: sensors with a channel whose unit is known, so that the unit must be given by channel; `scaled`: sensors with a
-    scale, whose numbers do not show the unit; `lacks`: what is still missing for the rate; `hint`: remark about the numbers;
-    `column`: number, from 1, of the only channel without unit, which may be an unnamed gyro.
+    `stated` are sensors with a channel whose unit is known, so that the unit must be given by channel. `scaled` are
+    sensors with a scale, whose numbers do not show the unit. `lacks` is the option that the rate still needs, `hint` a
+    remark about the numbers, and `column` the number, from 1, of the only channel without a unit, which may be an
+    unnamed gyro.
     """
     asked = {name if stream_name(name) in stated else stream_name(name): stream_name(name) for name in missing}
     gravity = None if "accel" in scaled or kind != "rate" else unit_of_gravity(table, channels)

@@ -36,7 +36,7 @@ class Leaf:
     name: str
     shape: tuple[int, ...]  # ``(n,)`` or ``(n, k)``
     load: Callable[[], NDArray[Any]]  # Returns the array in that shape; raises only `DataError`
-    unit: str | None = None  # As the file spells it
+    unit: str | None = None  # unit as the file spells it
     rate: float | None = None  # Sampling rate, if the format states one. [Hz]
     rate_key: str = ""  # The attribute or property that states it
     fill: float | None = None  # The stored number that marks a missing sample
@@ -68,10 +68,11 @@ def pick(array: NDArray[Any], part: tuple[int, ...]) -> NDArray[Any]:
     return array[:, part[0]] if part else array
 
 
-def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, ...], bool] | None:
+def squeezed(shape: Sequence[int], *, rows_allowed: bool = False) -> tuple[tuple[int, ...], bool] | None:
     """The shape (n,) or (n, k) of the columns of an array, and whether it is transposed; None if it has no columns.
 
-    `lying`: whether vectors may be rows, as in MATLAB. An array (k, n) with small k and large n is then read as (n, k).
+    `rows_allowed` states whether vectors may be rows, as in MATLAB. An array (k, n) with small k and large n is then read
+    as (n, k).
     """
     if len(shape) == 1:
         return (int(shape[0]),), False
@@ -80,9 +81,9 @@ def squeezed(shape: Sequence[int], *, lying: bool = False) -> tuple[tuple[int, .
     n, k = int(shape[0]), int(shape[1])
     if k == 1:
         return (n,), False
-    if n == 1 and lying:
+    if n == 1 and rows_allowed:
         return (k,), True
-    if lying and n <= WIDEST < k:
+    if rows_allowed and n <= WIDEST < k:
         return (k, n), True
     return ((n, k), False) if 0 < k <= WIDEST else None
 
@@ -209,7 +210,7 @@ def _table(
             if array.shape != leaf.shape:
                 raise DataError(f"{leaf.name} has shape {array.shape} where {leaf.shape} is declared; it is damaged")
             whole = len(leaf.shape) == 1 or len(indices) == leaf.shape[1]
-            # a view would keep the whole array in memory, so it is used only if all columns are wanted
+            # a view keeps the whole array in memory, so it is used only if all columns are wanted
             for index in indices:
                 column = pick(array, sources[index][1])
                 raw[index] = column if whole else column.copy()

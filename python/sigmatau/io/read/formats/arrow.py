@@ -11,7 +11,14 @@ from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Place
 from sigmatau.io.read.formats.arrow_messages import next_unpacked
 from sigmatau.io.read.formats.arrow_table import BatchError, find_numeric_columns, make_table
-from sigmatau.io.read.formats.damage import behind, fault, find_mark, first_line, library_faults, refuse_expansion
+from sigmatau.io.read.formats.damage import (
+    fault,
+    find_mark,
+    first_line,
+    library_faults,
+    refuse_expansion,
+    trailing_bytes,
+)
 from sigmatau.io.read.table import Head, Table, need
 
 _FILE = b"ARROW1\0\0"  # first bytes of a file
@@ -56,7 +63,7 @@ def _ipc(path: Path, head: Head) -> Table:
         try:
             return ipc.open_stream(source, options=options)
         except MemoryError:  # its declared length is not limited
-            raise DataError("is damaged: its schema needs more memory than there is; copy or record it again") from None
+            raise DataError("is damaged: its schema needs more memory than is free; copy or record it again") from None
 
     with pa.OSFile(str(path)) as source, opened(source) as stream:
         schema = stream.schema
@@ -74,10 +81,10 @@ def _ipc(path: Path, head: Head) -> Table:
                 try:
                     batch = stream.read_next_batch()
                 except StopIteration:
-                    yield from _behind(path, source.tell(), is_file=is_file)
+                    yield from _trailing_bytes(path, source.tell(), is_file=is_file)
                     return
                 except MemoryError:  # the declared length of a compressed buffer is not limited
-                    raise BatchError(place, "it needs more memory than there is, or is damaged") from None
+                    raise BatchError(place, "it needs more memory than is free, or is damaged") from None
                 except Exception as error:
                     raise BatchError(place, first_line(error)) from None
                 yield place, batch
@@ -86,7 +93,7 @@ def _ipc(path: Path, head: Head) -> Table:
     return make_table("arrow", chosen, skipped, tuple(notes), batches, None, truncated=not ends)
 
 
-def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
+def _trailing_bytes(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
     """Findings about bytes after the batches.
 
     A stream ends with an end mark; a file ends with a directory, its length and a mark.
@@ -97,7 +104,7 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
             stream.seek(max(0, end - len(_END_OF_STREAM)))
             mark = stream.read(len(_END_OF_STREAM))
         if mark == _END_OF_STREAM:
-            return behind(path, end, "the stream")
+            return trailing_bytes(path, end, "the stream")
         return (fault(truncated=True, what="stream", reason="it has no end mark, so batches may be missing"),)
     with path.open("rb") as stream:
         stream.seek(end)
@@ -105,7 +112,7 @@ def _behind(path: Path, end: int, *, is_file: bool) -> tuple[Finding, ...]:
     position = directory.find(_END)
     if position < 4 or int.from_bytes(directory[position - 4 : position], "little") > position - 4:
         return (fault(truncated=True, reason="its end mark is missing"),)
-    return behind(path, end + position + len(_END), "the Arrow file")
+    return trailing_bytes(path, end + position + len(_END), "the Arrow file")
 
 
 PARQUET = b"PAR1"

@@ -112,7 +112,7 @@ _END_LENGTH = 22  # length of that record [bytes]
 _COMMENT = 1 << 16  # largest length of the comment after that record [bytes]
 
 
-def behind(path: Path, end: int, what: str) -> tuple[Finding, ...]:
+def trailing_bytes(path: Path, end: int, what: str) -> tuple[Finding, ...]:
     """A finding about bytes after the end of the contents; none if the file ends there.
 
     `end`: where the contents end [bytes]; `what`: name of the contents: ``"the array"``.
@@ -170,7 +170,7 @@ def archive_ends(path: Path, first: int) -> tuple[Finding, ...]:
     if position < 0 or position + _END_LENGTH > len(tail):
         return findings
     comment = int.from_bytes(tail[position + 20 : position + 22], "little")
-    return (*findings, *behind(path, start + position + _END_LENGTH + comment, "the archive"))
+    return (*findings, *trailing_bytes(path, start + position + _END_LENGTH + comment, "the archive"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,7 +21,7 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.wording import sentence
-from sigmatau.io.read.formats.damage import behind, broken
+from sigmatau.io.read.formats.damage import broken, trailing_bytes
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
 # Format of each type letter. Text and arrays are not read.
@@ -79,7 +79,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     declared = [_MessageKind(*kind) for kind in scan["kinds"]]
     kinds = [replace(kind, several=sum(each.name == kind.name for each in declared) > 1) for kind in declared]
     size, end = path.stat().st_size, int(scan["end"])
-    findings = behind(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
+    findings = trailing_bytes(path, end, "the last message") if scan["filler"] is not None else broken(scan, size)
     units = _units(kinds, scan["definitions"])
     tables = [
         table
@@ -145,7 +145,7 @@ def _name(kind: str, field: str, unit: str | None) -> str:
 
 
 def _units(kinds: Sequence[_MessageKind], definitions: Sequence[tuple[int, bytes]]) -> dict[int, dict[str, str]]:
-    """Units by kind and field. A unit is used if it is defined and the numbers need no factor."""
+    """Units by kind and field. A unit is used if it is defined and its multiplier is 1."""
     by_number = {kind.number: kind for kind in kinds}
     names: dict[str, str] = {}
     factors: dict[str, float] = {}

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sigmatau.errors import DataError
 from sigmatau.io.read.formats import damage
 from sigmatau.io.read.formats.arrays import WIDEST, Leaf, gather, squeezed
-from sigmatau.io.read.formats.damage import behind, find_mark, first_line, library_faults, refuse_expansion
+from sigmatau.io.read.formats.damage import find_mark, first_line, library_faults, refuse_expansion, trailing_bytes
 from sigmatau.io.read.table import Head, Table, need
 
 _CUT = re.compile(r"truncated file: eof = (\d+), .*stored_eof = (\d+)")
@@ -33,7 +33,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             leaves.extend(_leaves(path, names, dataset))
             if (scale := _scale(dataset)) != (1.0, 0.0):
                 name = "/".join(names)
-                notes.append(f"{name}: stored * {scale[0]:g} + {scale[1]:g}, as its scale_factor and add_offset say")
+                notes.append(f"{name}: stored * {scale[0]:g} + {scale[1]:g}, by its scale_factor and add_offset")
     if not leaves:
         raise DataError("has no dataset of numbers of shape (n,) or (n, k)")
     return gather(
@@ -42,7 +42,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         root="/",
         separator="/",
         notes=tuple(dict.fromkeys(notes)),
-        findings=behind(path, declared_end(path, 0), "the HDF5 file"),
+        findings=trailing_bytes(path, declared_end(path, 0), "the HDF5 file"),
     )
 
 

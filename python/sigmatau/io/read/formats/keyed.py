@@ -1,8 +1,8 @@
 """Text whose values have names: ``ax:0.01 ay=0.02`` of sketches for Arduino, and the YAML of ``ros2 topic echo``.
 
-A record is one line, or several that repeat. The marks between names and values are replaced by spaces, so that compiled
-code reads the records as a table of words and numbers. A record stands on the line where it begins, and blank lines follow
-it, so that lines keep their numbers.
+A record is one line, or a repeated group of lines. The marks between names and values are replaced by spaces, so that
+compiled code reads the records as a table of words and numbers. A record is joined on its first line and followed by
+blank lines, so that line numbers do not change.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") ->
     )
     table = _Loader(source=source, head=head, records=records)
     what = "YAML of ROS messages" if records.yaml else "text of names and values"
-    several = f", {records.lines} lines a record" if records.lines > 1 and not records.yaml else ""
+    several = f", {records.lines} lines per record" if records.lines > 1 and not records.yaml else ""
     return (
         Table(
             format="yaml" if records.yaml else "keyed",
@@ -97,8 +97,8 @@ def find_records(head: bytes) -> Records | None:
             alike += 1
         if alike >= LEAST_RECORDS and any(PAIR.search(lines[k]) for _, k in tail[-count:]):
             texts = [skeleton for skeleton, _ in tail]
-            # Matching lines above these are records too. Lines between records are damage, and not a text above the
-            # records.
+            # Matching lines above these are records too. Other lines between records are damage, not text above the
+            # table.
             start = next(k for k in range(len(tail)) if texts[k : k + count] == cycle)
             if count > 1:
                 start = find_start(lines, tail, start, count)
@@ -162,7 +162,7 @@ class _Loader:
             lead = document[: len(document) - len(body)].count(b"\n")
             pieces.append(b"\n" * lead + body.replace(b"\n", b" ") + b"\n" * body.count(b"\n"))
         whole = b"\n".join(pieces[:-1])
-        # Without the mark that follows it, the last document may end within its last number.
+        # The last document has no end mark, so its last number may be truncated.
         return whole + b"\n" + pieces[-1].rstrip() if pieces[-1].strip() else whole + b"\n"
 
     def _refuse_other_names(self, source: Path | bytes, rows: int) -> None:

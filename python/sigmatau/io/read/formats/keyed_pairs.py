@@ -110,7 +110,7 @@ def _is_unit(text: str) -> bool:
 
 
 def _same_units(values: list[Value]) -> list[Value]:
-    """Copy the unit behind the last axis of a sensor to its other axes."""
+    """Copy the unit after the last axis of a sensor to its other axes."""
     units = {_stem(value.name): value.unit for value in values if value.unit}
     return [replace(v, unit=v.unit or units.get(_stem(v.name))) if _stem(v.name) else v for v in values]
 

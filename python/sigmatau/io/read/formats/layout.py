@@ -40,10 +40,11 @@ from sigmatau.io.read.formats.text_programs import (
 )
 from sigmatau.io.read.table import FORMATS, Column
 
-_MOST_LYING = 16  # largest number of rows of a table that has one row per channel
-_LYING_SAMPLES = 512  # smallest number of columns of such a table; no log of a sensor has as many
+_MAX_TRANSPOSED_ROWS = 16  # largest number of rows of a table that has one row per channel
+_MIN_TRANSPOSED_COLUMNS = 512  # smallest number of columns of such a table; no log of a sensor has as many
 _LEAST_SAMPLES = 100  # number of rows that must follow an odd first row
-_OUTLYING = 10  # distance of a number from the range of its column, in ranges, beyond which it is not a sample
+# distance of a number from the range of its column, in units of that range, beyond which it is not a sample
+_OUTLYING = 10
 _HEAD_OF_RESULT = 100  # beginning of a JSON of sigmatau that contains its version [characters]
 _SENTENCE = re.compile(r"\$[A-Z]{3,},[^*]*\*[0-9A-Fa-f]{2}")  # sentence of NMEA 0183
 _SEPARATOR = re.compile(r'"?sep=.{1,3}$', re.IGNORECASE)  # line that states the delimiter for Excel
@@ -61,9 +62,8 @@ class Layout:
     arrow: bool = False  # Whether ``15:00:00.010 ->`` precedes each row; that clock becomes the last column
     rate: StatedRate | None = None  # Rate that a line above the table states
     last: int = 0  # Number of the last line that was searched
-    counts_per_second: int | None = (
-        None  # Rate of the counter in the column SampleTimeFine, if the stated rate confirms it
-    )
+    # Rate of the counter in the column SampleTimeFine, if the stated rate confirms it
+    counts_per_second: int | None = None
 
     def fits(self, line: str) -> bool:
         """Whether a line has as many fields as a row of this layout, or is blank."""
@@ -103,7 +103,7 @@ def find_layout(data: bytes, *, whole: bool, encoding: str = "", skip: int = 0) 
         error = numbers_in_line(rows[0].text.encode(), "the only line")
         if error is not None:
             raise error
-    _refuse_lying(rows)
+    _refuse_transposed(rows)
     decimal_comma = exchange_decimal_commas(rows)
     delimiter, columns = find_delimiter(rows, lines)
     data_rows = [line for line in rows if line.is_data(delimiter, columns)]
@@ -168,13 +168,13 @@ def _refuse_sentences(rows: list[Line]) -> None:
         )
 
 
-def _refuse_lying(rows: list[Line]) -> None:
+def _refuse_transposed(rows: list[Line]) -> None:
     """Raise `DataError` for a table with one row of numbers per channel and one column per sample."""
-    if len(rows) > _MOST_LYING:
+    if len(rows) > _MAX_TRANSPOSED_ROWS:
         return
     delimiter = max(DELIMITERS, key=lambda d: len(rows[-1].split(d)))
     widths = {len(row.split(delimiter)) for row in rows}
-    if len(widths) == 1 and (samples := widths.pop()) > max(_LYING_SAMPLES, 10 * len(rows)):
+    if len(widths) == 1 and (samples := widths.pop()) > max(_MIN_TRANSPOSED_COLUMNS, 10 * len(rows)):
         options = f", delimiter={delimiter!r}" if delimiter else ""
         if not is_number(rows[0].split(delimiter)[0]):
             options += f", usecols=range(1, {samples})"
@@ -202,8 +202,8 @@ def _first_sample(rows: list[Line], data: list[Line], delimiter: str | None, col
 
 
 def _is_odd(rows: list[Line], delimiter: str | None, columns: int) -> bool:
-    """Whether most numbers of the first row are far outside the range of all others, or have decimals where others are
-    whole.
+    """Whether most numbers of the first row are far outside the range of their columns, or have decimals in columns of
+    whole numbers.
     """
     table = [row.values(delimiter)[:columns] for row in rows]
     first, rest = table[0], list(zip(*table[1:], strict=True))

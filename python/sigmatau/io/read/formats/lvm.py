@@ -67,7 +67,9 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "") -> tuple[Table, ...]:
-    """The tables of a file, or of text in memory; `topic`: name of the only table, or what those of several begin with."""
+    """The tables of a file, or of text in memory. `topic` is the name of a single table, or the prefix of several
+    names.
+    """
     contents = read_contents(source, head, copies=_COPIES)
     data = contents.data
     tags_end = data.find(_END)

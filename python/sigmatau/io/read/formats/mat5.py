@@ -32,7 +32,7 @@ _NUMERIC = range(6, 16)
 _OPAQUE = 17
 _COMPLEX = 0x0800
 _LOGICAL = 0x0200
-_HEADER_OF_VARIABLE = 1 << 12  # enough for the header of a variable [bytes]
+_HEADER_OF_VARIABLE = 1 << 12  # sufficient for the header of a variable [bytes]
 _BEST_COMPRESSION = 1100  # the largest ratio that deflate reaches is 1032
 _DEEPEST = 16  # largest depth of nested structs
 _MOST_STRUCTS = 16  # largest number of structs in an array
@@ -59,7 +59,7 @@ class MatContents:
         label = ".".join(names)
         if dims == (1, 1):
             return
-        squeezed_dims = squeezed(dims, lying=True)
+        squeezed_dims = squeezed(dims, rows_allowed=True)
         if squeezed_dims is None:
             self.skipped.append(f"{label} {dims}")
             return
@@ -67,11 +67,11 @@ class MatContents:
         if transposed and len(shape) == 2:
             self.notes.append(f"{label}, shape {dims}, is read as its transpose")
 
-        def turned() -> NDArray[Any]:
+        def transposed_array() -> NDArray[Any]:
             array = load()
             return (array.T if transposed else array).reshape(shape)
 
-        self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=turned))
+        self.leaves.append(Leaf(group=names[:-1], name=names[-1], shape=shape, load=transposed_array))
 
 
 @dataclass(frozen=True, slots=True)

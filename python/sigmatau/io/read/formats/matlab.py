@@ -13,7 +13,7 @@ from sigmatau.errors import DataError
 from sigmatau.findings.wording import sentence
 from sigmatau.io.read.formats import hdf5, mat5
 from sigmatau.io.read.formats.arrays import Leaf, gather
-from sigmatau.io.read.formats.damage import behind, fault, library_faults
+from sigmatau.io.read.formats.damage import fault, library_faults, trailing_bytes
 from sigmatau.io.read.table import Head, Table, need
 
 _HDF5_OFFSET = 512
@@ -27,7 +27,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
     if head.data[_HDF5_OFFSET : _HDF5_OFFSET + 8] == b"\x89HDF\r\n\x1a\n":
         version = "7.3"
         _walk_73(path, contents)
-        contents.findings.extend(behind(path, hdf5.declared_end(path, _HDF5_OFFSET), "the HDF5 file"))
+        contents.findings.extend(trailing_bytes(path, hdf5.declared_end(path, _HDF5_OFFSET), "the HDF5 file"))
     else:
         version = "5"
         contents.version_5 = True
@@ -86,7 +86,7 @@ def _tables(path: Path, contents: mat5.MatContents) -> None:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about time zones and formats of display
+            warnings.simplefilter("ignore")  # warnings about time zones and display formats
             held = matio.load_from_mat(str(path), variable_names=list(contents.opaque), add_table_attrs=True)
     except MemoryError:
         raise

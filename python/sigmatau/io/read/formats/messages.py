@@ -77,7 +77,7 @@ class _Field:
 
     type: str
     name: str
-    count: int | None  # None: one, -1: a sequence
+    count: int | None  # None for a single value, -1 for a sequence
 
 
 @dataclass(slots=True)
@@ -157,9 +157,10 @@ class _Builder:
 
 
 def find_columns(definition: str, type_name: str, *, ros1: bool) -> MessageLayout:
-    """Columns and steps of a message. `definition`: the text, with the definitions of the types that it uses;
-    `type_name`: ``sensor_msgs/msg/Imu`` or ``sensor_msgs/Imu``; `ros1`: whether the definition is of ROS 1, where
-    ``time`` is a type.
+    """Columns and steps of a message.
+
+    `definition` is the text, with the definitions of the types that it uses. `type_name` is ``sensor_msgs/msg/Imu`` or
+    ``sensor_msgs/Imu``. `ros1` states whether the definition is of ROS 1, where ``time`` is a type.
     """
     name = _short(type_name)
     builder = _Builder(types=_types(definition, name), ros1=ros1)

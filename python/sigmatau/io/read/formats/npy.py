@@ -17,7 +17,14 @@ from sigmatau.errors import DataError, printable
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import UnreadArrays
 from sigmatau.io.read.formats.arrays import parts, pick, table_of_columns
-from sigmatau.io.read.formats.damage import archive_ends, behind, damaged, fault, library_faults, refuse_expansion
+from sigmatau.io.read.formats.damage import (
+    archive_ends,
+    damaged,
+    fault,
+    library_faults,
+    refuse_expansion,
+    trailing_bytes,
+)
 from sigmatau.io.read.table import Column, Head, Table
 from sigmatau.record.on_disk import FileRows
 from sigmatau.record.record import MIN_SAMPLES
@@ -132,7 +139,7 @@ def _series(path: Path) -> tuple[list[_Array], tuple[Finding, ...]]:
                     break
                 arrays.append(array)
     what = "the array" if len(arrays) == 1 else f"the {len(arrays)} arrays"
-    return arrays, behind(path, arrays[-1].end, what)
+    return arrays, trailing_bytes(path, arrays[-1].end, what)
 
 
 def _keep_whole_rows(array: _Array, size: int) -> tuple[list[_Array], tuple[Finding, ...]]:

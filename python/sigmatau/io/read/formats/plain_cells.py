@@ -16,8 +16,8 @@ from sigmatau.io.read.formats.text_lines import COMMENTS
 from sigmatau.io.read.names import split_unit, stated_unit
 from sigmatau.io.read.table import Column, Table
 
-_LINES = 60  # lines at the beginning of the text that are looked at
-_ROWS = 20  # only the last rows of these lines show how rows are written
+_LINES = 60  # lines at the beginning of the text that are examined
+_ROWS = 20  # number of last rows among them that show the form of a row
 _ROW_ENDS = (";", "|")
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _CELL = re.compile(rf"\s*\"?{_NUMBER}[ \u00a0]*(?P<unit>[A-Za-zµμ°Ωω][^\s,;\t\"]{{0,15}})\"?\s*")
@@ -30,8 +30,8 @@ class Decoration:
     """Content of the cells or rows of a text besides numbers."""
 
     row_end: str = ""
-    units: tuple[str | None, ...] = ()  # of the columns
-    delimiter: str = ""  # between cells with units
+    units: tuple[str | None, ...] = ()  # units of the columns
+    delimiter: str = ""  # delimiter between cells with units
 
     def strip(self, data: bytes) -> bytes:
         """Remove the marks and units from a text. Raises `DataError` if the cells of one column have several units."""

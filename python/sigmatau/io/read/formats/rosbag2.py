@@ -51,7 +51,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
             continue
         load = partial(_load, path, topic, rows, topic.id in compressed)
         tables.append(roslog.message_table("rosbag2", topic.name, topic.type_name, definition, load, rows))
-    findings = _behind(path)
+    findings = _trailing_pages(path)
     return tuple(replace(table, findings=findings) for table in roslog.some_readable(tables))
 
 
@@ -78,7 +78,7 @@ def _topics(base: sqlite3.Connection) -> tuple[list[_Topic], dict[str, str]]:
     if not {"topics", "messages"} <= names:
         raise DataError("is an SQLite database but not a ROS 2 bag: it has no tables `topics` and `messages`")
     rows = base.execute("SELECT id, name, type, serialization_format FROM topics ORDER BY id").fetchall()
-    topics = [_Topic(id=i, name=n, type_name=t, encoding=e) for i, n, t, e in rows if _are(i, n, t, e)]
+    topics = [_Topic(id=i, name=n, type_name=t, encoding=e) for i, n, t, e in rows if _has_types(i, n, t, e)]
     definitions: dict[str, str] = {}
     if "message_definitions" in names:
         for name, encoding, text in base.execute(
@@ -97,14 +97,14 @@ def _cut(path: Path) -> bool:
     return path.stat().st_size < (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
 
 
-def _behind(path: Path) -> tuple[Finding, ...]:
+def _trailing_pages(path: Path) -> tuple[Finding, ...]:
     """Findings of bytes after the pages that the header declares, if the header is up to date."""
     with path.open("rb") as file:
         head = file.read(100)
     page, pages = int.from_bytes(head[16:18], "big"), int.from_bytes(head[28:32], "big")
     if len(head) < 100 or pages == 0 or head[24:28] != head[92:96] or path.with_name(path.name + "-wal").exists():
         return ()
-    return damage.behind(path, pages * (65536 if page == 1 else page), "the database")
+    return damage.trailing_bytes(path, pages * (65536 if page == 1 else page), "the database")
 
 
 def _is_compressed(base: sqlite3.Connection, number: int) -> bool:
@@ -125,7 +125,7 @@ def _intact(path: Path) -> bool:
         return False
 
 
-def _are(number: object, *words: object) -> bool:
+def _has_types(number: object, *words: object) -> bool:
     return isinstance(number, int) and all(isinstance(word, str) for word in words)
 
 
@@ -179,8 +179,8 @@ def _load(
 
 
 def _messages(path: Path, topic: int, *, compressed: bool) -> Iterator[tuple[list[bytes], list[int], str, int]]:
-    """Batches of messages and their stamps in the order of recording. The last batch names the fault, if there is one, and
-    says how many messages before it may be damaged.
+    """Batches of messages and their stamps in the order of recording. The last batch names the fault, if any, and the
+    number of messages before it that may be damaged.
     """
     with closing(_open(path)) as base:
         (page,) = base.execute("PRAGMA page_size").fetchone()
@@ -221,7 +221,9 @@ def _messages(path: Path, topic: int, *, compressed: bool) -> Iterator[tuple[lis
                         break
             except (sqlite3.Error, UnicodeDecodeError, OverflowError, TypeError) as error:
                 fault = f"the database cannot be read further ({error})"
-            if not count and not fault and _cut(path):  # SQLite reads an incomplete page as if zeros followed
+            if (
+                not count and not fault and _cut(path)
+            ):  # SQLite reads an incomplete page as if it were filled with zeros
                 fault = "the last page of the database is incomplete"
             shortest = min(map(len, blobs), default=shortest)
             # The messages before the fault may come from an incomplete page.

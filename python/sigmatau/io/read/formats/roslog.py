@@ -10,7 +10,7 @@ from sigmatau._native import logs
 from sigmatau.errors import DataError
 from sigmatau.findings.finding import Finding
 from sigmatau.findings.reading import Damaged, Place
-from sigmatau.io.read.formats.damage import behind, largest_expansion, refuse_expansion
+from sigmatau.io.read.formats.damage import largest_expansion, refuse_expansion, trailing_bytes
 from sigmatau.io.read.formats.messages import MessageLayout, find_columns
 from sigmatau.io.read.table import Column, Head, Loaded, Table
 
@@ -107,7 +107,7 @@ def refused_table(kind: str, topic: str, why: str, rows: int | None) -> Table:
 def end_findings(path: Path, end: logs.LogEnd, topic: str, rows: int, declared: int | None) -> tuple[Finding, ...]:
     """Findings about how a file ends, and about missing messages."""
     if end.kind in ("filler", "behind"):
-        return behind(path, end.offset, "the log")
+        return trailing_bytes(path, end.offset, "the log")
     if not end.kind and declared in (None, rows):
         return ()
     details = Damaged(

@@ -1,8 +1,8 @@
 """Text tables whose rows are of several kinds: messages of several sensors, or instances of one sensor, in one table.
 
-A column tells the kind of each row: a word (``Gyro``, ``Accel``; ``imu_left``, ``imu_right``) or a small whole number
-(instance 0, 1). Rows of different kinds may have different numbers of fields. The kinds are detected from the beginning of
-the file. A flag, a counter or a coarse signal also has few values. It is taken for a kind only under the conditions of
+A column shows the kind of each row: a word (``Gyro``, ``Accel``; ``imu_left``, ``imu_right``) or a small whole number
+(instance 0, 1). Rows of different kinds may have different numbers of fields. The kinds are detected from the beginning
+of the file. A flag, a counter or a coarse signal also has few values. It counts as a kind only under the conditions of
 `find_kinds`.
 """
 
@@ -18,17 +18,18 @@ from numpy.typing import NDArray
 
 from sigmatau.io.read.formats.text_delimiter import names_something
 from sigmatau.io.read.formats.text_lines import COMMENTS, bare_fields, is_number
-from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, tells_kinds
+from sigmatau.io.read.instances import cycles_with_rows, find_sensor, has_device_name, shows_kinds
 from sigmatau.io.read.table import RowKind
 
 _LINES = 2000  # number of lines of the head that are tested
 _FIRST_LINES = 64  # lines in which a column of numbers must show two kinds to be tested further
-_FIRST_COLUMNS = 24  # number of columns in which a kind is looked for
+_FIRST_COLUMNS = 24  # number of columns that are searched for a kind
 _HEADERS = 20  # lines above the rows that may be a header
 _MAX_KINDS = 16  # largest number of distinct texts in a column that shows kinds
 _MIN_ROWS = 3  # rows of a kind in the head; rarer texts are not kinds
 _RARE = 0.03  # share of the rows that may have rarer texts
-_CONSTANT_WIDTH = 0.98  # share of the rows of a kind that have its number of fields: the last one may be cut
+# share of the rows of a kind that must have the same number of fields: the last row may be truncated
+_CONSTANT_WIDTH = 0.98
 _MIN_NUMBERS = 2  # smallest number of numbers in a row besides its kind
 _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 
@@ -37,8 +38,8 @@ _WHOLE = re.compile(r"\d{1,4}(?:\.0*)?")
 class Kinds:
     """The kinds of the rows of a text."""
 
-    column: int  # counted from 0
-    name: str  # of the column; empty if it has none
+    column: int  # place of the column, counted from 0
+    name: str  # name of the column; empty if it has none
     labels: tuple[str, ...]  # distinct texts of the column, in the order of the file
     delimiter: str | None
     are_late: bool = False  # Whether the rows of some kinds begin below the head
@@ -51,12 +52,13 @@ class Kinds:
 def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
     """Find the kinds of the rows of a text from its beginning; None if all rows are of one kind and no word names a sensor.
 
-    Any column except `without` may show the kinds. A column of words does if rows with different words have different
-    numbers of fields, or if a word names a gyro or an accelerometer. Any other column of few words or integers must cycle
-    with the rows, or come in blocks of rows and have the name of a device. If it cycles, it must have the name of a device
-    (``I``, ``imu``, ``sensor_id``), or divide the rows into groups whose means differ or, for words, whose scatters differ.
-    If it has the name of an instance (``frame``, ``id``), words are enough, and numbers need rows that differ. If the user
-    states that all rows are of a single sensor, only words that name a gyro or an accelerometer still count.
+    Any column except `without` may show the kinds. A column of words shows the kind if rows with different words have
+    different numbers of fields, or if a word names a gyro or an accelerometer. Any other column of few words or
+    integers must cycle with the rows, or come in blocks of rows and have the name of a device. If it cycles, it must
+    have the name of a device (``I``, ``imu``, ``sensor_id``), or divide the rows into groups whose means differ or, for
+    words, whose scatters differ. If it has the name of an instance (``frame``, ``id``), words are enough, and numbers
+    need rows that differ. If the user states that all rows are of a single sensor, only words that name a gyro or an
+    accelerometer still count.
     """
     lines = _row_lines(text.split("\n", _FIRST_LINES + _HEADERS)[:-1]) or _row_lines(text.split("\n", _LINES)[:_LINES])
     delimiter = _delimiter(lines[:_FIRST_LINES])
@@ -66,18 +68,18 @@ def find_kinds(text: str, *, without: int | None = None) -> Kinds | None:
     first = [fields for fields in split if _is_row(fields)]
     width = min(map(len, first), default=0)
     names = _names(split, text, delimiter)
-    columns = [c for c in range(min(width, _FIRST_COLUMNS)) if c != without and _may_tell_kinds(first, c, names)]
+    columns = [c for c in range(min(width, _FIRST_COLUMNS)) if c != without and _may_show_kinds(first, c, names)]
     if not columns:
         return None
     late = any(
         not is_number(first[0][column]) or len({row[column] for row in first}) == 1 for column in columns
-    )  # rows of another word or number may begin later
+    )  # rows with another word or number may begin later
     lines = _row_lines(text.split("\n") if late else text.split("\n", _LINES)[:_LINES])
     split += [bare_fields(line, delimiter) for line in lines[_FIRST_LINES:]]
     rows = [fields for fields in split if _is_row(fields)]
     for column in columns:
         labels = _labels(rows, column)
-        if _is_sensor(labels) or (len(labels) > 1 and _tells_kinds(rows, column, labels, names)):
+        if _is_sensor(labels) or (len(labels) > 1 and _shows_kinds(rows, column, labels, names)):
             name = names[column] if column < len(names) else ""
             return Kinds(column=column, name=name, labels=labels, delimiter=delimiter)
     return None
@@ -162,7 +164,7 @@ def _is_word(text: str) -> bool:
 
 
 def first_values(text: str, kinds: Kinds, label: str) -> NDArray[np.float64]:
-    """The first rows of a kind as numbers, NaN where there is none: shape (n, columns). `text`: of
+    """The first rows of a kind as numbers, with NaN for missing ones: shape (n, columns). `text` comes from
     `rows_of_kind`.
     """
     lines = _row_lines(text.split("\n"))[:_LINES]
@@ -198,7 +200,7 @@ def _numbers(fields: Sequence[str]) -> int:
     return sum(is_number(f) or ("," in f and is_number(f.replace(",", "."))) for f in fields)
 
 
-def _may_tell_kinds(rows: Sequence[Sequence[str]], column: int, names: Sequence[str]) -> bool:
+def _may_show_kinds(rows: Sequence[Sequence[str]], column: int, names: Sequence[str]) -> bool:
     """Whether the first rows of a column have words, or small integers: two, or one if the column has the name of a
     device.
     """
@@ -243,7 +245,7 @@ def _names(split: Sequence[Sequence[str]], text: str, delimiter: str | None) -> 
     return []
 
 
-def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[str], names: Sequence[str]) -> bool:
+def _shows_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[str], names: Sequence[str]) -> bool:
     words = not any(map(is_number, labels))
     widths = {label: Counter(len(row) for row in rows if row[column : column + 1] == [label]) for label in labels}
     if all(width.most_common(1)[0][1] < _CONSTANT_WIDTH * width.total() for width in widths.values()):
@@ -257,7 +259,7 @@ def _tells_kinds(rows: Sequence[Sequence[str]], column: int, labels: Sequence[st
         return np.array([[_value(f) for f in row] for row in usual_rows])
 
     name = names[column] if len(names) in usual else ""
-    return tells_kinds(name, labels, [row[column] for row in usual_rows], values, words=words)
+    return shows_kinds(name, labels, [row[column] for row in usual_rows], values, words=words)
 
 
 def _value(text: str) -> float:

@@ -46,7 +46,7 @@ def bag_files(folder: Path) -> tuple[Path, ...]:
 
 
 def missing_parts(file: Path) -> tuple[Finding, ...]:
-    """A finding if metadata beside a file list it as one of several parts."""
+    """A finding if the metadata in the same folder list the file as one of several parts."""
     names = [part.name for part in bag_files(file.parent)]
     if len(names) < 2 or file.name not in names:
         return ()

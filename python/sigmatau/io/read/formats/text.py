@@ -1,4 +1,4 @@
-"""Text tables: CSV and its relatives, plain or gzip-compressed.
+"""Text tables, such as CSV, plain or gzip-compressed.
 
 `layout` detects the layout. Compiled code reads the rows, checks each line against the layout, and rounds each number to the
 nearest double.
@@ -40,7 +40,7 @@ from sigmatau.record.sampling import STATED
 _NOT_TEXT = (b"%PDF", b"#ROSBAG")
 _COPIES = 3  # copies in memory of a file whose cells contain more than numbers
 _MOST_DEVICES = 16  # largest number of devices in one file
-# a table that is damaged has at least this many lines before bytes that are not text; a binary file has fewer
+# smallest number of lines before bytes that are not text in a damaged table; a binary file has fewer
 _MIN_LINES = 16
 
 
@@ -68,8 +68,8 @@ def read(path: Path, head: Head, *, skip: int = 0) -> tuple[Table, ...]:
 
 
 def read_tables(source: Path | bytes, head: Head, name: str, topic: str = "", *, skip: int = 0) -> tuple[Table, ...]:
-    """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name`: name of the file without
-    its suffix; `topic`: name of the only table, or what those of several tables begin with.
+    """The tables of a file, or of text in memory: one, or one for each kind of its rows. `name` is the name of the file
+    without its suffix. `topic` is the name of a single table, or the prefix of several names.
     """
     beginning = Beginning.decode(head.data, whole=head.whole)
     if skip:
@@ -138,7 +138,7 @@ def _read_kinds(
         further = find_kinds(kind_text, without=kinds.column)
         if further is not None and len(further.labels) > 1:
             both = f"{kind.place()}, and {further.find_kind(label).place()}"
-            raise DataError(f"{both}: rows of several sensors by both; save the rows of each sensor to its own file")
+            raise DataError(f"{both}: both show rows of several sensors; save the rows of each sensor to its own file")
         columns, notes = with_sensor_names(layout.columns, label, first_values(kind_text, kinds, label))
         named = replace(
             layout,

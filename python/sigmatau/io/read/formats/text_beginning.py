@@ -1,4 +1,4 @@
-"""The beginning of a text table: its encoding, and the layout of the first table below any lines of other text."""
+"""The beginning of a text: its encoding, and the layout of the first table below any other lines."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The delimiter of a text table, its decimal commas, and the names and units of its columns.
 
-Decimal commas are read if the delimiter is another character and no number has a point. An ambiguous table (decimal commas
-between commas, two delimiters) is refused, with advice. Names and units are in a header, a row of units, or a row of axes
-above the samples.
+Decimal commas are read if the delimiter is another character and no number has a point. Ambiguous tables (decimal
+commas and comma delimiters, two delimiters) are refused with advice. Names and units are in a header, a row of units,
+or a row of axes above the samples.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from sigmatau.io.read.time.dates import NO_STAMP, ORDERS, DateColumn, continued,
 from sigmatau.record import memory
 
 _IN_PIECES = "save it as .npy, which is not loaded whole, or let `sigmatau watch` read it in pieces"
-_TAIL = 1 << 10  # size of the end of a file that is looked at [bytes]
+_TAIL = 1 << 10  # size of the end of a file that is examined [bytes]
 
 
 def read_rows(
@@ -92,7 +92,9 @@ class Text:
         return Loaded(columns=raw, findings=findings)
 
     def _with_days(self, column: int, stamps: NDArray[np.int64], lines: int | None) -> NDArray[np.int64]:
-        """Add days to times of day, from the column of days, and count on after midnight. Other stamps are unchanged."""
+        """Add days to times of day, from the column of days, and continue after midnight. Other stamps are
+        unchanged.
+        """
         date = self.dates.get(column)
         if date is None or not date.period:
             return stamps
@@ -135,7 +137,7 @@ class Text:
         return column in self.dates or any(date.day == column for date in self.dates.values())
 
     def _is_open(self, read: formats.TextColumns) -> bool:
-        """Whether the last number may be truncated: no line end follows, and it has fewer decimals than the one above."""
+        """Whether the last number may be truncated: it has no line end, and fewer decimals than the number above."""
         if isinstance(self.source, Path) and self.gzip:
             return read.open_end
         tail = self.source
@@ -189,12 +191,14 @@ class Text:
             encoding=self.encoding,
             lines=lines,
             dates=order,
-            most=self._largest_size(),
+            max_bytes=self._largest_size(),
             tag=None if self.kind is None else (self.kind.column, self._in_figures(self.kind.label)),
         )
 
     def _in_figures(self, text: str) -> str:
-        """A text of the file as the decoder sees it: commas and points are exchanged if numbers have decimal commas."""
+        """A text of the file in the form for the decoder: commas and points are exchanged if numbers have decimal
+        commas.
+        """
         return text.translate(EXCHANGED) if self.layout.decimal_comma else text
 
     def _largest_size(self) -> int:

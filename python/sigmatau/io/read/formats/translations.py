@@ -1,7 +1,7 @@
 """Translations of texts that other programs write: their rows are changed so that they can be read as table, names or JSON.
 
-A translation keeps the number of lines, so that messages name the lines of the file. It is chosen by the last lines of the
-head, or by the first ones, so that ordinary logs take no time.
+A translation keeps the number of lines, so that messages name the lines of the file. The last or the first lines of the
+head determine the translation, so that ordinary logs take no time.
 """
 
 from __future__ import annotations

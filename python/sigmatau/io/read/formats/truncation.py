@@ -1,7 +1,7 @@
 """Detection of where a text table is truncated: an incomplete last line, or bytes that are not text.
 
-A crash, a full disk or a bad transfer leave such an end, and the rows before it are intact. A line with too few fields among
-good rows is a different fault: it is an error that the user must correct.
+A crash, a full disk or a bad transfer leaves such an end, and the rows before it are intact. A line with too few fields
+among good rows is a different fault: it is an error that the user must correct.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sigmatau.errors import DataError
 BREAK = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1b-\x1f\x7f]")
 _CHUNK = 1 << 20  # [bytes]
 _TAIL = 1 << 14  # end of a text that is searched for its last line [bytes]
-_MIN_NOT_ASCII = 16  # bytes beyond ASCII in a damaged line; they are also at least half of it
+_MIN_NOT_ASCII = 16  # smallest number of non-ASCII bytes in a damaged line; they must also be at least half of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +106,7 @@ def find_line(source: Path | bytes, number: int, encoding: str) -> FileLine:
 
 
 def damaged(line: bytes, encoding: str) -> bool:
-    """Whether a line that is not a row is damaged: it is not text either."""
+    """Whether a line that is not a row is damaged, because it is not text."""
     if BREAK.search(line):
         return True
     if encoding != "ascii":  # two random bytes often form a valid character

@@ -81,7 +81,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         *_dropouts(scan["dropouts"]),
     )
     if all(not rows or name in unusable for _, _, name, rows, _ in topics):
-        raise DataError(f"is a PX4 flight log without data{_because(findings)}")
+        raise DataError(f"is a PX4 flight log without data{_error_text(findings)}")
     several = {name for _, instance, name, _, _ in topics if instance > 0}
     labels: set[str] = set()
     tables: list[Table] = []
@@ -97,7 +97,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
         make = _fifo if name.endswith("_fifo") and name in _AXES else _plain
         tables.extend(make(source, name, layouts[name].fields, findings))
     if not tables:
-        raise DataError(f"is a PX4 flight log without columns of numbers{_because(findings)}")
+        raise DataError(f"is a PX4 flight log without columns of numbers{_error_text(findings)}")
     return tuple(tables)
 
 
@@ -240,7 +240,9 @@ def _defined(definitions: Sequence[bytes]) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """The fields of a message without padding, and its smallest and largest size; or why it cannot be read. [bytes]"""
+    """The fields of a message without padding, and its smallest and largest size [bytes]; or the reason why it cannot
+    be read.
+    """
 
     fields: Sequence[_ULogField] = ()
     smallest: int = 0
@@ -256,7 +258,7 @@ class _Layout:
 
 def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     try:
-        fields, largest = _laid_out(message, formats, depth=0)
+        fields, largest = _order_fields(message, formats, depth=0)
     except _UnusableError as error:
         return _Layout(wrong=str(error))
     while fields and fields[-1].name.startswith("_padding"):
@@ -265,8 +267,8 @@ def _layout(message: str, formats: Mapping[str, str]) -> _Layout:
     return _Layout([f for f in fields if "_padding" not in f.name], smallest, largest)
 
 
-def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_ULogField], int]:
-    """Order the fields by their bytes; return their total length too."""
+def _order_fields(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[list[_ULogField], int]:
+    """The fields with their offsets, and their total length. [bytes]"""
     if message not in formats:
         raise _UnusableError(f"{message!r} is not defined")
     if depth > 8:
@@ -282,7 +284,7 @@ def _laid_out(message: str, formats: Mapping[str, str], *, depth: int) -> tuple[
         if inner:
             length = np.dtype(_TYPES[kind]).itemsize
         else:
-            inner, length = _laid_out(kind, formats, depth=depth + 1)
+            inner, length = _order_fields(kind, formats, depth=depth + 1)
         times = 1 if count is None else int(count)
         if offset + length * times > _LONGEST_MESSAGE or not length:
             raise _UnusableError(f"with {name!r} it is longer than {_LONGEST_MESSAGE} bytes, or the field is empty")
@@ -307,6 +309,6 @@ def _dropouts(durations: Sequence[int]) -> list[Finding]:
     return [Finding(details=details, severity="warning")]
 
 
-def _because(findings: Sequence[Finding]) -> str:
+def _error_text(findings: Sequence[Finding]) -> str:
     errors = [finding for finding in findings if finding.severity == "error"]
     return f": {sentence(errors[0])}" if errors else ""

@@ -109,14 +109,14 @@ def _findings(sentences: formats.Sentences, rows: int) -> tuple[Finding, ...]:
             count=sentences.broken, unit="lines", place=Place("line", line), example=what, kept=rows
         )
         findings.append(Finding(details=details, severity="error" if sentences.inner else "info"))
-    if sentences.others:
+    if sentences.other_count:
         # Sentences that alternate are spread evenly. A longer run than their shares explain means that the sensor was
         # switched.
         longest, line = sentences.gap
-        switched = longest > _ALTERNATING + 4 * -(-sentences.others // max(rows, 1))
+        switched = longest > _ALTERNATING + 4 * -(-sentences.other_count // max(rows, 1))
         place = Place("line", line) if switched else None
         details = SkippedMessages(
-            count=sentences.others, other=True, example=f"${sentences.other}", place=place, kept=rows
+            count=sentences.other_count, other=True, example=f"${sentences.other_name}", place=place, kept=rows
         )
         findings.append(Finding(details=details, severity="error" if switched else "info"))
     if sentences.cut:

@@ -53,7 +53,7 @@ def read(path: Path, head: Head) -> tuple[Table, ...]:
 
 
 def _tables(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> list[Table] | str:
-    """The tables of a member, or why it has none."""
+    """The tables of a member, or the reason why it has none."""
     if member.flag_bits & 1:
         return "encrypted: unpack it with its password"
     with archive.open(member) as stream:

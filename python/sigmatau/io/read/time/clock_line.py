@@ -17,7 +17,7 @@ _PARTS = 10  # number of equal parts of a record whose rates are compared
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
 _LEAST_CHANGE = 1.05  # smallest ratio of the rates for an abrupt change
 _LEAST_SIDE = 16  # smallest number of intervals before and after the change
-_EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on the wrong one
+_EXCEPTIONS = 0.03  # share of the intervals of the shorter side that may be on the wrong side of the threshold
 _LEAST_INDEPENDENT = 3.0  # smallest number of independent stamps in a part: two determine a line without scatter
 
 
@@ -41,7 +41,7 @@ class GridFit:
     kind: Literal["grid", "coarse", "host"]
     interval: float  # Sample interval
     error: float  # Standard error of the interval
-    start: int  # First of the stamps in use: of all, or of the longest piece between long pauses
+    start: int  # first stamp in use: of all, or of the longest piece between long pauses
     stop: int
     # shape (stop - start,); the place of each stamp on the grid, increasing from 0; None if every place has a stamp
     places: NDArray[np.int64] | None
@@ -51,7 +51,7 @@ class GridFit:
     median: float  # Median of the intervals
     drift: ClockDrift | None  # None if there are too few stamps
     # Number of pieces between pauses that are longer than the samples of the record. 1 if there is no such pause; 0 if
-    # there are so many pauses that the stamps are not used and all samples are taken as evenly spaced
+    # there are so many pauses that the stamps are not used and all samples are treated as evenly spaced
     pieces: int
     period: int = 0  # Rows after which the pattern of intervals repeats; 0 if it does not
     bound: float = 0.0  # Largest relative error of the interval on a coarse clock
@@ -74,7 +74,8 @@ def rate_change(intervals: NDArray[np.float64]) -> tuple[int, float, float] | No
     """The first interval after an abrupt change of the sampling rate, and the mean intervals before and after it; None if
     there is none.
 
-    The rate must change once and for good, as after a new setting of the sensor. Lost samples and bunches do not count.
+    The rate must change once and permanently, as after a new setting of the sensor. Lost samples and bunches do not
+    count.
     """
     n = len(intervals)
     ends = max(n // 100, _LEAST_SIDE)
@@ -116,7 +117,7 @@ def finished(
     pieces: int = 1,
     period: int = 0,
 ) -> GridFit:
-    """The grid of one piece of stamps; `intervals` is None if each of them is close to the mean."""
+    """The grid of one piece of stamps; `intervals` is None if all intervals are close to the mean."""
     n = len(t)
     last = n - 1 if places is None else int(places[-1] - places[0])
     first = float(t[-1] - t[0]) / last
@@ -127,7 +128,7 @@ def finished(
     short = 0.0
     if intervals is not None:
         short = float(np.count_nonzero(intervals < _SHORT_INTERVAL * slope)) / len(intervals)
-    apart = (1 - short) * n  # number of independent stamps: those of one bunch are late or early together
+    apart = (1 - short) * n  # number of independent stamps: the stamps of a bunch have a common error
     scatter = math.sqrt(float(rest @ rest) / min(float(len(rest)), max(apart, 1.0)))
     return GridFit(
         kind=kind,

@@ -66,8 +66,8 @@ def _stamp(text: str) -> formats.Stamp | None:
 def continued(stamps: NDArray[np.int64], period: int) -> NDArray[np.int64]:
     """Unwrap a clock that begins again after a period: 00:00:00 after 23:59:59 is the next day.
 
-    A step back by more than half the period begins the next period. A step ahead by as much returns to the period before, if
-    there was one: it is a row that comes late around midnight.
+    A step back by more than half the period begins the next period. A step ahead by as much returns to the previous
+    period, if any: it is a row that is logged late around midnight.
     """
     present = stamps[stamps != NO_STAMP]
     steps = np.diff(present)

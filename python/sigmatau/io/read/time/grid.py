@@ -2,8 +2,8 @@
 
 There are three kinds of stamps. Stamps of a sensor lie on a regular grid, with jitter, and with holes where samples were
 lost. Stamps of a clock that is coarser than the sampling repeat, but deviate from a straight line by at most one step of the
-clock. Stamps of a host come in bunches: then the samples are taken as evenly spaced, and the stamps only give their mean
-rate.
+clock. Stamps of a host come in bunches: the samples are then treated as evenly spaced, and the stamps only provide the
+mean rate.
 """
 
 from __future__ import annotations
@@ -20,26 +20,28 @@ from sigmatau.io.read.time.clock_line import BLOCK, GridFit, about_line, finishe
 
 _MAX_INTERVALS = 1 << 16  # intervals used for medians and quantiles
 _MAX_PHASES = 1 << 18  # stamps whose phase is computed
-_EVEN_INTERVALS = (0.5, 1.5)  # relative limits of the intervals: nothing is lost if all are inside,
+_EVEN_INTERVALS = (0.5, 1.5)  # relative limits of the intervals: no sample is lost if all are inside,
 _EVEN_SCATTER = 0.12  # and the standard deviation of the intervals is less than this share of the mean
 _SHORT_INTERVAL = 0.5  # share of the sample interval below which an interval belongs to a burst
 _MAX_SHORT = 0.05  # share of short intervals above which stamps are of a host: jitter of 0.2 intervals makes 0.039
 # Mean resultant length of the phases of a grid: 0.45 for jitter of 0.2 intervals, 0.11 for 64 random phases.
 _LEAST_COHERENCE = 0.4
-_MAX_MOVED = 0.05  # share of stamps that may be closer to another place than to their own
-_NEAR_MULTIPLE = 0.35  # distance from an integer multiple up to which a difference counts intervals [intervals]
+_MAX_MOVED = 0.05  # share of stamps that may be closer to a neighbouring place than to their own
+# distance from an integer multiple up to which a difference determines a number of intervals [intervals]
+_NEAR_MULTIPLE = 0.35
 _PAUSE_RARITY = 1000  # stamps of a host have at most one pause in this many intervals,
 _PAUSE_LENGTH = 20.0  # and a pause is at least this many times as long as the other intervals
-_EQUAL_INTERVALS = 1e-3  # relative difference up to which two intervals are taken as equal
+_EQUAL_INTERVALS = 1e-3  # relative difference up to which two intervals count as equal
 _FINE_QUANTILE = 0.15  # quantile of the intervals that belongs to a grid finer than that of the median
-_LEAST_FIT = 0.5  # mean cosine of the intervals from which on a grid fits them
+_LEAST_FIT = 0.5  # smallest mean cosine of the intervals for which a grid fits them
 _FINER = 0.8  # a finer grid has at most this share of the interval
 _MAX_PAUSES = 64
-_EXACT_STAMPS = 0.05  # root mean square distance from the grid up to which stamps are of the sensor's clock [intervals]
+# root mean square distance from the grid up to which stamps are of the sensor's clock [intervals]
+_EXACT_STAMPS = 0.05
 _MAX_LOSSES = 4  # largest number of random losses that exact stamps may show, over the number of samples
 _SHARE_ERROR = 0.25  # largest relative error of the share of single intervals, if losses are random
 _INTERVAL_CORRELATION = 0.15  # largest correlation of neighbouring intervals, if losses are random
-_COARSE = 2.0  # length of a clock step that makes bunches by itself [intervals]
+_COARSE = 2.0  # length of a clock step that alone causes bunches [intervals]
 _ONE_STEP = 1.05  # deviation of evenly spaced samples, with a little jitter, from a line [steps of the clock]
 _LEAST_PIECE = 0.1  # share of the rows that the longest piece between pauses must have
 
@@ -71,8 +73,8 @@ def fit_grid(
     Notes
     -----
     Evenly spaced samples on a coarse clock and samples with every k-th one lost can have the same stamps: 80 Hz in steps of
-    10 ms, and 100 Hz without every fifth sample. The beat of two clocks is not a short pattern for long; a pattern that
-    repeats to the end of the record consists of losses.
+    10 ms, and 100 Hz without every fifth sample. The beat of two clocks does not remain a short pattern for long, so a
+    pattern that repeats to the end of the record consists of losses.
 
     The first estimate of the interval is the median, which is refined over increasing lags: the intervals in a lag are
     counted, so that lost samples do not bias it. The phase of the stamps modulo the interval is averaged on the circle in
@@ -80,8 +82,9 @@ def fit_grid(
     place of a stamp is its time minus that phase, rounded; neighbours correct a stamp that is late or early by more than
     half an interval. The returned interval is the slope of the least-squares line of stamp against place.
 
-    `t`: stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first; `step`: resolution of
-    their clock, from `resolution`; `stated_interval`: interval given by the user; it decides where the stamps fit two grids.
+    `t` are the stamps minus the first one, not decreasing, n ≥ 2, the last larger than the first. `step` is the
+    resolution of their clock, from `resolution`. `stated_interval`, given by the user, decides if the stamps fit two
+    grids.
     """
     n = len(t)
     mean = float(t[-1] - t[0]) / (n - 1)
@@ -115,7 +118,7 @@ def fit_grid(
         return finished(t, None, "grid", usual, intervals)
     if lost is None:
         kind, lost = "host", _pauses(intervals)
-    # Losses at random are not pauses; there are at most 4 times as many as samples.
+    # Random losses are not pauses; there are at most 4 times as many as samples.
     random = kind == "grid" and _scattered(lost) and float(lost[-1] - lost[0]) <= 1.1 * _MAX_LOSSES * n
     start, stop, pieces = (0, n, 1) if random else _longest_piece(lost)
     if not pieces:
@@ -143,13 +146,13 @@ def _stairs(intervals: NDArray[np.float64], t: NDArray[np.float64], step: float)
     width = float(np.ptp(t - interval * np.arange(n)))
     if width > _ONE_STEP * step + interval:
         return None
-    # number of samples by which ticks come late, beyond the one that any staircase may show
+    # number of samples by which ticks are late, beyond the one sample of any staircase
     late = (width - step) / interval
     return interval, max(1.0, late) / (last - first)
 
 
 def _by_ticks(fitted: GridFit, t: NDArray[np.float64], intervals: NDArray[np.float64], step: float) -> GridFit:
-    """Correct the interval of bunches that a coarse clock makes: use the samples between its first and last tick.
+    """Correct the interval of bunches from a coarse clock: use the samples between its first and last tick.
 
     Other bunches, and those of a piece with pauses, are not changed.
     """
@@ -194,7 +197,7 @@ def _places(t: NDArray[np.float64], intervals: NDArray[np.float64], median: floa
         return None
     late = t / interval - np.arange(n)
     if not np.abs(late).max() < 2**52:
-        return None if np.abs(late).max() >= 2**1000 or not np.isfinite(late).all() else _coarsely(late)
+        return None if np.abs(late).max() >= 2**1000 or not np.isfinite(late).all() else _estimate_coarse_losses(late)
     phase = _phase(late)
     if phase is None:
         return None
@@ -226,8 +229,8 @@ def _finer(t: NDArray[np.float64], intervals: NDArray[np.float64]) -> float:
 
 def _lost_at_random(lost: NDArray[np.float64], off: NDArray[np.float64]) -> bool:
     """Whether exact stamps show independent losses, up to four of five samples, rather than bunches of a host. If
-    samples are lost at random with probability p, a share 1 - p of the intervals is single, and neighbouring intervals
-    are independent. Intervals of bunches are correlated, and many more of them are short than their mean allows.
+    samples are lost at random with probability p, the share 1 - p of the intervals is single, and neighbouring
+    intervals are independent. Intervals of bunches are correlated, and more of them are short than their mean allows.
     """
     n = len(lost)
     holes = np.diff(lost)
@@ -250,8 +253,8 @@ def _scattered(lost: NDArray[np.float64]) -> bool:
     return bool(holes[: n - 1 - min(max(math.ceil(n / _PAUSE_RARITY), 3), n // 4)].sum() > n)
 
 
-def _coarsely(late: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Losses estimated without a phase, for stamps that are too far apart to have one."""
+def _estimate_coarse_losses(late: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Estimate losses without a phase, for stamps that are too far apart to have a phase."""
     lost: NDArray[np.float64] = np.rint(np.minimum.accumulate(late[::-1])[::-1] - late[0])
     return lost
 
@@ -268,7 +271,7 @@ def _refined(t: NDArray[np.float64], interval: float) -> float:
         close = good & (np.abs(spans / interval - counts) < _NEAR_MULTIPLE)
         if 2 * np.count_nonzero(close) < len(starts):
             break
-        # A circular mean: the mean of the near differences alone would be biased towards the previous interval.
+        # The mean is circular: a mean of only the small differences would be biased towards the previous interval.
         turned = np.mean(np.exp(2j * np.pi * (spans[good] / interval - counts[good])))
         off = float(np.angle(turned)) / (2 * np.pi)
         interval *= 1 + off / float(counts[good].mean())
@@ -325,12 +328,15 @@ def _longest_piece(lost: NDArray[np.float64]) -> tuple[int, int, int]:
     return start, stop, pieces
 
 
-_WINDOW = 4  # number of rows on each side whose median decides on the place of a stamp
-_LOSS_PRIOR = 8.0  # -ln of the probability of a loss at a given row; a loss needs jitter less likely than that
-_MAX_JITTER = 0.45  # of the interval: bunches of two rows have 0.5, larger ones more; such jitter swaps 5 % of the rows
-_MAX_CORRELATION = 0.15  # of neighbours: sorted jitter of 0.4 has 0.06, bunches of two rows -1, of three -0.5
-# The means of two blocks with one block between them differ by a whole interval if a sample is lost. By jitter of 0.45
-# alone the difference has a standard deviation of 0.08, and reaches half an interval once in 1e9 blocks.
+_WINDOW = 4  # number of rows on each side whose median determines the place of a stamp
+# -ln of the probability of a loss at a row; a loss is accepted if the alternative jitter is less likely
+_LOSS_PRIOR = 8.0
+# largest jitter over the interval: bunches of two rows have 0.5, larger ones more; this jitter swaps 5 % of the rows
+_MAX_JITTER = 0.45
+# largest correlation of neighbours: 0.06 for sorted jitter of 0.4, -1 for bunches of two rows, -0.5 for three
+_MAX_CORRELATION = 0.15
+# The means of two blocks with one block between them differ by a whole interval if a sample is lost. With a jitter of
+# 0.45 alone the difference has a standard deviation of 0.08, and reaches half an interval once in 1e9 blocks.
 _LOST_SAMPLE = 0.5
 _LEAST_BLOCKS = 4
 
@@ -358,47 +364,49 @@ def is_jitter_only(t: NDArray[np.float64]) -> bool:
 
 
 def consistent_losses(lost: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Samples lost before each stamp, not decreasing, from the estimates of single stamps."""
-    believed = 0.5 + _LOSS_PRIOR * float(np.mean((rest - lost) ** 2))
-    lost = _at_ends(lost.copy(), rest, believed)
+    """Samples lost before each stamp, made non-decreasing, from the estimates of single stamps."""
+    jitter_limit = 0.5 + _LOSS_PRIOR * float(np.mean((rest - lost) ** 2))
+    lost = _correct_ends(lost.copy(), rest, jitter_limit)
     falls = np.flatnonzero(np.diff(lost) < 0)
-    return _never_falling(_outvoted(lost, falls, rest, believed)) if len(falls) else lost
+    return _correct_falls(_correct_by_neighbours(lost, falls, rest, jitter_limit)) if len(falls) else lost
 
 
-def _at_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], believed: float) -> NDArray[np.float64]:
+def _correct_ends(lost: NDArray[np.float64], rest: NDArray[np.float64], jitter_limit: float) -> NDArray[np.float64]:
     """Remove the loss of one sample at the first or last stamp if jitter is more likely; no neighbours decide there."""
     if len(lost) > 2:
-        if lost[-1] - lost[-2] == 1 and rest[-1] - lost[-2] < believed:
+        if lost[-1] - lost[-2] == 1 and rest[-1] - lost[-2] < jitter_limit:
             lost[-1] = lost[-2]
-        if lost[1] - lost[0] == 1 and lost[1] - rest[0] < believed:
+        if lost[1] - lost[0] == 1 and lost[1] - rest[0] < jitter_limit:
             lost[0] = lost[1]
     return lost
 
 
-def _never_falling(lost: NDArray[np.float64]) -> NDArray[np.float64]:
+def _correct_falls(lost: NDArray[np.float64]) -> NDArray[np.float64]:
     """Correct late or early stamps so that losses never decrease, and so that few stamps move."""
     late = np.minimum.accumulate(lost[::-1])[::-1]
     early = np.maximum.accumulate(lost)
     return late if np.count_nonzero(late != lost) <= np.count_nonzero(early != lost) else early
 
 
-def _outvoted(
-    lost: NDArray[np.float64], falls: NDArray[np.intp], rest: NDArray[np.float64], believed: float
+def _correct_by_neighbours(
+    lost: NDArray[np.float64], falls: NDArray[np.intp], rest: NDArray[np.float64], jitter_limit: float
 ) -> NDArray[np.float64]:
-    """Replace estimates that contradict the median of their neighbours; estimates in order are kept. A stamp is moved
-    by one place only if its jitter makes that likely: next to a loss the median is sometimes off by one.
+    """Replace estimates that contradict the median of their neighbours; estimates in order are kept. Next to a loss the
+    median may be wrong by one, so a stamp is moved by one place only if its jitter makes that likely.
     """
     n, width = len(lost), 2 * _WINDOW + 1
     if n < width:
         return lost
-    doubted = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
-    windows = np.clip(doubted[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
-    voted = np.median(lost[windows], axis=1)
-    before, after = lost[np.maximum(doubted - 1, 0)], lost[np.minimum(doubted + 1, n - 1)]
-    fits = (before <= lost[doubted]) & (lost[doubted] <= after)
-    stays = fits & (np.abs(voted - lost[doubted]) == 1) & (np.abs(rest[doubted] - voted) >= believed)
+    contradicting = np.unique(np.clip(falls[:, None] + np.arange(-_WINDOW, _WINDOW + 2), 0, n - 1))
+    windows = np.clip(contradicting[:, None] + np.arange(-_WINDOW, _WINDOW + 1), 0, n - 1)
+    medians = np.median(lost[windows], axis=1)
+    before, after = lost[np.maximum(contradicting - 1, 0)], lost[np.minimum(contradicting + 1, n - 1)]
+    fits = (before <= lost[contradicting]) & (lost[contradicting] <= after)
+    stays = (
+        fits & (np.abs(medians - lost[contradicting]) == 1) & (np.abs(rest[contradicting] - medians) >= jitter_limit)
+    )
     mended = lost.copy()
-    mended[doubted] = np.where(stays, lost[doubted], voted)
+    mended[contradicting] = np.where(stays, lost[contradicting], medians)
     return mended
 
 

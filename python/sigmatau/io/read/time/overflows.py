@@ -1,4 +1,4 @@
-"""Unwrapping of stamps: counters that overflow, clocks that begin again, and clocks written as digits."""
+"""Unwrapping of stamps: counters that overflow, clocks that start again, and clocks written as digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units of time implied by the stamps, sample numbers in place of stamps, and rates and lengths that no log has."""
+"""Units of time implied by the stamps, sample numbers in place of stamps, and implausible rates and lengths of logs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MATLAB_DAYS = (730120, 746191)  # years 1999 to 2042, counted from year 0 as in
 SHORTEST = 1.0  # length of a log; a shorter one is refused if another unit makes its length usual [s]
 _LEAST_SAMPLES = 100  # a log with fewer samples may be an excerpt, and is accepted however short
 SLOW = 1.0  # rate below which a log contains averages or its unit of time is wrong [Hz]
-_FREQUENT = 100.0  # typical rate of logs: units that give a rate closest to it are offered first [Hz]
+_FREQUENT = 100.0  # typical rate of logs: units with the closest rate are offered first [Hz]
 _FIRST_NUMBERS = (0, 1)  # possible numbers of the first sample of a log
 _SENSORS = {"gyro": "a gyro", "accel": "an accelerometer"}
 _ROUNDING = 1e-6  # relative difference up to which two rates belong to one unit
@@ -78,8 +78,9 @@ def unit_by_size(first: float, last: float, interval: float, n: int) -> str | No
     """The unit of stamps that count from 1970: 10 digits are seconds, 13 milliseconds, 16 microseconds, 19 nanoseconds; or
     days, for the day numbers of Excel and MATLAB.
 
-    None if the stamps do not count from 1970, or if no log has the rate that this unit gives. None also if it gives less
-    than 1 Hz and another unit gives a usual log: nanoseconds since a phone was started weeks ago have 16 digits too.
+    None if the stamps do not count from 1970, or if the rate in this unit is implausible. None also if the rate is
+    below 1 Hz and another unit leads to a usual log: nanoseconds since the start of a phone weeks ago have 16 digits
+    too.
     """
     by_unit = {reading.unit: reading for reading in readings(interval, n)}
     possible = {unit for unit, reading in by_unit.items() if reading.is_possible}
@@ -174,7 +175,8 @@ NOMINAL_RATIO = 1.1
 """Largest ratio of two rates that may be one nominal rate measured by two clocks.
 
 The oscillators of MEMS sensors are within 10 % of their nominal rate, and the rates that a datasheet lists differ by more
-(1000 and 1125 Hz). At this ratio a random walk is off by 5 %, which a finding states. A larger ratio is a contradiction.
+(1000 and 1125 Hz). At this ratio a random walk is wrong by 5 %, which a finding states. A larger ratio is a
+contradiction.
 """
 
 
@@ -211,7 +213,7 @@ class RateContradiction:
 
 
 def is_one_nominal_rate(rate: float, reference: float) -> bool:
-    """Whether two rates may be one nominal rate by two clocks."""
+    """Whether two rates may be one nominal rate measured by two clocks."""
     return 1 / NOMINAL_RATIO <= rate / reference <= NOMINAL_RATIO
 
 

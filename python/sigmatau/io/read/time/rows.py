@@ -1,6 +1,6 @@
 """Rows of a log in time order: rows without a stamp and duplicates are left out, late rows are moved to their place.
 
-Each change is a finding. What cannot be corrected without a guess is an error.
+Each change is a finding. A fault that only a guess could correct is an error.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from sigmatau.io.read.table import Loaded, Table
 from sigmatau.io.read.time.dates import NO_STAMP
 from sigmatau.io.read.time.overflows import continue_overflows
 
-_LARGEST_STAMP = 1e100  # in any unit
+_LARGEST_STAMP = 1e100  # largest stamp, in any unit
 _MAX_OUT_OF_ORDER = 0.01  # share of rows that may be out of order: a delayed packet, not a log with mixed clocks
 _MIN_DISTANCE = 0.5  # smallest distance of a moved row from its new neighbours [intervals]
-_MAX_DISTANCE = 3.0  # largest distance of a moved row from its new neighbours: of a hole of 1 to 3 rows [intervals]
-_MAX_REPEATED = 0.01  # share of repeated stamps above which the clock is taken as coarse
-_MIN_COPIES = 0.9  # share of repeated stamps with equal samples from which on the rows are copies
+_MAX_DISTANCE = 3.0  # largest distance of a moved row from its new neighbours, in a hole of 1 to 3 rows [intervals]
+_MAX_REPEATED = 0.01  # share of repeated stamps above which the clock counts as coarse
+_MIN_COPIES = 0.9  # share of repeated stamps with equal samples from which the rows are copies
 _JITTER_SIGMAS = 6.0  # standard deviations of the intervals within which a step back is jitter: exceeded once in 1e9
 _SWAP_ROUNDS = 8
 _MAX_SWAPPED = 0.05  # share of rows that jitter may swap
 _MIN_STAMPS = 64  # fewer stamps do not show their scatter
-_REGULAR_SPREAD = 0.25  # relative standard deviation of the distances between repeats if a slow clock makes them
+_REGULAR_SPREAD = 0.25  # largest relative standard deviation of the distances between repeats from a slow clock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +55,10 @@ def in_order(
     name: str,
     rows: NDArray[np.int64] | None = None,
 ) -> OrderedRows:
-    """Put rows in time order.
-
-    `stamps`: NaN, or the smallest integer, where a stamp is missing; `samples`: the channels; they distinguish a row
-    that was written twice from two rows with one stamp; `where`: place of a row in the file, for the messages;
-    `name`: the column of the stamps, as messages name it; `rows`: indices of these rows in the table, if they are not
-    all.
+    """Put rows in time order. `stamps`: NaN, or the smallest integer, where a stamp is missing; `samples`: the
+    channels; they distinguish a row that was written twice from two rows with one stamp; `where`: place of a row in the
+    file, for the messages; `name`: the column of the stamps, as messages name it; `rows`: indices of these rows in the
+    table, if they are not all.
     """
     findings: list[Finding] = []
     smallest = stamps.min() if len(stamps) else 0  # NaN if there is one
@@ -116,9 +114,10 @@ def in_order(
 
 
 _LEAST_RUN = 100.0  # shortest run before it; less is disorder [intervals]
-_LEAST_BLOCKS = 3  # steps back that several sensors in turn make
-_LARGEST_SHARE = 0.9  # of the length that the rows of one sensor have: 0.91 for a second one of a tenth of the rate
-_BEGINNINGS = 0.5  # share of the steps back to the first stamp that a clock which begins again has
+_LEAST_BLOCKS = 3  # smallest number of steps back by several sensors in turn
+# ratio of the time span to that of as many rows of one sensor: 0.91 with a second sensor at a tenth of the rate
+_LARGEST_SHARE = 0.9
+_BEGINNINGS = 0.5  # share of the steps back that return to the first stamp, for a clock that starts again
 _RESTART = 10.0  # distance from the first stamp up to which a log has begun again [intervals]
 
 
@@ -190,7 +189,7 @@ def _repeats_in_blocks(stamps: NDArray[Any], back: NDArray[np.intp], usual: floa
 
 
 def shares_times(stamps: NDArray[Any]) -> bool:
-    """Whether blocks of rows share their times, and not because the clock begins again."""
+    """Whether blocks of rows share their times although the clock does not start again."""
     finite = stamps[np.isfinite(stamps)] if stamps.dtype.kind == "f" else stamps
     back = np.flatnonzero(finite[1:] < finite[:-1])
     if not len(back):
@@ -208,9 +207,8 @@ def _wrapped(stamps: NDArray[Any], row: int) -> str:
 
 
 def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
-    """Stamps with steps back within their own jitter swapped between neighbours: those rows are in order. A row that
-    came late would leave a hole, and a step of two intervals on either side of it. A wrong stamp is far outside the
-    scatter of the others.
+    """Swap neighbouring stamps whose steps back are within the jitter: their rows are in order. A late row would leave
+    a hole, and a step of two intervals on either side of it. A wrong stamp is far outside the scatter of the others.
     """
     count = int(np.count_nonzero(stamps[1:] < stamps[:-1]))
     if len(stamps) < _MIN_STAMPS or count > _MAX_SWAPPED * len(stamps):
@@ -221,7 +219,7 @@ def _unswapped(stamps: NDArray[Any]) -> NDArray[Any]:
     if not limit > usual:
         return stamps
     stamps = stamps.copy()
-    for _ in range(_SWAP_ROUNDS):  # a stamp may be behind several others
+    for _ in range(_SWAP_ROUNDS):  # a stamp may be later than several following ones
         back = np.flatnonzero(stamps[1:] < stamps[:-1])
         size = (stamps[back] - stamps[back + 1]).astype(np.float64)
         mild = back[size <= limit - usual]
@@ -243,7 +241,7 @@ def _moved(stamps: NDArray[Any]) -> tuple[NDArray[np.int64], int] | None:
     """Time order and the number of rows that it moves; None if a row would not fall into a hole."""
     n = len(stamps)
     order = np.argsort(stamps, kind="stable").astype(np.int64)
-    # A late row comes after rows with larger stamps, which keep their order among themselves.
+    # A late row follows rows with larger stamps, which keep their mutual order.
     late = stamps < np.maximum.accumulate(stamps)
     count = int(np.count_nonzero(late))
     if count > _MAX_OUT_OF_ORDER * n:
@@ -258,7 +256,7 @@ def _moved(stamps: NDArray[Any]) -> tuple[NDArray[np.int64], int] | None:
 
 
 def _wrong(stamps: NDArray[Any], back: NDArray[np.intp]) -> NDArray[np.int64] | None:
-    """Rows whose stamps are wrong: without them, time goes on regularly; None if that does not explain all steps back."""
+    """Rows with wrong stamps, without which time increases regularly; None if these do not explain all steps back."""
     n = len(stamps)
     wrong = []
     for row in back.tolist():  # one in a hundred rows at most

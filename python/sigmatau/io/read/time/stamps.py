@@ -27,24 +27,23 @@ from sigmatau.record.streams import InputKind
 
 _LARGEST_START = 1e8  # stamps beyond 3 years count from an epoch; whole seconds are subtracted [s]
 
-# Relative difference up to which two rates are taken as equal: twice the resulting error of a random walk
+# relative difference up to which two rates count as equal: twice the resulting error of a random walk
 _EQUAL_RATES = 1e-3
 _NOMINAL_RATES = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0)  # rates that datasheets state, times a power of ten [Hz]
-_NEAR_NOMINAL = (
-    0.02  # relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %
-)
+# relative difference up to which the nominal rate may have been meant: RC oscillators are within 2 %
+_NEAR_NOMINAL = 0.02
 # The range of ten equal rates is 3.1 ± 0.8 standard errors: more than 8 once in 1e7 records.
 _DRIFT_ERRORS = 8.0
-# Relative range of the rate from which on a finding reports it; coefficients are off by up to half of it.
+# Relative range of the rate from which a finding reports it; coefficients are wrong by up to half of it.
 _DRIFT_INFO = 1e-4
 _DRIFT_WARNING = 1e-3
-_RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is off by half of it
+_RATE_ERROR_WARNING = 1e-2  # relative error of the rate; a random walk is wrong by half of it
 _LISTED_GAPS = 3
-_FEW_LOST = 1e-3  # share of missing samples, and of the record in the longest gap, up to which gaps are no warning
+_FEW_LOST = 1e-3  # share of missing samples, and of the record in the longest gap, up to which gaps are not a warning
 
 # Exponents of (given / true rate) in the factors on coefficients of rates. All have the form coefficient² =
-# avar·τ^(−2·slope), and a rate that is too high makes the averaging times too short by the ratio. Increments are also
-# divided by an interval that is too short, which adds 1.
+# avar·τ^(−2·slope), and a rate that is too high shortens the averaging times by the ratio. Increments are also divided
+# by too short an interval, which adds 1.
 _POWERS = {name: term.slope for name, term in TERMS.items()}
 
 
@@ -64,7 +63,7 @@ class Timing:
     jitter: float | None = None  # Standard deviation of the stamps about the grid. [s]
     step: float = 0.0  # Resolution of the clock of the stamps; 0 if they show none. [s]
     on_grid: bool = False  # Whether the stamps lie on a grid, so that lost samples are visible
-    # Whether the stamps show a rate: they increase, and have no more pauses than can be cut out
+    # whether the stamps show a rate: they increase, and have few enough pauses to cut out
     is_regular: bool = False
     stride: int = 0  # Step from one stamp to the next, if the stamps may be sample numbers
     contradiction: RateContradiction | None = None  # The given rate and that of the log, if they contradict each other
@@ -151,14 +150,14 @@ def _start(stamp: Any, second: float) -> tuple[float, tuple[str, ...]]:  # noqa:
     if abs(start) < _LARGEST_START:
         return start, ()
     if second > 1:
-        return start % 1, (f"{start // 1:.0f} s taken off the time stamps",)
+        return start % 1, (f"{start // 1:.0f} s subtracted from the time stamps",)
     ticks = round(1 / second)
     whole, rest = divmod(first, ticks)
-    return float(rest) * second, (f"{int(whole)} s taken off the time stamps",)
+    return float(rest) * second, (f"{int(whole)} s subtracted from the time stamps",)
 
 
 def mismatch(rate: float, reference: float, kind: InputKind = "rate", *, stated: bool = False) -> tuple[Finding, ...]:
-    """A finding if the given rate differs from that of the stamps or from that which the file states."""
+    """A finding if the given rate differs from that of the stamps or from that stated by the file."""
     ratio = rate / reference
     if abs(1 / ratio - 1) <= _EQUAL_RATES:
         return ()
@@ -267,7 +266,9 @@ def _is_single_precision(used: OrderedRows, step: float) -> bool:
 
 
 def _rate_change(grid: GridFit, used: OrderedRows, second: float, place: Callable[[int], str]) -> tuple[Finding, ...]:
-    """A finding about an abrupt change of the rate. The gaps are included if some are longer than the change makes."""
+    """A finding about an abrupt change of the rate. The gaps are included if some are too long to result from the
+    change.
+    """
     change = rate_change(used.intervals)
     if change is None or grid.pieces != 1:
         return ()

@@ -135,7 +135,7 @@ def timed(
 
 
 def _may_count_samples(spelled: str | None, choice: ColumnChoice, options: Options) -> bool:
-    """Whether the file alone says that the stamps of an inertial sensor are in seconds."""
+    """Whether only the file states that the stamps of an inertial sensor are in seconds."""
     if spelled is None or "time" in options.unit or "time" in options.scale or units.find(spelled).factor != 1:
         return False
     return any(stream_name(channel) in SI for channel in choice.channels)
@@ -188,7 +188,7 @@ def _contradiction(
     )
 
 
-_LEAST_OTHER_ROWS = 0.15  # share of empty rows from which on a stream may have separate rows
+_LEAST_OTHER_ROWS = 0.15  # share of empty rows from which a stream may have separate rows
 _SHARE_FILLED = 0.95  # smallest share of these empty rows that other streams must fill
 
 
@@ -261,14 +261,14 @@ def missing_in(
 
 
 _LEAST_JITTER = 0.03  # smallest jitter that is reported, over the sample interval
-# jitter up to this multiple of the scatter that the resolution of the clock makes counts as rounding
+# jitter up to this multiple of the scatter by the resolution of the clock counts as rounding
 _ROUNDING_FACTOR = 1.3
 _INTEGRALS = {"m/s^2": "m/s", "rad/s": "rad"}
 
 
 def jitter_findings(streams: Sequence[Stream], times: Sequence[Timing]) -> tuple[Finding, ...]:
-    """Findings about jitter of more than 3 % of the interval that the resolution does not explain. An
-    integrating sensor whose intervals scatter so shows its mean times the scatter as quantization noise. The mean of a
+    """Findings about jitter of more than 3 % of the interval that the resolution does not explain. In an integrating
+    sensor whose intervals scatter in this way, the mean times the scatter becomes quantization noise. The mean of a
     rate does not depend on the instant of sampling.
     """
     findings: list[Finding] = []

@@ -57,7 +57,7 @@ LEFT_BY_ROOM = {
     "lab": 4,
     "quality": 4,
 }
-LEFT_IN_RUST = 495
+LEFT_IN_RUST = 381
 SHARED_CLASS_NAMES = 0
 
 

@@ -10,11 +10,11 @@ use std::hint::black_box;
 use std::time::Instant;
 
 const RUNS: usize = 9;
-/// Doubles of a vector.
+/// Number of doubles in a vector.
 const LANES: usize = 4;
 /// Number of sums that run in parallel: with their operands and the constants they fill sixteen registers.
 const CHAINS: usize = 6;
-/// Steps of every chain in one run.
+/// Number of steps of each chain in one run.
 const STEPS: usize = 4_000_000;
 
 type Vector = [f64; LANES];
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sizes: Vec<usize> =
         std::env::args().skip(1).filter_map(|a| Some(a.parse::<f64>().ok()? as usize)).collect();
     let sizes = if sizes.is_empty() { vec![1_440_000, 10_000_000] } else { sizes };
-    // On this thread only; no other is started.
+    // All work runs on this thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
 
     report("roof", arithmetic::<false>(), "ps");
@@ -56,10 +56,10 @@ fn report(name: &str, value: f64, unit: &str) {
     println!("{name} {value:.6} {unit}");
 }
 
-/// Time for one element at one averaging time, if nothing had to be loaded. \[ps\]
+/// Time per element and averaging time without loads. \[ps\]
 ///
-/// An addition and two fused products, the least that (x + z)/2 − y and the sum of its squares need; with `CORRECTION`
-/// one addition more, which the anchors of the phase cost.
+/// One addition and two fused products, the minimum for (x + z)/2 − y and the sum of its squares; with `CORRECTION` one
+/// more addition, for the anchors of the phase.
 fn arithmetic<const CORRECTION: bool>() -> f64 {
     let run = || {
         let chains =
@@ -84,7 +84,7 @@ impl<const CORRECTION: bool> NullaryFnOnce for Chains<CORRECTION> {
     type Output = [Vector; CHAINS];
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for these vectors.
     fn call(self) -> Self::Output {
         let Self { mut operands, by } = self;
         let mut sums = [[0.0; LANES]; CHAINS];
@@ -104,7 +104,7 @@ impl<const CORRECTION: bool> NullaryFnOnce for Chains<CORRECTION> {
     }
 }
 
-/// Reading doubles that lie one after the other, and adding them up. \[GB/s\]
+/// Reads and adds adjacent doubles. \[GB/s\]
 fn read_bandwidth(bytes: usize, passes: usize) -> f64 {
     let numbers = vec![1.0f64; bytes / size_of::<f64>()];
     let run = || {
@@ -128,7 +128,7 @@ impl NullaryFnOnce for Reading<'_> {
     type Output = [f64; 8 * LANES];
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // As above.
+    #[allow(clippy::inline_always)] // Inlined as above.
     fn call(self) -> Self::Output {
         let mut sums = [0.0; 8 * LANES];
         for block in self.0.chunks_exact(8 * LANES) {

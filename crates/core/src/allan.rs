@@ -22,11 +22,11 @@ pub enum Overlap {
 /// Number of terms for a record of N rate samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Counting {
-    /// N + 1 − 2m terms: all there are (NIST SP 1065, table 31).
+    /// N + 1 − 2m terms, all that exist (NIST SP 1065, table 31).
     #[default]
     Standard,
-    /// N − 2m terms, as eq. (6) of the paper reads: the last one is left out. Disjoint clusters are counted as in
-    /// [`Counting::Standard`].
+    /// N − 2m terms, as in eq. (6) of the paper: the last term is left out. Disjoint clusters are counted as
+    /// in [`Counting::Standard`].
     Paper,
 }
 
@@ -39,21 +39,21 @@ pub struct Estimate {
     pub avar: f64,
     /// Number of squared differences averaged.
     pub pairs: usize,
-    /// Mean of all the overlapping differences over m²: the change of the rate per sample, with its sign.
+    /// Mean of all overlapping differences over m²: the signed change of the rate per sample.
     pub ramp: f64,
 }
 
 /// Number of cluster sizes whose ramps make one task.
 const SIZES_PER_TASK: usize = 1024;
 
-/// Number of terms per sample from which on all cluster sizes are computed at once. Both ways then cost about the same, 0.3
-/// µs per sample, for a record of 10⁵ to 10⁷ samples.
+/// Number of terms per sample above which all cluster sizes are computed at once. At this number both methods
+/// take about 0.3 µs per sample, for records of 10⁵ to 10⁷ samples.
 const DENSE_TERMS: usize = 2000;
 
 /// Allan variance of one phase at the cluster sizes `m`, in any order, repeated or not. Runs on the current rayon pool.
 ///
-/// Very many overlapping sizes, such as all from 1 to N / 2, are done together, which changes the variances by less than
-/// 1e-9 of them.
+/// Very many overlapping sizes, such as all from 1 to N / 2, are computed together, with relative errors
+/// below 1e-9.
 ///
 /// # Errors
 ///
@@ -71,7 +71,7 @@ pub fn allan_variance(
         Overlap::Full => overlapping(phase, m, counting),
         Overlap::None => m.par_iter().map(|&m| disjoint(phase, m)).collect(),
     };
-    // Runs of consecutive sizes, as a record's every size has them, share their sums.
+    // Consecutive sizes share their sums.
     estimates.par_chunks_mut(SIZES_PER_TASK).for_each(|chunk| {
         for run in chunk.chunk_by_mut(|one, next| one.m + 1 == next.m) {
             let ramps = trend.ramps(run[0].m..run[0].m + run.len());
@@ -81,14 +81,15 @@ pub fn allan_variance(
     Ok(estimates)
 }
 
-/// Allan variances of several rate records, such as the axes of a unit; one result for each, in their order.
+/// Allan variances of several rate records, such as the axes of a unit; one result per record, in the same
+/// order.
 ///
 /// `threads` is the number of threads; without it, the current rayon pool is used. The results are the same to the last bit.
 ///
 /// # Errors
 ///
 /// Those of [`Phase::from_rate`] and [`allan_variance`], for the first channel that has one, and [`Error::Parameter`]
-/// if `threads` cannot be had.
+/// if a pool of `threads` threads cannot be started.
 pub fn allan_variances(
     channels: &[&[f64]],
     m: &[usize],
@@ -99,23 +100,23 @@ pub fn allan_variances(
     for channel in channels {
         check_sizes(channel.len(), m, overlap, counting)?;
     }
-    let of_all = || {
-        // Each share of the channels is computed in the memory of one phase.
+    let all_channels = || {
+        // Each share of the channels reuses the memory of one phase.
         let share = channels.len().div_ceil(current_num_threads()).max(1);
         let in_one_phase = |channels: &[&[f64]]| -> Vec<Result<_, Error>> {
             let mut phase = Phase::reused();
-            let of_one = |channel: &&[f64]| {
+            let one_channel = |channel: &&[f64]| {
                 phase.refill(channel)?;
                 allan_variance(&phase, m, overlap, counting)
             };
-            let results = channels.iter().map(of_one).collect();
+            let results = channels.iter().map(one_channel).collect();
             phase.leave();
             results
         };
         let results: Vec<_> = channels.par_chunks(share).map(in_one_phase).collect();
         results.into_iter().flatten().collect()
     };
-    on_threads(threads, of_all)?
+    on_threads(threads, all_channels)?
 }
 
 /// The largest cluster size that leaves one pair in a record of `samples`; 0 if there is none.
@@ -161,7 +162,7 @@ fn estimate(m: usize, pairs: usize, sum_of_squares: f64) -> Estimate {
     Estimate { m, avar, pairs, ramp: 0.0 }
 }
 
-/// Number of phase points in use: one fewer than exist if the last term is left out.
+/// Number of phase points in use: one fewer than there are if the last term is left out.
 fn points_in_use(phase: &Phase, counting: Counting) -> usize {
     match counting {
         Counting::Standard => phase.samples() + 1,
@@ -177,7 +178,8 @@ fn dense(samples: usize, m: &[usize]) -> bool {
     terms > DENSE_TERMS * samples
 }
 
-/// Computes all sizes by [`every_size`], except small ones and those for which it returns nothing.
+/// Computes the sizes by [`every_size`]; small sizes, and those for which it returns nothing, are summed
+/// directly.
 fn of_every_size(phase: &Phase, trend: &Trend, m: &[usize], counting: Counting) -> Vec<Estimate> {
     let points = points_in_use(phase, counting);
     let largest = m.iter().copied().max().unwrap_or(0);

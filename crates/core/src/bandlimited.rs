@@ -1,7 +1,7 @@
-//! White noise behind a filter: the sampled process, including aliasing.
+//! White noise after a filter: the sampled process, including aliasing.
 //!
 //! For samples of autocovariance rₖ the sum of l of them has the variance V(l) = l·r₀ + 2 Σ (l − k) rₖ, k = 1 … l − 1,
-//! and the Allan variance is (4V(m) − V(2m)) / (2m²). All filters here have rₖ whose sums are known.
+//! and the Allan variance is (4V(m) − V(2m)) / (2m²). The sums of rₖ of these filters have closed forms.
 
 use crate::special::exp_minus_one;
 use sigmatau_fft::Complex64;
@@ -10,14 +10,15 @@ use std::f64::consts::PI;
 /// A low-pass filter of unit gain at zero frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Filter {
-    /// Butterworth filter with so many poles, |H|² = 1 / (1 + (f / `corner_hz`)²ⁿ); with one of them an RC filter.
+    /// Butterworth filter with n poles, |H|² = 1 / (1 + (f / `corner_hz`)²ⁿ); with one pole an RC filter.
     Butterworth(u8),
     /// Passes everything below the corner and nothing above.
     BrickWall,
 }
 
-/// The poles of a Butterworth filter in the left half-plane, in units of its corner, one of each conjugate pair, each with
-/// the factor of its residue in r(t) = −Σ p / (2n) · e^(p ωc |t|): 2 for a pair, 1 for the real one.
+/// The poles of a Butterworth filter in the left half-plane, in units of its corner, one of each conjugate
+/// pair. Each comes with the factor of its residue in r(t) = −Σ p / (2n) · e^(p ωc |t|): 2 for a pair, 1 for
+/// the real pole.
 pub(crate) fn poles(order: u8) -> impl Iterator<Item = (Complex64, f64)> {
     let n = usize::from(order);
     (0..n.div_ceil(2)).map(move |k| {
@@ -28,7 +29,7 @@ pub(crate) fn poles(order: u8) -> impl Iterator<Item = (Complex64, f64)> {
     })
 }
 
-/// Allan variance, at every cluster size, of white noise of density `n`² behind a filter, sampled every `tau0`.
+/// Allan variance at each cluster size of white noise with density `n`² after a filter, sampled every `tau0`.
 ///
 /// `n` has the unit of a random walk coefficient: far above the time constant of the filter, and without aliasing,
 /// the result is N² / T. The standard deviation of the samples is [`band_limited_sigma`].
@@ -47,7 +48,7 @@ pub fn band_limited_avar(n: f64, filter: Filter, corner_hz: f64, tau0: f64, m: &
     m.iter().map(|&m| avar(m)).collect()
 }
 
-/// Standard deviation of white noise of density `n`² behind a filter: N √(2 · noise bandwidth).
+/// Standard deviation of white noise with density `n`² after a filter: N √(2 · noise bandwidth).
 #[must_use]
 pub fn band_limited_sigma(n: f64, filter: Filter, corner_hz: f64) -> f64 {
     let noise_bandwidth = corner_hz
@@ -62,7 +63,7 @@ pub fn band_limited_sigma(n: f64, filter: Filter, corner_hz: f64) -> f64 {
     n * (2.0 * noise_bandwidth).sqrt()
 }
 
-/// Allan variance of samples with autocovariance pᵏ, p = e^(−a), for a decay `a` that may be complex.
+/// Allan variance of samples with autocovariance pᵏ, p = e^(−a), for a real or complex decay `a`.
 ///
 /// [m (1 − p²) − 3p + 4p^(m+1) − p^(2m+1)] / (m² (1 − p)²), free of cancellation for slow decay.
 pub(crate) fn exponential_avar(a: Complex64, m: usize) -> Complex64 {
@@ -104,7 +105,7 @@ fn brick_wall_avar(n: f64, corner_hz: f64, tau0: f64, m: usize) -> f64 {
     2.0 * corner_hz * n * n / size + n * n * sums / (PI * tau0 * size * size)
 }
 
-/// sin(2π · turn · k) with whole turns taken off first.
+/// sin(2π · turn · k), reduced by whole turns.
 fn sine_of_turns(turn: f64, k: f64) -> f64 {
     let turns = turn * k;
     (2.0 * PI * (turns - turns.round())).sin()
@@ -122,7 +123,7 @@ fn sine_sum(turn: f64, l: usize) -> f64 {
 
 /// Σ sin(ck) / k, k = 1 … l − 1, c = 2π · turn, |turn| ≤ ½.
 fn sine_over_index_sum(turn: f64, l: usize) -> f64 {
-    /// From l·|1 − e^(jc)| of this size the asymptotic series of the tail is good to the last bit.
+    /// Value of l·|1 − e^(jc)| above which the asymptotic series of the tail is accurate to the last bit.
     const ASYMPTOTIC_FROM: f64 = 45.0;
     let c = 2.0 * PI * turn;
     let gap = 2.0 * (0.5 * c).sin().abs();
@@ -133,7 +134,7 @@ fn sine_over_index_sum(turn: f64, l: usize) -> f64 {
     if first * gap < ASYMPTOTIC_FROM {
         return (1..l).rev().map(|k| sine_of_turns(turn, k as f64) / k as f64).sum();
     }
-    // The whole series is (π − c) / 2; its tail from l on, summed by parts again and again, is
+    // The whole series is (π − c) / 2; its tail from l on, summed by parts repeatedly, is
     // Im Σ e^(jcl) / (1 − w) · (−w / (1 − w))ⁱ i! / (l (l + 1) … (l + i)), w = e^(jc).
     let whole = 0.5 * (PI.copysign(c) - c);
     let w = Complex64::cis(c);
@@ -205,7 +206,7 @@ mod tests {
 
     #[test]
     fn all_filters_pass_white_noise_at_long_times() {
-        // The deficit falls as the time constant over T, 10⁻⁶ here, times the excess of what aliases.
+        // The relative deficit is the time constant over T, 10⁻⁶ here, times the excess by aliasing.
         let (n, tau0, m) = (0.5, 1e-3, 10_000_000);
         for filter in
             [Filter::Butterworth(1), Filter::Butterworth(2), Filter::Butterworth(5), Filter::BrickWall]

@@ -1,9 +1,9 @@
-//! Sums carried as an unevaluated pair of floats, so that rounding errors are kept instead of lost.
+//! Sums as unevaluated pairs of floats, which keep the rounding errors.
 //!
 //! Sources: D. E. Knuth, *The Art of Computer Programming* 2, section 4.2.2 (two-sum); T. J. Dekker, "A floating-point
 //! technique for extending the available precision", Numerische Mathematik 18, 1971.
 
-/// The unevaluated sum `hi + lo`, with `hi` the nearest float to it after [`Sum::normalized`].
+/// The unevaluated sum `hi + lo`; after [`Sum::normalized`], `hi` is the nearest float.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sum {
     /// Leading part.
@@ -35,7 +35,7 @@ impl Sum {
         Self { hi, lo }
     }
 
-    /// Sum of two pairs, good to about 2⁻¹⁰⁴.
+    /// Sum of two pairs, accurate to about 2⁻¹⁰⁴.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         let (hi, error) = two_sum(self.hi, other.hi);

@@ -1,18 +1,20 @@
-//! The exact covariance of overlapping Allan variances, eq. (10) of the paper, of Gaussian noise in a finite record.
+//! The exact covariance of overlapping Allan variances, eq. (10) of the paper, for Gaussian noise in a finite
+//! record.
 //!
-//! An Allan variance is the mean of `M(n)` = N + 1 − 2n squares z², with z(k) = x(k) − 2x(k + n) + x(k + 2n) of the
-//! phase x, and squares of two Gaussian numbers of means μ, μ′ and covariance C have the covariance 2C² + 4μμ′·C
-//! (L. Isserlis, "On a formula for the product-moment coefficient of any order of a normal frequency distribution in
-//! any number of variables", Biometrika 12, 1918). The means are R n² τ₀², from the ramp. C is a function of the lag u
-//! between the centres of the two differences, and the number w(u) of pairs at a lag is known, so that
+//! An Allan variance is the mean of `M(n)` = N + 1 − 2n squares z², where z(k) = x(k) − 2x(k + n) + x(k + 2n)
+//! of the phase x. The squares of two Gaussian numbers with means μ, μ′ and covariance C have the covariance
+//! 2C² + 4μμ′·C (L. Isserlis, "On a formula for the product-moment coefficient of any order of a normal
+//! frequency distribution in any number of variables", Biometrika 12, 1918). The means are R n² τ₀², from the
+//! ramp. C is a function of the lag u between the centres of the two differences. With the number w(u) of
+//! pairs at each lag,
 //!
 //! Cov\[AVAR(n), AVAR(m)\] = Σ w(u) \[C(u)² + 2R²n²m²τ₀⁴ C(u)\] / (2n²m²τ₀⁴ `M(n)` `M(m)`).
 //!
 //! This is the sum behind the equivalent degrees of freedom of C. A. Greenhall and W. J. Riley, "Uncertainty of
 //! stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003, for pairs of cluster sizes and
 //! mixtures of noise. C is linear in the squared coefficients θ, so that the covariance is
-//! Σ θ(p) θ(q) Γ(p, q) + R² Σ θ(p) P(p), with tensors that depend on the length of the record and on the cluster sizes
-//! alone: [`Gamma`].
+//! Σ θ(p) θ(q) Γ(p, q) + R² Σ θ(p) P(p), with tensors that depend only on the length of the record and the
+//! cluster sizes: [`Gamma`].
 
 mod flicker;
 pub(crate) mod lags;
@@ -23,23 +25,25 @@ pub use terms::{Component, PhaseCovariance};
 use crate::allan::{Counting, Overlap, check_sizes};
 use crate::error::Error;
 use crate::parallel::prelude::*;
-use lags::{ONE_BY_ONE, Rules};
+use lags::{Rules, SUMMED_LAGS};
 
-/// The tensors from which the covariance follows for any coefficients; computed once, used in every step of a fit.
+/// The tensors from which the covariance for any coefficients follows; they are computed once and used in
+/// each step of a fit.
 ///
-/// Coefficients θ are squared: Q², N², B², K², or a variance; they come in the order of the terms.
-/// [`crate::allan::Counting::Paper`] leaves out the last difference: it is the case of a record shorter by one sample.
+/// Coefficients θ are squared: Q², N², B², K², or a variance, in the order of the terms.
+/// [`crate::allan::Counting::Paper`] leaves out the last difference, which corresponds to a record shorter by
+/// one sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gamma {
     sizes: Vec<usize>,
     tau0: f64,
-    /// Power of τ₀ of every term.
+    /// Power of τ₀ of each term.
     powers: Vec<i32>,
-    /// Allan variances for unit coefficients and τ₀ = 1: one row for each term, of one number for each size.
+    /// Allan variances for unit coefficients and τ₀ = 1: one row per term, one number per size.
     avar: Vec<f64>,
-    /// Γ for τ₀ = 1: one J×J matrix for each pair p ≤ q of terms, row after row of the upper triangle.
+    /// Γ for τ₀ = 1: one J×J matrix per pair p ≤ q of terms, in row order of the upper triangle.
     noise: Vec<f64>,
-    /// P for τ₀ = 1: one J×J matrix for each term.
+    /// P for τ₀ = 1: one J×J matrix per term.
     ramp: Vec<f64>,
 }
 
@@ -114,7 +118,7 @@ impl Gamma {
         self.powers.len()
     }
 
-    /// The J×J matrix Γ(p, q), row after row; it is symmetric, and the same with p and q exchanged.
+    /// The J×J matrix Γ(p, q) in row order; it is symmetric, and Γ(p, q) = Γ(q, p).
     ///
     /// # Panics
     ///
@@ -128,7 +132,7 @@ impl Gamma {
         matrix(&self.noise, above + (q - p), self.sizes.len()).iter().map(|value| scale * value).collect()
     }
 
-    /// The J×J matrix P(p), which the ramp puts beside Γ: its product with θ(p) R² is added.
+    /// The J×J matrix P(p) of the ramp: P(p) θ(p) R² is added to the covariance.
     ///
     /// # Panics
     ///
@@ -143,7 +147,7 @@ impl Gamma {
     ///
     /// # Panics
     ///
-    /// If `theta` has not one element for each term.
+    /// If `theta` does not have one element per term.
     #[must_use]
     pub fn expectation(&self, theta: &[f64], ramp: f64) -> Vec<f64> {
         let theta = self.scaled(theta);
@@ -156,12 +160,12 @@ impl Gamma {
         self.sizes.iter().enumerate().map(of_size).collect()
     }
 
-    /// The J×J covariance matrix of the Allan variances, row after row, for `theta` and `ramp` as in
+    /// The J×J covariance matrix of the Allan variances in row order, for `theta` and `ramp` as in
     /// [`Gamma::expectation`].
     ///
     /// # Panics
     ///
-    /// If `theta` has not one element for each term.
+    /// If `theta` does not have one element per term.
     #[must_use]
     pub fn covariance(&self, theta: &[f64], ramp: f64) -> Vec<f64> {
         let theta = self.scaled(theta);
@@ -184,7 +188,7 @@ impl Gamma {
     ///
     /// # Panics
     ///
-    /// If `theta` has not one element for each term.
+    /// If `theta` does not have one element per term.
     #[must_use]
     pub fn edf(&self, theta: &[f64], ramp: f64) -> Vec<f64> {
         let covariance = self.covariance(theta, ramp);
@@ -196,19 +200,20 @@ impl Gamma {
             .collect()
     }
 
-    /// Coefficients as they are for τ₀ = 1.
+    /// Coefficients converted to τ₀ = 1.
     fn scaled(&self, theta: &[f64]) -> Vec<f64> {
         assert_eq!(theta.len(), self.terms(), "one coefficient for each term");
         theta.iter().enumerate().map(|(p, theta)| self.scale(p) * theta).collect()
     }
 
-    /// C / τ₀² for a coefficient of 1, relative to that for τ₀ = 1.
+    /// C / τ₀² for a coefficient of 1, relative to its value for τ₀ = 1.
     fn scale(&self, p: usize) -> f64 {
         self.tau0.powi(self.powers[p] - 2)
     }
 }
 
-/// Variances of the Allan variances alone, for τ₀ = 1: the diagonal of [`Gamma::covariance`], in a J-th of the time.
+/// Only the variances of the Allan variances, for τ₀ = 1: the diagonal of [`Gamma::covariance`] in 1/J of the
+/// time.
 ///
 /// # Errors
 ///
@@ -216,7 +221,7 @@ impl Gamma {
 ///
 /// # Panics
 ///
-/// If `theta` has not one element for each term.
+/// If `theta` does not have one element per term.
 pub fn variances<T: PhaseCovariance>(
     n_samples: usize,
     sizes: &[usize],
@@ -241,7 +246,7 @@ pub fn variances<T: PhaseCovariance>(
     Ok(sizes.par_iter().map(variance).collect())
 }
 
-/// Matrix number `index` of those stored one after the other.
+/// Matrix number `index` of consecutively stored matrices.
 fn matrix(all: &[f64], index: usize, order: usize) -> &[f64] {
     &all[index * order * order..][..order * order]
 }
@@ -255,14 +260,15 @@ fn upper_triangle(order: usize) -> impl Iterator<Item = (usize, usize)> {
 fn entry<T: PhaseCovariance>(rules: &Rules, n_samples: usize, n: usize, m: usize, terms: &[T]) -> Vec<f64> {
     let matrices = terms.len() * (terms.len() + 1) / 2;
     let mut sums = vec![0.0; matrices + terms.len()];
-    // The number of pairs is a trapezoid: all of the shorter row of differences while it lies inside the longer one,
-    // and one fewer for each lag beyond. Both rows are centred on the record, so that w, as C, is an even function.
+    // The number of pairs is a trapezoid: the whole shorter row of differences while it lies inside the
+    // longer row, and one fewer for each further lag. Both rows are centred on the record, so that w, like C,
+    // is an even function.
     let span = n_samples + 1 - n - m;
     let flat = (n_samples + 1 - 2 * m) as f64;
     let mut kinks = vec![0, m - n, n, m, m + n];
     kinks.sort_unstable();
     kinks.dedup();
-    let one_by_one = terms.iter().map(PhaseCovariance::memory).fold(ONE_BY_ONE, usize::max);
+    let one_by_one = terms.iter().map(PhaseCovariance::memory).fold(SUMMED_LAGS, usize::max);
     let sizes = (n as f64, m as f64);
     let mut differences = vec![0.0; terms.len()];
     rules.visit(&kinks, span - 1, one_by_one, |lag, weight| {

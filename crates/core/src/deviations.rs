@@ -1,8 +1,8 @@
 //! Deviations other than the overlapped Allan deviation: modified Allan, Hadamard, total, Theo1, MTIE and TIE rms.
 //!
 //! Definitions and counts of terms are those of W. J. Riley, "Handbook of Frequency Stability Analysis", NIST Special
-//! Publication 1065, 2008, on the N + 1 phase points that N rate samples make. Sums run over fixed blocks of starts and
-//! are added in a fixed order: results do not depend on the number of threads.
+//! Publication 1065, 2008, on the N + 1 phase points of N rate samples. Sums run over fixed blocks of starts
+//! and are added in a fixed order, so that results do not depend on the number of threads.
 
 mod deviation;
 mod hadamard;
@@ -55,7 +55,7 @@ impl Kind {
         }
     }
 
-    /// Smallest number of samples that leaves a cluster size.
+    /// Smallest number of samples for which a cluster size exists.
     #[must_use]
     pub fn least_samples(self) -> usize {
         (1..100).find(|&samples| self.largest(samples) >= self.smallest()).unwrap_or(100)
@@ -104,17 +104,18 @@ pub fn deviations(kind: Kind, rate: &[f64], m: &[usize]) -> Result<Vec<Deviation
 ///
 /// # Errors
 ///
-/// Those of [`deviations`], for the first channel that has one, and [`Error::Parameter`] if `threads` cannot be had.
+/// Those of [`deviations`], for the first channel that has one, and [`Error::Parameter`] if a pool of
+/// `threads` threads cannot be started.
 pub fn deviations_of_channels(
     kind: Kind,
     channels: &[&[f64]],
     m: &[usize],
     threads: Option<usize>,
 ) -> Result<Vec<Vec<Deviation>>, Error> {
-    let of_all = || {
+    let all_channels = || {
         let results: Vec<Result<_, Error>> =
             channels.par_iter().map(|channel| deviations(kind, channel, m)).collect();
         results.into_iter().collect()
     };
-    on_threads(threads, of_all)?
+    on_threads(threads, all_channels)?
 }

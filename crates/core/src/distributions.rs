@@ -1,7 +1,7 @@
 //! Normal, gamma (χ²) and Student's t distributions: tails and quantiles with a relative error below 10⁻¹².
 //!
-//! Each tail is computed where it is small, so that neither loses digits to 1 − p. Quantiles solve the logarithm of the
-//! smaller tail by Newton's method. Outside of its domain a function is NaN.
+//! Each tail is computed directly where it is small, so that neither loses digits in 1 − p. Quantiles solve
+//! the logarithm of the smaller tail by Newton's method. Outside of its domain a function is NaN.
 
 mod gamma;
 mod student;
@@ -24,10 +24,10 @@ const STIRLING: [f64; 8] = [
     -3617.0 / 122_400.0,
 ];
 
-/// From here on the asymptotic series are exact to the last bit.
+/// Argument above which the asymptotic series are exact to the last bit.
 const ASYMPTOTIC: f64 = 10.0;
 
-/// Newton steps below this, relative to the solution, leave an error below the last bit.
+/// Newton step, relative to the solution, below which the error is less than the last bit.
 const LAST_STEP: f64 = 1e-10;
 
 /// Probability that a standard normal deviate is at most `z`.
@@ -46,7 +46,8 @@ pub fn normal_quantile(probability: f64) -> f64 {
     })
 }
 
-/// ψ(x) = Γ′(x) / Γ(x) for x > 0, with a relative error except beside its zero at 1.46; Abramowitz & Stegun 6.3.5, 6.3.18.
+/// ψ(x) = Γ′(x) / Γ(x) for x > 0, with a small relative error except near its zero at 1.46; Abramowitz &
+/// Stegun 6.3.5, 6.3.18.
 #[must_use]
 pub fn digamma(x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 {
@@ -64,7 +65,7 @@ pub fn digamma(x: f64) -> f64 {
     sum + x.ln() - 0.5 / x - series * y
 }
 
-/// ln Γ(x) − ((x − ½) ln x − x + ½ ln 2π) for x from [`ASYMPTOTIC`] on.
+/// ln Γ(x) − ((x − ½) ln x − x + ½ ln 2π) for x ≥ [`ASYMPTOTIC`].
 fn stirling(x: f64) -> f64 {
     let y = 1.0 / (x * x);
     STIRLING.iter().rev().fold(0.0, |sum, c| sum * y + c) / x
@@ -89,7 +90,8 @@ struct HalfLine {
     density: f64,
 }
 
-/// Quantile of a distribution that is symmetric about 0. Near the centre it solves for the probability between.
+/// Quantile of a distribution that is symmetric about 0. Near the centre it solves for the probability
+/// between 0 and x.
 fn two_sided_quantile(probability: f64, scale: f64, at: impl Fn(f64) -> HalfLine) -> f64 {
     if !(0.0..=1.0).contains(&probability) {
         return f64::NAN;
@@ -114,7 +116,8 @@ fn two_sided_quantile(probability: f64, scale: f64, at: impl Fn(f64) -> HalfLine
     if probability < 0.5 { -size } else { size }
 }
 
-/// The x > 0 where a monotone probability has a value: Newton's method on its logarithm over ln x, between bounds.
+/// The x > 0 where a monotone probability has a given value: Newton's method on its logarithm as a function
+/// of ln x, between bounds.
 ///
 /// `at` returns the probability and its derivative by ln x.
 fn solve(target: f64, guess: f64, rising: bool, at: impl Fn(f64) -> (f64, f64)) -> f64 {
@@ -140,7 +143,7 @@ fn solve(target: f64, guess: f64, rising: bool, at: impl Fn(f64) -> (f64, f64)) 
         } else {
             low.sqrt() * high.sqrt()
         };
-        // Out of the range of numbers, or between two neighbours.
+        // The solution is out of the range of floats, or between two neighbouring ones.
         if x == 0.0 || x.is_infinite() || x <= low || x >= high {
             break;
         }

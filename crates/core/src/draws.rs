@@ -1,4 +1,4 @@
-//! Random numbers of a generator, and the interface of the parts that it adds up.
+//! Random numbers of a generator, and the interface of the parts whose samples it adds.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -27,7 +27,7 @@ impl Draws {
     }
 }
 
-/// Something that adds its next samples to a buffer.
+/// A source of samples, which it adds to a buffer.
 pub(crate) trait Source: Send + Sync {
     fn add(&mut self, rate: &mut [f64]);
 }

@@ -49,8 +49,8 @@ pub enum Error {
     },
 }
 
-/// Tests whether this much memory is available now. It is requested at once, before work that allocates it in many pieces,
-/// because a piece that is refused aborts the program.
+/// Tests whether this amount of memory is available, by requesting it at once before work that allocates many
+/// pieces, because a failed allocation of a piece aborts the program.
 ///
 /// # Errors
 ///

@@ -7,20 +7,22 @@
 //!
 //! D(n) = 4 q(n) − q(2n) − 2 h(n) − 2 t(n),
 //!
-//! where h(n), the head, is the part of q(n) from the first n points on, which no second difference uses as its middle and
-//! last points, and t(n), the tail, is the same at the end. A sum of squared differences consists of sums of squares, which
-//! slide with n, and of a correlation, which Fourier transforms give for all n at once; for the head see [`triangle`].
+//! where h(n), the head, is the part of q(n) with j among the first n points, which no second difference uses
+//! as its middle and last points; t(n), the tail, is the corresponding part at the end. A sum of squared
+//! differences consists of sums of squares, which slide with n, and of a correlation, which Fourier
+//! transforms give for all n at once; for the head see [`triangle`].
 //!
 //! # By blocks
 //!
-//! Squares of a phase that wanders far are large, and D is their small difference. Second differences do not depend on a
-//! straight line. The phase is therefore cut into blocks, 16 times as long as the shortest n and 4 times as long as the
-//! longest, and from each block a separate line is subtracted, which is fitted to the block and to the points that its
-//! starts j reach. If x(j) is in one block and the middle point x(j + n) in the next one, whose line is steeper by s, the
-//! second difference must use the line of the next block. With δ = n s its three squares are those of x(j + n) − x(j) − δ,
-//! of x(j + 2n) − x(j + n) − δ and of x(j + 2n) − x(j) − 2δ. The second one is correct already, because it is counted from
-//! its own start. The other two change 2 q − q by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border:
-//! sums of points, not of products.
+//! The squares of a phase with strong drift are large, and D is their small difference. Second differences do
+//! not depend on a straight line. The phase is therefore cut into blocks, 16 times as long as the shortest n
+//! and 4 times as long as the longest, and from each block a separate line is subtracted, which is fitted to
+//! the block and to the points that its starts j reach. If x(j) is in one block and the middle point x(j + n)
+//! in the next one, whose line is steeper by s, the second difference must use the line of the next block.
+//! With δ = n s its three squares are those of x(j + n) − x(j) − δ, of x(j + 2n) − x(j + n) − δ and of x(j +
+//! 2n) − x(j) − 2δ. The second one is correct already, because it is counted from its own start. The other
+//! two change 2 q − q by Σ (4δ (x(j + 2n) − x(j + n)) − 2δ²) over the n starts before the border: sums of
+//! points, not of products.
 //!
 //! The remaining phase in a block is as large as its second differences, to a factor that depends only on the shape of its
 //! spectrum, whatever the drift and the mean of the record.
@@ -28,14 +30,14 @@
 //! # Errors
 //!
 //! The error of a correlation by Fourier transforms is a small multiple of ε times the sum of squares E. Most D(n) are of
-//! the order of E, but they are much smaller if n is a multiple of the period of a strong line. If the error bound of D
-//! exceeds [`TOLERANCE`] · D, no value is returned, and it must be summed directly. The value is returned anyway if the
-//! bound is below the effect of the rounding of the phase, as in a constant record, because the direct sum is then no
-//! better. A record that repeats itself exactly, or whose phase has one point far off, may thus need up to N² / 8 terms, but
-//! never more than direct sums.
+//! the order of E, but they are much smaller if n is a multiple of the period of a strong line. If the error
+//! bound of D exceeds [`TOLERANCE`] · D, no value is returned, and it must be summed directly. The value is
+//! returned anyway if the bound is below the effect of the rounding of the phase, as in a constant record, because the
+//! direct sum is then no better. A record that repeats itself exactly, or whose phase has one outlier, may thus need up to
+//! N² / 8 terms, but never more than direct sums.
 //!
-//! The transforms use the vectors of the processor, so the last bits may differ between kinds of processors. They do not
-//! depend on the number of threads.
+//! The transforms use the vectors of the processor, so the last bits may differ between processors. They do
+//! not depend on the number of threads.
 //!
 //! Memory: some 20 numbers for each sample, when n is of the order of the record.
 
@@ -53,16 +55,16 @@ use correlation::Correlator;
 use std::ops::Range;
 use stretch::{Line, Stretch};
 
-/// Cluster sizes below this are cheaper summed directly.
+/// Smallest cluster size: smaller ones are cheaper to sum directly.
 pub const SMALLEST: usize = 256;
 
-/// Sums of fewer terms are cheaper done directly, because a transform would handle mostly other points.
-const FEW: usize = 512;
+/// Number of terms below which a direct sum is cheaper, because a transform would handle mostly other points.
+const DIRECT_TERMS: usize = 512;
 
 /// Largest relative error of a sum that is returned.
 const TOLERANCE: f64 = 5e-10;
 
-/// Error of a correlation, in ‖block‖ ‖window‖: twice the worst that the tests have seen, of a strong line.
+/// Error of a correlation over ‖block‖ ‖window‖: twice the largest error in the tests, for a strong line.
 const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 
 /// Sums of the squared second differences of the first `points` of a phase, for n from [`SMALLEST`] up to `largest`; None if
@@ -71,7 +73,7 @@ const TRANSFORM_ERROR: f64 = 4.0 * f64::EPSILON;
 /// Runs on the current rayon pool. The division of the record and the order of the sums do not depend on the number of
 /// threads, and neither does the result.
 pub fn sums_of_squares(phase: &Phase, trend: &Trend, points: usize, largest: usize) -> Vec<Option<f64>> {
-    let largest = largest.min(points.saturating_sub(FEW) / 2);
+    let largest = largest.min(points.saturating_sub(DIRECT_TERMS) / 2);
     let correlator = Correlator::new();
     let mut sums = Vec::new();
     let mut smallest = SMALLEST;
@@ -96,11 +98,11 @@ struct Group<'a> {
 
 /// Contribution of one block to the sums.
 struct Part {
-    /// By size.
+    /// Sums by size.
     sums: Vec<f64>,
-    /// Bound of their errors.
+    /// Bound on the errors of the sums.
     error: f64,
-    /// Effect of the rounding of the phase on them.
+    /// Effect of the rounding of the phase on the sums.
     rounding: f64,
 }
 
@@ -125,11 +127,11 @@ impl<'a> Group<'a> {
         Self { phase, correlator, points, sizes: smallest..end, blocks, lines }
     }
 
-    /// The sums whose error is small enough.
+    /// The sums with a sufficiently small error.
     fn trusted(&self) -> Vec<Option<f64>> {
         let (sums, error, rounding) = self.sums();
         let trusted = |sum: f64| {
-            // Both are false for a sum that is not a number.
+            // Both comparisons are false for NaN.
             let exact = error <= TOLERANCE * sum;
             let nothing = error <= rounding && sum >= -error;
             (exact || nothing).then_some(sum.max(0.0))
@@ -137,7 +139,7 @@ impl<'a> Group<'a> {
         sums.into_iter().map(|sum| trusted(sum.value())).collect()
     }
 
-    /// The sums, the bound of their errors, and what the rounding of the phase makes of them.
+    /// The sums, the bound on their errors, and the effect of the rounding of the phase.
     fn sums(&self) -> (Vec<Sum>, f64, f64) {
         let parts: Vec<Part> = (0..self.blocks.len()).into_par_iter().map(|block| self.part(block)).collect();
         let mut sums = vec![Sum::default(); self.sizes.len()];
@@ -177,7 +179,7 @@ impl<'a> Group<'a> {
             self.add_border(&values[starts.len()..], step, &mut sums);
         }
         let squares: f64 = values.iter().map(|value| value * value).sum();
-        // Twice 4 + 1 in the increments, and twice 2 in the head and in the tail.
+        // Weights: twice 4 + 1 of the increments, twice 2 of the head and of the tail.
         let error = TRANSFORM_ERROR
             * squares
             * (10.0 + if block == 0 { 4.0 } else { 0.0 } + if last { 4.0 } else { 0.0 });
@@ -190,7 +192,7 @@ impl<'a> Group<'a> {
     fn head(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.sizes.len()];
         triangle::head_products(values, self.sizes.start, &mut sums, self.correlator);
-        // All points before 2n are in one of the squares each.
+        // Each point before 2n is in exactly one of the squares.
         let (before, next) = values.split_at(2 * (self.sizes.start - 1));
         let mut squares = Sum::default();
         for value in before {
@@ -204,8 +206,8 @@ impl<'a> Group<'a> {
         sums
     }
 
-    /// Refers the second differences across the end of a block to the line of the next block, which is steeper by `step`.
-    /// `beyond`: the values after the end.
+    /// Corrects the second differences across the end of a block for the line of the next block, which is
+    /// steeper by `step`. `beyond` are the values after the end.
     fn add_border(&self, beyond: &[f64], step: f64, sums: &mut [f64]) {
         let (before, next) = beyond.split_at(2 * (self.sizes.start - 1));
         let (mut near, mut far) = (Sum::default(), Sum::default());

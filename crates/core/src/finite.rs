@@ -2,7 +2,7 @@
 
 use crate::parallel::prelude::*;
 
-/// Sums that run side by side.
+/// Number of sums that run side by side.
 const LANES: usize = 16;
 
 /// Number of samples that are read before the test of their sum.
@@ -11,10 +11,11 @@ const PIECE: usize = 1024;
 /// Number of samples below which no other thread is started.
 const WORTH_THREADS: usize = 1 << 18;
 
-/// A number times this is infinite if its magnitude is above 1.8e140.
+/// Factor with which magnitudes above 1.8e140 overflow.
 const TO_INFINITY: f64 = 1e168;
 
-/// For each of several columns, whether all of it is finite and at most 1e140 in magnitude. Works on the current rayon pool, on one column a thread.
+/// For each column, whether all numbers are finite and at most 1e140 in magnitude. Works on the current rayon
+/// pool, with one thread per column.
 #[must_use]
 pub fn all_finite(columns: &[&[f64]]) -> Vec<bool> {
     let samples: usize = columns.iter().map(|column| column.len()).sum();
@@ -25,7 +26,7 @@ pub fn all_finite(columns: &[&[f64]]) -> Vec<bool> {
     }
 }
 
-/// A product that is NaN or infinite stays so in the sum.
+/// Tests a sum of products, because NaN and infinity persist in a sum.
 fn is_finite(column: &[f64]) -> bool {
     let mut lanes = [0.0; LANES];
     let chunks = column.chunks_exact(LANES);
@@ -36,7 +37,7 @@ fn is_finite(column: &[f64]) -> bool {
     (lanes.iter().sum::<f64>() + rest).is_finite()
 }
 
-/// Index of the first sample that is not a number, or has a larger magnitude than this.
+/// Index of the first sample that is NaN or exceeds `largest` in magnitude.
 #[must_use]
 pub(crate) fn first_beyond(samples: &[f64], largest: f64) -> Option<usize> {
     let usable = |y: &f64| y.abs() <= largest;

@@ -2,7 +2,7 @@
 //!
 //! The first differences of flicker noise are stationary, so that they can be drawn from a circulant embedding of their
 //! covariance (R. B. Davies & D. S. Harte, "Tests for Hurst effect", Biometrika 74(1), 1987); their running sum is the
-//! noise. Filters with a memory of the record's length start from nothing, and lack power at long times.
+//! noise. Filters with a memory as long as the record would start from 0 and lack power at long times.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -23,7 +23,7 @@ pub fn flicker<R: Rng>(n: usize, b: f64, rng: &mut R) -> Vec<f64> {
 
     let inverse = planner.inverse(period);
     let mut differences = inverse.make_output_vec();
-    // Only lengths and the imaginary parts at both ends are checked, and both are right.
+    // Only the lengths and the imaginary parts at both ends can be wrong, and both are correct.
     inverse.process(&mut spectrum, &mut differences).expect("the spectrum has its length and real ends");
     differences.truncate(n);
     let mut level = 0.0;
@@ -40,7 +40,8 @@ fn autocovariance(lag: usize) -> f64 {
     -4.0 / (PI * (4.0 * lag * lag - 1.0))
 }
 
-/// Eigenvalues of the circulant matrix of period 2·`half` whose first row is the autocovariance, there and back.
+/// Eigenvalues of the circulant matrix of period 2·`half`, whose first row is the autocovariance and its
+/// mirror image.
 fn circulant_eigenvalues(half: usize, planner: &mut Planner) -> Vec<f64> {
     let forward = planner.forward(2 * half);
     let mut row: Vec<f64> = (0..2 * half).map(|lag| autocovariance(lag.min(2 * half - lag))).collect();
@@ -49,11 +50,11 @@ fn circulant_eigenvalues(half: usize, planner: &mut Planner) -> Vec<f64> {
     spectrum.into_iter().map(|value| value.re).collect()
 }
 
-/// Normal deviates with the variances that the eigenvalues give them.
+/// Normal deviates whose variances are the eigenvalues.
 fn draw_spectrum<R: Rng>(eigenvalues: &[f64], period: usize, rng: &mut R) -> Vec<Complex64> {
     let last = eigenvalues.len() - 1;
     let draw = |(k, &eigenvalue): (usize, &f64)| {
-        // None is negative but for rounding, see the test.
+        // Only rounding makes an eigenvalue negative, see the test.
         let variance = eigenvalue.max(0.0) / period as f64;
         let real: f64 = StandardNormal.sample(rng);
         let imaginary: f64 = StandardNormal.sample(rng);
@@ -66,7 +67,7 @@ fn draw_spectrum<R: Rng>(eigenvalues: &[f64], period: usize, rng: &mut R) -> Vec
     eigenvalues.iter().enumerate().map(draw).collect()
 }
 
-/// The least 2ᵃ or 3·2ᵃ that is not below `n`: short, and quick to transform.
+/// The smallest 2ᵃ or 3·2ᵃ of at least `n`, for a fast transform.
 fn embedding_half(n: usize) -> usize {
     let power = n.max(2).next_power_of_two();
     let three_quarters = power / 4 * 3;

@@ -1,8 +1,8 @@
 //! The Allan variance of a record with missing samples, from clusters that are at least half full.
 //!
-//! A cluster of n samples of which m are present is averaged over those m, and a pair of neighbouring clusters counts if
-//! both are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples keep their place in time, and none is
-//! interpolated.
+//! A cluster of n samples is averaged over its m present samples, and a pair of neighbouring clusters counts
+//! if both are at least half full: z = S₂/m₂ − S₁/m₁, AVAR(n) = ½ mean z². Samples keep their place in time,
+//! and none is interpolated.
 
 mod few;
 mod sums;
@@ -15,9 +15,9 @@ use crate::phase::LARGEST_RATE;
 use crate::threads::on_threads;
 use sums::{BLOCK, Block, mean_of};
 
-/// If fewer than one in this number of samples is missing, most neighbouring starts miss the same samples, and are summed
-/// together.
-const FEW: usize = 64;
+/// If fewer than one in this number of samples is missing, most neighbouring starts lack the same samples and
+/// are summed together.
+const RARE_LOSSES: usize = 64;
 
 /// Number of sizes that one thread handles together.
 const TOGETHER: usize = 16;
@@ -25,10 +25,11 @@ const TOGETHER: usize = 16;
 /// Running sums over the present samples before a point.
 #[derive(Clone, Copy, Default)]
 struct Point {
-    /// Sum of the samples minus their mean, in two parts, because one part would lose digits of a rate that wanders.
+    /// Sum of the samples minus their mean, in two parts, because a single float would lose digits for a
+    /// drifting rate.
     high: f64,
     low: f64,
-    /// Number of the samples.
+    /// Number of present samples.
     count: f64,
     /// Sum of their indices: integers, exact up to records of 10⁸ samples.
     index: f64,
@@ -36,8 +37,9 @@ struct Point {
 
 /// Allan variance of one rate record whose missing samples are NaN, at the cluster sizes `m`, in any order.
 ///
-/// The ramp of an [`Estimate`] is Σ z·d / Σ d², with d the distance of the mean times of the two clusters. This is the slope
-/// that the pairs show, and the mean of z/n if nothing is missing. A size without a pair has `pairs` 0 and NaN.
+/// The ramp of an [`Estimate`] is Σ z·d / Σ d², with d the distance of the mean times of the two clusters.
+/// This is the least-squares slope of the pairs, and the mean of z/n if no sample is missing. A size without
+/// a pair has `pairs` 0 and NaN.
 ///
 /// Runs on the current rayon pool, or on a pool of `threads` threads; the results are the same to the last bit.
 ///
@@ -62,7 +64,7 @@ pub fn allan_variance(
     };
     let step = |m: usize| if overlap == Overlap::Full { 1 } else { m };
     let missing: Vec<usize> = (0..rate.len()).filter(|&k| rate[k].is_nan()).collect();
-    if missing.len() < rate.len() / FEW {
+    if missing.len() < rate.len() / RARE_LOSSES {
         let points = few::Points::of(rate, missing);
         let some = |sizes: &[usize]| points.estimates(used, sizes, step);
         return on_threads(threads, || m.par_chunks(TOGETHER).flat_map_iter(some).collect());
@@ -102,7 +104,7 @@ fn estimate(points: &[Point], m: usize, step: usize) -> Estimate {
         products.add(block.products);
         distances.add(block.distances);
     }
-    // Both are 0 / 0 if there is no pair.
+    // Without a pair both are 0 / 0.
     let avar = squares.value() / (2.0 * pairs);
     Estimate { m, avar, pairs: pairs as usize, ramp: products.value() / distances.value() }
 }
@@ -144,7 +146,7 @@ mod tests {
             state ^= state << 17;
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        // Four of them: a walk beside white noise, on an offset.
+        // A random walk, white noise and an offset.
         let mut walk = 9.8;
         (0..n)
             .map(|_| {
@@ -166,7 +168,8 @@ mod tests {
                 for (got, expected) in got.iter().zip(expected) {
                     assert_eq!((got.m, got.pairs), (expected.m, expected.pairs));
                     assert!((got.avar / expected.avar - 1.0).abs() < 1e-12, "{got:?} {expected:?}");
-                    // The ramp of disjoint clusters is that of all there; here it is that of the pairs.
+                    // `allan` uses all differences for the ramp of disjoint clusters; here only the pairs are
+                    // used.
                     if overlap == Overlap::Full && counting == Counting::Standard {
                         assert!((got.ramp - expected.ramp).abs() < 1e-11, "{got:?} {expected:?}");
                     }

@@ -1,7 +1,7 @@
 //! Simulated rates. Every term has exactly the Allan variance of its sampled closed form in [`crate::terms`], except flicker
 //! noise from a pole bank, see [`crate::pole_bank`].
 //!
-//! A [`Generator`] fills buffers one after the other; the samples do not depend on how they are cut.
+//! A [`Generator`] fills consecutive buffers; the samples do not depend on their sizes.
 
 use crate::draws::{Draws, Source};
 use crate::error::Error;
@@ -17,15 +17,15 @@ pub enum Component {
     Term(Term, f64),
     /// Flicker noise of the bias instability B by a bank of poles, which needs hardly any memory.
     PoleBank(f64),
-    /// White noise behind a filter, sampled: x' = A x + L w, the output is the first state times `scale`.
+    /// Sampled white noise after a filter: x' = A x + L w; the output is the first state times `scale`.
     Filtered {
         /// Factor of the output.
         scale: f64,
         /// A, row by row.
         transition: Vec<f64>,
-        /// L, row by row; L Lᵀ is the covariance of what one step adds.
+        /// L, row by row; L Lᵀ is the covariance of the noise that a step adds.
         noise: Vec<f64>,
-        /// The same of the state at the start.
+        /// The same factor for the state at the start.
         start: Vec<f64>,
     },
     /// A first-order Gauss-Markov process.
@@ -34,7 +34,7 @@ pub enum Component {
         sigma: f64,
         /// Correlation time, in seconds.
         time: f64,
-        /// Which of the channel's processes it is.
+        /// Number of the process in the channel.
         index: u32,
     },
     /// A sinusoid of random phase.
@@ -43,7 +43,7 @@ pub enum Component {
         amplitude: f64,
         /// Frequency in Hz.
         frequency: f64,
-        /// Which of the channel's sinusoids it is.
+        /// Number of the sinusoid in the channel.
         index: u32,
     },
 }
@@ -141,7 +141,7 @@ impl Generator {
         }
     }
 
-    /// Samples still to be made.
+    /// Number of samples still to be generated.
     #[must_use]
     pub fn left(&self) -> usize {
         self.n - self.made
@@ -151,7 +151,7 @@ impl Generator {
     ///
     /// # Errors
     ///
-    /// [`Error::Length`] for more samples than are left.
+    /// [`Error::Length`] for more samples than remain.
     pub fn fill(&mut self, rate: &mut [f64]) -> Result<(), Error> {
         if rate.len() > self.left() {
             return Err(Error::Length { expected: self.left(), got: rate.len() });

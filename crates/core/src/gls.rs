@@ -9,13 +9,13 @@
 
 mod angles;
 mod attempt;
+mod cache;
 mod columns;
 mod components;
 mod covariance;
 mod curve_fit;
 mod evidence;
 mod goodness;
-mod kept;
 mod lanes;
 mod laws;
 mod modes;
@@ -40,7 +40,7 @@ pub use step::{Gls, Score};
 /// Number of noise terms, in the order of [`Term::NOISE`]. The ramp is not a noise.
 pub const LINEAR: usize = NOISE_TERMS;
 
-/// Largest number of terms: those and one more.
+/// Largest number of terms: the noise terms and one further component.
 pub const TERMS: usize = LINEAR + 1;
 
 const QUANTIZATION: usize = Term::Quantization.index();
@@ -102,12 +102,12 @@ impl Terms {
     }
 }
 
-/// There is no fit: the covariance of the variances is not positive definite, or a number is not finite.
+/// The fit failed: the covariance of the variances is not positive definite, or a number is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the covariance is not positive definite")]
 pub struct Failed;
 
-/// A number, if it is finite.
+/// Returns a number if it is finite.
 fn finite(x: f64) -> Result<f64, Failed> {
     if x.is_finite() { Ok(x) } else { Err(Failed) }
 }

@@ -1,17 +1,17 @@
 //! The inner loop of the Allan variance: sums of squared second differences over a block of starts.
 //!
-//! Half the second difference is summed, h = (x + z) / 2 − y + c: an addition, and two products with an addition each,
-//! which processors have as one instruction. Several taus go together, so that x is loaded once for all; along a chain
-//! of taus m, 2m, 4m … every window is loaded once, because the last point of one tau is the middle point of the next.
-//! Everything has a fixed length, so that the compiler can unroll and vectorise without any check inside.
+//! Half the second difference is summed, h = (x + z) / 2 − y + c: an addition, and two products with an addition, each a
+//! single instruction. Several taus are computed together, so that x is loaded once. Along a chain of taus m, 2m, 4m … each
+//! window is loaded once, because the last point of one tau is the middle point of the next. All loops have a fixed length,
+//! so that the compiler can unroll and vectorise them without checks.
 
 /// Starts handled together.
 pub const STARTS: usize = 2048;
 
-/// Partial sums that run side by side; a start always falls into the same one, on every path.
+/// Number of partial sums that run side by side; a start belongs to the same sum on every path.
 const LANES: usize = 4;
 
-/// Phase points seen from `STARTS` consecutive starts.
+/// Phase points at one lag from `STARTS` consecutive starts.
 pub type Window = [f64; STARTS];
 
 /// Largest number of taus handled in one pass: with more, the sums no longer fit into the registers.
@@ -23,10 +23,10 @@ pub type Lanes = [f64; LANES];
 /// Which instructions to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Path {
-    /// AVX2 and FMA where the processor has them, which is found at run time.
+    /// AVX2 and FMA, if the processor has them, which is detected at run time.
     #[default]
     Fastest,
-    /// What every processor of the architecture has.
+    /// Instructions of every processor of the architecture.
     #[cfg(test)]
     Portable,
 }
@@ -38,15 +38,15 @@ pub enum Path {
 pub struct Batch<'a, const T: usize> {
     /// Window at the starts themselves.
     pub first: &'a Window,
-    /// Windows one cluster on.
+    /// Windows one cluster later.
     pub middle: [&'a Window; T],
-    /// Windows two clusters on.
+    /// Windows two clusters later.
     pub last: [&'a Window; T],
     /// Added to every h.
     pub correction: [f64; T],
-    /// Each tau is twice the one before: only the first of `middle` is looked at.
+    /// Whether each tau is twice the previous one; only the first window of `middle` is then used.
     pub chained: bool,
-    /// Window that the next block will need first, which comes into the cache meanwhile.
+    /// Window that the next block needs first, prefetched into the cache.
     pub ahead: &'a Window,
 }
 
@@ -68,7 +68,7 @@ impl<const T: usize> Batch<'_, T> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for those vectors.
     fn add<P: Processor, const CORRECTED: bool>(&self, sums: &mut [Lanes; T], processor: P) {
         let at =
             |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
@@ -98,15 +98,15 @@ impl<const T: usize> Batch<'_, T> {
     }
 }
 
-/// What depends on the processor.
+/// Properties of a processor.
 trait Processor: Copy {
-    /// Products with an addition are one instruction.
+    /// Whether a product with an addition is one instruction.
     const FUSED: bool;
-    /// Has the line of the cache that numbers begin in fetched.
+    /// Prefetches the cache line at the beginning of numbers.
     fn prefetch(self, numbers: &[f64]);
 }
 
-/// Any.
+/// Any processor.
 #[derive(Clone, Copy)]
 struct Plain<const FUSED: bool>;
 
@@ -114,7 +114,7 @@ impl<const FUSED: bool> Processor for Plain<FUSED> {
     const FUSED: bool = FUSED;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Nothing.
+    #[allow(clippy::inline_always)] // Does nothing.
     fn prefetch(self, _: &[f64]) {}
 }
 
@@ -123,7 +123,7 @@ impl Processor for pulp::x86::V3 {
     const FUSED: bool = true;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // An instruction.
+    #[allow(clippy::inline_always)] // A single instruction.
     fn prefetch(self, numbers: &[f64]) {
         self.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T1 }>(numbers.as_ptr().cast());
     }
@@ -142,7 +142,7 @@ impl<const T: usize> pulp::NullaryFnOnce for Fused<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for those vectors.
     fn call(self) {
         if self.batch.correction.iter().all(|&c| c == 0.0) {
             self.batch.add::<_, false>(self.sums, self.vectors);
@@ -153,7 +153,7 @@ impl<const T: usize> pulp::NullaryFnOnce for Fused<'_, T> {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)] // The loops above are only fast if this is part of them.
+#[allow(clippy::inline_always)] // The loops above are only fast if this is inlined.
 fn add_squares<P: Processor, const CORRECTED: bool>(
     sum: &mut Lanes,
     x: Lanes,
@@ -173,7 +173,7 @@ fn add_squares<P: Processor, const CORRECTED: bool>(
     }
 }
 
-/// The same sum for one tau and fewer than [`STARTS`] starts; the slices have one length.
+/// The sum of h² for one tau and fewer than [`STARTS`] starts; the slices have equal lengths.
 pub fn partial(first: &[f64], middle: &[f64], last: &[f64], correction: f64) -> f64 {
     let mut sums = [0.0; LANES];
     for (start, ((&x, &y), &z)) in first.iter().zip(middle).zip(last).enumerate() {
@@ -183,7 +183,7 @@ pub fn partial(first: &[f64], middle: &[f64], last: &[f64], correction: f64) -> 
     add_lanes(sums)
 }
 
-/// The product by ½ is exact, so that fused or not this is the same number.
+/// The product by ½ is exact, so that the result does not depend on fusing.
 #[inline(always)]
 #[allow(clippy::inline_always)] // As above.
 fn half_difference(x: f64, y: f64, z: f64, correction: f64) -> f64 {

@@ -1,7 +1,8 @@
-//! One likelihood for a channel: some 200 means of powers with gamma laws, and a model of the density that explains them.
+//! The likelihood of a channel: about 200 gamma-distributed means of powers, and a model of the density that explains them.
 //!
-//! [`Pass`] goes over the samples once, [`MaskedPass`] over those of a record with missing ones. [`fit_channel`] selects the model: the terms, and what else the record shows (a filter,
-//! lines, Gauss-Markov processes, resonances, drifts), tests it, and profiles the likelihood for intervals.
+//! [`Pass`] reads the samples once, [`MaskedPass`] those of a record with missing samples. [`fit_channel`] selects the
+//! model, which has the terms and further parts (a filter, lines, Gauss-Markov processes, resonances, drifts), tests it,
+//! and profiles the likelihood for intervals.
 
 mod adequacy;
 mod alike;

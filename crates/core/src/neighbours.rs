@@ -1,7 +1,7 @@
 //! Medians and scatter of the neighbours of samples, for outliers; missing samples are NaN.
 
-/// Neighbours on either side whose scatter is taken, but for the nearest one.
-const AROUND: usize = 32;
+/// Number of neighbours on either side whose scatter is computed, including the nearest one, which is left out.
+const NEIGHBOURS: usize = 32;
 
 /// Smallest number of changes whose scatter is computed.
 const LEAST_CHANGES: usize = 4;
@@ -11,7 +11,7 @@ const LEAST_CHANGES: usize = 4;
 pub struct Limits {
     /// Distance from either side.
     pub threshold: f64,
-    /// The same in standard deviations of the neighbours, and what is added to it.
+    /// The same in standard deviations of the neighbours; `least` is added to the product.
     pub multiple: f64,
     /// See `multiple`.
     pub least: f64,
@@ -21,18 +21,19 @@ pub struct Limits {
     pub quantile: Quantile,
 }
 
-/// A quantile of the sizes of changes.
+/// A quantile of the magnitudes of changes.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantile {
     /// Part of the changes below it.
     pub part: f64,
-    /// That of normal noise with standard deviation 1.
+    /// The quantile for normal noise with standard deviation 1.
     pub normal: f64,
 }
 
-/// Samples beyond the limits, in order.
+/// Indices of the samples beyond the limits, in order.
 ///
-/// Those within two of a change of half the threshold are judged: an outlier cannot do without. Missing ones are passed over.
+/// Only samples within two of a change of half the threshold are tested, because an outlier causes such a change. Missing
+/// samples are skipped.
 #[must_use]
 pub fn outliers(x: &[f64], limits: &Limits) -> Vec<usize> {
     let mut values = Vec::new();
@@ -41,7 +42,7 @@ pub fn outliers(x: &[f64], limits: &Limits) -> Vec<usize> {
         away > limits.threshold
             && away > limits.multiple * scatter(x, at, limits.quantile, &mut values) + limits.least
     };
-    let mut there = Vec::new(); // all of them if none is missing
+    let mut there = Vec::new(); // empty if no sample is missing
     if x.iter().any(|y| y.is_nan()) {
         there.extend((0..x.len()).filter(|&k| !x[k].is_nan()));
     }
@@ -59,7 +60,7 @@ pub fn outliers(x: &[f64], limits: &Limits) -> Vec<usize> {
     found
 }
 
-/// Distance of a sample from the medians of the samples on either side: the smaller of the two, 0 between them.
+/// Distance of a sample from the nearer of the medians of its two sides; 0 between the medians.
 ///
 /// A side with fewer than two samples is ignored; NaN if both are.
 #[must_use]
@@ -70,7 +71,7 @@ pub fn from_sides(x: &[f64], at: usize, side: usize, values: &mut Vec<f64>) -> f
         values.extend(near.iter().filter(|y| y.is_finite()));
         match values[..] {
             [] | [_] => f64::NAN,
-            // The nearer one: the other may be an outlier, which would move the mean of both.
+            // The nearer sample, because the other may be an outlier, which would move the mean of both.
             [a, b] => here - if (a - here).abs() <= (b - here).abs() { a } else { b },
             _ => {
                 values.sort_unstable_by(f64::total_cmp);
@@ -89,9 +90,9 @@ pub fn from_sides(x: &[f64], at: usize, side: usize, values: &mut Vec<f64>) -> f
     if before.abs() < after.abs() { before } else { after }
 }
 
-/// Standard deviation of the samples before or after one, by a quantile of their changes; 0 if unknown.
+/// Standard deviation of the samples before or after a sample, from a quantile of their changes; 0 if unknown.
 ///
-/// The larger of both, because a shock has a first sample.
+/// The larger of both is returned, so that the first sample of a shock is compared with the shock.
 #[must_use]
 pub fn scatter(x: &[f64], at: usize, quantile: Quantile, values: &mut Vec<f64>) -> f64 {
     let mut of = |near: &[f64]| {
@@ -107,8 +108,8 @@ pub fn scatter(x: &[f64], at: usize, quantile: Quantile, values: &mut Vec<f64>) 
         let (low, high) = (values[place.floor() as usize], values[place.ceil() as usize]);
         (low + (place - place.floor()) * (high - low)) / quantile.normal
     };
-    let before = of(&x[at.saturating_sub(AROUND)..at.saturating_sub(1)]);
-    let after = of(&x[x.len().min(at + 2)..x.len().min(at + 1 + AROUND)]);
+    let before = of(&x[at.saturating_sub(NEIGHBOURS)..at.saturating_sub(1)]);
+    let after = of(&x[x.len().min(at + 2)..x.len().min(at + 1 + NEIGHBOURS)]);
     before.max(after)
 }
 
@@ -116,7 +117,7 @@ pub fn scatter(x: &[f64], at: usize, quantile: Quantile, values: &mut Vec<f64>) 
 #[must_use]
 pub fn medians(x: &[f64], side: usize, least: usize) -> Vec<f64> {
     let least = least.max(1);
-    // The window with its middle, in order.
+    // The sorted samples of the window, including its middle.
     let mut window: Vec<f64> = Vec::with_capacity(2 * side + 1);
     let enter = |window: &mut Vec<f64>, y: f64| {
         if y.is_finite() {
@@ -146,7 +147,7 @@ pub fn medians(x: &[f64], side: usize, least: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Counts how many of a few numbers are smaller, without the unpredictable branches of a binary search.
+/// Number of smaller values in a short list, without the unpredictable branches of a binary search.
 fn rank(few: &[f64], y: f64) -> usize {
     few.iter().map(|&other| u32::from(other < y)).sum::<u32>() as usize
 }
@@ -202,7 +203,7 @@ mod tests {
             x[k] = 30.0;
         }
         assert_eq!(outliers(&x, &limits), [0, 400, 499, 501, 999]);
-        // Beside a step the nearer side counts.
+        // Next to a step the nearer side counts.
         for y in &mut x[700..] {
             *y += 100.0;
         }

@@ -1,11 +1,11 @@
-//! The door to rayon: with the feature `threads` its iterators, without it the same calls on one thread.
+//! The interface to rayon: with the feature `threads` its iterators, without it the same calls on one thread.
 
 #[cfg(feature = "threads")]
 pub(crate) use rayon::{current_num_threads, join};
 #[cfg(not(feature = "threads"))]
 pub(crate) use serial::{current_num_threads, join};
 
-/// The traits.
+/// The traits of parallel iterators.
 pub(crate) mod prelude {
     #[cfg(not(feature = "threads"))]
     pub(crate) use super::serial::{Items, Pieces, Serial};
@@ -17,17 +17,17 @@ pub(crate) mod prelude {
 mod serial {
     use std::slice;
 
-    /// The threads that work.
+    /// Number of threads.
     pub(crate) fn current_num_threads() -> usize {
         1
     }
 
-    /// One after the other.
+    /// Calls both functions in turn.
     pub(crate) fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
         (first(), second())
     }
 
-    /// Slices as rayon cuts them.
+    /// Slices with rayon's methods.
     pub(crate) trait Pieces<T> {
         fn par_iter(&self) -> slice::Iter<'_, T>;
         fn par_chunks(&self, length: usize) -> slice::Chunks<'_, T>;
@@ -48,7 +48,7 @@ mod serial {
         }
     }
 
-    /// What becomes an iterator.
+    /// Types that become an iterator.
     pub(crate) trait Items: IntoIterator + Sized {
         fn into_par_iter(self) -> Self::IntoIter {
             self.into_iter()
@@ -57,7 +57,7 @@ mod serial {
 
     impl<I: IntoIterator> Items for I {}
 
-    /// What only the iterators of rayon have.
+    /// Methods that only rayon's iterators have.
     pub(crate) trait Serial: Iterator + Sized {
         fn with_max_len(self, _: usize) -> Self {
             self

@@ -1,9 +1,9 @@
-//! The phase: the running sum of a rate record, kept so that its second differences lose no digits.
+//! The phase: the running sum of a rate record, stored so that its second differences lose no digits.
 //!
 //! A plain running sum grows with the mean of the record, and its second differences, eq. (10) of the paper, are then small
 //! differences of large numbers. Here a constant rate is subtracted first (the Allan variance does not depend on it), the
-//! sum keeps its rounding errors, and it starts again in every block. Only the starting points of the blocks, the anchors,
-//! are large, and they are kept to twice the usual precision.
+//! sum keeps its rounding errors, and starts again in each block. Only the starting points of the blocks, the anchors, are
+//! large, and they are stored with twice the usual precision.
 
 use crate::compensated::Sum;
 use crate::error::Error;
@@ -18,13 +18,13 @@ mod survey;
 
 pub use survey::{LONGEST_BLOCK, SHORTEST_BLOCK};
 
-/// Largest number of points whose sum is kept.
+/// Largest number of points with a stored sum.
 const STRETCH: usize = 16_384;
 
-/// Memory of phases that are no longer used. To get new pages would take longer than to compute the sums.
+/// Memory of phases that are no longer used, because new pages would take longer than the sums.
 static SPARE: Mutex<Vec<Points>> = Mutex::new(Vec::new());
 
-/// Largest number of points that are kept in spare memory, and number of its pieces: 256 MiB in all.
+/// Largest number of points in a piece of spare memory, and largest number of pieces: 256 MiB in all.
 const SPARE_POINTS: usize = 1 << 24;
 /// See [`SPARE_POINTS`].
 const SPARE_PIECES: usize = 2;
@@ -32,10 +32,10 @@ const SPARE_PIECES: usize = 2;
 /// Number of samples below which no other thread is started.
 const WORTH_THREADS: usize = 1 << 18;
 
-/// Number of samples that are checked, summed and summed again before the next ones are read; it divides every block.
+/// Number of samples that are checked, summed and summed again before the next ones are read; it divides all block lengths.
 pub(crate) const PIECE: usize = 1024;
 
-/// Largest magnitude of a sample. The squared second differences of 10⁹ such samples can still be summed.
+/// Largest magnitude of a sample. The sum of the squared second differences of 10⁹ such samples does not overflow.
 pub const LARGEST_RATE: f64 = 1e130;
 
 /// The phase of a rate record of N samples: N + 1 points, in units of rate × sample; the first is 0.
@@ -47,9 +47,9 @@ pub struct Phase {
     pub(crate) slope: f64,
     /// Phase relative to the anchor of the block, after the subtraction of the slope.
     pub(crate) values: Points,
-    /// Phase at the first point of every block, after the subtraction of the slope.
+    /// Phase at the first point of each block, after the subtraction of the slope.
     pub(crate) anchors: Vec<Sum>,
-    /// Sum of every [`Phase::stretch`] of points, relative to the anchor of its block.
+    /// Sum of each [`Phase::stretch`] of points, relative to the anchor of its block.
     pub(crate) areas: Vec<Sum>,
 }
 
@@ -78,14 +78,14 @@ impl Phase {
         Ok(phase)
     }
 
-    /// An empty phase, in memory that another phase has left.
+    /// An empty phase, in memory of a phase that is no longer used.
     pub(crate) fn reused() -> Self {
-        // This does not wait for the lock, so that a process forked at this moment cannot wait for ever.
+        // This does not wait for the lock, which a process forked at this moment could never acquire.
         let values = SPARE.try_lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
         Self { values, ..Self::default() }
     }
 
-    /// Leaves the memory to the next phase.
+    /// Returns the memory to the spare memory.
     pub(crate) fn leave(self) {
         if let Ok(mut spare) = SPARE.try_lock() {
             if self.values.capacity() <= SPARE_POINTS && spare.len() < SPARE_PIECES {
@@ -157,7 +157,7 @@ impl Phase {
         point & (self.block - 1)
     }
 
-    /// Number of points whose sum is kept together: a block, or a part of a long one.
+    /// Number of points with a common sum: a block, or a part of a long block.
     pub(crate) fn stretch(&self) -> usize {
         self.block.min(STRETCH)
     }
@@ -190,14 +190,14 @@ impl Phase {
         outer.plus(self.anchors[middle].doubled().negated()).value()
     }
 
-    /// Height of the anchor of a block above that of the block before.
+    /// Height of the anchor of a block above that of the previous block.
     #[inline]
     pub(crate) fn step_to(&self, block: usize) -> f64 {
         self.anchors[block].plus(self.anchors[block - 1].negated()).value()
     }
 }
 
-/// One block of samples on its way to points.
+/// A block of samples that is being summed.
 struct Block<'a> {
     rate: &'a [f64],
     slope: f64,
@@ -207,15 +207,15 @@ struct Block<'a> {
 
 /// Sums of a block.
 struct Totals {
-    /// Sum of its samples: the height of the next block.
+    /// Sum of the samples: the height of the next anchor.
     height: Sum,
-    /// Sums of its points, by stretches.
+    /// Sums of the points, by stretch.
     areas: Vec<Sum>,
 }
 
 impl Block<'_> {
-    /// The points are relative to the first one, which is 0; there is one for each sample, before that sample is added. None
-    /// if a sample cannot be used. The result has the same bits on every processor.
+    /// The points are relative to the first one, which is 0; each sample has the point before it. None if a sample cannot
+    /// be used. The result has the same bits on every processor.
     fn sum(self) -> Option<Totals> {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
@@ -225,7 +225,7 @@ impl Block<'_> {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for wide vectors.
     fn sum_on<S: Vectors>(self, simd: S) -> Option<Totals> {
         let mut height = Sum::default();
         let mut areas = Vec::with_capacity(self.rate.len() / STRETCH + 1);
@@ -240,12 +240,12 @@ impl Block<'_> {
             }
         }
         let height = height.normalized();
-        // Only a NaN among the samples makes it one.
+        // It is NaN only if a sample is.
         height.value().is_finite().then_some(Totals { height, areas })
     }
 }
 
-/// [`Block::sum_on`] the vectors that `pulp` compiles it for.
+/// [`Block::sum_on`] with the vectors for which `pulp` compiles it.
 #[cfg(target_arch = "x86_64")]
 struct Vectorized<'a> {
     block: Block<'a>,
@@ -263,7 +263,7 @@ impl pulp::NullaryFnOnce for Vectorized<'_> {
     }
 }
 
-/// Plain sum, in lanes that the compiler can keep side by side.
+/// Plain sum, in lanes that the compiler can vectorise.
 #[inline(always)]
 #[allow(clippy::inline_always)] // As above.
 pub(crate) fn sum_in_lanes(points: &[f64]) -> f64 {
@@ -286,7 +286,7 @@ fn first_unusable(rate: &[f64], from: usize, largest: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// Samples of 53 bits: no sum of them is exact.
+    /// Samples with 53 bits, so that no sum of them is exact.
     fn samples() -> Vec<i64> {
         let mut state = 1u64;
         let mut random = || {
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn anchors_keep_the_digits_that_a_plain_sum_loses() {
-        // Beside zeros, which are not rounded.
+        // Next to zeros, which are not rounded.
         let mut rate = vec![0.0; LONGEST_BLOCK];
         rate.extend(samples().iter().map(|&y| y.abs() as f64));
         let phase = Phase::from_rate(&rate).unwrap();
@@ -309,9 +309,9 @@ mod tests {
             // Without the last bits of the slope, which is a multiple of 2⁻¹⁰ or so.
             let exact: i128 = before.iter().map(|&y| ((y - slope) * 1024.0) as i128).sum();
             let error = ((anchor.hi * 1024.0) as i128 + (anchor.lo * 1024.0) as i128 - exact) as f64 / 1024.0;
-            // Each group of samples rounds its own sum, which is no larger than a group of the largest sample; the
-            // errors of the groups add up as a random walk does, six standard deviations of which are allowed. A plain
-            // sum is off by a thousand times that.
+            // The sum of each group of samples is rounded, and is no larger than a group of the largest sample. The errors
+            // of the groups add up like a random walk, of which six standard deviations are allowed. The error of a plain
+            // sum is a thousand times that.
             let groups = (before.len() / GROUP) as f64;
             let bound = 6.0 * groups.sqrt() * f64::EPSILON * GROUP as f64 * largest;
             assert!(error.abs() <= bound, "block {block}: {error:e}, allowed {bound:e}");

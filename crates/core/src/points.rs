@@ -1,7 +1,7 @@
-//! Memory for points: begun where a line of the cache begins, and much of it in large pages.
+//! Memory for points: aligned to cache lines, and in large pages if it is large.
 //!
-//! A vector that straddles two lines costs two loads; a window in small pages costs a walk through the tables of the
-//! processor for each, and fresh ones a visit to the system.
+//! A vector across two cache lines costs two loads. A window in small pages costs a page-table walk for each page, and new
+//! pages cost a page fault each.
 
 use crate::error::Error;
 #[cfg(feature = "threads")]
@@ -9,20 +9,20 @@ use memmap2::MmapMut;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 
-/// Numbers in a line of the cache.
+/// Number of floats in a cache line.
 const LINE: usize = 8;
 
-/// Numbers in a large page of most processors.
+/// Number of floats in a large page of most processors.
 const LARGE_PAGE: usize = (1 << 21) / size_of::<f64>();
 
-/// Numbers from which large pages are asked for.
+/// Number of floats above which large pages are requested.
 const WORTH_PAGES: usize = 2 * LARGE_PAGE;
 
-/// Numbers, the first of them at the beginning of a line of the cache.
+/// Floats, the first of them at the beginning of a cache line.
 #[derive(Default)]
 pub(crate) struct Points {
     memory: Memory,
-    /// Where the first one is.
+    /// Position of the first float.
     start: usize,
     count: usize,
 }
@@ -34,14 +34,14 @@ enum Memory {
 }
 
 impl Points {
-    /// One, which is 0.
+    /// A single float, 0.
     pub(crate) fn zero() -> Self {
         let mut points = Self::default();
         points.push(0.0);
         points
     }
 
-    /// So many, whatever they are: nothing is to be expected of those that were there before.
+    /// Changes the number of floats, whose values are then undefined.
     ///
     /// # Errors
     ///
@@ -49,7 +49,7 @@ impl Points {
     pub(crate) fn resize(&mut self, count: usize) -> Result<(), Error> {
         if self.capacity() < count || matches!(self.memory, Memory::Heap(_)) {
             self.memory = Memory::of(count, std::mem::take(&mut self.memory))?;
-            // Nothing depends on it but the time that a load takes.
+            // It only affects the time of a load.
             let line = if count < WORTH_PAGES { LINE } else { LARGE_PAGE };
             self.start = self.memory.numbers().as_ptr().align_offset(line * size_of::<f64>()).min(line - 1);
         }
@@ -57,7 +57,7 @@ impl Points {
         Ok(())
     }
 
-    /// So many; ends the program where there is no memory, as any vector does.
+    /// Memory for `count` floats; ends the program if there is no memory, as any vector does.
     fn of(count: usize) -> Self {
         let mut points = Self::default();
         if points.resize(count).is_err() {
@@ -66,7 +66,7 @@ impl Points {
         points
     }
 
-    /// One more at the end.
+    /// Appends a float.
     pub(crate) fn push(&mut self, value: f64) {
         if self.count == self.capacity() {
             let mut more = Self::of(self.count + 1);
@@ -79,20 +79,20 @@ impl Points {
         self[last] = value;
     }
 
-    /// Numbers that there is memory for.
+    /// Number of floats for which there is memory.
     pub(crate) fn capacity(&self) -> usize {
         self.memory.numbers().len() - self.start
     }
 }
 
 impl Memory {
-    /// For so many numbers and one more, wherever they begin; of what there is, if it can be used.
+    /// Memory for `count` + 1 floats at any alignment; reuses `before` if possible.
     fn of(count: usize, before: Self) -> Result<Self, Error> {
         #[cfg(feature = "threads")]
         if count >= WORTH_PAGES {
             let bytes = (count + 1 + LARGE_PAGE) * size_of::<f64>();
             let pages = MmapMut::map_anon(bytes).map_err(|_| Error::Memory { bytes })?;
-            // A system that has none goes on with small ones.
+            // A system without large pages uses small ones.
             #[cfg(target_os = "linux")]
             let _ = pages.advise(memmap2::Advice::HugePage);
             return Ok(Self::Pages(pages));

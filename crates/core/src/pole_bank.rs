@@ -3,29 +3,29 @@
 //! Discrete flicker noise is white noise through (1 − z⁻¹)^(−1/2) = (1 / π) ∫ x^(−1/2) (1 − x)^(−1/2) / (1 − x z⁻¹) dx
 //! from 0 to 1. With x = 1 / (1 + e⁻ᵘ) the weight becomes 1 / (2π cosh(u / 2)) du, and eᵘ is the time of the pole in
 //! samples: a trapezoidal rule in u spreads the poles evenly over its logarithm. The integrand has no singularity nearer
-//! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at `STEP`. What lies beyond the
-//! poles is one more pole at either end, with the weight and the mean of all those of the rule there.
+//! to the real line than π / 2, so that the error falls as exp(−π² / step): 2 · 10⁻⁵ at `STEP`. The poles of the rule
+//! beyond either end are replaced by one pole with their total weight and their mean.
 
 use crate::draws::{Draws, Source};
 use std::f64::consts::{LN_10, PI};
 
-/// Poles a decade.
+/// Number of poles per decade.
 const PER_DECADE: f64 = 2.5;
 /// Step of the rule, in u.
 const STEP: f64 = LN_10 / PER_DECADE;
 /// Time of the shortest pole in samples.
 const SHORTEST: f64 = 0.03;
-/// Time of the longest pole, in lengths of the record.
+/// Time of the longest pole over the length of the record.
 const LONGEST: f64 = 10.0;
-/// Poles that are computed together.
+/// Number of poles that are computed together.
 const LANES: usize = 4;
 
 /// A pole of the bank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pole {
-    /// 1 − p, what of its state is lost in one sample.
+    /// 1 − p, the share of its state that is lost per sample.
     pub loss: f64,
-    /// What of it is in the output, for innovations of standard deviation 1.
+    /// Weight of its state in the output, for innovations of standard deviation 1.
     pub weight: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Pole {
 pub fn poles(n: usize) -> Vec<Pole> {
     let first = (SHORTEST.ln() / STEP).floor() as i32;
     let last = ((LONGEST * n.max(1) as f64).ln() / STEP).ceil() as i32;
-    // Beyond this many steps the rest is less than 10⁻¹⁶ of the tail.
+    // Beyond this number of steps the remainder is less than 10⁻¹⁶ of the tail.
     let tail = (80.0 / STEP) as i32;
     let mut poles = vec![mean((first - tail..first).map(node))];
     poles.extend((first..=last).map(node));
@@ -56,7 +56,7 @@ fn mean(poles: impl Iterator<Item = Pole>) -> Pole {
 /// States of the poles at one time, drawn with their joint stationary covariance 1 / (1 − pᵢ pⱼ).
 ///
 /// Its Cholesky factor is explicit, by the orthonormal functions of Malmquist and Takenaka: `L_ij` =
-/// √(1 − pⱼ²) / (1 − pᵢ pⱼ) · Π (pᵢ − pₖ) / (1 − pᵢ pₖ), k < j. Only differences of losses occur, which keep their digits.
+/// √(1 − pⱼ²) / (1 − pᵢ pⱼ) · Π (pᵢ − pₖ) / (1 − pᵢ pₖ), k < j. Only differences of losses occur, which lose no digits.
 fn stationary(poles: &[Pole], draws: &mut Draws) -> Vec<f64> {
     let between = |a: f64, b: f64| a + b - a * b; // 1 − pₐ p_b
     let drawn: Vec<f64> = poles.iter().map(|_| draws.normal()).collect();
@@ -74,7 +74,7 @@ fn stationary(poles: &[Pole], draws: &mut Draws) -> Vec<f64> {
     (0..poles.len()).map(state).collect()
 }
 
-/// The bank at work. Like the exact generator's, its level is that above the sample before the first.
+/// A running bank. As in the exact generator, its output is relative to the sample before the first.
 pub(crate) struct Bank {
     kept: Vec<[f64; LANES]>,
     gain: Vec<[f64; LANES]>,

@@ -1,10 +1,10 @@
-//! Noise beside the five terms, sample after sample: Gauss-Markov processes, sinusoids, filtered white noise.
+//! Generators of noise other than the five terms: Gauss-Markov processes, sinusoids, filtered white noise.
 
 use crate::draws::{Draws, Source};
 use crate::error::Error;
 use std::f64::consts::TAU;
 
-/// First-order Gauss-Markov process, stationary from its first sample on.
+/// First-order Gauss-Markov process, stationary from its first sample.
 pub(crate) struct GaussMarkov {
     kept: f64,
     added: f64,
@@ -31,22 +31,22 @@ impl Source for GaussMarkov {
     }
 }
 
-/// Sinusoid whose phase is counted in units of 2⁻⁶⁴ turns, so that nothing drifts however long it lasts.
+/// Sinusoid whose phase is counted in units of 2⁻⁶⁴ turns, so that it does not drift.
 pub(crate) struct Sinusoid {
     amplitude: f64,
     phase: u64,
     step: u64,
 }
 
-/// Turns in the units of the phase; whole ones fall away.
+/// Turns in the units of the phase, without whole turns.
 fn turns(value: f64) -> u64 {
     const UNITS: f64 = 18_446_744_073_709_551_616.0;
-    // A fraction that rounds up to a whole turn is none.
+    // A fraction that rounds up to a whole turn is 0.
     ((value - value.floor()) * UNITS) as u128 as u64
 }
 
 impl Sinusoid {
-    /// `step` in turns a sample.
+    /// `step` is in turns per sample.
     pub(crate) fn new(amplitude: f64, step: f64, mut draws: Draws) -> Self {
         // The direction of two normal deviates is uniform.
         let (x, y) = (draws.normal(), draws.normal());
@@ -65,7 +65,7 @@ impl Source for Sinusoid {
     }
 }
 
-/// White noise behind a filter: x' = A x + L w, stationary from its first sample on; the output is the first state.
+/// White noise after a filter: x' = A x + L w, stationary from its first sample; the output is the first state.
 pub(crate) struct Filtered {
     scale: f64,
     transition: Vec<f64>,

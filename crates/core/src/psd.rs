@@ -1,9 +1,8 @@
 //! Two-sided power spectral densities of the noise terms, in the unit of the rate squared per hertz.
 //!
 //! Each term has its continuous form, which eq. (11) of the paper integrates to the Allan variance, and, where it
-//! differs, the form of the sampled process, folded into |f| ≤ 1 / (2τ₀). The latter goes with
-//! σ²(m) = 4 ∫ S(f) sin⁴(πfmτ₀) / (m² sin²(πfτ₀)) df, from 0 to 1 / (2τ₀).
-//! A one-sided density is twice the value given here.
+//! differs, the form of the sampled process, folded into |f| ≤ 1 / (2τ₀). The latter corresponds to σ²(m) = 4 ∫ S(f)
+//! sin⁴(πfmτ₀) / (m² sin²(πfτ₀)) df, from 0 to 1 / (2τ₀). A one-sided density is twice the value given here.
 
 use crate::bandlimited::{Filter, poles};
 use sigmatau_fft::Complex64;
@@ -21,7 +20,7 @@ pub fn quantization_sampled(q: f64, tau0: f64, f: f64) -> f64 {
     (2.0 * q * (PI * f * tau0).sin()).powi(2) / tau0
 }
 
-/// Angle or velocity random walk, N² at every frequency: eq. (16) of the paper. Sampling leaves it as it is.
+/// Angle or velocity random walk, N² at every frequency: eq. (16) of the paper. Sampling does not change it.
 #[must_use]
 pub fn random_walk(n: f64) -> f64 {
     n * n
@@ -55,7 +54,7 @@ pub fn rate_random_walk_sampled(k: f64, tau0: f64, f: f64) -> f64 {
 
 /// Rate ramp, R² / (2πf)³: eq. (24) of the paper.
 ///
-/// For comparison only: a ramp is no stationary process, and eq. (11) diverges with this density at f = 0.
+/// For comparison only: a ramp is not a stationary process, and eq. (11) diverges with this density at f = 0.
 #[must_use]
 pub fn rate_ramp(r: f64, f: f64) -> f64 {
     r * r / (2.0 * PI * f.abs()).powi(3)
@@ -77,7 +76,7 @@ pub fn gauss_markov_sampled(sigma: f64, tc: f64, tau0: f64, f: f64) -> f64 {
     sigma * sigma * tau0 * loss * (1.0 + kept) / denominator
 }
 
-/// White noise of density `n`² behind a filter, before sampling.
+/// White noise with density `n`² after a filter, before sampling.
 #[must_use]
 pub fn band_limited(n: f64, filter: Filter, corner_hz: f64, f: f64) -> f64 {
     let ratio = f / corner_hz;
@@ -88,7 +87,7 @@ pub fn band_limited(n: f64, filter: Filter, corner_hz: f64, f: f64) -> f64 {
     n * n * gain
 }
 
-/// White noise of density `n`² behind a Butterworth filter, sampled: Σ over its images, summed in closed form.
+/// Sampled white noise with density `n`² after a Butterworth filter: the sum over its images in closed form.
 ///
 /// With poles p and a = −p ωc τ₀ each exponential e^(−a|k|) has the spectrum sinh a / (cosh a − cos 2πfτ₀).
 #[must_use]

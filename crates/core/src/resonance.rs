@@ -1,4 +1,4 @@
-//! A resonance: noise of a band, the speed of a damped oscillator driven by white noise.
+//! A resonance: narrow-band noise, the velocity of a damped oscillator driven by white noise.
 //!
 //! With γ = 2π·width and ω² = (2π·frequency)² − γ² its autocovariance is σ² Re[(1 + iγ/ω) e^((iω − γ)t)].
 
@@ -8,14 +8,14 @@ use crate::special::exp_minus_one;
 use sigmatau_fft::Complex64;
 use std::f64::consts::PI;
 
-/// Frequency over the sampling rate below which sampling folds nothing worth mentioning.
+/// Frequency over the sampling rate below which folding is negligible.
 const FOLDING: f64 = 0.02;
 
-/// Density that sampling folds to the frequency 0, over that of the white noise, from which a model without the resonance
+/// Density that sampling folds to the frequency 0, over that of the white noise, above which a model without the resonance
 /// describes longer averaging times better.
 const FOLDED: f64 = 0.02;
 
-/// Frequencies up to half the rate at which the density is integrated.
+/// Number of frequencies up to half the rate in the integral of the density.
 const POINTS: usize = 8192;
 
 /// A resonance.
@@ -39,15 +39,15 @@ impl Resonance {
         sigma * sigma * 2.0 * width / PI * square / below
     }
 
-    /// Allan variance of the samples, with what sampling folds from beyond half the rate. [(rate unit)²]
+    /// Allan variance of the samples, including the noise folded from above half the rate. [(rate unit)²]
     #[must_use]
     pub fn avar_sampled(&self, tau0: f64, m: usize) -> f64 {
         let (weight, decay) = self.exponential(tau0);
         (weight * exponential_avar(decay, m)).re
     }
 
-    /// Allan variances of samples whose density is [`Self::psd`] up to half the rate, as a fit of the spectrum has it: without
-    /// what is folded from beyond. [(rate unit)²]
+    /// Allan variances of samples whose density is [`Self::psd`] up to half the rate, as in a fit of the spectrum: without
+    /// the noise folded from above. [(rate unit)²]
     #[must_use]
     pub fn avar_unfolded(&self, tau0: f64, sizes: &[usize]) -> Vec<f64> {
         if self.frequency * tau0 < FOLDING {
@@ -56,7 +56,7 @@ impl Resonance {
         avar_of_density(|f| self.psd(f), POINTS, tau0, sizes)
     }
 
-    /// Two-sided density of the samples at the frequency 0: what sampling folds from beyond half the rate. [(rate unit)²/Hz]
+    /// Two-sided density of the samples at the frequency 0: the noise folded from above half the rate. [(rate unit)²/Hz]
     #[must_use]
     pub fn folded_level(&self, tau0: f64) -> f64 {
         let (weight, decay) = self.exponential(tau0);
@@ -64,14 +64,13 @@ impl Resonance {
         tau0 * (weight * (2.0 - lost) / lost).re
     }
 
-    /// Whether sampling adds to white noise of a random walk, at low frequencies, what a fit of the spectrum did not find
-    /// there.
+    /// Whether sampling adds noise to the white noise at low frequencies that a fit of the spectrum does not show.
     #[must_use]
     pub fn folds(&self, tau0: f64, random_walk: f64) -> bool {
         self.folded_level(tau0) > FOLDED * random_walk * random_walk
     }
 
-    /// Weight and decay a sample of the complex exponential whose real part is the autocovariance.
+    /// Weight, and decay per sample, of the complex exponential whose real part is the autocovariance.
     fn exponential(&self, tau0: f64) -> (Complex64, Complex64) {
         let damping = 2.0 * PI * self.width;
         let turning = ((2.0 * PI * self.frequency).powi(2) - damping * damping).sqrt();
@@ -113,7 +112,7 @@ mod tests {
         assert!(WIDE.folds(TAU0, 0.1) && !SLOW.folds(TAU0, 0.1));
     }
 
-    /// Its variance is that of the autocovariance at the lag 0, which the density integrates to.
+    /// The integral of the density is the autocovariance at lag 0.
     #[test]
     fn density_integrates_to_the_variance() {
         let (step, count) = (0.001, 4_000_000);

@@ -1,10 +1,10 @@
-//! Root of a function of one number.
+//! Root of a function of one variable.
 
 /// Root of f between two points (x, f(x)) with f of opposite signs: inverse quadratic interpolation or bisection.
 ///
 /// It stops within `absolute` + `relative`·|x|. T. R. Chandrupatla, "A new hybrid quadratic/bisection algorithm for finding
-/// the zero of a nonlinear function without using derivatives", Adv. Eng. Softw. 28 (1997). The first step is a secant: the
-/// functions here are nearly linear.
+/// the zero of a nonlinear function without using derivatives", Adv. Eng. Softw. 28 (1997). The first step is a secant,
+/// because the functions here are nearly linear.
 ///
 /// # Errors
 ///
@@ -29,7 +29,7 @@ pub(crate) fn root<E>(
         (a, fa) = (x, fx);
         let (best, least) = if fa.abs() < fb.abs() { (a, fa) } else { (b, fb) };
         let share = 0.5 * (absolute + relative * best.abs()) / (b - a).abs();
-        // The share is not a number if f is not finite; then no point is better.
+        // The share is NaN if f is not finite; then no point is better.
         if share.is_nan() || share > 0.5 || least == 0.0 {
             return Ok(best);
         }

@@ -5,10 +5,10 @@ use sigmatau_fft::Complex64;
 /// Euler's constant γ.
 pub const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;
 
-/// Below this the power series of [`cosine_integral`] is as good as the continued fraction, and shorter.
+/// Argument below which the power series of [`cosine_integral`] is as accurate as the continued fraction, and shorter.
 const SERIES_LIMIT: f64 = 2.5;
 
-/// Below this the power series of [`flicker_cutoff_bracket`] has no cancellation, while the closed form has.
+/// Argument below which the power series of [`flicker_cutoff_bracket`] is free of cancellation, unlike the closed form.
 const BRACKET_SERIES_LIMIT: f64 = 1.0;
 
 /// The cosine integral Ci(x) = γ + ln x + ∫₀ˣ (cos t − 1) / t dt, for x > 0; Abramowitz & Stegun 5.2.2, 5.2.16, 5.1.22.
@@ -41,7 +41,7 @@ pub fn cosine_integral(x: f64) -> f64 {
 
 /// The bracket of eq. (19) of the paper, ln 2 − sin³x / (2x²) · (sin x + 4x cos x) + Ci(2x) − Ci(4x), x = πf₀T.
 ///
-/// It equals ∫₀ˣ sin⁴u / u³ du, whose power series serves for small x.
+/// It equals ∫₀ˣ sin⁴u / u³ du, whose power series is used for small x.
 #[must_use]
 pub fn flicker_cutoff_bracket(x: f64) -> f64 {
     if x.is_infinite() {
@@ -76,7 +76,7 @@ pub fn exp_minus_one(z: Complex64) -> Complex64 {
     Complex64::new(z.re.exp_m1() * cos - 2.0 * half * half, z.re.exp() * sin)
 }
 
-/// hₗ = Σ 1 / (2j − 1), j = 1 … l, the sum behind the flicker variogram: (ψ(l + ½) + γ + 2 ln 2) / 2.
+/// hₗ = Σ 1 / (2j − 1), j = 1 … l, the sum in the flicker variogram: (ψ(l + ½) + γ + 2 ln 2) / 2.
 #[must_use]
 pub fn odd_harmonic(l: usize) -> f64 {
     if l <= DIRECT_SUM {
@@ -96,7 +96,7 @@ pub fn odd_harmonic_doubling(l: usize) -> f64 {
     0.5 * (std::f64::consts::LN_2 + digamma_tail(2.0 * x) - digamma_tail(x))
 }
 
-/// Up to here sums are taken term by term; beyond, the series below is exact to the last bit.
+/// Largest l for which sums are computed term by term; above it, the series below is exact to the last bit.
 const DIRECT_SUM: usize = 32;
 
 /// Σ 1 / (2j − 1) from `first` to `last`, small terms first.
@@ -127,7 +127,7 @@ mod tests {
         assert!((got - expected).abs() <= tolerance, "{what}: {got} instead of {expected}");
     }
 
-    // Computed with 40 digits. Near its zeros Ci is good to an absolute error.
+    // Computed with 40 digits. Near its zeros the error of Ci is absolute.
     const COSINE_INTEGRAL: [(f64, f64); 13] = [
         (1e-8, -17.843465079050832637),
         (0.5, -0.17778407880661290134),
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn cosine_integral_known_answers() {
         for (x, expected) in COSINE_INTEGRAL {
-            // At 10⁶ the rounding of x itself, inside sin x, is all of the error.
+            // At 10⁶ the error comes from the rounding of x in sin x.
             assert_close(cosine_integral(x), expected, 1e-15 * expected.abs().max(0.5), &format!("Ci({x})"));
         }
     }

@@ -1,7 +1,7 @@
 //! Sums of squared second differences of a phase, for many cluster sizes at once.
 //!
-//! Starts are taken in fixed blocks, and every tau is done for a block while its points are in the cache. Partial sums
-//! are added in the order of the blocks, whoever computed them: results do not depend on the number of threads.
+//! Starts are divided into fixed blocks, and all taus are computed for a block while its points are in the cache. Partial
+//! sums are added in the order of the blocks, so that results do not depend on the number of threads.
 
 use crate::compensated::Sum;
 use crate::kernel::{self, Batch, MOST_TAUS, Path, STARTS, Window};
@@ -10,18 +10,19 @@ use crate::phase::{Phase, SHORTEST_BLOCK};
 use std::cell::RefCell;
 use std::ops::Range;
 
-/// Blocks of starts that make one task: the unit of parallel work, fixed by the record and not by the machine.
+/// Number of blocks of starts in a task, the unit of parallel work, which depends on the record and not on the machine.
 const BLOCKS_PER_TASK: usize = 64;
-/// The same where blocks lie apart, and a task has to begin with all the windows of its first one.
+/// The same for distant blocks, where a task begins by loading all windows of its first block.
 const FAR_BLOCKS_PER_TASK: usize = 1024;
 
-/// Points between the first and the last window of a start that are no longer seen as near. In 8 bytes, half a cache.
-const FAR: usize = 1 << 17;
+/// Number of points between the first and the last window of a start above which the windows count as distant: half a
+/// cache, at 8 bytes each.
+const DISTANT_POINTS: usize = 1 << 17;
 
-/// Below this, a chain saves too little over sizes that only share their starts.
+/// Shortest chain: a shorter one saves too little over sizes that only share their starts.
 const SHORTEST_CHAIN: usize = 3;
 
-/// Cluster sizes, and how they are worked off together.
+/// Cluster sizes, divided into batches that are computed together.
 #[derive(Debug, Clone)]
 pub(crate) struct Squares {
     sizes: Vec<usize>,
@@ -29,7 +30,7 @@ pub(crate) struct Squares {
 }
 
 impl Squares {
-    /// For sizes in any order, repeated or not.
+    /// Batches for sizes in any order, repeated or not.
     pub(crate) fn new(m: &[usize]) -> Self {
         let mut sizes = m.to_vec();
         sizes.sort_unstable();
@@ -38,18 +39,18 @@ impl Squares {
         Self { sizes, batches }
     }
 
-    /// The sizes, increasing, each once.
+    /// The distinct sizes in increasing order.
     pub(crate) fn sizes(&self) -> &[usize] {
         &self.sizes
     }
 
-    /// Sums of z² of each of the sizes, over the first `starts` starts, as far as the first `points` points of the phase
-    /// reach. Runs on the current rayon pool.
+    /// Sums of z² for each size, over the first `starts` starts, as far as the first `points` points of the phase reach.
+    /// Runs on the current rayon pool.
     pub(crate) fn sums(&self, phase: &Phase, points: usize, starts: usize) -> Vec<Sum> {
         let blocks = Blocks { phase, points, starts, batches: &self.batches, path: Path::default() };
         let tasks = blocks.tasks();
         let sums: Vec<Vec<Sum>> = match &tasks[..] {
-            // Not worth waking a thread for.
+            // Too little work for another thread.
             [task] => vec![blocks.over(task)],
             tasks => tasks.par_iter().map(|task| blocks.over(task)).collect(),
         };
@@ -61,7 +62,7 @@ impl Squares {
                 *total = total.plus(sum);
             }
         }
-        // The order of the batches is not that of the sizes. Halves were squared: four times the sum.
+        // The batches are not in the order of the sizes. The squares are of half differences, hence the factor four.
         let in_order = self.batches.iter().flat_map(|batch| batch.sizes.iter().copied());
         let mut by_size: Vec<(usize, Sum)> = in_order.zip(totals).collect();
         by_size.sort_unstable_by_key(|&(m, _)| m);
@@ -78,18 +79,18 @@ struct SizeBatch {
 }
 
 impl SizeBatch {
-    /// Blocks from a start to the one a cluster of the smallest size further on, if they are to follow each other.
+    /// Distance in blocks of starts that are one cluster of the smallest size apart, if these follow each other in a task.
     ///
-    /// Windows of a chain that reaches farther than a cache lie apart, and each would come from memory again for every
-    /// size. In steps of the smallest size the windows of one block are those of the next, but for one.
+    /// If a chain reaches farther than a cache, each window would be loaded from memory for each size. In steps of the
+    /// smallest size, all windows of a block but one are also windows of the next block.
     fn stride(&self) -> Option<usize> {
         let (&smallest, &largest) = (self.sizes.first()?, self.sizes.last()?);
-        let apart = 2 * largest > FAR && self.chained && smallest % STARTS == 0;
+        let apart = 2 * largest > DISTANT_POINTS && self.chained && smallest % STARTS == 0;
         apart.then_some(smallest / STARTS)
     }
 }
 
-/// Blocks to be worked off one after the other, for some of the batches.
+/// Consecutive blocks for some of the batches.
 struct Task {
     batches: Range<usize>,
     first: usize,
@@ -97,7 +98,7 @@ struct Task {
     count: usize,
 }
 
-/// Groups sorted sizes, each of which comes once: chains first, and what is left by its order.
+/// Groups distinct sorted sizes: first chains, then the remaining sizes in order.
 fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
     let mut used = vec![false; sizes.len()];
     let mut batches = Vec::new();
@@ -124,39 +125,39 @@ fn batches(sizes: &[usize]) -> Vec<SizeBatch> {
     batches
 }
 
-/// As few parts of at most [`MOST_TAUS`] as there can be, none much shorter than the others: a short one has too few sums
-/// to keep the processor busy.
+/// The smallest number of parts of at most [`MOST_TAUS`] sizes, with nearly equal lengths, because a short part has too few
+/// sums to keep the processor busy.
 fn even_parts(sizes: &[usize]) -> impl Iterator<Item = &[usize]> {
     let parts = sizes.len().div_ceil(MOST_TAUS);
     (0..parts).map(move |k| &sizes[k * sizes.len() / parts..(k + 1) * sizes.len() / parts])
 }
 
-/// Sums of squared half differences, block by block.
+/// Computes sums of squared half differences by block.
 struct Blocks<'a> {
     phase: &'a Phase,
-    /// Phase points in use.
+    /// Number of phase points in use.
     points: usize,
-    /// Starts in use, as far as there are points for them.
+    /// Number of starts in use, as far as they have points.
     starts: usize,
     batches: &'a [SizeBatch],
     path: Path,
 }
 
 thread_local! {
-    /// Of this thread, whatever is in it: a task has little to do, compared with the time that fresh memory takes.
+    /// Buffers of this thread with any content, because new memory would take long compared with a task.
     static SCRATCH: RefCell<Vec<Window>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch: all of a window
-/// relative to one anchor.
+/// Copies of windows across the border of a block, one for each of the 2·[`MOST_TAUS`] lags of a batch, each relative to
+/// one anchor.
 type Scratch = [Window];
 
 impl Blocks<'_> {
-    /// All that is to be done; near batches share their tasks.
+    /// All tasks; batches with close windows share tasks.
     fn tasks(&self) -> Vec<Task> {
         let near =
             self.batches.iter().position(|batch| batch.stride().is_some()).unwrap_or(self.batches.len());
-        let blocks = |batch: &SizeBatch| self.starts_of(batch.sizes[0]).div_ceil(STARTS);
+        let blocks = |batch: &SizeBatch| self.start_count(batch.sizes[0]).div_ceil(STARTS);
         let count = self.batches[..near].iter().map(blocks).max().unwrap_or(0);
         let mut tasks: Vec<Task> = (0..count)
             .step_by(BLOCKS_PER_TASK)
@@ -177,7 +178,7 @@ impl Blocks<'_> {
         tasks
     }
 
-    /// One sum for every size of a task, in the order of its batches.
+    /// One sum per size of a task, in the order of its batches.
     fn over(&self, task: &Task) -> Vec<Sum> {
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.resize(2 * MOST_TAUS, [0.0; STARTS]);
@@ -185,7 +186,7 @@ impl Blocks<'_> {
         })
     }
 
-    /// [`Blocks::over`] in this memory.
+    /// [`Blocks::over`] with given buffers.
     fn over_in(&self, task: &Task, scratch: &mut Scratch) -> Vec<Sum> {
         let batches = &self.batches[task.batches.clone()];
         let mut sums = vec![Sum::default(); batches.iter().map(|batch| batch.sizes.len()).sum()];
@@ -201,8 +202,8 @@ impl Blocks<'_> {
         sums
     }
 
-    /// Starts of one size that have all their points.
-    fn starts_of(&self, m: usize) -> usize {
+    /// Number of starts of one size that have all their points.
+    fn start_count(&self, m: usize) -> usize {
         self.points.saturating_sub(2 * m).min(self.starts)
     }
 
@@ -215,8 +216,8 @@ impl Blocks<'_> {
         scratch: &mut Scratch,
     ) {
         let (start, next) = (block * STARTS, next * STARTS);
-        // Sizes grow along a batch, so the sizes that use the whole block come first.
-        let whole = batch.sizes.iter().take_while(|&&m| start + STARTS <= self.starts_of(m)).count();
+        // Sizes grow along a batch, so the sizes for which the whole block has points come first.
+        let whole = batch.sizes.iter().take_while(|&&m| start + STARTS <= self.start_count(m)).count();
         match whole {
             6 => self.add_whole::<6>(start, next, batch, sums, scratch),
             5 => self.add_whole::<5>(start, next, batch, sums, scratch),
@@ -227,14 +228,14 @@ impl Blocks<'_> {
             _ => {}
         }
         for (&m, sum) in batch.sizes.iter().zip(sums).skip(whole) {
-            let starts = self.starts_of(m).saturating_sub(start).min(STARTS);
+            let starts = self.start_count(m).saturating_sub(start).min(STARTS);
             if starts > 0 {
                 sum.add(self.last_block(start, starts, m, scratch));
             }
         }
     }
 
-    /// Adds a block that the first `T` sizes of a batch use whole.
+    /// Adds a block for the first `T` sizes of a batch, for which all its starts have their points.
     fn add_whole<const T: usize>(
         &self,
         start: usize,
@@ -276,7 +277,7 @@ impl Blocks<'_> {
         }
     }
 
-    /// Sum over the last block of a size, of which only some starts have all their points.
+    /// Sum over the last block of a size, in which only some starts have all their points.
     fn last_block(&self, start: usize, starts: usize, m: usize, scratch: &mut Scratch) -> f64 {
         let (middles, lasts) = scratch.split_at_mut(1);
         let (scratch_middle, scratch_last) = (&mut middles[0], &mut lasts[0]);
@@ -294,13 +295,13 @@ impl Blocks<'_> {
         )
     }
 
-    /// Half the second difference of the anchors that the three windows of a block refer to.
+    /// Half the second difference of the anchors of the three windows of a block.
     fn correction(&self, start: usize, m: usize) -> f64 {
         let block = |point: usize| self.phase.block_of(point);
         0.5 * self.phase.anchor_difference(block(start), block(start + m), block(start + 2 * m))
     }
 
-    /// The window at a point: the phase itself, or its rebased copy if the anchor changes within.
+    /// The window at a point: the phase itself, or its rebased copy if the anchor changes within the window.
     fn window<'a>(&'a self, point: usize, rebased: &'a Window) -> &'a Window {
         if self.crosses_border(point) { rebased } else { self.plain_window(point) }
     }
@@ -393,7 +394,7 @@ mod tests {
         };
         for (fast, portable) in sums(Path::Fastest).iter().zip(sums(Path::Portable)) {
             let difference = fast.value() / portable.value() - 1.0;
-            // Thousands of squares are added in the same order; they are rounded once less where products are fused.
+            // Thousands of squares are added in the same order; fused products have one rounding fewer.
             assert!(difference.abs() <= 1e-13, "{difference:e}");
         }
     }

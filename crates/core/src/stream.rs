@@ -1,14 +1,14 @@
-//! The Allan variance of a record that comes in pieces, in bounded memory.
+//! The Allan variance of a record that arrives in pieces, in bounded memory.
 //!
 //! Cluster sizes up to [`LARGEST`] samples are exact: every overlapping difference is counted, by the kernel that sums a
-//! whole record. For larger ones the samples are added up in groups of [`GROUP`], which leaves every 64th phase point,
-//! and the same is done with those, at up to [`LARGEST`] groups; and so on. A size m from [`LARGEST`] on is thus averaged
-//! over every start that is a multiple of its stride, m/64 at most. Nearly nothing is lost by that where the
-//! differences of neighbouring starts are alike, which holds for white noise of the rate and all that is slower. For
-//! quantization noise they are not, and most is.
+//! whole record. For larger sizes the samples are added up in groups of [`GROUP`], which keeps each 64th phase point, and
+//! these are treated in the same way up to [`LARGEST`] groups, and so on. A size m above [`LARGEST`] is thus averaged over
+//! the starts that are multiples of its stride, at most m/64. This loses almost no precision if the differences of
+//! neighbouring starts are similar, as for white noise of the rate and slower noise. For quantization noise it loses most
+//! of it.
 //!
-//! Two accumulators of adjacent stretches of a record can be merged. Starts belong to strides by their index in the
-//! record, so that the terms counted are the same, however the record was cut.
+//! Two accumulators of adjacent stretches of a record can be merged. The index in the record determines whether a start is
+//! used, so that the terms do not depend on how the record is divided.
 
 use crate::allan::{Counting, Overlap, allan_variance};
 use crate::error::Error;
@@ -19,12 +19,12 @@ mod level;
 use level::Level;
 pub use level::{GROUP, LARGEST, Strided};
 
-/// What is done for clusters of more than [`LARGEST`] samples.
+/// Treatment of clusters of more than [`LARGEST`] samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Long {
-    /// All samples are kept, so that every difference can be counted: 8 bytes a sample.
+    /// All samples are stored, so that every difference counts: 8 bytes per sample.
     Exact,
-    /// Strides of at most m/64, some megabytes for a record of any length.
+    /// Strides of at most m/64, with a few megabytes for a record of any length.
     Strided,
 }
 
@@ -43,11 +43,12 @@ enum Store {
 
 impl Accumulator {
     /// An accumulator for the stretch of a record that begins with the sample of index `start`, and for the cluster
-    /// sizes `m`. Sizes that turn out to be too large for the record are left out of its snapshots.
+    /// sizes `m`. Snapshots omit sizes that are too large for the record.
     ///
     /// # Errors
     ///
-    /// [`Error::ClusterSize`] for the first size that is 0, or that is no multiple of its [`stride`] if that is asked for.
+    /// [`Error::ClusterSize`] for the first size that is 0, or that is not a multiple of its [`stride`] with
+    /// [`Long::Strided`].
     pub fn new(m: &[usize], long: Long, start: u64) -> Result<Self, Error> {
         let mut m = m.to_vec();
         m.sort_unstable();
@@ -69,7 +70,7 @@ impl Accumulator {
         self.start
     }
 
-    /// Samples received.
+    /// Number of samples received.
     #[must_use]
     pub fn samples(&self) -> u64 {
         match &self.store {
@@ -78,11 +79,11 @@ impl Accumulator {
         }
     }
 
-    /// Takes the next samples of the record. What comes out does not depend on how it is cut.
+    /// Adds the next samples of the record. The result does not depend on the sizes of the pieces.
     ///
     /// # Errors
     ///
-    /// [`Error::NonFinite`], the index counted from the first sample of `rate`; then none of them is taken.
+    /// [`Error::NonFinite`] with the index in `rate`; then none of its samples is added.
     pub fn push(&mut self, rate: &[f64]) -> Result<(), Error> {
         if let Some(index) = first_unusable(rate) {
             return Err(Error::NonFinite { index });
@@ -98,12 +99,12 @@ impl Accumulator {
         Ok(())
     }
 
-    /// Takes over what the accumulator of the following stretch has received.
+    /// Adds the sums of the accumulator of the next stretch.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] `start` if `later` does not begin where this one ends, `m` if it is made for other sizes or
-    /// of the other kind. Then nothing has changed.
+    /// [`Error::Parameter`] `start` if `later` does not begin where this one ends, `m` if it has other sizes or is of the
+    /// other kind. Then nothing has changed.
     pub fn merge(&mut self, later: &Self) -> Result<(), Error> {
         if later.start != self.start + self.samples() {
             return Err(Error::Parameter { name: "start", value: later.start as f64 });
@@ -121,7 +122,7 @@ impl Accumulator {
         }
     }
 
-    /// All that was received so far, in words of 64 bits, for [`Accumulator::restored`].
+    /// The state of the accumulator in words of 64 bits, for [`Accumulator::restored`].
     #[must_use]
     pub fn state(&self) -> Vec<u64> {
         match &self.store {
@@ -134,12 +135,11 @@ impl Accumulator {
         }
     }
 
-    /// The accumulator that has the `state` of one that was made with the same arguments; it goes on bit for bit as that
-    /// one.
+    /// The accumulator with the `state` of another one with the same arguments, which it continues bit for bit.
     ///
     /// # Errors
     ///
-    /// Those of [`Accumulator::new`], and [`Error::Length`] for words that are no such state.
+    /// Those of [`Accumulator::new`], and [`Error::Length`] for words that are not such a state.
     pub fn restored(m: &[usize], long: Long, start: u64, state: &[u64]) -> Result<Self, Error> {
         let mut found = Self::new(m, long, start)?;
         let mut words = state.iter().copied();
@@ -157,11 +157,11 @@ impl Accumulator {
         Err(Error::Length { expected: state.len() - rest, got: state.len() })
     }
 
-    /// The Allan variances of all that was received so far, for the sizes that leave a pair, increasing.
+    /// The Allan variances of all samples so far, for the sizes with a pair, in increasing order.
     ///
     /// # Errors
     ///
-    /// None that the samples taken could cause; those of [`allan_variance`] are passed on.
+    /// Those of [`allan_variance`], none of which accepted samples can cause.
     pub fn snapshot(&self) -> Result<Vec<Strided>, Error> {
         match &self.store {
             Store::Kept { rate, m } => {
@@ -187,13 +187,13 @@ impl Accumulator {
 #[must_use]
 pub fn first_unusable(rate: &[f64]) -> Option<usize> {
     let usable = |y: &f64| y.abs() <= LARGEST_RATE;
-    // All of them first, without a branch for each.
+    // All samples are tested first, without a branch for each.
     let all = rate.iter().fold(true, |so_far, y| so_far & usable(y));
     if all { None } else { rate.iter().position(|y| !usable(y)) }
 }
 
-/// Distance of the starts that a size is averaged over with [`Long::Strided`]: 1 up to [`LARGEST`], and then the smallest
-/// power of [`GROUP`] that leaves at most [`LARGEST`] strides.
+/// Distance of the starts of a size with [`Long::Strided`]: 1 up to [`LARGEST`], then the smallest power of [`GROUP`] for
+/// which the size has at most [`LARGEST`] strides.
 #[must_use]
 pub fn stride(m: usize) -> usize {
     let mut stride = 1;

@@ -1,8 +1,8 @@
-//! The list of noise terms, and the Allan variance that each is expected to show.
+//! The list of noise terms and their expected Allan variances.
 //!
 //! `tau0` is the sample interval, `m` the cluster size in samples (≥ 1) and `tau` = m·τ₀ the averaging time, in
-//! seconds. Forms that take `tau` are exact for every cluster size; those that take `m` are exact for the sampled
-//! process that they name, where the continuous one has no samples of finite variance or differs at short times.
+//! seconds. Functions of `tau` are exact for every cluster size. Functions of `m` are exact for the sampled process that
+//! they name; the continuous process has no samples of finite variance, or differs at short times.
 
 use crate::bandlimited::exponential_avar;
 use crate::psd;
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Number of terms that are noise.
 pub const NOISE_TERMS: usize = 4;
 
-/// A term of IEEE 952. A new one is a variant here; the compiler then asks for its formulas wherever a term has one.
+/// A term of IEEE 952. To add a term, add a variant; the compiler then reports each place that needs its formulas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Term {
     /// White noise on the phase; the coefficient is Q.
@@ -24,7 +24,7 @@ pub enum Term {
     BiasInstability,
     /// Random walk of the samples, see [`rate_random_walk_avar_sampled`]; K.
     RateRandomWalk,
-    /// Deterministic ramp of either sign, no noise; R.
+    /// Deterministic ramp of either sign, not a noise; R.
     RateRamp,
 }
 
@@ -81,7 +81,8 @@ impl Term {
         }
     }
 
-    /// Two-sided density of the sampled term at the frequency `f`; of a ramp the conventional one, see [`psd::rate_ramp`].
+    /// Two-sided density of the sampled term at the frequency `f`; for a ramp the conventional density, see
+    /// [`psd::rate_ramp`].
     #[must_use]
     pub fn psd(self, coefficient: f64, tau0: f64, f: f64) -> f64 {
         match self {
@@ -93,7 +94,7 @@ impl Term {
         }
     }
 
-    /// The power p for which the squared coefficient of samples, τ₀ = 1, is that in SI times τ₀^(p − 2).
+    /// The power p for which the squared coefficient for τ₀ = 1 is that in SI times τ₀^(p − 2).
     #[must_use]
     pub const fn interval_power(self) -> i32 {
         match self {
@@ -119,7 +120,7 @@ pub fn random_walk_avar(n: f64, tau: f64) -> f64 {
 }
 
 /// Bias instability as discrete flicker noise, white noise of standard deviation `b` through (1 − z⁻¹)^(−1/2)
-/// (N. J. Kasdin, "Discrete simulation of colored noise", Proc. IEEE 83(5), 1995), whatever the sample interval.
+/// (N. J. Kasdin, "Discrete simulation of colored noise", Proc. IEEE 83(5), 1995), for any sample interval.
 ///
 /// With hₗ = Σ 1 / (2j − 1), j = 1 … l, the variogram of the rate is 4B²hₗ / π, and summing it twice gives
 /// (2B² / π) · [2 (h₂ₘ − hₘ) + (4hₘ − h₂ₘ) / (8m²)]. It falls from 2B² / π at m = 1 to the plateau (2 ln 2 / π) B² of
@@ -189,11 +190,11 @@ pub fn gauss_markov_avar_averaged(sigma: f64, tc: f64, tau: f64) -> f64 {
     sigma * sigma * bracket
 }
 
-/// Sampled sinusoid of random phase: A² sin⁴(πf₀T) / (m² sin²(πf₀τ₀)); 0 where every sample is the same.
+/// Sampled sinusoid of random phase: A² sin⁴(πf₀T) / (m² sin²(πf₀τ₀)); 0 if all samples are equal.
 #[must_use]
 pub fn sinusoid_avar(amplitude: f64, f0: f64, tau0: f64, m: usize) -> f64 {
     let size = m as f64;
-    // Whole turns are taken off before π comes in.
+    // Whole turns are subtracted before the multiplication by π.
     let turn = f0 * tau0 - (f0 * tau0).round();
     let turns = size * turn;
     let step = (PI * turn).sin();

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Larger than the number of threads of any machine.
-const MOST: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// Memory of a thread. \[bytes\]
 const STACK: usize = 1 << 21;
@@ -25,7 +25,7 @@ pub(crate) fn on_threads<T: Send>(
         return Err(out_of_range);
     }
     // Threads need memory for their stacks.
-    let refused = if threads > MOST { out_of_range } else { Error::Memory { bytes: threads * STACK } };
+    let refused = if threads > MAX_THREADS { out_of_range } else { Error::Memory { bytes: threads * STACK } };
     #[cfg(feature = "threads")]
     return Ok(rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -33,5 +33,5 @@ pub(crate) fn on_threads<T: Send>(
         .map_err(|_| refused)?
         .install(work));
     #[cfg(not(feature = "threads"))]
-    if threads > MOST { Err(refused) } else { Ok(work()) }
+    if threads > MAX_THREADS { Err(refused) } else { Ok(work()) }
 }

@@ -1,7 +1,7 @@
-//! The mean of the second differences of a phase: what a ramp of the rate leaves in an Allan variance, with its sign.
+//! The mean of the second differences of a phase: the signed effect of a ramp of the rate on an Allan variance.
 //!
 //! The mean over all k of z(k) = x(k) − 2x(k + n) + x(k + 2n) is n² times an unbiased estimate of the ramp per sample.
-//! The sum of z telescopes to sums over the ends of the phase: with A(j) the sum of its first and B(j) that of its last
+//! The sum of z telescopes to sums over the ends of the phase: where A(j) is the sum of its first and B(j) that of its last
 //! j points, it is 2A(n) + 2B(n) − A(2n) − B(2n).
 
 use crate::compensated::Sum;
@@ -16,7 +16,7 @@ pub(crate) struct Trend<'a> {
 }
 
 impl<'a> Trend<'a> {
-    /// Adds up what the phase knows of its stretches.
+    /// Adds up the stored sums of the stretches of a phase.
     pub(crate) fn new(phase: &'a Phase) -> Self {
         let stretch = phase.stretch();
         let mut sum = Sum::default();
@@ -29,15 +29,15 @@ impl<'a> Trend<'a> {
         Self { phase, sums }
     }
 
-    /// Mean of all second differences over n², the change of the rate per sample, for consecutive cluster sizes n: each sum
-    /// from the one before, by six points.
+    /// Mean of all second differences over n², the change of the rate per sample, for consecutive cluster sizes n. Each sum
+    /// follows from the previous one by six points.
     pub(crate) fn ramps(&self, sizes: Range<usize>) -> Vec<f64> {
         let points = self.phase.values.len();
         let mut total = self.total(sizes.start);
         sizes
             .map(|n| {
                 let mean = total.value() / (points - 2 * n) as f64;
-                // Up to the largest size there is, beyond which no point is left.
+                // Up to the largest possible size.
                 if 2 * (n + 1) < points {
                     let (near, far) = (self.point(n).plus(self.point(points - 1 - n)), 2 * n);
                     let first = self.point(far).plus(self.point(far + 1));
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use crate::phase::LONGEST_BLOCK as BLOCK;
 
-    /// What plain sums over the pieces of a phase may be off by: as many roundings as points, at the height of the sum.
+    /// Bound on the error of plain sums over the pieces of a phase: as many roundings as points, at the height of the sum.
     fn sum_rounding(phase: &Phase) -> f64 {
         let height = phase.values.iter().fold(0.0, |height: f64, value| height.max(value.abs()));
         f64::EPSILON * (PIECE * PIECE) as f64 * height
@@ -127,7 +127,7 @@ mod tests {
             let rate: Vec<f64> = (0..n).map(|k| if k % 7 == 0 { 3.0 } else { -1.0 }).collect();
             let phase = Phase::from_rate(&rate).unwrap();
             let (got, expected) = (ramp(&Trend::new(&phase), n / 2), mean_difference(&phase, n / 2));
-            // Plain sums of some 10⁴ differences as large as 10⁴, over 10⁸.
+            // Plain sums of about 10⁴ differences up to 10⁴, over 10⁸.
             assert!((got - expected).abs() < 1e-12, "{n}: {got} {expected}");
         }
     }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// s(l) = (4l² − 1) ψ(|l| + ½) / (8π), but for a parabola; −J(l) / 2π with J(l) = 3l² / 2 − (4l² − 1) hₗ / 2 and hₗ of
-/// [`crate::special::odd_harmonic`].
+/// s(l) = (4l² − 1) ψ(|l| + ½) / (8π) up to a parabola; it is −J(l) / 2π with J(l) = 3l² / 2 − (4l² − 1) hₗ /
+/// 2 and hₗ of [`crate::special::odd_harmonic`].
 ///
 /// It is split into x² ln x / 2π, which dominates, and a remainder e(x) / 8π = (−ln x + O(1)) / 8π.
 pub(super) fn flicker(n: f64, m: f64, u: f64) -> f64 {
@@ -20,7 +20,7 @@ pub(super) fn flicker(n: f64, m: f64, u: f64) -> f64 {
     difference / (8.0 * PI)
 }
 
-/// Second differences over n of the flicker autocovariance, times 8π. Constants that δₘ² takes out are left out.
+/// Second differences over n of the flicker autocovariance, times 8π, without constants, which δₘ² removes.
 struct Flicker {
     n: f64,
     ln_n: f64,
@@ -40,7 +40,7 @@ impl Flicker {
         point(x + n) - 2.0 * point(x) + point((x - n).abs())
     }
 
-    /// What is missing in δₙ² x² ln x = n² (2 ln x + 3 − bend), for x ≥ n:
+    /// The term `bend` of δₙ² x² ln x = n² (2 ln x + 3 − bend), for x ≥ n:
     /// Σ 4 (n / x)^(2j − 2) / (2j (2j − 1) (2j − 2)), j = 2, 3 …
     fn bend(&self, x: f64) -> f64 {
         let r = self.n / x;
@@ -63,7 +63,7 @@ impl Flicker {
         remainder_tail(x + n) - 2.0 * remainder_tail(x) + remainder_tail(x - n) - (-ratio * ratio).ln_1p()
     }
 
-    /// e(x) + ln n − 1/6; x is an integer if it is small.
+    /// e(x) + ln n − 1/6; a small x must be an integer.
     fn remainder_at(&self, x: f64, ln_ratio: f64) -> f64 {
         match REMAINDER.get(x as usize) {
             Some(remainder) => remainder + self.ln_n,

@@ -1,20 +1,20 @@
 //! Sums over lags of functions that are smooth except at a few kinks.
 //!
-//! Lags next to a kink are taken one by one. Beyond, they are taken in panels that double in length as the kink falls
-//! behind, each by the Gauss quadrature of its sum: its nodes are the zeros of a discrete Chebyshev polynomial (Gram
-//! polynomial; G. Szegő, "Orthogonal Polynomials", section 2.8), it sums polynomials up to degree 2·[`NODES`] − 1
-//! without any error, and tends to the Gauss–Legendre rule for long panels. A panel is never longer than its distance
-//! from the nearest kink: where the summand is analytic between kinks, the error falls as (3 + √8)^(−2·NODES), about
-//! 5·10⁻¹⁶.
+//! Lags next to a kink are summed one by one. Further lags are summed in panels, whose length doubles with
+//! the distance from the kink, by Gauss quadrature for sums. Its nodes are the zeros of a discrete Chebyshev
+//! polynomial (Gram polynomial; G. Szegő, "Orthogonal Polynomials", section 2.8). It is exact for polynomials
+//! up to degree 2·[`NODES`] − 1, and tends to the Gauss–Legendre rule for long panels. A panel is never
+//! longer than its distance from the nearest kink. For a summand that is analytic between kinks, the error is
+//! about (3 + √8)^(−2·NODES) = 5·10⁻¹⁶.
 
 use std::sync::LazyLock;
 
 /// Nodes of a panel.
 const NODES: usize = 10;
-/// Logarithm of the length of the shortest panel: a shorter one has less than twice as many lags as nodes.
+/// Binary logarithm of the length of the shortest panel, which has about twice as many lags as nodes.
 const SHORTEST: usize = 4;
-/// Lags on either side of a kink that are always taken one by one.
-pub(crate) const ONE_BY_ONE: usize = 1 << SHORTEST;
+/// Number of lags on either side of a kink that are always summed one by one.
+pub(crate) const SUMMED_LAGS: usize = 1 << SHORTEST;
 /// Panels are at most 2^(SHORTEST + PANELS − 1) lags long.
 const PANELS: usize = 48;
 
@@ -26,7 +26,7 @@ type Rule = [(f64, f64); NODES];
 pub(crate) struct Rules(Vec<Rule>);
 
 impl Rules {
-    /// They are computed once.
+    /// The rules, computed on first use.
     pub(crate) fn get() -> &'static Self {
         static RULES: LazyLock<Rules> =
             LazyLock::new(|| Rules((SHORTEST..SHORTEST + PANELS).map(|log| rule(1u64 << log)).collect()));
@@ -35,8 +35,8 @@ impl Rules {
 
     /// Calls `visit(lag, weight)` so that Σ weight·f(lag) is the sum of f over all lags from 0 to `last`.
     ///
-    /// f may have kinks at `kinks`, which are ascending and begin with 0; the lags nearer to one than `one_by_one`,
-    /// which is at least [`ONE_BY_ONE`], come as they are, with weight 1.
+    /// f may have kinks at `kinks`, which are ascending and begin with 0. Lags within `one_by_one` of a kink,
+    /// which is at least [`SUMMED_LAGS`], are visited one by one with weight 1.
     pub(crate) fn visit(
         &self,
         kinks: &[usize],
@@ -54,7 +54,7 @@ impl Rules {
         }
     }
 
-    /// The lags after `kink`, up to the `next` one or to `last`, from both ends.
+    /// Visits the lags after `kink`, up to the `next` kink or to `last`, from both ends.
     fn visit_gap(
         &self,
         kink: usize,
@@ -70,7 +70,7 @@ impl Rules {
             let ahead = next.map_or(usize::MAX, |next| next - (end - 1));
             let near = behind.min(ahead);
             let panel = if near < one_by_one { 0 } else { near.min(end - first) };
-            let length = if panel < ONE_BY_ONE {
+            let length = if panel < SUMMED_LAGS {
                 let lag = if behind <= ahead { first } else { end - 1 };
                 visit(lag as f64, 1.0);
                 1
@@ -85,7 +85,8 @@ impl Rules {
         }
     }
 
-    /// The longest panel of at most `room` lags, at the beginning of `first..end` or at its end; its length.
+    /// Visits the longest panel of at most `room` lags, at the beginning or at the end of `first..end`;
+    /// returns its length.
     fn visit_panel(
         &self,
         room: usize,
@@ -109,9 +110,9 @@ impl Rules {
 /// Gauss quadrature of a sum over `length` lags.
 fn rule(length: u64) -> Rule {
     let mut zeros = Vec::with_capacity(NODES);
-    // The largest zeros, one after the other: Newton's method from above, with the zeros that are known divided out,
-    // comes down on the next one without overshooting (H. J. Maehly, Z. angew. Math. Phys. 5, 1954). The others are
-    // their negatives.
+    // The positive zeros in descending order: Newton's method from above, with the known zeros divided out,
+    // converges to the next zero without overshooting (H. J. Maehly, Z. angew. Math. Phys. 5, 1954). The
+    // other zeros are their negatives.
     for _ in 0..NODES / 2 {
         let mut x = 1.0;
         for _ in 0..100 {
@@ -139,7 +140,8 @@ fn rule(length: u64) -> Rule {
     rule
 }
 
-/// The monic polynomial of degree [`NODES`] on lags spread over −1 … 1, its slope, and the polynomial before it.
+/// The monic polynomial of degree [`NODES`] on lags spread over −1 … 1, its slope, and the polynomial of the
+/// next lower degree.
 fn polynomial(length: u64, x: f64) -> (f64, f64, f64) {
     let (mut before, mut value) = (0.0, 1.0);
     let (mut slope_before, mut slope) = (0.0, 0.0);
@@ -164,7 +166,7 @@ mod tests {
 
     fn sum(kinks: &[usize], last: usize, f: impl Fn(f64) -> f64) -> f64 {
         let mut sum = 0.0;
-        Rules::get().visit(kinks, last, ONE_BY_ONE, |lag, weight| sum += weight * f(lag));
+        Rules::get().visit(kinks, last, SUMMED_LAGS, |lag, weight| sum += weight * f(lag));
         sum
     }
 
@@ -178,7 +180,7 @@ mod tests {
                 let lag = |i: u64| (2.0 * i as f64 + 1.0) / length as f64 - 1.0;
                 let exact: f64 = (0..length).map(|i| lag(i).powi(degree)).sum();
                 let got: f64 = rule.iter().map(|(x, weight)| weight * x.powi(degree)).sum();
-                // Hundreds of roundings of either sum.
+                // Each sum has hundreds of roundings.
                 assert!((got / exact - 1.0).abs() < 1e-13, "length {length}, degree {degree}");
             }
         }

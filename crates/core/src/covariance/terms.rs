@@ -4,23 +4,24 @@ use super::flicker::flicker;
 use crate::error::Error;
 use crate::terms::Term;
 
-/// The autocovariance of a noise, as the covariance of the Allan variances needs it.
+/// The autocovariance of a noise in the form that the covariance of Allan variances needs.
 ///
 /// Let s(l) be the generalised autocovariance of its phase at a lag of l samples, with τ₀ = 1 and a coefficient of 1.
-/// The second differences x(k) − 2x(k + n) + x(k + 2n) and, with m for n, those of another cluster size have the
-/// covariance C(u) = δₙ²δₘ² s(u), δₙ² s(u) = s(u + n) − 2s(u) + s(u − n), where u is the lag of their centres.
-/// A constant or a parabola in s has no effect on C.
+/// The second differences x(k) − 2x(k + n) + x(k + 2n) and those of another cluster size m have the
+/// covariance C(u) = δₙ²δₘ² s(u), δₙ² s(u) = s(u + n) − 2s(u) + s(u − n), where u is the lag of their
+/// centres. A constant or a parabola in s has no effect on C.
 ///
-/// The noise terms of IEEE 952 have one, and so do [`Component`]s. A filter, or any noise whose differences are stationary,
-/// needs [`PhaseCovariance::covariance`] only.
+/// It is implemented for the noise terms of IEEE 952 and for [`Component`]s. A filter, or any noise whose
+/// differences are stationary, only needs [`PhaseCovariance::covariance`].
 pub trait PhaseCovariance: Sync {
     /// The power of τ₀ to which C is proportional for a fixed coefficient; 2 for a term given by its variance.
     fn interval_power(&self) -> i32;
 
-    /// C(u), for `n` ≤ `m` and `u` ≥ 0, to all digits: it must not be the difference of large numbers.
+    /// C(u) for `n` ≤ `m` and `u` ≥ 0, accurate to all digits: it must not be a difference of large numbers.
     ///
     /// `u` is an integer next to the kinks at 0, `m` − `n`, `n`, `m` and `m` + `n`, and any real number elsewhere.
-    /// Between kinks C must be analytic, as smooth as the distance from them is large; but see [`PhaseCovariance::memory`].
+    /// Between kinks C must be analytic, with a scale that grows with the distance from them; but see
+    /// [`PhaseCovariance::memory`].
     fn covariance(&self, n: f64, m: f64, u: f64) -> f64;
 
     /// Number of lags on either side of every kink that are integers, so that C need not be smooth there.
@@ -28,7 +29,7 @@ pub trait PhaseCovariance: Sync {
         0
     }
 
-    /// Refuses a parameter that is out of range.
+    /// Checks that the parameters are in range.
     ///
     /// # Errors
     ///
@@ -38,7 +39,7 @@ pub trait PhaseCovariance: Sync {
     }
 }
 
-/// The coefficient is the squared one of the term. A ramp is no noise: its covariance is 0.
+/// The coefficient is the squared one of the term. A ramp is not a noise: its covariance is 0.
 impl PhaseCovariance for Term {
     fn interval_power(&self) -> i32 {
         Term::interval_power(*self)
@@ -111,9 +112,9 @@ impl PhaseCovariance for Component {
     }
 }
 
-/// s(0) = 1, and 0 elsewhere: only the kinks themselves remain.
+/// s(0) = 1, and 0 elsewhere: C is not 0 only at the kinks.
 fn spikes(n: f64, m: f64, u: f64) -> f64 {
-    // Both are integers if they are near.
+    // Close to a kink both are integers.
     let at = |kink: f64| if (u - kink).abs() < 0.5 { 1.0 } else { 0.0 };
     4.0 * at(0.0) - 2.0 * (at(n) + at(m)) + at(m - n) + at(m + n) + at(n - m)
 }
@@ -146,8 +147,8 @@ fn exponentials(n: f64, m: f64, u: f64, a: f64) -> f64 {
         let difference = second(u + m) - 2.0 * second(u) + second((u - m).abs());
         return coth * triangles(n, m, u) - scale * difference;
     }
-    // The second difference of e^(−a|l|) is 4 sinh²(an / 2) e^(−a|l|) − 2 sinh(a (n − |l|)₊), and the linear part of
-    // the sine cancels the triangles: what is left over is as small as a³.
+    // The second difference of e^(−a|l|) is 4 sinh²(an / 2) e^(−a|l|) − 2 sinh(a (n − |l|)₊). The linear part
+    // of the hyperbolic sine cancels the triangles, and the remainder is of the order a³.
     let bends = 2.0 * sine_excess(a, positive(n - (u - m).abs())) - 4.0 * sine_excess(a, positive(n - u));
     let walk = if a * m > 1.0 {
         2.0 * decay(u) - decay(u + m) - decay((u - m).abs())

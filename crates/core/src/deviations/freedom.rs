@@ -1,16 +1,18 @@
 //! Expected variances and exact equivalent degrees of freedom of the Allan, modified Allan and Hadamard variances.
 //!
-//! Their terms are a stationary Gaussian sequence with autocovariance C, so that the mean of M squares has the variance
-//! (2 / M²) Σ (M − |u|) C(u)², over the lags −M < u < M, and edf = 2 E² / Var (C. A. Greenhall and W. J. Riley, "Uncertainty
-//! of stability variances based on finite differences", Proc. 35th PTTI Meeting, 2003). C is a sixth difference δₘ⁶ of the
-//! generalised autocovariance of the phase for the Hadamard variance, the same of the running sum of the phase for the
-//! modified Allan variance, and a fourth difference of that of the phase for the Allan variance. Here the sums run over all
-//! lags of the sampled processes of [`crate::terms`], where the paper interpolates between asymptotes.
+//! Their terms are a stationary Gaussian sequence with autocovariance C. The mean of M squares therefore has
+//! the variance (2 / M²) Σ (M − |u|) C(u)², over the lags −M < u < M, and edf = 2 E² / Var (C. A. Greenhall
+//! and W. J. Riley, "Uncertainty of stability variances based on finite differences", Proc. 35th PTTI
+//! Meeting, 2003). For the Hadamard variance, C is a sixth difference δₘ⁶ of the generalised autocovariance
+//! of the phase; for the modified Allan variance, the same difference of the autocovariance of the running
+//! sum of the phase; for the Allan variance, a fourth difference of the autocovariance of the phase. The sums
+//! here run over all lags of the sampled processes of [`crate::terms`]; the publication interpolates between
+//! asymptotes.
 
 use super::Kind;
 use crate::allan::Overlap;
 use crate::covariance::PhaseCovariance;
-use crate::covariance::lags::{ONE_BY_ONE, Rules};
+use crate::covariance::lags::{Rules, SUMMED_LAGS};
 use crate::error::Error;
 use crate::special::{EULER_GAMMA, odd_harmonic};
 use crate::terms::{NOISE_TERMS, Term};
@@ -19,7 +21,7 @@ use std::f64::consts::{LN_2, PI};
 /// Estimators whose terms are a stationary sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stationary {
-    /// The Allan variance; all its pairs of clusters, or disjoint ones.
+    /// The Allan variance, of all pairs of clusters or of disjoint ones.
     Allan(Overlap),
     /// The modified Allan variance.
     Modified,
@@ -30,7 +32,7 @@ pub enum Stationary {
 /// Squared coefficients Q², N², B², K², and the squared ramp R², all for τ₀ = 1: see [`Coefficients::at_interval`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coefficients {
-    /// Of the terms in the order of [`Term::NOISE`].
+    /// Squared coefficients in the order of [`Term::NOISE`].
     pub noise: [f64; NOISE_TERMS],
     /// R².
     pub ramp: f64,
@@ -90,7 +92,7 @@ fn of_size(
         Stationary::Hadamard(_) => (3, samples + 1 - 3 * m, 6.0 * size * size),
     };
     let disjoint = matches!(kind, Stationary::Allan(Overlap::None) | Stationary::Hadamard(Overlap::None));
-    // Of disjoint terms every m-th lag counts.
+    // For disjoint terms only every m-th lag counts.
     let (step, terms) = if disjoint { (m, samples / m + 1 - reach) } else { (1, terms) };
     let kinks: Vec<usize> = (0..=reach).map(|kink| kink * m / step).collect();
     let covariance = |lag: f64| -> f64 {
@@ -105,7 +107,7 @@ fn of_size(
     };
     let mean_squared = coefficients.ramp * mean * mean;
     let mut sum = 0.0;
-    rules.visit(&kinks, terms - 1, ONE_BY_ONE, |lag, weight| {
+    rules.visit(&kinks, terms - 1, SUMMED_LAGS, |lag, weight| {
         let c = covariance(lag);
         let sides = if lag == 0.0 { 1.0 } else { 2.0 };
         sum += sides * weight * (terms as f64 - lag) * (2.0 * c * c + 4.0 * mean_squared * c);
@@ -157,7 +159,7 @@ fn autocovariance(kind: Stationary, term: Term, m: f64, u: f64) -> f64 {
     }
 }
 
-/// δₘ⁶ |u|^p for an odd p < 6, u ≥ 0: only the parts of |u|^p beyond its kinks are left.
+/// δₘ⁶ |u|^p for an odd p < 6 and u ≥ 0: only the parts of |u|^p beyond its kinks remain.
 fn sixth_difference(power: i32, m: f64, u: f64) -> f64 {
     let beyond = |kink: f64| (kink - u).max(0.0).powi(power);
     2.0 * (beyond(3.0 * m) - 6.0 * beyond(2.0 * m) + 15.0 * beyond(m))
@@ -166,8 +168,8 @@ fn sixth_difference(power: i32, m: f64, u: f64) -> f64 {
 /// Coefficients of a sixth difference.
 const SIXTH: [f64; 7] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
 
-/// From here on, in units of m, the sixth difference of x⁴ ln x is taken from its series.
-const FAR: f64 = 6.0;
+/// Lag, in units of m, above which the sixth difference of x⁴ ln x is computed from its series.
+const SERIES_LAG: f64 = 6.0;
 
 /// δₘ⁶ of (4x² − 1)(4x² − 9) ψ(|x| + ½) / (384π), which is −S(x) of the running sum of the phase of discrete flicker noise
 /// except for a polynomial: S(l) = −(4l² − 1)(4l² − 9) hₗ / (192π), with the hₗ of [`odd_harmonic`], has
@@ -178,7 +180,7 @@ fn averaged_flicker(m: f64, u: f64) -> f64 {
     };
     let v = u / m;
     // The remainder is also a series.
-    let near = v < FAR || u < 3.0 * m + ONE_BY_ONE as f64;
+    let near = v < SERIES_LAG || u < 3.0 * m + SUMMED_LAGS as f64;
     let difference = if near {
         sixth(&|x| (4.0 * x * x - 1.0) * (4.0 * x * x - 9.0) * (log_digamma(x) - m.ln()))
     } else {
@@ -192,7 +194,7 @@ fn averaged_flicker(m: f64, u: f64) -> f64 {
 
 /// ψ(x + ½); a small x must be an integer.
 fn log_digamma(x: f64) -> f64 {
-    if x < ONE_BY_ONE as f64 {
+    if x < SUMMED_LAGS as f64 {
         return 2.0 * odd_harmonic(x as usize) - EULER_GAMMA - 2.0 * LN_2;
     }
     let y = 1.0 / (x * x);
@@ -271,8 +273,9 @@ mod tests {
     fn averaged_flicker_at_every_lag() {
         for (m, u, expected) in FLICKER {
             let got = averaged_flicker(m, u);
-            // Relative to C(0) nearby, where large numbers are subtracted, and to the value itself in the tail.
-            let scale = if u < FAR * m.max(4.0) { averaged_flicker(m, 0.0) } else { expected.abs() };
+            // The error is relative to C(0) at small lags, where large numbers are subtracted, and to the
+            // value itself in the tail.
+            let scale = if u < SERIES_LAG * m.max(4.0) { averaged_flicker(m, 0.0) } else { expected.abs() };
             assert!((got - expected).abs() <= 1e-11 * scale, "m {m}, u {u}: {got} instead of {expected}");
         }
     }

@@ -1,5 +1,5 @@
 //! The Hadamard variance, 1 / (6τ²) times the mean square of third differences of the phase: NIST SP 1065, eqs. (17)
-//! and (19). A constant rate and a straight drift of it leave no trace.
+//! and (19). A constant rate and its linear drift have no effect.
 
 use super::thirds::{Correction, Curve, sums_of_squares, third_of_sums};
 use crate::compensated::Sum;
@@ -13,7 +13,7 @@ pub(super) fn overlapping(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     m.iter().zip(sums).map(|(&m, sum)| deviation(m, phase.samples() + 1 - 3 * m, sum)).collect()
 }
 
-/// Clusters k·m … (k + 1)·m − 1 against the next two: one term fewer than there are pairs of them.
+/// Clusters k·m … (k + 1)·m − 1 against the next two.
 pub(super) fn disjoint(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     let of_size = |&m: &usize| {
         let terms = phase.samples() / m - 2;
@@ -38,20 +38,20 @@ fn third_difference(phase: &Phase, k: usize, m: usize) -> f64 {
     (w - x) + 3.0 * (y - z) + anchors
 }
 
-/// The same for all starts of a window.
+/// A correction that is the same for all starts of a window.
 #[derive(Clone, Copy)]
 pub struct Constant(f64);
 
 impl Correction for Constant {
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Part of a loop that is only fast as a whole.
+    #[allow(clippy::inline_always)] // Inlined into a loop, which is only fast as a whole.
     fn at(self, _: f64) -> f64 {
         self.0
     }
 }
 
 impl Curve for Phase {
-    /// Sum over a block, given by its number.
+    /// Number of the block whose anchor is the origin.
     type Origin = usize;
     type Correction = Constant;
 

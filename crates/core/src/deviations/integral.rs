@@ -1,8 +1,8 @@
-//! The running sum of a phase, kept so that its third differences lose no digits.
+//! The running sum of a phase, stored so that its third differences lose no digits.
 //!
-//! As the phase is kept relative to the height of an anchor in every block, its sum is kept relative to a parabola: the
-//! sum of the straight line from the anchor of the block to the next. Only the origins of the parabolas are large, and
-//! they are kept to twice the usual precision.
+//! The phase is stored relative to the height of an anchor in each block. Its sum is stored relative to a
+//! parabola: the sum of the straight line from the anchor of the block to the next anchor. Only the origins
+//! of the parabolas are large, and they are stored with twice the usual precision.
 
 use super::thirds::{Correction, Curve, third_of_sums};
 use crate::compensated::{Sum, two_sum};
@@ -18,7 +18,7 @@ pub struct Integral {
     parabolas: Vec<Parabola>,
 }
 
-/// What the points of a block are relative to: height + slope·o + bend·o (o − 1) / 2 at the o-th point of the block.
+/// Reference of the points of a block: height + slope·o + bend·o (o − 1) / 2 at the o-th point of the block.
 #[derive(Clone, Copy, Default)]
 struct Parabola {
     height: Sum,
@@ -39,7 +39,7 @@ impl Integral {
             Parabola { height: Sum::default(), slope: anchors[block], bend, end: sum(points, bend) }
         };
         let mut parabolas: Vec<Parabola> = values.par_chunks_mut(length).enumerate().map(of_block).collect();
-        // There is one sum more than points of the phase: it is in the last block, or in a block of its own.
+        // There is one sum more than points of the phase: it is in the last block, or in a separate block.
         let last = parabolas[parabolas.len() - 1].end;
         if values.len() % length == 0 {
             values.push(0.0);
@@ -55,22 +55,22 @@ impl Integral {
     }
 }
 
-/// Puts the running sum in the place of the points of a block less their line, each sum without its own point; returns
-/// the sum of all.
+/// Replaces the points of a block, minus their line, by their running sum, which excludes the point itself;
+/// returns the total.
 fn sum(points: &mut [f64], bend: f64) -> f64 {
     let mut running = Sum::default();
     for (i, point) in points.iter_mut().enumerate() {
         let (difference, before) = two_sum(*point, -bend * i as f64);
         *point = running.value();
         let (hi, after) = two_sum(running.hi, difference);
-        // One addition to `lo` a point: each waits for the one before.
+        // One addition to `lo` per point, because each addition waits for the previous one.
         running = Sum { hi, lo: running.lo + (before + after) };
     }
     running.value()
 }
 
 impl Parabola {
-    /// Its value at the o-th point.
+    /// Value at the o-th point.
     fn at(&self, o: usize) -> Sum {
         let pairs = (o * o.wrapping_sub(1) / 2) as f64;
         let o = o as f64;
@@ -90,7 +90,7 @@ pub struct Frame {
     bend: f64,
 }
 
-/// Combined contribution of the frames of four windows: again a parabola.
+/// Combined contribution of the frames of four windows, which is a parabola too.
 #[derive(Clone, Copy)]
 pub struct Quadratic {
     value: f64,
@@ -100,7 +100,7 @@ pub struct Quadratic {
 
 impl Correction for Quadratic {
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Part of a loop that is only fast as a whole.
+    #[allow(clippy::inline_always)] // Inlined into a loop, which is only fast as a whole.
     fn at(self, index: f64) -> f64 {
         self.value + index * (self.slope + index * self.bend)
     }
@@ -142,7 +142,7 @@ impl Curve for Integral {
         if border < window.len() {
             let (before, after) =
                 (self.parabolas[point / self.block], self.parabolas[point / self.block + 1]);
-            // Of `after` over `before`, from the first point of `after` on.
+            // `after` relative to `before`, from the first point of `after` on.
             let slope_before = before.slope.plus(product(before.bend, self.block as f64));
             let slope = after.slope.plus(slope_before.negated()).value();
             let bend = 0.5 * (after.bend - before.bend);
@@ -165,7 +165,7 @@ fn product(a: f64, b: f64) -> Sum {
     Sum { hi, lo: a.mul_add(b, -hi) }
 }
 
-/// Their sum, whose parts may overlap.
+/// Sum of two pairs, whose parts may overlap.
 fn sum_of(a: Sum, b: Sum) -> Sum {
     let (hi, error) = two_sum(a.hi, b.hi);
     Sum { hi, lo: error + (a.lo + b.lo) }

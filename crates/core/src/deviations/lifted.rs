@@ -1,9 +1,10 @@
-//! Stretches of a phase that refer to one anchor, however many blocks they cross.
+//! Stretches of a phase relative to one anchor, even if they cross several blocks.
 
 use crate::compensated::Sum;
 use crate::phase::Phase;
 
-/// Copies the points `from` … `from + copy.len() − 1`, relative to the anchor that is returned: that of the first.
+/// Copies the points `from` … `from + copy.len() − 1` relative to the anchor of the first point, which is
+/// returned.
 pub fn copy_lifted(phase: &Phase, from: usize, copy: &mut [f64]) -> Sum {
     let anchor = phase.anchors[from / phase.block];
     let mut at = from;

@@ -1,8 +1,8 @@
-//! The modified Allan variance: that of the phase averaged over m points, NIST SP 1065, eq. (15).
+//! The modified Allan variance, from the phase averaged over m points: NIST SP 1065, eq. (15).
 //!
 //! The sum of m consecutive second differences of the phase is one third difference of its running sum
-//! (C. A. Greenhall, "The third-difference approach to modified Allan variance", IEEE Trans. Instrum. Meas. 46(3), 1997,
-//! doi 10.1109/19.585434), so that every term costs the same, however large m is.
+//! (C. A. Greenhall, "The third-difference approach to modified Allan variance", IEEE Trans. Instrum. Meas.
+//! 46(3), 1997, doi 10.1109/19.585434), so that the cost of a term does not depend on m.
 
 use super::integral::Integral;
 use super::thirds::sums_of_squares;
@@ -11,7 +11,7 @@ use crate::deviations::deviation::Deviation;
 use crate::error::Error;
 use crate::phase::{LARGEST_RATE, Phase};
 
-/// Most points per origin of the sum of the phase, which rises faster than the phase.
+/// Largest number of points per origin of the sum of the phase, which grows faster than the phase.
 const BLOCK: usize = 4096;
 
 /// All N + 2 − 3m terms.
@@ -22,7 +22,7 @@ pub(super) fn modified(rate: &[f64], m: &[usize]) -> Result<Vec<Deviation>, Erro
     let sums = sums_of_squares(&integral, m);
     let of_size = |(&m, sum): (&usize, f64)| {
         let (size, terms) = (m as f64, rate.len() + 2 - 3 * m);
-        // Without anything to average over it is the Allan variance, and needs no sum.
+        // For m = 1 it is the Allan variance, and needs no sum.
         let sum = if m == 1 { steps(rate) } else { sum };
         Deviation { m, deviation: (sum / (2.0 * terms as f64)).sqrt() / (size * size), terms }
     };

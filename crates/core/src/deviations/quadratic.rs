@@ -1,10 +1,11 @@
 //! Degrees of freedom of the total variance and of Theo1, whose terms are not a stationary sequence.
 //!
-//! Both are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the generalised
-//! autocovariance of the phase, because A removes the arbitrary part of it. The computation is exact and takes N³ steps, so
-//! it is only done for records up to [`LONGEST`]. White, flicker and random-walk noise of the rate look the same at any
-//! scale, so that a shorter record of the same shape represents a longer one. The traces grow linearly if averaging times
-//! are a small part of the record.
+//! Both are quadratic forms x'Ax of the phase, with mean tr AΣ and variance 2 tr (AΣ)², where Σ is the
+//! generalised autocovariance of the phase, because A removes its arbitrary part. The computation is exact
+//! and takes N³ steps, so it is limited to records up to [`LONGEST`]. White, flicker and random-walk noise of
+//! the rate are the same at any scale, so that a shorter record with the same ratio of averaging time to
+//! length represents a longer one. The traces grow linearly with the length if averaging times are a small
+//! part of the record.
 
 use super::Kind;
 use super::freedom::Coefficients;
@@ -28,9 +29,9 @@ pub const SHARE: f64 = 0.01;
 ///
 /// # Errors
 ///
-/// Those of [`super::deviations`] for the sizes; [`Error::Parameter`] for a ramp, which is no noise, and for quantization
-/// noise at a size that a shorter record would have to stand for, if it is more than [`SHARE`] of the Allan variance: it
-/// looks different at every scale.
+/// Those of [`super::deviations`] for the sizes; [`Error::Parameter`] for a ramp, which is not a noise, and
+/// for quantization noise above [`SHARE`] of the Allan variance at a size that needs a shorter record:
+/// quantization noise depends on the scale.
 pub fn degrees_of_freedom(
     kind: Kind,
     samples: usize,
@@ -61,18 +62,18 @@ fn of_size(kind: Kind, samples: usize, m: usize, coefficients: &Coefficients) ->
         let (mean, square) = traces(kind, samples, m, coefficients.noise);
         return mean * mean / square;
     }
-    // The scale makes the record short enough, but not coarser than necessary; Theo1 needs an even size.
+    // The scale makes the record short enough, but no coarser than necessary; Theo1 needs an even size.
     let reduced = (LONGEST * m / samples).max(REDUCED).min(m) / 2 * 2;
     let reduced = if reduced < 2 || m < REDUCED { m } else { reduced };
     let scale = m as f64 / reduced as f64;
     let of_reduced = |term: Term| {
         let power = term.interval_power();
-        // Noise of the phase does not look the same at every scale.
+        // Noise of the phase depends on the scale.
         if power == 0 && reduced != m { 0.0 } else { coefficients.noise[term.index()] * scale.powi(power) }
     };
     let noise = Term::NOISE.map(of_reduced);
     let length = samples as f64 / scale;
-    // Interpolated linearly between two lengths, the nearest ones if possible.
+    // Linear interpolation between two lengths, the nearest ones if possible.
     let short = (length.floor() as usize).min(LONGEST);
     let (from, to) =
         if length > LONGEST as f64 { (LONGEST - LONGEST / 4, LONGEST) } else { (short, short + 1) };

@@ -3,7 +3,7 @@
 //! Frequency Control Symposium).
 //!
 //! At τ = 0.75 m τ₀ it is the mean over i of Σ (x(i) − x(i + a) − x(i + m − a) + x(i + m))² / a, a = 1 … m / 2, over
-//! 0.75 m². Every a is done for all starts: (N + 1 − m) m / 2 terms for each size.
+//! 0.75 m². Each a is computed for all starts: (N + 1 − m) m / 2 terms for each size.
 
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
@@ -34,8 +34,8 @@ fn of_size(phase: &Phase, m: usize) -> Deviation {
     Deviation { m, deviation, terms: starts * m / 2 }
 }
 
-/// Sum over the starts of a block. Their points are copied with the line from first to last taken out, which no term
-/// sees, and beyond the record with zeros, whose terms do not count.
+/// Sum over the starts of a block. Their points are copied without the line from first to last, which has no
+/// effect on a term; points beyond the record are 0, and their terms do not count.
 fn of_block(phase: &Phase, m: usize, start: usize) -> Sum {
     let starts = STARTS.min(phase.samples() + 1 - m - start);
     let mut points = vec![0.0; m + STARTS];
@@ -74,7 +74,7 @@ impl WithSimd for Squares<'_> {
 
     // Products and sums are not fused, so every processor gives the same bits.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for the vectors that the processor has.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for the processor.
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         squares(self.outer, self.near, self.far)
     }

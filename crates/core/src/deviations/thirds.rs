@@ -1,8 +1,9 @@
 //! Sums of squared third differences over all starts, for many step sizes at once.
 //!
-//! The Hadamard variance is made of third differences of the phase, the modified Allan variance of third differences of
-//! the sum of the phase. Both curves are kept relative to an origin in every block of points, so that small
-//! differences of large numbers never occur; what the origins add to a third difference is a [`Correction`].
+//! The Hadamard variance consists of third differences of the phase, the modified Allan variance of third
+//! differences of the sum of the phase. Both curves are stored relative to an origin in each block of points,
+//! so that small differences of large numbers never occur. The contribution of the origins to a third
+//! difference is a [`Correction`].
 
 use crate::compensated::{Sum, two_sum};
 use crate::parallel::prelude::*;
@@ -15,7 +16,7 @@ pub const STARTS: usize = 1024;
 /// Largest number of sizes handled in one pass.
 const CHAIN: usize = 4;
 
-/// Number of partial sums that are computed side by side; a start always belongs to the same one, on every processor.
+/// Number of partial sums that are computed side by side; a start belongs to the same sum on every processor.
 const LANES: usize = 4;
 
 /// Number of blocks of starts in one task. It depends on the record and not on the machine.
@@ -26,7 +27,7 @@ type Lanes = [f64; LANES];
 
 /// Contribution of the origins of four windows to the third differences of their points.
 pub trait Correction: Copy {
-    /// For the start at an index of the window.
+    /// Correction for the start at an index of the window.
     fn at(self, index: f64) -> f64;
 }
 
@@ -43,17 +44,18 @@ pub trait Curve: Sync {
     /// Points per origin.
     fn block(&self) -> usize;
 
-    /// The origin that the window beginning at a point refers to.
+    /// Origin of the window that begins at a point.
     fn origin(&self, point: usize) -> Self::Origin;
 
-    /// The third difference of four origins, taken as −1, 3, −3, 1.
+    /// The third difference of four origins, with the weights −1, 3, −3, 1.
     fn correction(&self, origins: [Self::Origin; 4]) -> Self::Correction;
 
-    /// Refers the copy of a window that begins at `point` to one origin. The window crosses at most one border.
+    /// Converts the copy of a window that begins at `point` to a single origin. The window crosses at most
+    /// one border.
     fn lift(&self, point: usize, window: &mut [f64]);
 }
 
-/// Σ (−p(k) + 3p(k + m) − 3p(k + 2m) + p(k + 3m))² over all k, for every size m of `sizes`, in their order.
+/// Σ (−p(k) + 3p(k + m) − 3p(k + 2m) + p(k + 3m))² over all k, for each size m of `sizes`, in their order.
 pub fn sums_of_squares<C: Curve>(curve: &C, sizes: &[usize]) -> Vec<f64> {
     let mut sorted = sizes.to_vec();
     sorted.sort_unstable();
@@ -105,7 +107,7 @@ struct Sums<'a, C> {
 }
 
 impl<C: Curve> Sums<'_, C> {
-    /// One sum for every size, in the order of the chains, over a run of blocks.
+    /// One sum per size, in the order of the chains, over a run of blocks.
     fn over_blocks(&self, blocks: std::ops::Range<usize>) -> Vec<Sum> {
         let mut scratch = vec![[0.0; STARTS]; 2 * CHAIN + 1];
         let mut sums = vec![Sum::default(); self.chains.iter().map(Vec::len).sum()];
@@ -120,7 +122,7 @@ impl<C: Curve> Sums<'_, C> {
     }
 
     fn add_block(&self, start: usize, chain: &[usize], sums: &mut [Sum], scratch: &mut [Window]) {
-        // Sizes grow along a chain, so the sizes that use the whole block come first.
+        // Sizes grow along a chain, so the sizes for which the whole block has points come first.
         let whole = chain.iter().take_while(|&&m| start + STARTS + 3 * m <= self.points).count();
         match whole {
             4 => self.add_whole::<4>(start, chain, sums, scratch),
@@ -137,7 +139,7 @@ impl<C: Curve> Sums<'_, C> {
         }
     }
 
-    /// Adds a block that the first `T` sizes of a chain use whole.
+    /// Adds a block for the first `T` sizes of a chain, for which all its starts have their points.
     fn add_whole<const T: usize>(
         &self,
         start: usize,
@@ -195,7 +197,7 @@ impl<C: Curve> Sums<'_, C> {
         add_lanes(sums)
     }
 
-    /// The window at a point: the curve itself, or its copy if the origin changes within.
+    /// The window at a point: the curve itself, or its copy if the origin changes within the window.
     fn window<'a>(&'a self, point: usize, lifted: &'a Window) -> &'a Window {
         if crosses_border(self.curve, point) { lifted } else { self.plain_window(point) }
     }
@@ -220,7 +222,7 @@ impl<C: Correction, const T: usize> WithSimd for Chain<'_, C, T> {
 
     // Products and sums are not fused, so every processor gives the same bits.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for the vectors that the processor has.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for the processor.
     fn with_simd<S: Simd>(self, _: S) {
         let at =
             |window: &Window, start: usize| -> Lanes { std::array::from_fn(|lane| window[start + lane]) };
@@ -246,8 +248,7 @@ impl<C: Correction, const T: usize> WithSimd for Chain<'_, C, T> {
     }
 }
 
-/// The third difference of four numbers of twice the usual precision. The result is rounded only once, except for the last
-/// digits of the numbers.
+/// The third difference of four numbers with twice the usual precision, rounded essentially once.
 pub fn third_of_sums([x, y, z, w]: [Sum; 4]) -> f64 {
     let (outer, outer_error) = two_sum(w.hi, -x.hi);
     let (inner, inner_error) = two_sum(y.hi, -z.hi);
@@ -258,7 +259,7 @@ pub fn third_of_sums([x, y, z, w]: [Sum; 4]) -> f64 {
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)] // The loop above is only fast if this is part of it.
+#[allow(clippy::inline_always)] // The loop above is only fast if this is inlined.
 fn third_difference(x: f64, y: f64, z: f64, w: f64) -> f64 {
     (w - x) + 3.0 * (y - z)
 }

@@ -1,7 +1,7 @@
 //! Changes of a phase: MTIE, the largest range of the phase within any window of m + 1 points, and TIE rms, the root mean
 //! square of x(k + m) − x(k): NIST SP 1065, sections 5.2.13 and 5.2.14 (ITU-T G.810 for MTIE).
 //!
-//! Both depend on a constant rate, which is subtracted from the stored phase; it is recovered from the rates.
+//! Both depend on the constant rate, which the stored phase lacks; it is recovered from the rates.
 
 use super::lifted::copy_lifted;
 use crate::compensated::Sum;
@@ -43,7 +43,7 @@ fn sum_of_squares(values: &[f64]) -> f64 {
     lanes.iter().sum()
 }
 
-/// x(k + m) − x(k) for the starts k from `from` on.
+/// x(k + m) − x(k) for the starts k beginning with `from`.
 fn moves_of(phase: &Phase, slope: f64, from: usize, m: usize, moves: &mut [f64]) {
     let mut first = [0.0; RUN];
     let first = &mut first[..moves.len()];
@@ -56,8 +56,9 @@ fn moves_of(phase: &Phase, slope: f64, from: usize, m: usize, moves: &mut [f64])
 
 /// Largest range over all N + 1 − m windows.
 ///
-/// How far the phase rises and falls within p steps of every start is found for p = 1, 2, 4 …, each from the one before;
-/// two such windows cover one of p ≤ m < 2p steps. That is N operations for each octave and for each size.
+/// The rise and fall of the phase within p steps of each start are computed for p = 1, 2, 4 …, each from the
+/// previous one; two such windows cover a window of p ≤ m < 2p steps. This takes N operations per octave and
+/// per size.
 pub(super) fn mtie(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     let slope = phase.slope;
     let n = phase.samples();
@@ -102,7 +103,7 @@ pub(super) fn mtie(phase: &Phase, m: &[usize]) -> Vec<Deviation> {
     m.iter().zip(peaks).map(|(&m, peak)| Deviation { m, deviation: peak, terms: n + 1 - m }).collect()
 }
 
-/// Largest rise and fall within the window of every start and the one `shift` later together.
+/// Largest rise and fall within the union of the window of each start and the window `shift` later.
 fn widened(
     phase: &Phase,
     slope: f64,

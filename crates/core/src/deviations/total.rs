@@ -40,12 +40,12 @@ pub(super) fn total(phase: &Phase, m: &[usize]) -> Result<Vec<Deviation>, Error>
     Ok(m.par_iter().map(of_size).collect())
 }
 
-/// Adds the squared terms of a range of points, of which at least one neighbour is a reflection.
+/// Adds the squared terms of a range of points that have at least one reflected neighbour.
 fn add_reflected(phase: &Phase, m: usize, range: std::ops::Range<usize>, sum: &mut Sum) {
     let n = phase.samples();
     let end = point(phase, n);
     let mut scratch = [[0.0; RUN]; 3];
-    // In runs with the same reflections.
+    // Points are divided into runs with the same reflections.
     let borders =
         [range.start, m.clamp(range.start, range.end), (n + 1 - m).clamp(range.start, range.end), range.end];
     let mut cuts = borders;
@@ -84,7 +84,7 @@ fn add_reflected(phase: &Phase, m: usize, range: std::ops::Range<usize>, sum: &m
     }
 }
 
-/// A stretch as its reflection.
+/// Reflects a stretch.
 fn turn(points: &mut [f64]) {
     points.reverse();
     for x in points {

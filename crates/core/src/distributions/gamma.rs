@@ -4,13 +4,14 @@ use super::{ASYMPTOTIC, above_log, normal_quantile, solve, stirling};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// Shape from which Temme's uniform expansion serves: series and fraction take up to 7 √shape terms.
+/// Shape above which Temme's uniform expansion is used: series and fraction need up to 7 √shape terms.
 const UNIFORM: f64 = 1e4;
 
 /// Powers of 1 / shape in Temme's expansion; the next one is 10⁻²⁰.
 const ORDERS: usize = 5;
 
-/// Powers of η in each. Probabilities above 10⁻³²⁴ have |η| < 0.4, and the series converge for |η| < 3.5.
+/// Number of powers of η per order. Probabilities above 10⁻³²⁴ have |η| < 0.4, and the series converge for
+/// |η| < 3.5.
 const POWERS: usize = 20;
 
 /// Probability that a gamma variate is at most `x`: P(a, x).
@@ -97,7 +98,8 @@ fn tails(a: f64, x: f64) -> (f64, f64) {
 
 /// x times the density: xᵃ e⁻ˣ / Γ(a).
 ///
-/// For large a this is √(a / 2π) exp(−a φ(x / a)) over Stirling's correction, φ(u) = u − 1 − ln u, in which nothing cancels.
+/// For large a it is √(a / 2π) exp(−a φ(x / a)) over Stirling's correction, with φ(u) = u − 1 − ln u, which
+/// is free of cancellation.
 fn density(a: f64, x: f64) -> f64 {
     if a < ASYMPTOTIC {
         return (a * x.ln() - x).exp() / libm::tgamma(a);
@@ -149,8 +151,8 @@ fn uniform(a: f64, x: f64) -> (f64, f64) {
     if a * phi > 750.0 {
         return if delta < 0.0 { (0.0, 1.0) } else { (1.0, 0.0) };
     }
-    let of_order = |c: &[f64; POWERS]| c.iter().rev().fold(0.0, |sum, c| sum * eta + c);
-    let sum = TEMME.iter().rev().fold(0.0, |sum, c| sum / a + of_order(c));
+    let polynomial = |c: &[f64; POWERS]| c.iter().rev().fold(0.0, |sum, c| sum * eta + c);
+    let sum = TEMME.iter().rev().fold(0.0, |sum, c| sum / a + polynomial(c));
     let rest = (-a * phi).exp() / (2.0 * PI * a).sqrt() * sum;
     let z = (a * phi).sqrt().copysign(delta);
     (0.5 * libm::erfc(-z) - rest, 0.5 * libm::erfc(z) + rest)

@@ -19,7 +19,8 @@ pub fn student_quantile(freedom: f64, probability: f64) -> f64 {
     two_sided_quantile(probability, 1.0 + 1.0 / freedom, |t| half_line(freedom, t))
 }
 
-/// With r² = t² / ν, x = 1 / (1 + r²) and y = 1 − x the tail is Iₓ(ν/2, ½) / 2 and the centre 1 − Iₓ(ν/2, ½) over 2; DLMF 8.17.
+/// With r² = t² / ν, x = 1 / (1 + r²) and y = 1 − x the tail is Iₓ(ν/2, ½) / 2 and the centre 1 − Iₓ(ν/2, ½) over 2; DLMF
+/// 8.17.
 fn half_line(freedom: f64, t: f64) -> HalfLine {
     if freedom.is_nan() || t.is_nan() || freedom <= 0.0 {
         return HalfLine { centre: f64::NAN, tail: f64::NAN, density: f64::NAN };
@@ -53,9 +54,11 @@ fn gamma_ratio(a: f64) -> f64 {
     factor * a.sqrt() * (stirling(a + 0.5) - stirling(a) - a * above_log(1.0 + 0.5 / a, 0.5 / a)).exp()
 }
 
-/// The continued fraction of the incomplete beta function over xᵃ yᵇ / B(a, b), y = 1 − x; for x below its mean, or nearly so.
+/// The continued fraction of the incomplete beta function over xᵃ yᵇ / B(a, b), y = 1 − x; for x below or
+/// near its mean.
 ///
-/// Didonato and Morris, ACM Transactions on Mathematical Software 18(3), 1992, eq. (9): nothing cancels if x is nearly 0 or 1.
+/// Didonato and Morris, ACM Transactions on Mathematical Software 18(3), 1992, eq. (9): free of cancellation
+/// if x is nearly 0 or 1.
 fn fraction(a: f64, b: f64, x: f64, y: f64) -> f64 {
     let lambda = if a > b { (a + b) * y - b } else { a - (a + b) * x };
     let mut c = f64::INFINITY;

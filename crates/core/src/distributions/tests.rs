@@ -257,7 +257,7 @@ fn tails_and_quantiles_of_students_t() {
         let what = format!("{freedom} degrees of freedom, t = {t}");
         close(student_below(freedom, t), below, PROMISED, &what);
         close(student_below(freedom, -t), 1.0 - below, PROMISED, &what);
-        // Beside the centre a probability, which is rounded to 10⁻¹⁶, has few digits of t.
+        // Near the centre a probability, which is rounded to 10⁻¹⁶, determines few digits of t.
         close(student_quantile(freedom, below), t, PROMISED.max(1e-16 / (0.5 - below)), &what);
     }
 }

@@ -16,7 +16,7 @@ impl Correlator {
 
     /// `sums[l] = Σ_k block[k] window[k + l]`; beyond its end the window is 0.
     ///
-    /// The error of each sum is some rounding errors of ‖block‖ ‖window‖, even if the sum is small.
+    /// The error of each sum is a few rounding errors of ‖block‖ ‖window‖, even if the sum is small.
     pub fn cross(&self, block: &[f64], window: &[f64], sums: &mut [f64]) {
         let seen = block.len() + sums.len() - 1;
         let transform = self.transform(seen);
@@ -29,7 +29,7 @@ impl Correlator {
         transform.inverse(&mut product, &mut real, sums);
     }
 
-    /// The same for a block with itself, with one transform fewer.
+    /// [`Self::cross`] of a block with itself, with one transform fewer.
     pub fn auto(&self, block: &[f64], sums: &mut [f64]) {
         let transform = self.transform(block.len() + sums.len() - 1);
         let mut real = vec![0.0; transform.length()];
@@ -59,7 +59,7 @@ impl Transform {
         self.forward.len()
     }
 
-    /// Spectrum of `values` and zeros; `real` is used up.
+    /// Spectrum of zero-padded `values`; `real` is overwritten.
     fn forward(&self, values: &[f64], real: &mut [f64]) -> Vec<Complex64> {
         let (head, tail) = real.split_at_mut(values.len());
         head.copy_from_slice(values);
@@ -69,9 +69,10 @@ impl Transform {
         spectrum
     }
 
-    /// The first values of the inverse transform; the spectrum and `real` are used up.
+    /// The first values of the inverse transform; the spectrum and `real` are overwritten.
     fn inverse(&self, spectrum: &mut [Complex64], real: &mut [f64], values: &mut [f64]) {
-        // Products of spectra of real values: real at both ends, but not to the sign of a zero.
+        // Products of spectra of real values are real at both ends, but the zero imaginary part may be
+        // negative.
         spectrum[0].im = 0.0;
         if let Some(last) = spectrum.last_mut() {
             last.im = 0.0;
@@ -84,7 +85,8 @@ impl Transform {
     }
 }
 
-/// The least even length not below `least` that is a power of 2 times 1, 3, 5, 9 or 15: quick to transform.
+/// The smallest even length of at least `least` that is a power of 2 times 1, 3, 5, 9 or 15, for a fast
+/// transform.
 fn good_length(least: usize) -> usize {
     let least = least.max(2);
     let with = |factor: usize| factor * least.div_ceil(factor).next_power_of_two().max(2);
@@ -100,7 +102,7 @@ mod tests {
         for least in 1..5000 {
             let length = good_length(least);
             assert!(length >= least && length % 2 == 0);
-            // From 15 on to 16, 18, 20, 24, 30: at most a quarter too long.
+            // The next lengths after 15 are 16, 18, 20, 24, 30: at most a quarter too long.
             assert!(least < 15 || 4 * length <= 5 * least + 4, "{least}: {length}");
         }
     }

@@ -1,4 +1,4 @@
-//! A stretch of the phase from which a straight line was subtracted, so that the rest is small.
+//! A stretch of the phase minus a straight line, so that the remainder is small.
 
 use crate::compensated::Sum;
 use crate::phase::Phase;
@@ -8,14 +8,15 @@ use std::ops::Range;
 /// A straight line through a stretch of the phase.
 #[derive(Debug, Clone, Copy)]
 pub struct Line {
-    /// At the first point of the stretch.
+    /// Height at the first point of the stretch.
     height: Sum,
-    /// Per sample.
+    /// Slope per sample.
     pub slope: f64,
 }
 
 impl Line {
-    /// A line through the means of the first and the last third, so that no single point has a large weight.
+    /// The line through the means of the first and the last third, so that no single point has a large
+    /// weight.
     pub fn through(trend: &Trend, points: &Range<usize>) -> Self {
         let third = (points.len() / 3).max(1);
         let mean = |start: usize| {
@@ -34,18 +35,18 @@ impl Line {
     }
 }
 
-/// Points of the phase less a line.
+/// Points of the phase minus a line.
 pub struct Stretch {
     pub values: Vec<f64>,
-    /// Largest error of the values, because the phase itself is rounded.
+    /// Largest error of the values from the rounding of the phase.
     pub rounding: f64,
 }
 
 impl Stretch {
-    /// The phase at `points` less a line through them.
+    /// The phase at `points` minus a line through them.
     ///
-    /// The anchors, which are the large numbers, are combined with the line in twice the usual precision, once in each
-    /// block.
+    /// The anchors, which are large numbers, are combined with the line in twice the usual precision, once
+    /// per block.
     pub fn new(phase: &Phase, points: &Range<usize>, line: &Line) -> Self {
         let mut values = Vec::with_capacity(points.len());
         let mut largest: f64 = 0.0;

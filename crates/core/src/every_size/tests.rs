@@ -1,4 +1,4 @@
-//! Against the direct sums, of which `tests/accuracy.rs` shows that they are right to twelve digits.
+//! Comparison with the direct sums, which are accurate to twelve digits according to `tests/accuracy.rs`.
 
 use super::*;
 use crate::allan::{Counting, Estimate, Overlap, allan_variance, largest_cluster};
@@ -13,14 +13,14 @@ fn noise(samples: usize, terms: Noise) -> Vec<f64> {
     simulate(samples, 1.0, terms, 7, 0).unwrap()
 }
 
-/// White noise of standard deviation 1 and something more.
+/// White noise with standard deviation 1 plus a function of the index.
 fn white_and(samples: usize, more: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut rate = noise(samples, &[(Term::RandomWalk, 1.0)]);
     rate.iter_mut().enumerate().for_each(|(k, y)| *y += more(k));
     rate
 }
 
-/// Records whose phase is hard on a difference of large sums, by name.
+/// Records, by name, for which a difference of large sums is difficult.
 fn records(samples: usize) -> Vec<(&'static str, Vec<f64>)> {
     let time = |k: usize| k as f64 / samples as f64;
     let third = samples / 3;
@@ -53,7 +53,7 @@ fn records(samples: usize) -> Vec<(&'static str, Vec<f64>)> {
     ]
 }
 
-/// Sizes in every octave, both ends of it among them, and around the borders of groups and blocks.
+/// Sizes in each octave, including both ends, and near the borders of groups and blocks.
 fn sampled(largest: usize) -> Vec<usize> {
     let mut sizes: Vec<usize> = (0..=largest.ilog2())
         .flat_map(|octave| (0..5).map(move |k| (1 << octave) + ((k << octave) / 5)))
@@ -82,10 +82,11 @@ fn agrees_with_the_direct_sums() {
             for expected in direct {
                 let got = all[expected.m - 1];
                 assert_eq!((got.m, got.pairs), (expected.m, expected.pairs));
-                // The promise of this module.
+                // The documented tolerance of this module.
                 let error = (got.avar - expected.avar).abs();
                 assert!(error <= 1e-9 * expected.avar, "{name}, {samples}, {}: {error:e}", got.m);
-                // One by one, 1024 points of the phase are summed plainly: as many roundings, at the height of the sum.
+                // The direct sums add 1024 points of the phase without compensation: as many roundings, at
+                // the height of the sum.
                 let sums = f64::EPSILON * 1024.0 * 1024.0 * height;
                 let rounding = sums / (got.m as f64).powi(2) / got.pairs as f64;
                 let ramp = (got.ramp - expected.ramp).abs();
@@ -115,7 +116,7 @@ fn errors_stay_within_their_bound() {
             for expected in direct {
                 let (m, pairs) = (expected.m as f64, expected.pairs as f64);
                 let sum = expected.avar * 2.0 * m * m * pairs;
-                // The direct sum is right to 1e-12, and to what the rounding of the phase makes.
+                // The direct sum is accurate to 1e-12 and to the rounding of the phase.
                 let off = (sums[expected.m - smallest].value() - sum).abs() - 1e-12 * sum - rounding;
                 worst = worst.max(off / error);
             }
@@ -130,10 +131,11 @@ fn nothing_is_nothing() {
     for value in [0.0, 0.1, -1e6 / 3.0] {
         let phase = Phase::from_rate(&vec![value; 60_000]).unwrap();
         let trend = Trend::new(&phase);
-        // Whatever rounding leaves, all of it is given at once: half a minute of direct sums would find no more.
+        // All sums are returned despite the rounding: half a minute of direct sums would not be more
+        // accurate.
         assert!(sums_of_squares(&phase, &trend, 60_001, 29_000).iter().all(Option::is_some));
         for estimate in every_size(&phase, Counting::Standard) {
-            // The phase is rounded at the height of a block: 4096 times what rounding leaves of the mean.
+            // The phase is rounded at the height of a block: 4096 times the rounding error of the mean.
             let rounding = 4096.0 * f64::EPSILON * f64::EPSILON * value;
             assert!(estimate.avar >= 0.0 && estimate.avar <= rounding * rounding, "{value}: {estimate:?}");
         }
@@ -142,7 +144,7 @@ fn nothing_is_nothing() {
 
 #[test]
 fn zeros_are_exact() {
-    // Period 2: nothing is left at even sizes, and 1/m² of a half at odd ones.
+    // Period 2: the variance is 0 at even sizes, and 1/(2m²) at odd ones.
     let rate: Vec<f64> = (0..20_000).map(|k| f64::from(k % 2)).collect();
     for estimate in every_size(&Phase::from_rate(&rate).unwrap(), Counting::Standard) {
         let m = estimate.m as f64;

@@ -1,22 +1,22 @@
 //! The sums T(n) = Σ_{k<n} r(k) r(k + n) at the beginning of a record: the number of products grows with the lag.
 //!
-//! In the plane of k and n the products fill a triangle. It is cut into squares, each a correlation at all its lags at
-//! once, and into small triangles along k = n, which are added up one by one. Both are disjoint in n, so that halves
-//! can be done at the same time.
+//! In the plane of k and n the products fill a triangle. It is cut into squares, each a correlation at all
+//! its lags at once, and into small triangles along k = n, which are summed directly. Halves of the range of
+//! n are independent, so that they can be computed at the same time.
 
 use super::correlation::Correlator;
 use crate::parallel::join;
 
-/// Triangles up to this side are added up one by one.
+/// Largest side of triangles that are summed directly.
 const SMALL: usize = 256;
 
-/// T(n) for n from `first`; there must be twice as many values as the largest n.
+/// T(n) for n ≥ `first`; there must be twice as many values as the largest n.
 pub fn head_products(values: &[f64], first: usize, sums: &mut [f64], correlator: &Correlator) {
     correlator.cross(&values[..first], &values[first..], sums);
     add_triangle(values, first, sums, correlator);
 }
 
-/// Adds the products from k = `first` on, for n from `first` on.
+/// Adds the products with k ≥ `first`, for n ≥ `first`.
 fn add_triangle(values: &[f64], first: usize, sums: &mut [f64], correlator: &Correlator) {
     if sums.len() <= SMALL {
         for (n, sum) in (first..).zip(sums) {
@@ -37,7 +37,7 @@ fn add_triangle(values: &[f64], first: usize, sums: &mut [f64], correlator: &Cor
     );
 }
 
-/// Σ a(k) b(k) over the length of `a`, in lanes that the compiler can keep side by side.
+/// Σ a(k) b(k) over the length of `a`, in lanes that the compiler can vectorise.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b[..a.len()].chunks_exact(8));
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn every_product_counts_once() {
-        // Integers: the direct sums are exact, those by transforms to 1e-16 of 1e8.
+        // For integers the direct sums are exact, and those by transforms are accurate to 1e-16 of 1e8.
         let values: Vec<f64> = (0..6000u64).map(|k| ((k * k * 7919) % 101) as f64 - 50.0).collect();
         for (first, last) in [(1, 2), (1, 3000), (256, 1024), (700, 1001), (2999, 3000)] {
             let mut sums = vec![f64::NAN; last - first];

@@ -1,4 +1,5 @@
-//! The Allan variance of a record with few missing samples: most pairs at neighbouring starts miss the same ones.
+//! The Allan variance of a record with few missing samples: most pairs at neighbouring starts lack the same
+//! samples.
 
 use super::sums::{BLOCK, Block, mean_of};
 use crate::allan::Estimate;
@@ -13,17 +14,17 @@ const STRETCH: usize = 8192;
 
 /// Running sums over the present samples, and the places of the missing ones.
 pub(super) struct Points {
-    /// Sum before each sample and at the end, without the mean, in two parts, because one part would lose digits of a rate
-    /// that wanders.
+    /// Sum before each sample and at the end, without the mean, in two parts, because a single float would
+    /// lose digits for a drifting rate.
     high: Vec<f64>,
     low: Vec<f64>,
     missing: Vec<usize>,
-    /// Sums of the first of these places: integers, exact up to records of 10⁸ samples.
+    /// Cumulative sums of these places: integers, exact for records up to 10⁸ samples.
     places: Vec<f64>,
 }
 
 impl Points {
-    /// Sums of samples of which those at `missing`, in order, are NaN.
+    /// Sums of samples that are NaN at the places `missing`, which are ascending.
     pub(super) fn of(rate: &[f64], missing: Vec<usize>) -> Self {
         let mean = mean_of(rate);
         let (mut high, mut low) = (Vec::with_capacity(rate.len() + 1), Vec::with_capacity(rate.len() + 1));
@@ -73,7 +74,7 @@ impl Points {
     }
 }
 
-/// Sums of one size, up to some start.
+/// Sums for one size, up to some start.
 #[derive(Default)]
 struct Running {
     m: usize,
@@ -94,7 +95,7 @@ impl Running {
         while self.next < end {
             let first = self.next;
             self.pair.advance(points, first, self.m);
-            // Number of starts from here on in which neither cluster gains or loses a missing sample.
+            // Following starts at which neither cluster gains or loses a missing sample.
             let last = self.pair.end(points, self.m).min(end).min(first + BLOCK * self.step);
             let counts = (last - first).div_ceil(self.step);
             if let Some(line) = self.pair.line(points, first, self.m) {
@@ -115,7 +116,7 @@ impl Running {
     }
 }
 
-/// Missing samples before the beginning, the middle and the end of a pair of clusters.
+/// Number of missing samples before the beginning, the middle and the end of a pair of clusters.
 #[derive(Clone, Copy, Default)]
 struct Pair([usize; 3]);
 
@@ -129,7 +130,7 @@ impl Pair {
         }
     }
 
-    /// The first start beyond this one at which another sample is missing.
+    /// The next start at which the set of missing samples changes.
     fn end(self, points: &Points, m: usize) -> usize {
         let edges = self.0.iter().zip([0, m, 2 * m]);
         let next = edges.map(|(&before, shift)| {
@@ -147,7 +148,8 @@ impl Pair {
         }
         let (r1, r2) = (1.0 / (m - gone1) as f64, 1.0 / (m - gone2) as f64);
         let place = |k: usize| points.places[k];
-        // Sum of the sample times of a cluster, from the start of the pair, minus those of the missing samples.
+        // Sum of the sample times of a cluster, from the start of the pair, minus the times of missing
+        // samples.
         let (m, start) = (m as f64, start as f64);
         let all = 0.5 * m * (m - 1.0);
         let t1 = all - (place(b) - place(a) - start * gone1 as f64);
@@ -156,12 +158,12 @@ impl Pair {
     }
 }
 
-/// Pairs whose clusters have the same missing samples.
+/// Consecutive pairs with the same missing samples.
 struct Line {
     /// Reciprocal of the number of samples in each cluster.
     r1: f64,
     r2: f64,
-    /// Distance of the mean times of the first pair, and its change from start to start.
+    /// Distance of the mean times of the first pair, and its change per start.
     distance: f64,
     slope: f64,
 }
@@ -186,7 +188,7 @@ impl Line {
     }
 }
 
-/// [`Line::sums`] over all starts, by the vectors that the processor has.
+/// [`Line::sums`] over all starts, with the vectors of the processor.
 struct AllStarts<'a> {
     line: &'a Line,
     windows: [Window<'a>; 3],
@@ -196,7 +198,7 @@ impl WithSimd for AllStarts<'_> {
     type Output = Block;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for those vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for those vectors.
     fn with_simd<S: Simd>(self, simd: S) -> Block {
         let Self { line, windows } = self;
         let [(a, low_a), (b, low_b), (c, low_c)] =

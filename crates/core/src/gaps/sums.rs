@@ -2,7 +2,7 @@
 
 use crate::compensated::Sum;
 
-/// Number of starts whose squares are added plainly; the sums of such blocks keep their rounding errors.
+/// Number of starts whose squares are added without compensation; sums over blocks are compensated.
 pub(super) const BLOCK: usize = 1024;
 
 /// Sums over starts.

@@ -1,11 +1,11 @@
-//! Angles of modes of the discrete cosine transform, all low ones and some that represent the high ones.
+//! Angles of modes of the discrete cosine transform: all low modes, and some that represent the high ones.
 
 use std::f64::consts::PI;
 
-/// The lowest modes, which are all used.
+/// Number of the lowest modes, which are all used.
 const LOW_MODES: usize = 512;
 
-/// Modes that represent all higher ones.
+/// Number of modes that represent all higher modes.
 const HIGH_MODES: usize = 400;
 
 /// Angles π k/n of modes of the discrete cosine transform, and the number of modes that each represents.

@@ -1,4 +1,4 @@
-//! A fit from a given shortest averaging time on, with or without a Gauss-Markov process.
+//! A fit for a given shortest averaging time, with or without a Gauss-Markov process.
 
 use crate::gls::components::{Base, Components, Extra, Shape, process_avar};
 use crate::gls::ramp::Ramp;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Step of the logarithm of a correlation time, for a derivative.
 const STEP: f64 = 1e-4;
 
-/// The data of a fit, in samples and in a unit that makes the variances near 1.
+/// The data of a fit, in samples and in a unit in which the variances are near 1.
 #[derive(Debug, Clone)]
 pub struct Data {
     /// The noise terms at the averaging times.
@@ -22,16 +22,16 @@ pub struct Data {
     pub candidates: Terms,
     /// Whether a ramp is fitted.
     pub with_ramp: bool,
-    /// Index of the shortest averaging time, if that is given.
+    /// Index of the shortest averaging time, if it is given.
     pub first: Option<usize>,
 }
 
 impl Data {
     /// The data at some of the averaging times.
-    pub(crate) fn at(&self, kept: &[usize]) -> Self {
-        let values = |all: &[f64]| kept.iter().map(|&k| all[k]).collect();
+    pub(crate) fn at_sizes(&self, indices: &[usize]) -> Self {
+        let values = |all: &[f64]| indices.iter().map(|&k| all[k]).collect();
         Self {
-            base: Arc::new(self.base.at(kept)),
+            base: Arc::new(self.base.at_sizes(indices)),
             avar: values(&self.avar),
             ramps: values(&self.ramps),
             first: None,
@@ -49,7 +49,7 @@ impl Data {
         Ok(Components { base: Arc::clone(&self.base), extra: extra.map_err(|_| Failed)? })
     }
 
-    /// The least squares problem from one averaging time on.
+    /// The least squares problem for averaging times from number `first`.
     pub(crate) fn gls(&self, first: usize, time: Option<f64>) -> Result<Gls, Failed> {
         let candidates = if time.is_some() { self.candidates.with(LINEAR) } else { self.candidates };
         Ok(Gls::new(&self.parts(time)?, first, &self.avar[first..], candidates, None))
@@ -69,12 +69,12 @@ impl Data {
     }
 }
 
-/// The best θ from one averaging time on, and how well it fits.
+/// The best θ for averaging times from number `first`, with its goodness of fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Attempt {
-    /// Index of that averaging time.
+    /// Index of the shortest averaging time.
     pub first: usize,
-    /// The least squares problem; with the ramp removed if it is significant.
+    /// The least squares problem, with the ramp removed if it is significant.
     pub gls: Gls,
     pub theta: Theta,
     /// P-value of the goodness of fit.
@@ -103,13 +103,13 @@ impl Attempt {
     }
 }
 
-/// The number and the ratio with the largest size, the first of equal ones.
+/// The number and the ratio of the entry with the largest size, the first of equal ones.
 pub(crate) fn largest(ratios: impl Iterator<Item = (usize, f64, f64)>) -> Option<(usize, f64)> {
     let better = |best: (usize, f64, f64), one: (usize, f64, f64)| if one.2 > best.2 { one } else { best };
     ratios.reduce(better).map(|(k, ratio, _)| (k, ratio))
 }
 
-/// The fit from one averaging time on; none if it fails.
+/// The fit for averaging times from number `first`; None if it fails.
 pub(crate) fn attempt(
     data: &Data,
     first: usize,

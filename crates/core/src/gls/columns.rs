@@ -1,17 +1,17 @@
-//! A few columns: their pseudo-inverse, and the part of the last that is orthogonal to the others.
+//! Pseudo-inverse of a few columns, and the part of the last column that is orthogonal to the others.
 
 use crate::gls::Failed;
 
-/// Columns at most: five terms, the tangent of a shape, and a target.
+/// Largest number of columns: five terms, the tangent of a shape, and a target.
 pub(crate) const WIDTH: usize = 7;
 
-/// Singular values below this share of the largest are taken for 0.
+/// Share of the largest singular value below which a singular value counts as 0.
 const NEGLIGIBLE: f64 = 1e-15;
 
-/// Sweeps of rotations; five are usual.
+/// Largest number of sweeps of rotations; five are usual.
 const SWEEPS: usize = 30;
 
-/// Up to [`WIDTH`] columns side by side, a row each.
+/// A row of up to [`WIDTH`] columns.
 pub(crate) type Row = [f64; WIDTH];
 
 /// Pseudo-inverse of columns A that were normalised, from A V = W with orthogonal columns W.
@@ -19,12 +19,13 @@ pub(crate) struct PseudoInverse {
     count: usize,
     scale: Row,
     turned: [Row; WIDTH],
-    /// Squares of the singular values over 1, 0 where they are negligible.
+    /// Inverse squares of the singular values; 0 where the singular values are negligible.
     inverse: Row,
 }
 
 impl PseudoInverse {
-    /// Of the first `count` columns of `rows`, which it turns. One-sided Jacobi rotations: M. R. Hestenes, J. SIAM 6, 1958.
+    /// Decomposes the first `count` columns of `rows`, which it rotates. One-sided Jacobi rotations: M. R.
+    /// Hestenes, J. SIAM 6, 1958.
     pub(crate) fn new(rows: &mut [Row], count: usize) -> Result<Self, Failed> {
         let mut scale = [1.0; WIDTH];
         for (p, scale) in scale.iter_mut().enumerate().take(count) {
@@ -73,13 +74,13 @@ impl PseudoInverse {
         Ok(Self { count, scale, turned, inverse })
     }
 
-    /// Product of two rows of the pseudo-inverse of the columns as they were: a covariance of coefficients.
+    /// Product of two rows of the pseudo-inverse of the original columns: a covariance of coefficients.
     pub(crate) fn covariance(&self, p: usize, q: usize) -> f64 {
         let sum: f64 = (0..self.count).map(|k| self.turned[p][k] * self.turned[q][k] * self.inverse[k]).sum();
         sum / (self.scale[p] * self.scale[q])
     }
 
-    /// Coefficient of one column for a target, from the rows as they were left.
+    /// Coefficient of one column for a target, from the rotated rows.
     pub(crate) fn coefficient(&self, p: usize, rows: &[Row], target: impl Iterator<Item = f64>) -> f64 {
         let weights: Row =
             std::array::from_fn(|k| if k < self.count { self.turned[p][k] * self.inverse[k] } else { 0.0 });
@@ -110,7 +111,7 @@ pub(crate) fn last_row(rows: &mut [Row], count: usize, out: &mut [f64]) -> Resul
         }
         if p + 1 < count {
             let left = product(rows, p, p).sqrt();
-            // Nothing is left of a column that the others contain.
+            // The remainder of a column in the span of the others is 0.
             let factor = if left > f64::EPSILON { left.recip() } else { 0.0 };
             for row in rows.iter_mut() {
                 row[p] *= factor;

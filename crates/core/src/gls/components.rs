@@ -1,7 +1,7 @@
 //! Components of the expected Allan variances, their covariance and their skewness, by term.
 //!
-//! They depend on the record's length, the cluster sizes and the shapes of the terms, not on the data: they are computed
-//! once and shared by all axes, all steps of a fit and all files of a run.
+//! They depend on the length of the record, the cluster sizes and the shapes of the terms, but not on the
+//! data. They are computed once and shared by all axes, all steps of a fit and all files of a run.
 //!
 //! The expected Allan variance is Σ θ(p) D(p), its covariance Σ θ(p) θ(q) Γ(p, q), exact for finite records
 //! ([`crate::covariance`]). The third cumulant of a weighted sum of Allan variances is computed as if the modes of the
@@ -12,15 +12,15 @@
 use crate::covariance::{Component, Gamma};
 use crate::error::Error;
 use crate::gls::angles::modes;
-use crate::gls::kept::Kept;
+use crate::gls::cache::Cache;
 use crate::gls::{LINEAR, Theta};
 use crate::terms::{self, Term};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Number of components that are cached: of the noise terms, and of one more.
-const KEPT: usize = 16;
-const KEPT_EXTRA: usize = 32;
+/// Number of cached components of the noise terms, and of further ones.
+const CACHED: usize = 16;
+const CACHED_EXTRA: usize = 32;
 
 /// The four noise terms at some cluster sizes of a record of `n` samples.
 #[derive(Debug)]
@@ -31,13 +31,13 @@ pub struct Base {
     design: Vec<f64>,
     /// Γ(p, q) of the pairs p ≤ q; for unequal terms the sum of both orders.
     noise: Vec<f64>,
-    /// Covariance, for θ = 1, of the ramps estimated from the mean second differences; a matrix a term.
+    /// Covariance, for θ = 1, of the ramps estimated from the mean second differences; one matrix per term.
     slopes: Vec<f64>,
     /// Power of a mode for θ = 1, divided by n; one row per term.
     spectra: Vec<f64>,
     /// One row per cluster size.
     pub(super) gains: Vec<f64>,
-    /// Number of modes that each represents.
+    /// Number of modes that each mode represents.
     pub(super) modes: Vec<f64>,
     /// Squares of half the sine of the modes' angles.
     sines: Vec<f64>,
@@ -69,7 +69,7 @@ pub struct Extra {
 pub struct Components {
     /// The noise terms.
     pub base: Arc<Base>,
-    /// One more.
+    /// A further component.
     pub extra: Option<Arc<Extra>>,
 }
 
@@ -80,8 +80,8 @@ impl Base {
     ///
     /// As for [`Gamma::new`].
     pub fn new(n: usize, sizes: &[usize]) -> Result<Arc<Self>, Error> {
-        static KNOWN: Kept<(usize, Vec<usize>), Base> = Kept::new(KEPT);
-        KNOWN.get((n, sizes.to_vec()), || Self::computed(n, sizes))
+        static CACHE: Cache<(usize, Vec<usize>), Base> = Cache::new(CACHED);
+        CACHE.get((n, sizes.to_vec()), || Self::computed(n, sizes))
     }
 
     fn computed(n: usize, sizes: &[usize]) -> Result<Self, Error> {
@@ -112,33 +112,34 @@ impl Base {
         Ok(Self { n, sizes: sizes.to_vec(), design, noise, slopes, spectra, gains, modes, sines, squares })
     }
 
-    /// The same at some of the sizes.
-    pub(crate) fn at(&self, kept: &[usize]) -> Self {
+    /// The components at some of the sizes.
+    pub(crate) fn at_sizes(&self, indices: &[usize]) -> Self {
         let (order, count) = (self.order(), self.modes.len());
         let entries = |all: &[f64]| -> Vec<f64> {
-            let of = |matrix: &[f64]| -> Vec<f64> {
-                kept.iter()
-                    .flat_map(|&i| kept.iter().map(move |&j| (i, j)))
+            let selected = |matrix: &[f64]| -> Vec<f64> {
+                indices
+                    .iter()
+                    .flat_map(|&i| indices.iter().map(move |&j| (i, j)))
                     .map(|(i, j)| matrix[i * order + j])
                     .collect()
             };
-            all.chunks_exact(order * order).flat_map(of).collect()
+            all.chunks_exact(order * order).flat_map(selected).collect()
         };
         Self {
             n: self.n,
-            sizes: kept.iter().map(|&k| self.sizes[k]).collect(),
+            sizes: indices.iter().map(|&k| self.sizes[k]).collect(),
             design: self
                 .design
                 .chunks_exact(order)
-                .flat_map(|row| kept.iter().map(move |&k| row[k]))
+                .flat_map(|row| indices.iter().map(move |&k| row[k]))
                 .collect(),
             noise: entries(&self.noise),
             slopes: entries(&self.slopes),
             spectra: self.spectra.clone(),
-            gains: kept.iter().flat_map(|&k| &self.gains[k * count..][..count]).copied().collect(),
+            gains: indices.iter().flat_map(|&k| &self.gains[k * count..][..count]).copied().collect(),
             modes: self.modes.clone(),
             sines: self.sines.clone(),
-            squares: kept.iter().map(|&k| self.squares[k]).collect(),
+            squares: indices.iter().map(|&k| self.squares[k]).collect(),
         }
     }
 
@@ -160,7 +161,7 @@ impl Base {
         &self.squares
     }
 
-    /// Number of modes that each of the modes represents.
+    /// Number of modes that each mode represents.
     #[must_use]
     pub fn modes(&self) -> &[f64] {
         &self.modes
@@ -178,10 +179,10 @@ impl Extra {
     ///
     /// As for [`Gamma::new`].
     pub fn new(base: &Base, shape: Shape) -> Result<Arc<Self>, Error> {
-        static KNOWN: Kept<(usize, Vec<usize>, u64), Extra> = Kept::new(KEPT_EXTRA);
+        static CACHE: Cache<(usize, Vec<usize>, u64), Extra> = Cache::new(CACHED_EXTRA);
         match shape {
             Shape::GaussMarkov(time) => {
-                KNOWN.get((base.n, base.sizes.clone(), time.to_bits()), || Self::process(base, time))
+                CACHE.get((base.n, base.sizes.clone(), time.to_bits()), || Self::process(base, time))
             }
             Shape::Sinusoid(frequency) => Ok(Arc::new(Self::sinusoid(base, frequency))),
         }
@@ -222,7 +223,7 @@ impl Extra {
 }
 
 impl Components {
-    /// The noise terms and at most one more.
+    /// The noise terms and at most one further component.
     ///
     /// # Errors
     ///
@@ -259,7 +260,7 @@ impl Components {
         self.part(term, |base| &base.slopes, |extra| &extra.slopes, self.base.order().pow(2))
     }
 
-    /// Power of each mode for θ = 1, over n.
+    /// Power of each mode for θ = 1, divided by n.
     ///
     /// # Panics
     ///
@@ -269,7 +270,7 @@ impl Components {
         self.part(term, |base| &base.spectra, |extra| &extra.spectrum, self.base.modes.len())
     }
 
-    /// Γ of two terms p ≤ q, both orders of an unequal pair together.
+    /// Γ of two terms p ≤ q; for unequal terms the sum of both orders.
     pub(crate) fn noise(&self, p: usize, q: usize) -> &[f64] {
         let size = self.base.order().pow(2);
         match &self.extra {
@@ -291,7 +292,7 @@ impl Components {
         }
     }
 
-    /// Degrees of freedom of the variances from number `first` on, 2·AVAR²/Var, for θ and a ramp per sample.
+    /// Degrees of freedom 2·AVAR²/Var of the variances from number `first`, for θ and a ramp per sample.
     #[must_use]
     pub fn degrees_of_freedom(&self, first: usize, theta: &Theta, ramp: f64) -> Vec<f64> {
         let order = self.base.order();
@@ -318,7 +319,7 @@ pub(crate) fn process_avar(sizes: &[usize], time: f64) -> Vec<f64> {
     sizes.iter().map(|&m| terms::gauss_markov_avar_sampled(1.0, time, 1.0, m)).collect()
 }
 
-/// Γ(p, q), both orders of an unequal pair together.
+/// Γ(p, q); for unequal terms the sum of both orders.
 fn both(gamma: &Gamma, p: usize, q: usize) -> Vec<f64> {
     let mut part = gamma.noise_part(p, q);
     if p != q {
@@ -330,6 +331,6 @@ fn both(gamma: &Gamma, p: usize, q: usize) -> Vec<f64> {
 }
 
 fn slopes(gamma: &Gamma, term: usize, squares: &[f64]) -> Vec<f64> {
-    let of = squares.iter().flat_map(|x| squares.iter().map(move |y| x * y));
-    gamma.ramp_part(term).iter().zip(of).map(|(drift, square)| drift / square).collect()
+    let products = squares.iter().flat_map(|x| squares.iter().map(move |y| x * y));
+    gamma.ramp_part(term).iter().zip(products).map(|(drift, square)| drift / square).collect()
 }

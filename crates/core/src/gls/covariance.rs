@@ -1,4 +1,4 @@
-//! Covariance of the Allan variances for given coefficients, without or after the removal of a ramp.
+//! Covariance of the Allan variances for given coefficients, with or without the removal of a ramp.
 
 use crate::gls::components::Components;
 use crate::gls::lanes::add_rows;
@@ -9,17 +9,17 @@ use pulp::{Arch, Simd, WithSimd};
 /// Largest negative eigenvalue that is corrected, as a share of the largest positive one.
 const MOST_NEGATIVE: f64 = 0.03;
 
-/// Least eigenvalue of correlations.
+/// Smallest eigenvalue of correlations.
 pub(crate) const LEAST_EIGENVALUE: f64 = 1e-9;
 
-/// A matrix and what it is multiplied by.
+/// A factor and a matrix.
 type Part<'a> = (f64, &'a [f64]);
 
-/// Pairs of terms.
+/// Number of pairs of terms.
 const PAIRS: usize = TERMS * (TERMS + 1) / 2;
 
-/// Σ θ(p) θ(q) Γ(p, q) at the sizes from number `first` on: the upper triangle, row after row.
-pub(crate) fn of_noise(parts: &Components, first: usize, theta: &Theta, out: &mut Vec<f64>) {
+/// Σ θ(p) θ(q) Γ(p, q) at the sizes from number `first`: the upper triangle in row order.
+pub(crate) fn noise_covariance(parts: &Components, first: usize, theta: &Theta, out: &mut Vec<f64>) {
     let empty: Part<'_> = (0.0, &[]);
     let mut list = [empty; PAIRS];
     let mut count = 0;
@@ -36,7 +36,7 @@ pub(crate) fn of_noise(parts: &Components, first: usize, theta: &Theta, out: &mu
 }
 
 /// Σ θ(p) P(p): covariance of the ramps, its upper triangle.
-pub(crate) fn of_slopes(parts: &Components, first: usize, theta: &Theta, out: &mut Vec<f64>) {
+pub(crate) fn ramp_covariance(parts: &Components, first: usize, theta: &Theta, out: &mut Vec<f64>) {
     let empty: Part<'_> = (0.0, &[]);
     let mut list = [empty; TERMS];
     let mut count = 0;
@@ -55,9 +55,10 @@ pub(crate) struct RampRemoval {
 }
 
 impl RampRemoval {
-    /// Turns a covariance into that after the removal of the ramp Σ weights·ramp(m). A second difference is then m²(β − 1)
-    /// times the ramp's error plus a remainder, with β = c/v and the ramp's variance v and covariance c with every
-    /// ramp(m); the remainder is taken as independent of the ramp's error, which holds on average over the record.
+    /// Converts a covariance to that after the removal of the ramp Σ weights·ramp(m). A second difference is then m²(β − 1)
+    /// times the error of the ramp plus a remainder, where β = c/v with the variance v of the ramp and its covariance c
+    /// with ramp(m). The remainder is assumed to be independent of the error of the ramp, which holds on average over the
+    /// record.
     pub(crate) fn apply(
         &mut self,
         parts: &Components,
@@ -66,7 +67,7 @@ impl RampRemoval {
         weights: &[f64],
         covariance: &mut [f64],
     ) {
-        of_slopes(parts, first, theta, &mut self.slopes);
+        ramp_covariance(parts, first, theta, &mut self.slopes);
         let order = weights.len();
         times(&self.slopes, weights, &mut self.shares);
         let v: f64 = self.shares.iter().zip(weights).map(|(c, weight)| c * weight).sum();
@@ -90,7 +91,7 @@ impl RampRemoval {
     }
 }
 
-/// A symmetric matrix, of which the upper triangle is given, times a vector.
+/// Product of a symmetric matrix, given by its upper triangle, and a vector.
 pub(crate) fn times(upper: &[f64], x: &[f64], out: &mut Vec<f64>) {
     let order = x.len();
     out.clear();
@@ -107,9 +108,9 @@ pub(crate) fn times(upper: &[f64], x: &[f64], out: &mut Vec<f64>) {
     }
 }
 
-/// A covariance with the signs of slightly negative eigenvalues changed. The covariance without the ramp is approximate:
-/// in the direction of the ramp it may be slightly negative if quantization noise leaves the other directions hardly any
-/// variance. The size of the negative eigenvalue is the error of the approximation and is taken as the variance.
+/// Changes the signs of slightly negative eigenvalues of a covariance. The covariance without the ramp is approximate: in
+/// the direction of the ramp it may be slightly negative if quantization noise leaves hardly any variance in the other
+/// directions. The magnitude of the negative eigenvalue is the error of the approximation and is used as the variance.
 pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), Failed> {
     let sd: Vec<f64> = covariance.iter().step_by(order + 1).map(|v| v.max(0.0).sqrt()).collect();
     if !sd.iter().all(|&sd| sd > 0.0 && sd.is_finite()) {
@@ -140,7 +141,7 @@ pub(crate) fn made_positive(covariance: &mut [f64], order: usize) -> Result<(), 
     Ok(())
 }
 
-/// Sum of matrices times factors: rows and columns from number `first` on, the upper triangle of the sum.
+/// Upper triangle of the sum of matrices times factors, for rows and columns from number `first`.
 fn contracted(list: &[Part<'_>], order: usize, first: usize, out: &mut Vec<f64>) {
     let left = order - first;
     out.resize(left * left, 0.0);
@@ -158,12 +159,12 @@ impl WithSimd for Contraction<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for these vectors.
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { list, order, first, out } = self;
         let left = order - first;
         for (i, row) in out.chunks_exact_mut(left).enumerate() {
-            // Whole vectors that end with the row and contain the diagonal, where there is room.
+            // Whole vectors that end with the row and include the diagonal, if there is room.
             let from = left.saturating_sub((left - i).next_multiple_of(S::F64_LANES));
             let start = (first + i) * order + first + from;
             row[from..].fill(0.0);

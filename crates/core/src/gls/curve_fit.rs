@@ -1,8 +1,8 @@
-//! The fit of a curve in SI: coefficients with intervals or limits, their covariance, and what describes the curve.
+//! The fit of a curve in SI: coefficients with intervals or limits, their covariance, and the descriptive model.
 
 use crate::gls::attempt::Data;
 use crate::gls::components::Base;
-use crate::gls::statement::{Described, Found, Outcome, Ramps, fit};
+use crate::gls::statement::{AdequateFit, Described, Outcome, Ramps, fit};
 use crate::gls::{Failed, LINEAR, Terms};
 use crate::likelihood::{Estimate, GaussMarkovEstimate, TermEstimate};
 use crate::terms::Term;
@@ -17,7 +17,7 @@ pub struct Curve {
     pub base: Arc<Base>,
     /// Sample interval. \[s\]
     pub tau0: f64,
-    /// Allan variances, and a typical one. [(rate unit)²]
+    /// Allan variances, and a typical Allan variance. [(rate unit)²]
     pub avar: Vec<f64>,
     /// See `avar`.
     pub scale: f64,
@@ -27,14 +27,14 @@ pub struct Curve {
     pub candidates: Terms,
     /// Whether a ramp is fitted.
     pub with_ramp: bool,
-    /// Index of the shortest averaging time, if that is given.
+    /// Index of the shortest averaging time, if it is given.
     pub first: Option<usize>,
 }
 
 /// The fit of a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveFit {
-    /// Whether a model is adequate. If not, the coefficients of `model` describe the curve to a few per cent.
+    /// Whether a model is adequate. Otherwise the coefficients of `model` describe the curve to a few per cent.
     pub adequate: bool,
     /// Index of the shortest averaging time that was used.
     pub first: usize,
@@ -46,16 +46,16 @@ pub struct CurveFit {
     pub terms: Vec<(&'static str, TermEstimate)>,
     /// Coefficients that together describe the curve, by name. \[SI\]
     pub model: Vec<(&'static str, f64)>,
-    /// Terms of which at least one is present, although none is significant beside the others.
+    /// Terms of which at least one is present, although none is significant given the others.
     pub unclear: Vec<&'static str>,
-    /// A Gauss-Markov process in the place of a term.
+    /// A Gauss-Markov process in place of a term.
     pub gauss_markov: Vec<GaussMarkovEstimate>,
     /// Names of the rows of `covariance`.
     pub parameters: Vec<&'static str>,
-    /// Covariance of the coefficients of noise, row after row. \[SI\]
+    /// Covariance of the coefficients of noise in row order. \[SI\]
     pub covariance: Vec<f64>,
-    /// The averaging time that deviates most from the model, of those that were left out or if none is adequate: its index,
-    /// and the measured deviation over that of the model.
+    /// The averaging time with the largest difference from the model, if times were left out or no model is adequate: its
+    /// index, and the measured deviation over that of the model.
     pub worst: Option<(usize, f64)>,
 }
 
@@ -75,7 +75,7 @@ impl Curve {
             first: self.first,
         };
         Ok(match fit(&data, level)? {
-            Outcome::Found(result) => self.stated(&result, level),
+            Outcome::Adequate(result) => self.stated(&result, level),
             Outcome::Described(result) => self.described(&result),
         })
     }
@@ -86,11 +86,11 @@ impl Curve {
             * self.tau0.powf(1.0 - 0.5 * f64::from(Term::ALL[term].interval_power()))
     }
 
-    fn stated(&self, result: &Found, level: f64) -> CurveFit {
+    fn stated(&self, result: &AdequateFit, level: f64) -> CurveFit {
         let positive: Vec<usize> = (0..LINEAR).filter(|&term| result.theta[term] > 0.0).collect();
         let values: Vec<f64> =
             positive.iter().map(|&term| self.coefficient(result.theta[term], term)).collect();
-        // The delta method, from θ to √θ.
+        // The delta method converts from θ to √θ.
         let slopes: Vec<f64> =
             positive.iter().zip(&values).map(|(&term, value)| value / (2.0 * result.theta[term])).collect();
         let order = positive.len();
@@ -164,7 +164,7 @@ impl Curve {
         }
     }
 
-    /// The sign of a ramp is that of the longest averaging time.
+    /// The sign of the ramp is taken at the longest averaging time.
     fn described(&self, result: &Described) -> CurveFit {
         let sign = self.ramps.last().map_or(1.0, |ramp| ramp.signum());
         let model = result
@@ -237,7 +237,7 @@ mod tests {
             assert!((term.value.unwrap() / expected - 1.0).abs() < 1e-3);
             assert!(term.low.unwrap() < expected && expected < term.high.unwrap());
         }
-        // The interval, with all terms free, is at least that by the standard error in the model.
+        // The interval, with all terms free, is at least as wide as the standard error in the model implies.
         let width = fit.terms[1].1.high.unwrap() - fit.terms[1].1.low.unwrap();
         let ratio = width / (2.0 * 1.96 * fit.covariance[0].sqrt());
         assert!((0.95..3.0).contains(&ratio), "{ratio}");
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!((ramp.0, ramp.1.observed, ramp.1.value), ("rate_ramp", false, None));
     }
 
-    /// A variance that no term has: the model describes it, with the sign of the last ramp.
+    /// No term has this variance; the model describes it, with the sign of the last ramp.
     #[test]
     fn curve_that_no_model_fits_is_described() {
         let avar = |m: usize| {

@@ -1,7 +1,7 @@
 //! Tests, intervals and detection limits of single terms.
 //!
 //! All of them use one statistic: the unconstrained estimate of a squared coefficient θ minus a trial value, over its
-//! standard error if the trial value is true, with every other term fitted for that value. A value belongs to the interval
+//! standard error if the trial value is true, with all other terms fitted for that value. A value belongs to the interval
 //! if the statistic is not in the tails of its distribution ([`crate::gls::laws`]).
 
 use crate::gls::components::Components;
@@ -10,7 +10,7 @@ use crate::gls::roots::{TOLERANCE, crossing};
 use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, Terms, Theta};
 
-/// Precision of the logarithm of a coefficient that is found with a given probability.
+/// Precision of the logarithm of a coefficient that is detected with a given probability.
 const TOLERANCE_OF_PLANS: f64 = 1e-3;
 
 /// Test and interval of one squared coefficient.
@@ -18,15 +18,15 @@ const TOLERANCE_OF_PLANS: f64 = 1e-3;
 pub struct Evidence {
     /// Probability of this estimate or a larger one if the term is absent.
     pub p_value: f64,
-    /// Interval of θ; low is 0 if the term is not found, high is infinite if there is no limit.
+    /// Lower end of the interval of θ; 0 if the term is not observed. The upper end is infinite if there is no limit.
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
 }
 
 impl Gls {
-    /// Test, interval and limit of one term. `theta`: the fit with all terms, which is the starting point; `level`:
-    /// confidence level of the interval. The term is found if p < 1 − level.
+    /// Test, interval and limit of one term. `theta` is the fit with all terms, the starting point; `level` is the
+    /// confidence level of the interval. The term is observed if p < 1 − level.
     ///
     /// # Errors
     ///
@@ -85,8 +85,8 @@ impl Gls {
     }
 }
 
-/// The smallest θ of a term that the test finds with probability `power`; infinite if there is none. No data are needed:
-/// the Allan variances are those expected for the other terms' θ.
+/// The smallest θ of a term that the test detects with probability `power`; infinite if there is none. No data are needed:
+/// the Allan variances are those expected for θ of the other terms.
 ///
 /// # Errors
 ///

@@ -1,10 +1,10 @@
 //! Goodness of fit of a model to Allan variances, and their deviance.
 //!
-//! Each variance is taken as χ² with the mean and the degrees of freedom of the model. It is converted to the normal
-//! deviate of the same probability, and the deviates are taken as jointly normal with the correlations of the variances.
-//! A variance far below the model at few degrees of freedom is then as improbable as it is, which a sum of squared
-//! differences does not show. One averaging time in an octave is used: variances that are nearly equal have a joint law
-//! that is far from normal.
+//! Each variance is assumed to be χ² distributed with the mean and the degrees of freedom of the model. It is converted to
+//! the normal deviate of the same probability, and the deviates are assumed to be jointly normal with the correlations of
+//! the variances. A variance far below the model at few degrees of freedom then has its true, low probability, unlike in a
+//! sum of squared differences. One averaging time per octave is used, because the joint distribution of nearly equal
+//! variances is far from normal.
 
 use crate::distributions::{gamma_above, gamma_below, log_gamma, normal_below, normal_quantile};
 use crate::gls::covariance::LEAST_EIGENVALUE;
@@ -13,8 +13,8 @@ use crate::gls::whitening::Whitened;
 use crate::gls::{Failed, Terms, Theta, finite};
 use crate::likelihood::linear::Symmetric;
 
-/// Octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a walk, has p < 0.05
-/// in 53 of 60 records; by the sum of squares alone it has in 18.
+/// Number of octaves of the one-sided test. A Gauss-Markov process of 20 deg/h, 300 s in 3 h, fitted by a walk, has p <
+/// 0.05 in 53 of 60 records, but in only 18 without this test.
 const LONGEST: usize = 4;
 
 /// Indices of cluster sizes, each at least twice the previous one.
@@ -37,13 +37,13 @@ struct Deviates {
     /// Half of the degrees of freedom.
     half: Vec<f64>,
     expected: Vec<f64>,
-    /// The upper triangle, row after row.
+    /// Upper triangle in row order.
     correlation: Vec<f64>,
 }
 
 impl Gls {
-    /// Twice the smaller of two p-values: of the sum of squares of all deviates, and, for a model that is too high, of the
-    /// sum of those of the longest times.
+    /// Twice the smaller of two p-values: that of the sum of squares of all deviates, and that of the sum of the deviates
+    /// at the longest times, for a model that is too high.
     ///
     /// # Errors
     ///
@@ -57,7 +57,7 @@ impl Gls {
         let fitted = Terms::positive(theta).iter().count() + usize::from(self.tangent.is_some());
         let (squares, _) = whitened(&u, &correlation, &mut work.whitened)?;
         let order = u.len();
-        let of_all = gamma_above(0.5 * order.saturating_sub(fitted).max(1) as f64, 0.5 * squares);
+        let all_p_value = gamma_above(0.5 * order.saturating_sub(fitted).max(1) as f64, 0.5 * squares);
         let from = order.saturating_sub(LONGEST);
         let variance: f64 = (from..order)
             .map(|i| {
@@ -65,8 +65,8 @@ impl Gls {
                 correlation[i * (order + 1)] + 2.0 * later
             })
             .sum();
-        let of_longest = normal_below(u[from..].iter().sum::<f64>() / variance.sqrt());
-        finite(2.0 * finite(of_all)?.min(finite(of_longest)?)).map(|p| p.min(1.0))
+        let longest_p_value = normal_below(u[from..].iter().sum::<f64>() / variance.sqrt());
+        finite(2.0 * finite(all_p_value)?.min(finite(longest_p_value)?)).map(|p| p.min(1.0))
     }
 
     /// −2 ln of the probability density of the variances at the octaves, apart from a constant.
@@ -124,11 +124,11 @@ impl Gls {
     }
 }
 
-/// Sum of squares of the deviates made independent, and ln of the determinant of their correlations, whose eigenvalues
-/// are replaced by their sizes and are at least [`LEAST_EIGENVALUE`].
+/// Sum of squares of the whitened deviates, and ln of the determinant of their correlations, whose eigenvalues are replaced
+/// by their magnitudes and are at least [`LEAST_EIGENVALUE`].
 fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64, f64), Failed> {
     let order = u.len();
-    // With the identity: the inverse of the factor, whose squares sum up to the reciprocals of the eigenvalues.
+    // Columns of the identity give the inverse of the factor, whose squares add up to the sum of inverse eigenvalues.
     let with_identity = |i: usize, row: &mut [f64]| {
         row.fill(0.0);
         row[0] = u[i];
@@ -149,7 +149,7 @@ fn whitened(u: &[f64], correlation: &[f64], room: &mut Whitened) -> Result<(f64,
     let (values, vectors) = matrix.eigen();
     let (mut squares, mut determinant) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
-        // Slightly negative ones: see `made_positive`, removal of a ramp.
+        // For slightly negative eigenvalues see `made_positive`.
         let value = value.abs().max(LEAST_EIGENVALUE);
         let component: f64 = u.iter().enumerate().map(|(i, u)| u * vectors[i * order + k]).sum();
         squares += component * component / value;

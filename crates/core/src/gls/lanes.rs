@@ -2,10 +2,10 @@
 
 use pulp::Simd;
 
-/// Adds to each element of `out` the rows times their factors. Each element is summed in their order, so that the bits are
-/// the same on every machine.
+/// Adds the rows times their factors to `out`. Each element is summed in the order of the rows, so that the bits are the
+/// same on every machine.
 #[inline(always)]
-#[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
+#[allow(clippy::inline_always)] // Inlined into a function that is compiled for these vectors.
 pub(crate) fn add_rows<'a, S: Simd>(
     simd: S,
     out: &mut [f64],
@@ -30,7 +30,7 @@ pub(crate) fn add_rows<'a, S: Simd>(
     }
 }
 
-/// The same for vectors from number `start` on, which stay in registers.
+/// [`add_rows`] for vectors from number `start`, which stay in registers.
 #[inline(always)]
 #[allow(clippy::inline_always)] // As above.
 fn add_tile<'a, S: Simd, const T: usize>(

@@ -1,10 +1,10 @@
-//! Laws of the statistic of a test, and the sharing of the tails of an interval.
+//! Distribution of the statistic of a test, and the division of an interval's error probability between the tails.
 //!
 //! The statistic is skewed if few independent stretches of the record determine the term. It is approximated by
 //! Pearson's type III, the distribution of a χ². The probability 1 − level is divided between the tails as in
-//! G. J. Feldman and R. D. Cousins, Phys. Rev. D 57, 3873 (1998): all of it is in the upper tail for a value of 0, half
-//! of it in each tail for values well above their error. The interval therefore excludes 0 exactly if the test finds
-//! the term, and has the same coverage whether the term is found or not.
+//! G. J. Feldman and R. D. Cousins, Phys. Rev. D 57, 3873 (1998): all of it is in the upper tail for a value of 0, and half
+//! of it in each tail for values well above their error. The interval therefore excludes 0 exactly if the term is
+//! significant, and its coverage does not depend on significance.
 
 use crate::distributions::{
     gamma_above, gamma_below, gamma_quantile, gamma_quantile_above, normal_below, normal_quantile,
@@ -16,18 +16,18 @@ const SYMMETRIC: f64 = 1e-3;
 
 const SMALLEST_PROBABILITY: f64 = 1e-300;
 
-/// Of an interval of 10.
+/// Number of halvings of an interval of length 10.
 const HALVINGS: usize = 50;
 
-/// True values of the table of shares, in standard errors: 0.001, then 0.05 to 4.
+/// Number of true values in the table of shares, in standard errors: 0.001, then 0.05 to 4.
 const RATIOS: usize = 81;
 
-/// Tables of shares that are kept.
-const KEPT: usize = 16;
+/// Number of cached tables of shares.
+const CACHED: usize = 16;
 
 type Shares = [f64; RATIOS];
 
-/// Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and a skewness.
+/// Probabilities below and above z of Pearson's type III distribution with mean 0, variance 1 and the given skewness.
 pub(crate) fn skewed_tails(z: f64, skewness: f64) -> (f64, f64) {
     if skewness.abs() < SYMMETRIC {
         return (normal_below(z), normal_below(-z));
@@ -44,7 +44,7 @@ pub(crate) fn skewed_tails(z: f64, skewness: f64) -> (f64, f64) {
     (gamma_below(shape, x), gamma_above(shape, x))
 }
 
-/// Deviate that the skewed distribution exceeds with a probability.
+/// Deviate that the skewed distribution exceeds with the given probability.
 pub(crate) fn critical(skewness: f64, probability: f64) -> f64 {
     if skewness.abs() < SYMMETRIC {
         return -normal_quantile(probability);
@@ -58,7 +58,7 @@ pub(crate) fn critical(skewness: f64, probability: f64) -> f64 {
     skewness.signum() * (x - shape) / shape.sqrt()
 }
 
-/// A probability as a normal deviate, which is nearly linear in the root that is sought.
+/// The normal deviate of a probability, which is nearly linear in the unknown.
 pub(crate) fn deviate(probability: f64) -> f64 {
     normal_quantile(probability.clamp(SMALLEST_PROBABILITY, 1.0 - 1e-16))
 }
@@ -68,7 +68,7 @@ pub(crate) fn deviate(probability: f64) -> f64 {
 pub(crate) struct UpperShare(Shares);
 
 impl UpperShare {
-    /// For a level of the interval; computed once for each of the last levels.
+    /// The shares for a confidence level, cached for the latest levels.
     pub(crate) fn of(level: f64) -> Self {
         static TABLES: Mutex<Vec<(u64, Shares)>> = Mutex::new(Vec::new());
         let key = level.to_bits();
@@ -77,7 +77,7 @@ impl UpperShare {
             return Self(*shares);
         }
         let shares = std::array::from_fn(|k| upper_tail(ratio(k), level));
-        if tables.len() == KEPT {
+        if tables.len() == CACHED {
             tables.remove(0);
         }
         tables.push((key, shares));
@@ -123,7 +123,7 @@ fn upper_tail(mu: f64, level: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Pearson's type III with a skewness of 1 (a gamma law of shape 4), by its closed form at integer shapes.
+    /// Pearson's type III with a skewness of 1 is a gamma distribution of shape 4, with a closed form.
     #[test]
     fn tails_are_pearsons() {
         let above = |z: f64| {
@@ -144,7 +144,7 @@ mod tests {
         assert!((skewed_tails(z, skewness).1 - normal_below(-z) - moved).abs() < 1e-6);
     }
 
-    /// The normal law that stands for a skewness of 1e-4 is off by a sixth of it.
+    /// The normal distribution approximates a skewness of 1e-4 with an error of a sixth of it.
     #[test]
     fn critical_deviate_inverts_the_tails() {
         for skewness in [-1.9, -0.4, 1e-4, 0.4, 1.9] {
@@ -167,7 +167,7 @@ mod tests {
                 let upper = mu - normal_quantile(share);
                 let lower = mu + normal_quantile(1.0 - level - share + 1e-300);
                 assert!((normal_below(upper - mu) - normal_below(lower - mu) - level).abs() < 1e-9);
-                // Both ends are as likely, over the best value that is not negative.
+                // Both ends have the same likelihood ratio to the best non-negative value.
                 let likelihood = |x: f64| (-0.5 * (x - mu).powi(2) + 0.5 * (x - x.max(0.0)).powi(2)).exp();
                 // With all of the probability in the upper tail there is no lower end.
                 if mu > 0.1 && mu < 3.0 && share < 1.0 - level - 1e-9 {

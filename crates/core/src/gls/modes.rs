@@ -1,4 +1,4 @@
-//! Modes of the discrete cosine transform, taken as independent: the third cumulant of a sum of Allan variances.
+//! Third cumulant of a sum of Allan variances, for independent modes of the discrete cosine transform.
 
 use crate::gls::Theta;
 use crate::gls::components::Components;
@@ -6,7 +6,7 @@ use crate::gls::lanes::add_rows;
 use pulp::{Arch, Simd, WithSimd};
 
 impl Components {
-    /// Skewness and variance of Σ weights·AVAR from the size number `first` on, computed from independent modes.
+    /// Skewness and variance of Σ weights·AVAR over the sizes from number `first`, from independent modes.
     pub(crate) fn skewness(
         &self,
         weights: &[f64],
@@ -46,7 +46,7 @@ impl WithSimd for Weighted<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for these vectors.
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { out, weights, rows } = self;
         let rows = weights.iter().copied().zip(rows.chunks_exact(out.len()));

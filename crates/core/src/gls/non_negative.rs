@@ -1,23 +1,23 @@
-//! Non-negative least squares with a few columns, from their products.
+//! Non-negative least squares with few columns, from their inner products.
 
 use crate::gls::Failed;
 
-/// Columns at most.
-pub(crate) const MOST: usize = 6;
+/// Largest number of columns.
+pub(crate) const MAX_COLUMNS: usize = 6;
 
-/// Cosine of a column with what is left of the target, below which the column does not improve the fit.
+/// Cosine between a column and the residual below which the column does not improve the fit.
 const ROUNDING: f64 = 1e-13;
 
-/// Squared sine of the angle of a column with the columns before it, below which it is left out.
+/// Squared sine of the angle between a column and the span of the previous columns, below which it is left out.
 const PARALLEL: f64 = 1e-14;
 
-/// Products of a target and of columns with each other.
+/// Inner products of a target and columns.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Products {
     pub count: usize,
     pub target: f64,
-    pub right: [f64; MOST],
-    pub gram: [[f64; MOST]; MOST],
+    pub right: [f64; MAX_COLUMNS],
+    pub gram: [[f64; MAX_COLUMNS]; MAX_COLUMNS],
 }
 
 impl Products {
@@ -41,11 +41,11 @@ impl Products {
     /// Non-negative coefficients x with the smallest ‖columns·x − target‖, by active sets.
     ///
     /// C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23, with normal equations of
-    /// normalised columns. It begins with the columns whose coefficients are positive without a constraint: most
-    /// solutions are.
-    pub(crate) fn solve(mut self) -> Result<[f64; MOST], Failed> {
+    /// normalised columns. It begins with the columns whose unconstrained coefficients are positive, which is the solution
+    /// in most cases.
+    pub(crate) fn solve(mut self) -> Result<[f64; MAX_COLUMNS], Failed> {
         let count = self.count;
-        let mut scale = [1.0; MOST];
+        let mut scale = [1.0; MAX_COLUMNS];
         for (p, scale) in scale.iter_mut().enumerate().take(count) {
             *scale = self.gram[p][p].sqrt();
             if !(*scale > 0.0 && scale.is_finite() && self.right[p].is_finite()) {
@@ -66,9 +66,9 @@ impl Products {
         Ok(x)
     }
 
-    fn normalised(&self) -> [f64; MOST] {
+    fn normalised(&self) -> [f64; MAX_COLUMNS] {
         let count = self.count;
-        let mut used = [false; MOST];
+        let mut used = [false; MAX_COLUMNS];
         used[..count].fill(true);
         let mut x = self.solved(used);
         while x[..count].iter().any(|&value| value < 0.0) {
@@ -106,14 +106,14 @@ impl Products {
         x
     }
 
-    /// The coefficients of the columns used, without a constraint, by Cholesky's factors; the others are 0.
-    fn solved(&self, used: [bool; MOST]) -> [f64; MOST] {
-        let mut factor = [[0.0; MOST]; MOST];
-        let mut half = [0.0; MOST];
-        let mut kept = [0; MOST];
+    /// Unconstrained coefficients of the used columns by Cholesky factorisation; the other coefficients are 0.
+    fn solved(&self, used: [bool; MAX_COLUMNS]) -> [f64; MAX_COLUMNS] {
+        let mut factor = [[0.0; MAX_COLUMNS]; MAX_COLUMNS];
+        let mut half = [0.0; MAX_COLUMNS];
+        let mut kept = [0; MAX_COLUMNS];
         let mut count = 0;
         for k in (0..self.count).filter(|&k| used[k]) {
-            let mut row = [0.0; MOST];
+            let mut row = [0.0; MAX_COLUMNS];
             for i in 0..count {
                 let known: f64 = (0..i).map(|j| row[j] * factor[i][j]).sum();
                 row[i] = (self.gram[k][kept[i]] - known) / factor[i][i];
@@ -130,7 +130,7 @@ impl Products {
             kept[count] = k;
             count += 1;
         }
-        let mut x = [0.0; MOST];
+        let mut x = [0.0; MAX_COLUMNS];
         for i in (0..count).rev() {
             let value = half[i] / factor[i][i];
             x[kept[i]] = value;
@@ -146,14 +146,14 @@ impl Products {
 ///
 /// # Errors
 ///
-/// [`Failed`] for a column of zeros, for a number that is not finite, for more columns or for columns of other lengths.
+/// [`Failed`] for a column of zeros, for a number that is not finite, for too many columns or columns of other lengths.
 pub fn non_negative(columns: &[&[f64]], target: &[f64]) -> Result<Vec<f64>, Failed> {
-    if columns.len() > MOST || columns.iter().any(|column| column.len() != target.len()) {
+    if columns.len() > MAX_COLUMNS || columns.iter().any(|column| column.len() != target.len()) {
         return Err(Failed);
     }
     let mut products = Products::new(columns.len());
     for (i, &y) in target.iter().enumerate() {
-        let mut row = [0.0; MOST + 1];
+        let mut row = [0.0; MAX_COLUMNS + 1];
         row[0] = y;
         row[1..].iter_mut().zip(columns).for_each(|(cell, column)| *cell = column[i]);
         products.add(&row);
@@ -162,12 +162,16 @@ pub fn non_negative(columns: &[&[f64]], target: &[f64]) -> Result<Vec<f64>, Fail
 }
 
 /// Non-negative coefficients of columns fitted to a curve with independent relative errors.
-pub(crate) fn relative_fit(columns: &[&[f64]], avar: &[f64], errors: &[f64]) -> Result<[f64; MOST], Failed> {
+pub(crate) fn relative_fit(
+    columns: &[&[f64]],
+    avar: &[f64],
+    errors: &[f64],
+) -> Result<[f64; MAX_COLUMNS], Failed> {
     let count = columns.len();
     let mut products = Products::new(count);
     for (i, (avar, error)) in avar.iter().zip(errors).enumerate() {
         let weight = 1.0 / (error * avar);
-        let mut row = [0.0; MOST + 1];
+        let mut row = [0.0; MAX_COLUMNS + 1];
         row[0] = avar * weight;
         row[1..].iter_mut().zip(columns).for_each(|(cell, column)| *cell = column[i] * weight);
         products.add(&row);
@@ -187,12 +191,13 @@ mod tests {
         }
     }
 
-    /// The conditions of Karush, Kuhn and Tucker: no gradient where a coefficient is positive, none downhill where it is 0.
+    /// The conditions of Karush, Kuhn and Tucker: the gradient is 0 where a coefficient is positive, and not downhill where
+    /// it is 0.
     #[test]
     fn solutions_are_optimal() {
         let mut next = numbers(7);
         for trial in 0..400 {
-            let (rows, count) = (8 + trial % 9, 1 + trial % MOST);
+            let (rows, count) = (8 + trial % 9, 1 + trial % MAX_COLUMNS);
             let columns: Vec<Vec<f64>> = (0..count)
                 .map(|p| (0..rows).map(|_| (next() + 0.8) * 10f64.powi(p as i32 * 3 - 6)).collect())
                 .collect();

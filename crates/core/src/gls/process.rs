@@ -1,8 +1,8 @@
 //! A Gauss-Markov process in place of a rate random walk or of bias instability.
 //!
 //! If the walk is far too high at the longest times, a step from the fit with the walk gives no information, so each
-//! correlation time is tested by full fits. They use one averaging time per octave, because the covariance of a process has
-//! to be computed again for each correlation time.
+//! correlation time is tested by full fits. These use one averaging time per octave, because the covariance of a process is
+//! recomputed for each correlation time.
 
 use crate::distributions::normal_quantile;
 use crate::gls::attempt::{Attempt, Data};
@@ -22,10 +22,10 @@ const LONGEST_SHARE: f64 = 4.0;
 
 const PER_DECADE: f64 = 2.0;
 
-/// Steps of the refinement; each computes a covariance.
+/// Largest number of refinement steps; each computes a covariance.
 const MOST_STEPS: usize = 3;
 
-/// Half the distance of the logarithms of two tested times.
+/// Largest step of the logarithm: half the distance of two tested times.
 const LONGEST_STEP: f64 = 0.6;
 
 /// Tolerance in standard errors.
@@ -37,10 +37,10 @@ const MOST_HALF: f64 = 50.0;
 /// Value, low and high.
 pub(crate) type Interval = [f64; 3];
 
-/// Correlation time in samples of a process that improves a fit by more than its price; none if there is none.
+/// Correlation time in samples of a process that improves a fit by more than its price; None if there is none.
 pub(crate) fn best_time(data: &Data, without: &Attempt, level: f64, work: &mut Work) -> Option<f64> {
-    // Computed at all averaging times, so that all starts of the fit share the components.
-    let mut coarse = data.at(&octaves(data.sizes()));
+    // Components are computed at all averaging times, so that all starts of the fit share them.
+    let mut coarse = data.at_sizes(&octaves(data.sizes()));
     let start = data.sizes()[without.first];
     coarse.first = Some(coarse.sizes().partition_point(|&size| size < start));
     let shortest = (SHORTEST * coarse.sizes()[0] as f64).ln();
@@ -97,14 +97,14 @@ fn deviance(data: &Data, time: Option<f64>, terms: Terms, remove: bool, level: f
     found().unwrap_or(f64::INFINITY)
 }
 
-/// Minimum of a parabola through three values at equal distances, the middle one of which is the lowest: its place from the
-/// middle, in distances.
+/// Position of the minimum of a parabola through three equidistant values, of which the middle one is the lowest, relative
+/// to the middle and in units of the distance.
 fn vertex(y: [f64; 3]) -> f64 {
     let curvature = y[0] - 2.0 * y[1] + y[2];
     if curvature.is_finite() && curvature > 0.0 { 0.5 * (y[0] - y[2]) / curvature } else { 0.0 }
 }
 
-/// The correlation time of least squares, by Gauss-Newton steps.
+/// The least-squares correlation time, by Gauss-Newton steps.
 fn refined(data: &Data, terms: Terms, time: f64, work: &mut Work) -> f64 {
     let mut time = time;
     for _ in 0..MOST_STEPS {
@@ -117,7 +117,7 @@ fn refined(data: &Data, terms: Terms, time: f64, work: &mut Work) -> f64 {
     time
 }
 
-/// A step of the logarithm of the time, and its standard error; none if there is no process.
+/// A step of the logarithm of the time, and its standard error; None if there is no process.
 fn newton_step(data: &Data, terms: Terms, time: f64, work: &mut Work) -> Result<Option<(f64, f64)>, Failed> {
     let first = data.first.unwrap_or(0);
     let mut gls = data.gls(first, Some(time))?;
@@ -138,8 +138,8 @@ fn newton_step(data: &Data, terms: Terms, time: f64, work: &mut Work) -> Result<
     Ok(Some((step, inverse.covariance(last, last).sqrt())))
 }
 
-/// Value, low and high of the standard deviation and of the correlation time, symmetric in the logarithm. The covariance has
-/// the time as a free parameter.
+/// Value, low and high of the standard deviation and of the correlation time, symmetric in the logarithm, with the time as
+/// a free parameter.
 pub(crate) fn intervals(
     found: &Attempt,
     time: f64,

@@ -1,13 +1,13 @@
 //! Estimate and test of the rate ramp, a deterministic term with a sign, for given noise.
 //!
-//! A rate random walk looks like a ramp of about K/√T: the test is whether the ramp of the record is larger than its noise
-//! explains. The mean second difference at every averaging time is an estimate of the ramp; the covariance of these
-//! estimates is known for any noise, and their weighted mean with the smallest variance is used. The noise is fitted to
-//! the variances after the removal of that ramp, so that it does not contain the ramp with which it is compared.
+//! A rate random walk resembles a ramp of about K/√T. The test is whether the ramp of the record is larger than its noise
+//! explains. The mean second difference at each averaging time is an estimate of the ramp. The covariance of these
+//! estimates is known for any noise, and the weighted mean with the smallest variance is used. The noise is fitted to the
+//! variances after the removal of that ramp, so that it does not include the ramp with which it is compared.
 
 use crate::distributions::{normal_quantile, student_below, student_quantile};
 use crate::gls::components::Components;
-use crate::gls::covariance::{of_slopes, times};
+use crate::gls::covariance::{ramp_covariance, times};
 use crate::gls::non_negative::relative_fit;
 use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, TERMS, Theta, finite};
@@ -17,14 +17,14 @@ const RIDGE: f64 = 1e-9;
 
 const MOST_FREEDOM: f64 = 1e9;
 
-/// Degrees of freedom if the rate random walk is hardly known: then t = 6.2, which weak walks exceed in fewer than 5 % of
-/// records.
+/// Degrees of freedom if the rate random walk is poorly determined: the limit is then t = 6.2, which weak walks exceed in
+/// fewer than 5 % of records.
 const LEAST_FREEDOM: f64 = 1.5;
 
 /// Two-sided p-value of a ramp that would be significant if the noise were known exactly.
 const SUSPICIOUS: f64 = 0.05;
 
-/// Relative errors of the rough fit with which the weights begin.
+/// Relative errors of the rough fit for the initial weights.
 const ROUGH: f64 = 0.1;
 
 /// Estimate of a ramp per sample.
@@ -46,7 +46,7 @@ impl Ramp {
         self.value.abs() > -normal_quantile(0.5 * SUSPICIOUS) * self.error
     }
 
-    /// Half of the interval of the ramp.
+    /// Half width of the interval of the ramp.
     pub(crate) fn half_width(&self, level: f64) -> f64 {
         student_quantile(self.freedom, 0.5 + 0.5 * level) * self.error
     }
@@ -54,8 +54,8 @@ impl Ramp {
 
 impl Gls {
     /// The problem after the removal of the ramp Σ weights·ramps. z is replaced by the means of the squares of z − ramp·m².
-    /// The variance v of the ramp and its covariance c with every ramp are known, and hence the expected variances after its
-    /// removal.
+    /// The variance v of the ramp and its covariance c with each estimate are known, and hence the expected variances after
+    /// its removal.
     ///
     /// # Panics
     ///
@@ -71,7 +71,7 @@ impl Gls {
         }
         let (mut upper, mut c) = (Vec::new(), Vec::new());
         for (p, row) in still.design.chunks_exact_mut(self.order()).enumerate() {
-            of_slopes(&self.parts, self.first, &unit(p), &mut upper);
+            ramp_covariance(&self.parts, self.first, &unit(p), &mut upper);
             times(&upper, weights, &mut c);
             let v: f64 = c.iter().zip(weights).map(|(c, weight)| c * weight).sum();
             for ((cell, square), c) in row.iter_mut().zip(self.squares()).zip(&c) {
@@ -81,8 +81,8 @@ impl Gls {
         still
     }
 
-    /// The ramp, the problem after its removal, and the θ of that problem. `theta`: the fit of this problem, from which the
-    /// weights start if no better start is found; `ramps`: mean second differences over m².
+    /// The ramp, the problem after its removal, and the θ of that problem. `theta` is the fit of this problem, from which
+    /// the weights start if there is no better start; `ramps` are mean second differences over m².
     pub(crate) fn ramp(
         &self,
         theta: &Theta,
@@ -90,7 +90,7 @@ impl Gls {
         level: f64,
         work: &mut Work,
     ) -> Result<(Ramp, Self, Theta), Failed> {
-        // A fit without the ramp is useless if the ramp is large; a rough fit with a ramp is good enough for the weights.
+        // A fit without the ramp is useless if the ramp is large; for the weights a rough fit with a ramp is sufficient.
         let drift: Vec<f64> = self.squares().iter().map(|square| 0.5 * square).collect();
         let columns: Vec<&[f64]> = self.design.chunks_exact(self.order()).chain([&drift[..]]).collect();
         let rough = relative_fit(&columns, &self.avar, &vec![ROUGH; self.order()])?;
@@ -130,7 +130,7 @@ impl Gls {
         let (mut upper, mut c) = (Vec::new(), Vec::new());
         let mut by_term = [0.0; TERMS];
         for (p, own) in by_term.iter_mut().enumerate().take(self.parts.terms()) {
-            of_slopes(&self.parts, self.first, &unit(p), &mut upper);
+            ramp_covariance(&self.parts, self.first, &unit(p), &mut upper);
             times(&upper, weights, &mut c);
             *own = c.iter().zip(weights).map(|(c, weight)| c * weight).sum();
         }
@@ -151,13 +151,13 @@ impl Gls {
     /// [`Failed`] if there is no noise with which a ramp can be compared.
     pub fn least_variance(&self, theta: &Theta) -> Result<Vec<f64>, Failed> {
         let mut upper = Vec::new();
-        of_slopes(&self.parts, self.first, theta, &mut upper);
+        ramp_covariance(&self.parts, self.first, theta, &mut upper);
         let order = self.order();
         let sd: Vec<f64> = upper.iter().step_by(order + 1).map(|variance| variance.sqrt()).collect();
         if !sd.iter().all(|&sd| sd > 0.0 && sd.is_finite()) {
             return Err(Failed);
         }
-        // Elimination without square roots: rounding may have made the matrix slightly indefinite.
+        // Elimination without square roots, because rounding may make the matrix slightly indefinite.
         let mut solved: Vec<f64> = sd.iter().map(|sd| 1.0 / sd).collect();
         for i in 0..order {
             for j in i..order {

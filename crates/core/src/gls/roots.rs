@@ -1,4 +1,4 @@
-//! Root of a function of one number that is nearly linear and costs a fit.
+//! Root of a nearly linear function of one variable, each value of which costs a fit.
 
 use crate::gls::Failed;
 use crate::roots::root;
@@ -6,7 +6,7 @@ use crate::roots::root;
 /// Relative error of a coefficient, below the printed digits.
 pub(crate) const TOLERANCE: f64 = 1e-4;
 
-/// Root of an increasing f between `low` and `high`; the nearer end if f does not change sign.
+/// Root of an increasing f between `low` and `high`; if f does not change sign, the end with the smaller |f|.
 pub(crate) fn crossing(
     mut f: impl FnMut(f64) -> Result<f64, Failed>,
     low: f64,
@@ -46,7 +46,7 @@ mod tests {
                 2.0,
                 2.0 * TOLERANCE,
             );
-            // Of the root, 1e-4, and of the upper end.
+            // Tolerances of the root, 1e-4, and of the upper end.
             assert!((found.unwrap() - expected).abs() < 4e-4);
             assert!(calls.len() <= 18, "{}", calls.len());
             calls.sort_by(f64::total_cmp);

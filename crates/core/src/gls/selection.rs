@@ -10,14 +10,14 @@ const LEAST_TIMES: usize = 8;
 /// Smallest p-value of the goodness of fit with all averaging times for the model to be adequate.
 pub(crate) const LEAST_P: f64 = 0.002;
 
-/// The same once shorter averaging times are left out, because it is then known that they deviate.
+/// The same if shorter averaging times are left out, because they are then known to deviate.
 const LEAST_P_LATER: f64 = 0.01;
 
-/// Largest p-value of the terms alone for which a process is tested. This misses 1 of 256 processes that are worth their
-/// price.
+/// Largest p-value of the terms alone for which a process is tested. Of 256 processes whose gain exceeds the price, 1 is
+/// missed.
 const PROCESS_P: f64 = 0.3;
 
-/// Largest shortest averaging time: an internal low-pass filter has no effect beyond it in practice. \[samples\]
+/// Upper bound of the shortest averaging time: an internal low-pass filter has no effect beyond it in practice. \[samples\]
 const LARGEST_START: usize = 128;
 
 /// The adequate attempt if there is one, otherwise the attempt with the largest p-value; and whether it is adequate.
@@ -57,7 +57,7 @@ pub(crate) fn best_attempt(data: &Data, level: f64, work: &mut Work) -> (Option<
     (tried.into_iter().reduce(better), false)
 }
 
-/// The fit with a Gauss-Markov process if it is worth its price, otherwise the fit as it is.
+/// The fit with a Gauss-Markov process if its gain exceeds the price, otherwise the fit unchanged.
 fn with_process(data: &Data, found: Attempt, level: f64, work: &mut Work) -> Attempt {
     if found.p_value >= PROCESS_P {
         return found;
@@ -66,7 +66,7 @@ fn with_process(data: &Data, found: Attempt, level: f64, work: &mut Work) -> Att
     time.and_then(|time| attempt(data, found.first, level, Some(time), work)).unwrap_or(found)
 }
 
-/// The fit from twice the averaging time on, where a deviation that was just not significant is half as large.
+/// The fit from twice the averaging time, where a deviation that was just not significant is half as large.
 fn an_octave_later(data: &Data, found: Attempt, level: f64, work: &mut Work) -> Attempt {
     let sizes = data.sizes();
     let later = sizes.partition_point(|&size| size < 2 * sizes[found.first]);

@@ -11,7 +11,7 @@ use crate::gls::step::{Gls, Work};
 use crate::gls::{Failed, LINEAR, QUANTIZATION, RATE_RANDOM_WALK, TERMS, Terms, Theta, finite};
 use std::sync::Arc;
 
-/// Share of the width of an interval: if a value is closer to an end, it is tested without the terms that were not found.
+/// Share of the width of an interval. A value closer to an end is tested without the terms that were not observed.
 const EDGE: f64 = 0.2;
 
 /// Smaller p-values are rounding errors.
@@ -25,19 +25,19 @@ const DESCRIPTIVE_STEPS: usize = 4;
 /// A ramp per sample with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ramps {
-    /// Its estimate.
+    /// Estimate of the ramp.
     pub value: f64,
-    /// Half of the interval.
+    /// Half width of the interval.
     pub half_width: f64,
     /// Two-sided p-value.
     pub p_value: f64,
-    /// Whether it would be significant if the noise were known exactly, but is not.
+    /// Whether it is not significant, but would be if the noise were known exactly.
     pub undecided: bool,
 }
 
-/// Result of an adequate model; squared coefficients, of samples.
+/// Result of an adequate model, with squared coefficients for a sample interval of 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct AdequateFit {
     /// Index of the shortest averaging time that was used.
     pub first: usize,
     /// P-value of the goodness of fit.
@@ -46,18 +46,18 @@ pub struct Found {
     pub evidence: [Option<Evidence>; LINEAR],
     /// Terms that are significant.
     pub observed: Terms,
-    /// Terms that are not significant although the model does not fit without them. If [`Found::ramp`] is undecided, one of
+    /// Terms that are not significant although the model does not fit without them. If [`AdequateFit::ramp`] is undecided, one of
     /// them may be the ramp.
     pub unclear: Option<Terms>,
     /// Coefficients that together describe the curve.
     pub theta: Theta,
-    /// Their covariance, of the noise terms that are positive: row after row.
+    /// Covariance of the positive noise terms, in row order.
     pub covariance: Vec<f64>,
     /// The ramp, if one was tested.
     pub ramp: Option<Ramps>,
     /// Standard deviation and correlation time of a Gauss-Markov process, each with its interval.
     pub process: Option<(Interval, Interval)>,
-    /// The averaging time that deviates most among those left out: its index, and the ratio of the deviations.
+    /// The left-out averaging time with the largest difference: its index, and the ratio of the deviations.
     pub left_out: Option<(usize, f64)>,
 }
 
@@ -66,7 +66,7 @@ pub struct Found {
 pub struct Described {
     /// Index of the shortest averaging time that was used.
     pub first: usize,
-    /// Largest p-value of a model; none if no model could be fitted.
+    /// Largest p-value of a model; None if no model could be fitted.
     pub p_value: Option<f64>,
     /// Whether that model was adequate, but its covariance is not positive definite.
     pub no_covariance: bool,
@@ -74,15 +74,15 @@ pub struct Described {
     pub theta: Theta,
     /// Terms that the description needs.
     pub needed: Terms,
-    /// Index of the averaging time that deviates most, and the ratio of its deviation to that described.
+    /// Index of the averaging time with the largest difference, and the ratio of the measured to the described deviation.
     pub worst: (usize, f64),
 }
 
-/// What a curve shows.
+/// Result of the fit of a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// A model is adequate.
-    Found(Box<Found>),
+    Adequate(Box<AdequateFit>),
     /// No model is adequate.
     Described(Described),
 }
@@ -97,15 +97,14 @@ pub fn fit(data: &Data, level: f64) -> Result<Outcome, Failed> {
     let (best, adequate) = best_attempt(data, level, &mut work);
     let found = best.as_ref().filter(|_| adequate).map(|best| stated(data, best, level, &mut work));
     if let Some(Ok(found)) = found {
-        return Ok(Outcome::Found(Box::new(found)));
+        return Ok(Outcome::Adequate(Box::new(found)));
     }
-    // If a model was adequate: trial values far from the fit may have no positive definite covariance, because of
-    // rounding.
+    // Even for an adequate model, rounding may make the covariance for trial values far from the fit indefinite.
     let described = described(data, best.as_ref())?;
     Ok(Outcome::Described(Described { no_covariance: adequate, ..described }))
 }
 
-fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Found, Failed> {
+fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<AdequateFit, Failed> {
     let shares = UpperShare::of(level);
     let (gls, theta) = (&best.gls, &best.theta);
     let linear = gls.candidates.and(Terms::first(LINEAR));
@@ -134,12 +133,12 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
     let mut selected = if chosen.is_empty() { *theta } else { gls.fit_in(chosen, None, None, work)? };
     let mut unclear = None;
     if chosen.is_empty() || gls.p_value_in(&selected, work)? <= LEAST_P {
-        // Several terms, none of which is significant beside the others, although at least one is needed.
+        // Several terms, none of which is significant given the others, although at least one is needed.
         selected = *theta;
         let not_observed = linear.iter().filter(|&p| theta[p] > 0.0 && !observed.contains(p));
         unclear = Some(not_observed.fold(Terms(0), Terms::with));
     }
-    // Including terms that the record does not distinguish: their sum is known better than each of them.
+    // Terms that the record does not distinguish are included: their sum is better determined than each term.
     let positive = Terms::positive(&selected);
     let used = positive.and(linear);
     let mut covariance = Vec::new();
@@ -153,8 +152,8 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
         let Some(e) = evidence[p] else { continue };
         let margin = EDGE * (e.high - e.low);
         if !(e.low + margin <= selected[p] && selected[p] <= e.high - margin) {
-            // Far from the middle of the interval, which allows for the terms that were not found: the interval without
-            // these terms is included.
+            // The value is far from the middle of the interval, which allows for terms that were not observed. The interval
+            // without these terms is therefore included.
             let tangent = gls.tangent.clone().filter(|_| !extra.is_empty());
             let without = Gls { candidates: chosen, tangent, ..gls.clone() };
             let alone = limited(&without, p, &selected, level, &shares, work)?;
@@ -171,7 +170,7 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
         p_value: ramp.p_value,
         undecided,
     });
-    Ok(Found {
+    Ok(AdequateFit {
         first: best.first,
         p_value: best.p_value,
         evidence,
@@ -185,7 +184,8 @@ fn stated(data: &Data, best: &Attempt, level: f64, work: &mut Work) -> Result<Fo
     })
 }
 
-/// The evidence of one term. If poorly determined other terms leave it without a limit, the limit of the term alone.
+/// The evidence of one term. If it has no limit because other terms are poorly determined, the limit is that of the term
+/// alone.
 fn limited(
     gls: &Gls,
     term: usize,
@@ -240,7 +240,7 @@ fn described(data: &Data, nearest: Option<&Attempt>) -> Result<Described, Failed
     Ok(Described { first, p_value, no_covariance: false, theta, needed, worst })
 }
 
-/// θ fitted to the variances with errors of at least a tenth, the squared ramp last; and these relative errors.
+/// θ fitted to the variances with errors of at least a tenth, the squared ramp last, and these relative errors.
 fn descriptive_theta(
     parts: &Components,
     first: usize,

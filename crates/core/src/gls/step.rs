@@ -2,7 +2,7 @@
 
 use crate::gls::columns::{PseudoInverse, Row, WIDTH, last_row};
 use crate::gls::components::Components;
-use crate::gls::covariance::{RampRemoval, made_positive, of_noise, times};
+use crate::gls::covariance::{RampRemoval, made_positive, noise_covariance, times};
 use crate::gls::laws::skewed_tails;
 use crate::gls::non_negative::Products;
 use crate::gls::whitening::Whitened;
@@ -11,13 +11,13 @@ use crate::gls::{Failed, TERMS, Terms, Theta, finite};
 /// Largest number of steps of the iteration.
 const STEPS: usize = 40;
 
-/// Number of the step from which on steps are averaged with the step before.
+/// Number of the step from which each step is averaged with the previous one.
 const DAMPED_FROM: usize = 8;
 
 /// Relative change of the expected variances at which the iteration ends.
 const TOLERANCE: f64 = 1e-5;
 
-/// Allan variances and their components from one size on.
+/// Allan variances and their components for sizes from number `first`.
 #[derive(Debug, Clone)]
 pub struct Gls {
     pub(crate) parts: Components,
@@ -27,8 +27,8 @@ pub struct Gls {
     pub(crate) avar: Vec<f64>,
     /// Terms that are fitted.
     pub(crate) candidates: Terms,
-    /// Derivative of the variances by the shape of a term that a search determined. An error of the shape is then not
-    /// evidence for any term.
+    /// Derivative of the variances with respect to the shape of a term, if a search determined the shape. An error of the
+    /// shape is then not evidence for any term.
     pub(crate) tangent: Option<Vec<f64>>,
     /// Weights of the ramp that was removed, if any.
     pub(crate) ramp_weights: Option<Vec<f64>>,
@@ -48,7 +48,7 @@ pub(crate) struct Work {
     modes: Vec<f64>,
 }
 
-/// Comparison of the estimate of one squared coefficient with a trial value, all others fitted for that value.
+/// Comparison of the estimate of one squared coefficient with a trial value, with the others fitted for that value.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Statistic {
     /// (estimate − trial) / sigma; the estimate is unconstrained and may be negative.
@@ -56,7 +56,7 @@ pub(crate) struct Statistic {
     /// Standard error of the estimate, if the trial value is true.
     pub sigma: f64,
     pub skewness: f64,
-    /// The trial value, and the other coefficients fitted.
+    /// The trial value and the other, fitted coefficients.
     pub theta: Theta,
 }
 
@@ -67,7 +67,7 @@ impl Statistic {
     }
 }
 
-/// The same, with the weights of the Allan variances in the estimate and the probability of a larger one.
+/// A [`Statistic`] with the weights of the Allan variances in the estimate and the probability of a larger estimate.
 #[derive(Debug, Clone)]
 pub struct Score {
     /// (estimate − trial) / sigma.
@@ -78,18 +78,18 @@ pub struct Score {
     pub skewness: f64,
     /// Probability of a larger estimate.
     pub above: f64,
-    /// The trial value, and the other coefficients fitted.
+    /// The trial value and the other, fitted coefficients.
     pub theta: Theta,
     /// Weights of the Allan variances in the estimate.
     pub weights: Vec<f64>,
 }
 
 impl Gls {
-    /// The problem from size number `first` on.
+    /// The problem for sizes from number `first`.
     ///
     /// # Panics
     ///
-    /// If there is not one variance for each size, or a tangent of another length.
+    /// If there is not one variance per size, or if the tangent has another length.
     #[must_use]
     pub fn new(
         parts: &Components,
@@ -165,13 +165,13 @@ impl Gls {
 
     /// Covariance of the variances if θ is true: the upper triangle in [`Work::covariance`].
     pub(crate) fn covariance_in(&self, theta: &Theta, work: &mut Work) {
-        of_noise(&self.parts, self.first, theta, &mut work.covariance);
+        noise_covariance(&self.parts, self.first, theta, &mut work.covariance);
         if let Some(weights) = &self.ramp_weights {
             work.removal.apply(&self.parts, self.first, theta, weights, &mut work.covariance);
         }
     }
 
-    /// The same as a whole matrix, row after row.
+    /// The covariance as a whole matrix in row order.
     #[must_use]
     pub fn covariance(&self, theta: &Theta) -> Vec<f64> {
         let mut work = Work::default();
@@ -183,7 +183,7 @@ impl Gls {
             .collect()
     }
 
-    /// Takes the covariance for θ apart, together with columns.
+    /// Factors the covariance for θ and whitens columns.
     fn whiten(
         &self,
         theta: &Theta,
@@ -202,8 +202,8 @@ impl Gls {
         }
     }
 
-    /// Whitens the columns of `terms`, then the tangent and the target if there are some, into [`Work::rows`].
-    /// Returns their number.
+    /// Whitens the columns of `terms`, then the tangent and the target if present, into [`Work::rows`]. Returns the number
+    /// of columns.
     pub(crate) fn whitened(
         &self,
         theta: &Theta,
@@ -300,8 +300,8 @@ impl Gls {
         self.fit_in(active.unwrap_or(self.candidates), fixed, start, &mut Work::default())
     }
 
-    /// Pseudo-inverse of the whitened columns of the active terms and the tangent, if θ is true; the columns are left in
-    /// [`Work::rows`].
+    /// Pseudo-inverse of the whitened columns of the active terms and the tangent, if θ is true; [`Work::rows`] then has
+    /// the columns.
     pub(crate) fn inverse(
         &self,
         theta: &Theta,
@@ -313,7 +313,7 @@ impl Gls {
         PseudoInverse::new(&mut work.rows, width)
     }
 
-    /// Covariance of unconstrained estimates of the active terms, if θ is true: row after row.
+    /// Covariance of unconstrained estimates of the active terms, if θ is true, in row order.
     ///
     /// # Errors
     ///
@@ -333,7 +333,7 @@ impl Gls {
         Ok((0..count * count).map(|k| inverse.covariance(k / count, k % count)).collect())
     }
 
-    /// Compares the estimate of one term with a trial value. Leaves the weights in `Work::on_data`.
+    /// Compares the estimate of one term with a trial value. Stores the weights in `Work::on_data`.
     pub(crate) fn statistic(
         &self,
         term: usize,
@@ -371,7 +371,7 @@ impl Gls {
         })
     }
 
-    /// Variance of the estimate whose weights [`Gls::statistic`] left, if θ is true; and its skewness.
+    /// Variance and skewness, if θ is true, of the estimate with the weights of [`Gls::statistic`].
     pub(crate) fn scatter(&self, theta: &Theta, work: &mut Work) -> (f64, f64) {
         self.covariance_in(theta, work);
         times(&work.covariance, &work.on_data, &mut work.row);
@@ -379,7 +379,7 @@ impl Gls {
         (variance, self.parts.skewness(&work.on_data, self.first, theta, &mut work.modes).0)
     }
 
-    /// Compares the estimate of one term with a trial value, all others fitted for that value.
+    /// Compares the estimate of one term with a trial value, with the others fitted for that value.
     ///
     /// # Errors
     ///

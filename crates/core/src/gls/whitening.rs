@@ -7,16 +7,16 @@ use crate::gls::Failed;
 use crate::gls::lanes::add_rows;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Share of a variance left after elimination of the rows before, below which the matrix is not positive definite.
+/// Share of a variance that must remain after elimination of the previous rows for the matrix to be positive definite.
 const LEAST_SHARE: f64 = 4.0 * f64::EPSILON;
 
 /// Rows are padded to a multiple of this length.
 const ROUNDED: usize = 8;
 
-/// Shares of the variances that are added to those of a matrix that rounding has made indefinite, one after the other.
+/// Shares of the variances that are added in turn to the diagonal of a matrix that rounding has made indefinite.
 const RIDGES: [f64; 5] = [0.0, 1e-12, 1e-10, 1e-8, 1e-6];
 
-/// A covariance L Lᵀ with the lower factor L, and L⁻¹ B for columns B of numbers.
+/// The factor L of a covariance L Lᵀ, and L⁻¹ B for columns B.
 #[derive(Debug, Default)]
 pub(crate) struct Whitened {
     order: usize,
@@ -28,7 +28,7 @@ pub(crate) struct Whitened {
 }
 
 impl Whitened {
-    /// Takes a covariance apart, given by its upper triangle, row after row; `fill` writes a row of `width` numbers.
+    /// Factors a covariance, given by its upper triangle in row order; `fill` writes a row of `width` numbers.
     ///
     /// # Errors
     ///
@@ -53,7 +53,7 @@ impl Whitened {
         Err(Failed)
     }
 
-    /// The same with one ridge; whether the matrix is positive definite.
+    /// [`Self::take`] with one ridge; returns whether the matrix is positive definite.
     pub(crate) fn take_definite(
         &mut self,
         covariance: &[f64],
@@ -79,7 +79,7 @@ impl Whitened {
         2.0 * self.rows.iter().step_by(self.stride + 1).map(|pivot| pivot.ln()).sum::<f64>()
     }
 
-    /// The whitened columns, row after row.
+    /// The whitened columns in row order.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.rows.chunks_exact(self.stride).map(|row| &row[self.order..self.order + self.width])
     }
@@ -94,8 +94,8 @@ impl Whitened {
     }
 }
 
-/// Takes apart the upper triangle in the first `order` columns of rows of length `stride`; true if it is positive definite.
-/// The rows become those of its factor, and the other columns are divided by it.
+/// Factors the upper triangle in the first `order` columns of rows of length `stride`; true if it is positive definite. The
+/// rows become those of the factor, and the other columns are multiplied by its inverse.
 struct Elimination<'a> {
     rows: &'a mut [f64],
     order: usize,
@@ -106,11 +106,11 @@ impl WithSimd for Elimination<'_> {
     type Output = bool;
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for these vectors.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for these vectors.
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Self { rows, order, stride } = self;
         for k in 0..order {
-            // From the vector that has the diagonal: what is before it in the rows is not used.
+            // Begins with the vector that includes the diagonal; earlier elements of the rows are not used.
             let from = k - k % S::F64_LANES;
             let (before, rest) = rows.split_at_mut(k * stride);
             let row = &mut rest[from..stride];

@@ -1,4 +1,4 @@
-//! Whether a fitted model describes the record: three tests, each sensitive to another kind of misfit.
+//! Three tests of whether a fitted model describes the record, each sensitive to a different kind of misfit.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
@@ -8,20 +8,20 @@ use crate::likelihood::laws::{chi2_above, chi2_below, digamma, normal_quantile_a
 const BANDS: f64 = 4.0;
 const LEAST_FREEDOM: f64 = 8.0;
 
-/// Share of the parameters that is subtracted from the degrees of freedom of the bands of the second test.
+/// Number of degrees of freedom of the bands, in the second test, that each parameter costs.
 const PAID: f64 = 0.7;
 
-/// Numbers of the lowest modes that are tested together, and the correction for testing all of them.
+/// Numbers of lowest modes that are tested together, and the correction for multiple tests.
 const LOWEST: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0];
 const LOWEST_PRICE: f64 = 4.0;
 
-/// Smallest share of the degrees of freedom of a bin that regressors leave.
-const LEAST_LEFT: f64 = 0.05;
+/// Smallest share of a bin's degrees of freedom that remains after the regressors.
+const MIN_FREEDOM_SHARE: f64 = 0.05;
 
 /// Result of the tests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adequacy {
-    /// P-value of all three together.
+    /// P-value of all three tests together.
     pub p_value: f64,
     /// Bands of a quarter decade: mean frequency \[Hz\] and normal deviate, positive if the density of the record is higher
     /// than that of the model.
@@ -30,21 +30,21 @@ pub struct Adequacy {
 
 /// Tests a fit.
 pub(crate) fn adequacy(fit: &Fit, bins: &Bins) -> Adequacy {
-    // Regressors take degrees of freedom, and the same share of the power, from bins.
-    let taken = |i: usize| fit.leverage.get(i).copied().unwrap_or(0.0); // none without regressors
+    // Regressors reduce the degrees of freedom of bins, and the power by the same share.
+    let taken = |i: usize| fit.leverage.get(i).copied().unwrap_or(0.0); // empty without regressors
     let left: Vec<f64> =
-        (0..bins.len()).map(|i| (1.0 - taken(i) / bins.freedom[i]).max(LEAST_LEFT)).collect();
+        (0..bins.len()).map(|i| (1.0 - taken(i) / bins.freedom[i]).max(MIN_FREEDOM_SHARE)).collect();
     let ratio: Vec<f64> =
         fit.powers.iter().zip(&fit.spectrum).zip(&left).map(|((i, s), left)| i / (s * left)).collect();
     let parameters = fit.model.parameters_beside_curves() as f64;
     let deviances = gamma_deviances(&ratio, bins, &left, parameters);
-    // The bands of all runs together do not follow the levels of single runs.
+    // Levels of single runs do not reduce the freedom of the bands of all runs.
     let (of_bands, bands) = bands(&ratio, bins, &left, fit.model.numbers() as f64);
     let lowest = lowest_modes(&ratio, bins, &left);
     Adequacy { p_value: (3.0 * deviances.min(of_bands).min(lowest)).min(1.0), bands }
 }
 
-/// The sum of gamma deviances 2x(r − 1 − ln r), x half the degrees of freedom, with its exact mean and variance.
+/// The sum of gamma deviances 2x(r − 1 − ln r), where x is half the degrees of freedom, with its exact mean and variance.
 fn gamma_deviances(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> f64 {
     let (mut sum, mut mean, mut variance) = (0.0, 0.0, 0.0);
     for (i, &r) in ratio.iter().enumerate() {
@@ -62,7 +62,7 @@ pub(crate) fn log_bias(x: f64) -> f64 {
     if x > 1e4 { 0.5 / x + 1.0 / (12.0 * x * x) } else { x.ln() - digamma(x) }
 }
 
-/// Tests bands of a quarter decade. A band shows a misfit that is too small to detect in any one of its bins.
+/// Tests bands of a quarter decade. A band shows misfits that are too small to detect in a single bin.
 fn bands(ratio: &[f64], bins: &Bins, left: &[f64], parameters: f64) -> (f64, Vec<(f64, f64)>) {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (_, inside) in bins.bands(BANDS) {

@@ -1,4 +1,4 @@
-//! Other explanations of a record, and the rate random walk that they compete with.
+//! Alternative explanations of a record, and the rate random walk with which they compete.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
@@ -6,13 +6,12 @@ use crate::likelihood::fit::Fit;
 use crate::likelihood::profile::Thresholds;
 use crate::terms::Term;
 
-/// Threshold from which on a rate random walk is certain, and by which another explanation must be better than a certain
-/// one, over the threshold of an interval: one-sided, for three kinds (process, warm-up, exponent) together (Bonferroni), χ²
-/// of 2·5 %/3.
-const OF_THREE_KINDS: f64 = 1.18;
+/// Threshold above which a rate random walk is certain, and by which an alternative must be better than a certain walk,
+/// over the threshold of an interval. It is one-sided, for three kinds of alternatives (process, warm-up, exponent)
+/// together (Bonferroni): χ² of 2·5 %/3.
+const THRESHOLD_FACTOR: f64 = 1.18;
 
-/// A fit that explains a record as well as another one does, the time constant of the warm-up in it \[s\], and the terms that may
-/// be absent because of it.
+/// An equivalent fit of a record, the time constant of its warm-up \[s\], and the terms that may be absent because of it.
 pub(crate) struct Alike {
     pub fit: Fit,
     pub warm_up: Option<f64>,
@@ -22,25 +21,25 @@ pub(crate) struct Alike {
 /// A rate random walk and its competing explanations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Walk {
-    /// Rise of the deviance without it.
+    /// Rise of the deviance without the walk.
     loss: f64,
     at: Thresholds,
 }
 
 impl Walk {
     /// Whether the walk may be absent because another explanation lowers the deviance by `fall`. An uncertain walk is
-    /// dropped for any explanation that is as good, a certain one only for one that is better by `needed`.
+    /// dropped for any equally good explanation, a certain walk only for one that is better by `needed`.
     pub(crate) fn gives_way(self, fall: f64, needed: f64) -> bool {
         fall >= if self.loss > self.sure() { needed } else { -self.at.interval }
     }
 
     pub(crate) fn sure(self) -> f64 {
-        OF_THREE_KINDS * self.at.interval
+        THRESHOLD_FACTOR * self.at.interval
     }
 
-    /// Amount by which a process must be better than the walk. The walk is its limit for long correlation times, so by
-    /// chance the process is better by a one-sided threshold. For a sensor with a process a second process is not
-    /// surprising.
+    /// Amount by which a process must be better than the walk. The walk is the limit of the process for long correlation
+    /// times, so by chance the process is better by a one-sided threshold. If the sensor already has a process, a second
+    /// process is not surprising.
     pub(crate) fn needed_of_process(self, fit: &Fit) -> f64 {
         let is_present =
             |(part, &theta): (&Part, &f64)| matches!(part, Part::GaussMarkov { .. }) && theta > 0.0;
@@ -56,5 +55,5 @@ pub(crate) fn observed_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<Wa
 
 pub(crate) fn loss_of_term(fit: &Fit, bins: &Bins, term: Part) -> Option<f64> {
     let present = fit.model.index(term).filter(|&j| fit.model.theta[j] > 0.0)?;
-    Some(fit.loss_of(present, bins).0)
+    Some(fit.removal_loss(present, bins).0)
 }

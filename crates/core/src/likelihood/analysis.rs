@@ -4,10 +4,10 @@ use crate::likelihood::adequacy::{Adequacy, adequacy};
 use crate::likelihood::band::{
     Attempt, SLOWEST_FILTER, allowed, attempt, best_attempt, hides_white_noise, of_terms,
 };
-use crate::likelihood::band::{LEAST, LINE_SEARCHES};
+use crate::likelihood::band::{LINE_SEARCHES, MIN_P_VALUE};
 use crate::likelihood::bins::{Bins, Regressor, usable};
 use crate::likelihood::discrepancy::widened;
-use crate::likelihood::drifts::{Drifts, GIVEN_AT, drift, regressors, with_drifts};
+use crate::likelihood::drifts::{Drifts, FIRST_REGRESSOR, drift, regressors, with_drifts};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::fit::squares;
 use crate::likelihood::fit::{Fit, TOLERANCE};
@@ -21,7 +21,7 @@ use crate::likelihood::lines::{above_medians, beyond_band, without_images};
 use crate::likelihood::no_quantization::without_quantization;
 use crate::likelihood::outcome::Tails;
 use crate::likelihood::outcome::{Drift, Options, Outcome, Process, Second};
-use crate::likelihood::profile::{Bounds, Thresholds, of_part, of_resonance, of_time};
+use crate::likelihood::profile::{Bounds, Thresholds, part_bounds, resonance_bounds, time_bounds};
 use crate::likelihood::resonance_shape::join_without_resonances;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::select::{Allowed, cost, is_needed};
@@ -33,14 +33,14 @@ use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Degrees of freedom of Student's t if a model is not adequate, because the size of the misfit is estimated from about as
-/// many bands.
+/// Degrees of freedom of Student's t if a model is not adequate: the size of the misfit is estimated from about this number
+/// of bands.
 const WIGGLE_FREEDOM: f64 = 7.0;
 
-/// Deviance by which slow noise before a running mean must be better than slow noise after it, because the density of the
-/// zeros is then an additional parameter. Without this price, quantization noise replaced slow noise after the mean in 45 %
-/// of records. Without slow noise the choice only concerns the noise that fills the zeros, and the other side must be better
-/// by the same amount.
+/// Deviance by which a model with slow noise before a running mean must be better than one with slow noise after it,
+/// because the density at the zeros is then an additional parameter. Without this price, quantization noise replaced slow
+/// noise after the mean in 45 % of records. Without slow noise the choice only concerns the noise that fills the zeros, and
+/// the alternative must be better by the same amount.
 const IN_FRONT: f64 = 4.0;
 
 /// Analyses one channel.
@@ -72,13 +72,14 @@ pub fn analyse(record: &Summary, options: &Options) -> Outcome {
         ramp: drifts.ramp,
         ramp_observed: drifts.ramp_observed,
         warm_up: drifts.warm_up,
-        regressors: (0..options.regressors.len()).map(|k| drift(&plain, GIVEN_AT + k)).collect(),
+        regressors: (0..options.regressors.len()).map(|k| drift(&plain, FIRST_REGRESSOR + k)).collect(),
         levels: white_levels(&plain, &bins, tails),
         ..outcome(&plain, &bins, test, found)
     }
 }
 
-/// The model of a record with its lines and drifts. A running mean is its filter, unless only a series has an adequate model.
+/// The model of a record with its lines and drifts. Its filter is a running mean, unless only a series of cosines has an
+/// adequate model.
 pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
     let recognised = if options.filter { RunningMean::of(record) } else { None };
     let Some((mean, mask)) = recognised else { return fitted_with_series(record, options) };
@@ -86,7 +87,7 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
     let powers = mean.powers(record);
     let lines = if options.lines { beyond_band(record, &mean.with_lobes(record, &mask)) } else { Vec::new() };
     let (mask, lines) = without_lines(record, mask, lines, Some(&powers), options);
-    // The zeros may be filled by slow noise after the mean, which is part of the model, or by the ends of the record.
+    // Slow noise after the mean, which is part of the model, or the ends of the record may fill the zeros.
     let bare = RunningMean { floor: 0.0, ..mean };
     let behind = |of_white: bool, mean: RunningMean| {
         attempt(record, mask.clone(), lines.clone(), &regressors, options, (None, Some((mean, of_white))))
@@ -101,9 +102,9 @@ pub(crate) fn fitted<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>
         Ordering::Greater => false,
     };
     let attempt = if better { of_white } else { all };
-    if attempt.p_value < LEAST {
+    if attempt.p_value < MIN_P_VALUE {
         let with_series = fitted_with_series(record, options);
-        if with_series.0.p_value >= LEAST {
+        if with_series.0.p_value >= MIN_P_VALUE {
             return with_series;
         }
     }
@@ -119,7 +120,7 @@ fn shows_slow(attempt: &Attempt) -> bool {
             .any(|part| is_needed(fit, part, bins))
 }
 
-/// The same with a series as the only filter.
+/// The model of a record with a series of cosines as the only filter.
 pub(crate) fn fitted_with_series<'a>(record: &'a Summary, options: &Options) -> (Attempt<'a>, Drifts) {
     let regressors = Arc::new(regressors(record, options));
     let mask = usable(record);
@@ -182,7 +183,7 @@ pub(crate) fn inferred(
 ) -> Inferred {
     let thresholds = thresholds(level);
     let (limited, limited_bins, discrepancy) = widened(plain, bins);
-    let at = thresholds_at(p_value, level);
+    let at = model_thresholds(p_value, level);
     let (mut terms, mut reduced) = intervals(&limited, &limited_bins, at);
     let mut second = join_alike(&mut terms, plain, bins, at, allowed);
     join_without_resonances(&mut terms, plain, bins, at);
@@ -191,27 +192,26 @@ pub(crate) fn inferred(
     if let Some(j) = plain.model.index(Term::RandomWalk) {
         heavy_tails(&mut terms[j], tails, thresholds);
     }
-    // These values are those of the reduced model, like those of the terms, because together they are the model of the
-    // record.
+    // These values come from the reduced model, like those of the terms, because together they are the model of the record.
     let processes: Vec<Process> = limited
         .model
         .processes()
         .zip(reduced.model.processes())
         .map(|(j, k)| {
             let part = reduced.model.parts[k];
-            let shape = match (of_time(&limited, &limited_bins, j, at), part) {
+            let shape = match (time_bounds(&limited, &limited_bins, j, at), part) {
                 (Some(bounds), Part::GaussMarkov { time }) => [Some(bounds.around(time)), None],
-                (_, Part::Resonance { frequency, width }) => of_resonance(&limited, &limited_bins, j, at)
+                (_, Part::Resonance { frequency, width }) => resonance_bounds(&limited, &limited_bins, j, at)
                     .map_or([None, None], |[centre, half]| {
                         [Some(centre.around(frequency)), Some(half.around(width))]
                     }),
                 _ => [None, None],
             };
-            let variance = of_part(&limited, &limited_bins, j, at).around(reduced.model.theta[k]);
+            let variance = part_bounds(&limited, &limited_bins, j, at).around(reduced.model.theta[k]);
             Process { part, variance, shape }
         })
         .collect();
-    // White noise after a filter of first order is such a process, with N² = 2σ²T.
+    // White noise after a first-order filter is such a process, with N² = 2σ²T.
     if let Some(j) = plain.model.index(Term::RandomWalk).filter(|_| hides_white_noise(plain)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
@@ -222,7 +222,7 @@ pub(crate) fn inferred(
             }
         }
     }
-    // After a slow filter the level at low frequencies is that of both.
+    // After a slow filter the level at low frequencies is the sum of both.
     if let (Some(j), Some(slowest)) = (plain.model.index(Term::RandomWalk), slowest_process(plain, bins)) {
         for process in &processes {
             if let Part::GaussMarkov { time } = process.part {
@@ -242,15 +242,15 @@ pub(crate) fn inferred(
 /// The limit of a term that is not observed.
 fn unseen(plain: &Fit, bins: &Bins, part: usize, p_value: f64, level: f64) -> Bounds {
     let (limited, limited_bins, _) = widened(plain, bins);
-    of_part(&limited, &limited_bins, part, thresholds_at(p_value, level))
+    part_bounds(&limited, &limited_bins, part, model_thresholds(p_value, level))
 }
 
 /// The thresholds of the intervals of a model.
-fn thresholds_at(p_value: f64, level: f64) -> Thresholds {
-    if p_value < LEAST { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds(level) }
+fn model_thresholds(p_value: f64, level: f64) -> Thresholds {
+    if p_value < MIN_P_VALUE { thresholds_of_student(level, WIGGLE_FREEDOM) } else { thresholds(level) }
 }
 
-/// The model in which a process is white noise behind a filter of first order.
+/// The model in which a process is white noise after a first-order filter.
 fn behind_filter(fit: &Fit, process: &Process) -> Second {
     let mut terms = squares(fit);
     let mut gauss_markov: Vec<(f64, f64)> = gauss_markov(fit).collect();
@@ -263,17 +263,17 @@ fn behind_filter(fit: &Fit, process: &Process) -> Second {
     Second { terms, gauss_markov, warm_up: None, exponent: None, filter }
 }
 
-/// Correlation time up to which a process is no slower than the filter of a model. \[s\]
+/// Largest correlation time for which a process is as fast as the filter of a model. \[s\]
 fn slowest_process(fit: &Fit, bins: &Bins) -> Option<f64> {
-    const SLOWER: f64 = 3.0; // than the filter
+    const SLOWER: f64 = 3.0; // relative to the filter
     let corner = fit.model.family?.shape(&fit.model.filter).half_power() / bins.record.tau0;
     Some(SLOWER / (2.0 * PI * corner))
 }
 
-/// The statement of a model, without lines and drifts.
+/// The result of a model, without lines and drifts.
 pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred) -> Outcome {
     let Inferred { terms, reduced, processes, covariance, alike_from, second, discrepancy } = found;
-    // Levels and separate terms of several runs come last, and are not part of the statement.
+    // Levels and separate terms of several runs come last, and are not part of the result.
     let count = reduced.model.numbers();
     Outcome {
         alike_from,
@@ -295,7 +295,7 @@ pub(crate) fn outcome(plain: &Fit, bins: &Bins, test: Adequacy, found: Inferred)
         warm_up: None,
         regressors: Vec::new(),
         p_value: test.p_value,
-        widened: test.p_value < LEAST,
+        widened: test.p_value < MIN_P_VALUE,
         bands: test.bands,
         discrepancy,
         levels: Vec::new(),

@@ -1,8 +1,8 @@
-//! The model of the whole band, or of the widest band that has an adequate one.
+//! The model of the whole band, or of the widest band with an adequate model.
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::bins::{Bins, ENDS, Regressor, usable};
-use crate::likelihood::drifts::{GIVEN_AT, with_drifts};
+use crate::likelihood::drifts::{FIRST_REGRESSOR, with_drifts};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::fit::Fit;
 use crate::likelihood::intervals::thresholds;
@@ -18,12 +18,12 @@ use crate::terms::{NOISE_TERMS, Term};
 use std::sync::Arc;
 
 /// P-value below which a model is not adequate, and its intervals are widened.
-pub(crate) const LEAST: f64 = 0.002;
+pub(crate) const MIN_P_VALUE: f64 = 0.002;
 
 /// Number of searches for lines.
 pub(crate) const LINE_SEARCHES: usize = 3;
 
-/// Smallest ratio of the end of the band to the highest mode, if the top of the band is left out.
+/// Smallest ratio of the end of the band to the highest mode if the top of the band is left out.
 const LEAST_BAND: f64 = 5.0;
 
 /// P-value below which a narrower band describes the record no better than the whole one.
@@ -33,16 +33,16 @@ const HOPELESS: f64 = 1e-4;
 const MOST_HALVINGS: u32 = 10;
 const USUAL_SHARE: f64 = 16.0;
 
-/// Correlation time up to which a process without white noise beside it may be white noise behind a filter. \[s\]
+/// Largest correlation time at which a process, without other white noise, may be white noise after a filter. \[s\]
 pub(crate) const SLOWEST_FILTER: f64 = 2.0;
 
-/// Ratio of the white noise to the level of such a process below which no white noise is assumed beside it.
+/// Ratio of the white noise to the level of such a process below which the model counts as without white noise.
 const NO_WHITE: f64 = 0.1;
 
-/// Number of filters and resonances in the high band beyond which its top is left out rather than described.
+/// Number of filters and resonances in the high band above which its top is left out instead of described.
 const MOST_HIGH_PARTS: f64 = 6.0;
 
-/// Number of standard errors from which on a term determines how much information a mask leaves.
+/// Number of standard errors above which a term determines the information that a mask leaves.
 const STANDS_OUT: f64 = 2.0;
 
 pub(crate) struct Attempt<'a> {
@@ -53,9 +53,9 @@ pub(crate) struct Attempt<'a> {
     pub highest: Option<f64>,
 }
 
-/// The model of the whole band if it is good, else of the widest band with a good model that shows its white noise. If there
-/// is none: of the widest band that is good except for hidden white noise, or adequate; else of the best band, if its fit is
-/// usable.
+/// The model of the whole band if it is good; otherwise of the widest band with a good model that shows its white noise;
+/// otherwise of the widest band that is good except for hidden white noise, or adequate; otherwise of the best band, if its
+/// fit is usable.
 pub(crate) fn best_attempt<'a>(
     record: &'a Summary,
     mask: &[bool],
@@ -76,7 +76,7 @@ pub(crate) fn best_attempt<'a>(
             }
             let from = (highest * record.segment as f64 * record.tau0).ceil() as usize;
             if !mask[from..].contains(&true) {
-                continue; // no noise is left there, so it was not used before either
+                continue; // there is no noise in this band, so it was not used before
             }
             mask[from..].fill(false);
         }
@@ -85,7 +85,7 @@ pub(crate) fn best_attempt<'a>(
         let high =
             |part: &Part| matches!(part, Part::Resonance { frequency, .. } if *frequency > nyquist / 32.0);
         let many = model.filter.len() as f64 / 2.0 + model.parts.iter().filter(|p| high(p)).count() as f64;
-        let wanted = if highest.is_none() && many == 0.0 { LEAST } else { GOOD };
+        let wanted = if highest.is_none() && many == 0.0 { MIN_P_VALUE } else { GOOD };
         let done = attempt.p_value >= wanted && many <= MOST_HIGH_PARTS;
         let hidden = hides_white_noise(&attempt.fit) && !shows_white_noise(&attempt);
         attempts.push(attempt);
@@ -102,7 +102,7 @@ pub(crate) fn best_attempt<'a>(
         }
     }
     let last_good = attempts.iter().rposition(|a| a.p_value >= GOOD);
-    let adequate = attempts.iter().position(|a| a.p_value >= LEAST);
+    let adequate = attempts.iter().position(|a| a.p_value >= MIN_P_VALUE);
     let least_bad = || {
         let among = (0..attempts.len()).filter(|&a| attempts[a].p_value >= HOPELESS);
         among.max_by(|&a, &b| attempts[a].p_value.total_cmp(&attempts[b].p_value))
@@ -116,13 +116,13 @@ pub(crate) fn hides_white_noise(fit: &Fit) -> bool {
     fit.model.index(Term::RandomWalk).is_some_and(|j| fit.model.theta[j] < NO_WHITE * fast_level(fit))
 }
 
-/// Whether white noise is certainly visible beside such a process.
+/// Whether white noise is certainly visible in addition to such a process.
 fn shows_white_noise(attempt: &Attempt) -> bool {
     let fit = &attempt.fit;
     fit.model.index(Term::RandomWalk).is_some_and(|j| is_needed(fit, fit.model.parts[j], &attempt.bins))
 }
 
-/// Highest level at low frequencies of processes as fast as filters are.
+/// Highest level at low frequencies of processes that are as fast as filters.
 fn fast_level(fit: &Fit) -> f64 {
     let level = |(part, theta): (&Part, &f64)| match part {
         Part::GaussMarkov { time } if *time <= SLOWEST_FILTER => 2.0 * theta * time,
@@ -131,7 +131,7 @@ fn fast_level(fit: &Fit) -> f64 {
     fit.model.parts.iter().zip(&fit.model.theta).map(level).fold(0.0, f64::max)
 }
 
-/// The model of a band: up to a highest frequency \[Hz\], and behind a running mean, if there are; of all noise, or of the random
+/// The model of a band: up to a highest frequency \[Hz\] and after a running mean, if given, of all noise or of the random
 /// walk alone.
 pub(crate) fn attempt<'a>(
     record: &'a Summary,
@@ -160,7 +160,7 @@ pub(crate) fn attempt<'a>(
         .collect();
     parts.extend(options.times.iter().map(|&time| Part::GaussMarkov { time }));
     let mut used = if record.masked.is_some() { Vec::new() } else { ENDS.to_vec() };
-    used.extend((0..options.regressors.len()).map(|k| GIVEN_AT + k));
+    used.extend((0..options.regressors.len()).map(|k| FIRST_REGRESSOR + k));
     let of_white = mean.is_some_and(|(_, of_white)| of_white);
     let bare = Model { mean: mean.map(|(mean, _)| mean), of_white, ..Model::new(parts, used) };
     let mut start = informed(bare.fit(&bins), &mut bins);
@@ -208,8 +208,8 @@ pub(crate) fn wanted_terms(record: &Summary, options: &Options) -> [bool; NOISE_
     terms
 }
 
-/// With missing samples: reduces the information of a fit to that which the mask leaves, for the two terms for which it is
-/// known, and uses the smaller one if both are significant.
+/// With missing samples, reduces the information of a fit to the part that the mask leaves. This part is known for two
+/// terms; the smaller one is used if both are significant.
 fn informed(fit: Fit, bins: &mut Bins) -> Fit {
     let Some(masked) = bins.record.masked.clone() else { return fit };
     if bins.ranges.is_empty() {
@@ -229,15 +229,15 @@ fn informed(fit: Fit, bins: &mut Bins) -> Fit {
         }
         let column = bins.unit(fit.model.parts[j]);
         let weights: Vec<f64> = column.iter().zip(&fit.spectrum).map(|(c, s)| c / (s * s)).collect();
-        let share = masked.information_left(&bins.spread(&weights), &bins.spread(&noise), levels);
+        let share = masked.information_share(&bins.spread(&weights), &bins.spread(&noise), levels);
         least = Some(least.map_or(share, |l| l.min(share)));
     }
     bins.inform(least.unwrap_or(masked.share(bins.record.samples)));
     fit.model.clone().fit(bins)
 }
 
-/// With missing samples: expected densities for a fit of the terms. A mask that repeats makes images of low frequencies at
-/// high ones, which are not lines.
+/// With missing samples, returns the expected densities for a fit of the terms. A periodic mask makes images of low
+/// frequencies at high ones, which are not lines.
 pub(crate) fn of_terms(record: &Summary, mask: &[bool]) -> Option<Vec<f64>> {
     record.masked.as_ref().map(|masked| masked.densities(&fit_of_terms(record, mask.to_vec())))
 }
@@ -251,9 +251,9 @@ fn fit_of_terms(record: &Summary, mask: Vec<bool>) -> Vec<f64> {
 impl Summary {
     /// The weights that a second pass over a record with missing samples should have, from a fit of the terms.
     ///
-    /// The weights of a run fall to 0 at its ends over the root of the ratio of quantization noise to random walk. If
-    /// differences of samples have a smaller variance than the samples of a segment, they take their place there; random walk
-    /// and rate random walk are then what quantization noise and random walk are in the samples.
+    /// The weights of a run fall to 0 at its ends over a time that is the root of the ratio of quantization noise to random
+    /// walk. If differences of samples have a smaller variance than the samples of a segment, the differences are used
+    /// instead; random walk and rate random walk then play the part of quantization noise and random walk.
     #[must_use]
     pub fn weighting(&self) -> Weighting {
         let Some(masked) = &self.masked else { return Weighting::default() };

@@ -1,4 +1,4 @@
-//! The data that a model is compared with: some 200 means of powers of a channel, with their degrees of freedom.
+//! The data to which a model is fitted: about 200 means of powers of a channel, with their degrees of freedom.
 
 mod build;
 mod columns;
@@ -13,17 +13,17 @@ use crate::likelihood::expected::{Blocks, FinePoint, ModePoint};
 use crate::likelihood::line::Line;
 use crate::likelihood::running_mean::RunningMean;
 use crate::likelihood::summary::Summary;
-use edges::stretches_of;
+use edges::consecutive_ranges;
 use std::sync::Arc;
 
-/// Frequencies at which the model is evaluated in a bin of the periodogram.
+/// Number of frequencies at which the model is evaluated in a bin of the periodogram.
 pub(crate) const POINTS: usize = 8;
 
 /// Largest number of modes in a bin at which a filter with zeros is evaluated.
 const BIN_POINTS: usize = 24;
 
-/// Densities of one part of the model of unit amplitude: means over the bins of the modes, and at the points of the bins
-/// of the periodogram, `POINTS` a bin. With missing samples: means over all bins, and in the cells.
+/// Densities of one part of the model with unit amplitude: means over the bins of the modes, and values at the points of
+/// the bins of the periodogram, `POINTS` per bin. With missing samples: means over all bins, and values in the cells.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Column {
     pub low: Vec<f64>,
@@ -38,9 +38,9 @@ pub(crate) struct Bins<'a> {
     pub mask: Arc<Vec<bool>>,
     /// Number of low bins.
     pub low: usize,
-    /// Modes that are used, as numbers less 1.
+    /// Modes that are used, as numbers minus 1.
     used_modes: Vec<usize>,
-    /// First of these modes in each low bin, and one past the last.
+    /// First of these modes in each low bin, then the number of modes.
     edges: Vec<usize>,
     /// Mean squares of the modes without regressors.
     low_power: Vec<f64>,
@@ -50,34 +50,34 @@ pub(crate) struct Bins<'a> {
     pub ranges: Vec<(usize, usize)>,
     /// Mean frequency of all bins. \[Hz\]
     pub frequency: Vec<f64>,
-    /// Degrees of freedom: information, and law of a single mean.
+    /// Degrees of freedom of each bin, for information, and for the distribution of its mean alone.
     pub freedom: Vec<f64>,
     pub freedom_alone: Vec<f64>,
-    /// Share of the degrees of freedom after a running mean, whose densities in a bin are unequal.
+    /// Share of the degrees of freedom that remains after a running mean, which makes the densities in a bin unequal.
     evenness: Vec<f64>,
-    /// Largest number of degrees of freedom that a discrepancy leaves.
+    /// Largest number of degrees of freedom, if a discrepancy limits it.
     pub cap: Vec<f64>,
     /// Median density of the periodogram's bins.
     pub scale: f64,
     mode_points: Vec<ModePoint>,
-    /// First evaluation point of each low bin, and one past the last.
+    /// First evaluation point of each low bin, then the number of points.
     mode_starts: Vec<usize>,
     pub fine_points: Vec<FinePoint>,
-    /// With missing samples: weights of the cells in the bins, row after row. The evaluation points are then those of the
+    /// With missing samples: weights of the cells in the bins, in row order. The evaluation points are then those of the
     /// cells.
     leak: Option<Arc<Vec<f64>>>,
-    /// Contribution of excluded lines to the bins because of missing samples.
+    /// Leakage of excluded lines into the bins because of missing samples.
     pub lines: Vec<f64>,
     /// Columns of the noise terms, in the order of [`TERMS`].
     terms: Arc<Vec<Column>>,
-    /// Sample interval of the filter's cosines, in samples: 1 with a whole band, more if its top is left out.
+    /// Sample interval of the filter's cosines, in samples: 1 for the whole band, more if its top is left out.
     pub spacing: usize,
     /// cos 2πk f τ₀ · spacing − 1, k = 1 … 6: of the low bins, of the points.
     pub cosines_low: Arc<Vec<Vec<f64>>>,
     pub cosines_high: Arc<Vec<Vec<f64>>>,
     pub regressors: Arc<Vec<Regressor>>,
-    /// With several runs: their bins, the longest run first, each with the regressors that its mean follows. All fields with
-    /// one entry per bin are then those of all runs, one after the other.
+    /// With several runs: their bins, the longest run first, each with the regressors of its mean. Fields with one entry
+    /// per bin then have the bins of all runs in this order.
     pub runs: Arc<Vec<(Bins<'a>, Vec<usize>)>>,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Bins<'a> {
 pub(crate) const MOST_FILTER: usize = 6;
 
 impl Bins<'_> {
-    /// Half width of the narrowest resonance that the evaluation points can show: their distance.
+    /// Half width of the narrowest resonance that the evaluation points resolve: their distance.
     pub(crate) fn least_width(&self, frequency: f64) -> f64 {
         if let Some((longest, _)) = self.runs.first() {
             return longest.least_width(frequency);
@@ -112,7 +112,7 @@ impl Bins<'_> {
         Blocks { samples: self.record.block, count: self.record.blocks, tau0: self.record.tau0 }
     }
 
-    /// Bin, and number less 1, of every mode that counts below the band of the periodogram.
+    /// Bin, and number minus 1, of each used mode below the band of the periodogram.
     pub(crate) fn low_modes(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let last = self.record.low_modes();
         let of_bin =
@@ -120,7 +120,7 @@ impl Bins<'_> {
         (0..self.low).flat_map(of_bin).filter(move |&(_, k)| k < last)
     }
 
-    /// Modes of a low bin, some of many. \[Hz\]
+    /// Frequencies of modes of a low bin, thinned if there are many. \[Hz\]
     fn frequencies_of_modes(&self, bin: usize) -> impl Iterator<Item = f64> + '_ {
         let modes = &self.used_modes[self.edges[bin]..self.edges[bin + 1]];
         let points = modes.len().min(BIN_POINTS);
@@ -135,7 +135,7 @@ impl Bins<'_> {
         sum / f64::from(count)
     }
 
-    /// Reduces the degrees of freedom for means of unequal densities after a running mean: (Σw)² of n Σw² remain.
+    /// Reduces the degrees of freedom of means of unequal densities after a running mean, by the factor (Σw)² / (n Σw²).
     pub(crate) fn see_mean(&mut self, mean: RunningMean) {
         let left = |powers: &mut dyn Iterator<Item = f64>| {
             let (count, sum, squares) =
@@ -160,7 +160,7 @@ impl Bins<'_> {
         self.leak.is_some()
     }
 
-    /// Values of the bins of the periodogram at each density, 0 where it is not used.
+    /// Values of the bins of the periodogram at each density; 0 at unused densities.
     pub(crate) fn spread(&self, values: &[f64]) -> Vec<f64> {
         let mut found = vec![0.0; self.record.density.len()];
         for (&(start, stop), x) in self.ranges.iter().zip(&values[self.low..]) {
@@ -185,13 +185,14 @@ impl Bins<'_> {
             }
             for (sum, &(start, stop)) in sums[self.low..].iter_mut().zip(&self.ranges) {
                 let there: Vec<usize> = (start..stop).filter(|&k| self.mask[k]).collect();
-                *sum += power * masked.of_line(&stretches_of(&there), line.frequency, spacing) / spacing;
+                *sum += power * masked.line_density(&consecutive_ranges(&there), line.frequency, spacing)
+                    / spacing;
             }
         }
         self.lines = sums;
     }
 
-    /// Degrees of freedom of the bins of the periodogram for a share of the information of a complete record.
+    /// Sets the degrees of freedom of the bins of the periodogram for a share of the information of a complete record.
     pub(crate) fn inform(&mut self, share: f64) {
         let record = self.record;
         let shares = self.evenness[self.low..].iter().map(|left| share * left);
@@ -203,7 +204,7 @@ impl Bins<'_> {
         }
     }
 
-    /// Degrees of freedom that are used in the fit.
+    /// Degrees of freedom for the fit.
     pub(crate) fn weight(&self, bin: usize) -> f64 {
         1.0 / (1.0 / self.freedom[bin] + 1.0 / self.cap[bin])
     }
@@ -221,7 +222,7 @@ impl Bins<'_> {
         self.runs.len().max(1)
     }
 
-    /// Bins by the band of their frequency, so many in a decade; of several runs together.
+    /// Bins by the band of their frequency, with this number of bands per decade; bins of several runs together.
     pub(crate) fn bands(&self, per_decade: f64) -> Vec<(i64, Vec<usize>)> {
         let number = |bin: usize| {
             (per_decade * (self.frequency[bin] / self.frequency[0]).log10() + 1e-9).floor() as i64
@@ -292,7 +293,7 @@ mod tests {
 
     #[test]
     fn the_mirror_adds_what_the_model_says() {
-        // Both end values of the angle are 1, one in each record: with all others they add up, as they are independent.
+        // Each record has one end value of 1; the contributions of both ends are independent and add up.
         let (n, tau0) = (40_000, 0.01);
         let mut first = vec![0.0; n];
         first[0] = -1.0 / tau0;
@@ -301,7 +302,8 @@ mod tests {
         let [first, last] = [first, last].map(|x| Summary::of(&x, tau0).unwrap());
         let bins = Bins::new(&first, Arc::new(vec![true; first.density.len()]), Arc::new(Vec::new()));
         for k in [8, 20, 100, 300] {
-            let (got, model) = (first.density[k] + last.density[k], bins.of_mirror(first.frequency(k)));
+            let (got, model) =
+                (first.density[k] + last.density[k], bins.mirrored_density(first.frequency(k)));
             assert!((got / model - 1.0).abs() < 2e-3, "{got} instead of {model} at {k}");
         }
     }

@@ -1,19 +1,20 @@
-//! Parts that could be added to a model, and the fall of the deviance by each, estimated by one step from the present fit.
+//! Parts that could be added to a model, and the reduction of the deviance by each, estimated by one step from the present
+//! fit.
 
 use crate::likelihood::bins::{Bins, MOST_FILTER};
 use crate::likelihood::expected::Part;
 use crate::likelihood::fit::Fit;
 use crate::likelihood::linear::{Symmetric, dot};
 
-/// Correlation times per decade in the dictionary, and resonances per decade.
+/// Numbers per decade of correlation times and of resonances in the dictionary.
 const TIMES: f64 = 6.0;
 const CENTRES: f64 = 20.0;
 
 /// Half widths of resonances, over their frequencies.
 const WIDTHS: [f64; 3] = [0.02, 0.06, 0.2];
 
-/// Smallest information about a candidate that the other parameters leave; less is rounding.
-const LEAST_LEFT: f64 = 1e-6;
+/// Smallest share of the information about a candidate that is independent of the other parameters; less is rounding.
+const MIN_INFORMATION_SHARE: f64 = 1e-6;
 
 /// Parts with unit amplitude, and their mean densities by bin.
 pub(crate) struct Dictionary {
@@ -68,7 +69,7 @@ pub(crate) struct Scores {
 impl Scores {
     pub(crate) fn at(fit: &Fit, bins: &Bins) -> Self {
         let (_, all) = fit.information(bins);
-        // A part with parameter 0 cannot step downwards.
+        // A parameter that is 0 cannot decrease.
         let parts = fit.model.parts.len();
         let slopes: Vec<Vec<f64>> = all
             .into_iter()
@@ -95,7 +96,7 @@ impl Scores {
         Self { slopes, weights, excess, inverse, step, response, spectrum: fit.spectrum.clone(), gain }
     }
 
-    /// Fall of the deviance by a candidate with a mean density in each bin. `behind`: whether it is filtered.
+    /// Reduction of the deviance by a candidate with a mean density in each bin. `behind` states whether it is filtered.
     pub(crate) fn gain_of(&self, column: &[f64], behind: bool) -> f64 {
         let relative: Vec<f64> = (0..column.len())
             .map(|b| column[b] * if behind { self.response[b] } else { 1.0 } / self.spectrum[b])
@@ -104,7 +105,7 @@ impl Scores {
         let own = dot(&relative, &weighted);
         let shared: Vec<f64> = self.slopes.iter().map(|c| dot(c, &weighted)).collect();
         let pull = dot(&weighted, &self.excess) - dot(&shared, &self.step);
-        let left = (own - dot(&shared, &self.inverse.times(&shared))).max(LEAST_LEFT * own);
+        let left = (own - dot(&shared, &self.inverse.times(&shared))).max(MIN_INFORMATION_SHARE * own);
         if pull > 0.0 { pull * pull / left } else { 0.0 }
     }
 
@@ -116,12 +117,12 @@ impl Scores {
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Fall of the deviance by more coefficients of the filter, from `present` to `wanted`.
+    /// Reduction of the deviance if the filter has `wanted` coefficients instead of the present number.
     pub(crate) fn gain_of_filter(&self, fit: &Fit, bins: &Bins, wanted: usize) -> f64 {
         let present = fit.model.filter.len();
         debug_assert!(present < wanted && wanted <= MOST_FILTER);
         let mut columns = self.slopes.clone();
-        // Relative to the whole density. Quantization noise is not filtered, but a rough value is enough here.
+        // Relative to the total density. Quantization noise is not filtered, but a rough value is sufficient here.
         for k in present..wanted {
             columns.push(bins.cosine_means(k));
         }

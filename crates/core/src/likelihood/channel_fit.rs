@@ -25,18 +25,18 @@ const BAND: f64 = LN_10 / 8.0;
 pub enum Verdict {
     /// The terms describe the record.
     Adequate,
-    /// The terms together with a filter, lines or processes do.
+    /// The terms describe the record together with a filter, lines or processes.
     AdequateWith,
-    /// The model is not exact, and the intervals are widened for it.
+    /// The model is not exact, and the intervals are widened accordingly.
     Widened,
 }
 
-/// A drift of the mean that decays exponentially from the first sample on.
+/// A drift of the mean that decays exponentially from the first sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WarmUpEstimate {
     /// Drift at the first sample, of either sign. \[rate unit\]
     pub amplitude: Estimate,
-    /// Time constant, the best of a grid. \[s\]
+    /// Time constant. \[s\]
     pub time: f64,
 }
 
@@ -47,11 +47,11 @@ pub struct SecondModel {
     pub terms: Vec<(&'static str, f64)>,
     /// Standard deviation \[rate unit\] and correlation time \[s\] of each of its Gauss-Markov processes.
     pub gauss_markov: Vec<(f64, f64)>,
-    /// Time constant of a warm-up in it. \[s\]
+    /// Time constant of its warm-up. \[s\]
     pub warm_up: Option<f64>,
-    /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
+    /// Exponent α of its bias instability with the density f^−α, which is the sum of its processes in a geometric series.
     pub exponent: Option<f64>,
-    /// Corner of a filter of first order in it, of the white noise. \[Hz\]
+    /// Corner of its first-order filter of the white noise. \[Hz\]
     pub filter: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ pub struct ChannelFit {
     pub terms: Vec<(&'static str, TermEstimate)>,
     /// Coefficients that together describe the record, by name: the observed terms and those of `unclear`.
     pub model: Vec<(&'static str, f64)>,
-    /// Terms of the model that are not significant beside each other, although at least one of them is present.
+    /// Terms of the model of which none is significant given the others, although at least one is present.
     pub unclear: Vec<&'static str>,
     /// Gauss-Markov processes.
     pub gauss_markov: Vec<GaussMarkovEstimate>,
@@ -84,7 +84,7 @@ pub struct ChannelFit {
     pub resonance: Vec<ResonanceEstimate>,
     /// Lines after the filter, the strongest first.
     pub sinusoid: Vec<LineEstimate>,
-    /// Filter on all noise but quantization.
+    /// Filter of all noise except quantization.
     pub response: Option<FittedFilter>,
     /// Drift that decays.
     pub warm_up: Option<WarmUpEstimate>,
@@ -92,7 +92,8 @@ pub struct ChannelFit {
     pub regressors: Vec<Estimate>,
     /// Frequency from which the spectrum was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// If a rate random walk was observed: a Gauss-Markov process of this or a longer time explains the record as well. \[s\]
+    /// If a rate random walk was observed: shortest correlation time of a Gauss-Markov process that explains the record as
+    /// well. \[s\]
     pub alike_from: Option<f64>,
     /// Standard deviation of the process of this time, None if the model has no rate random walk. \[rate unit\]
     pub alike_sigma: Option<f64>,
@@ -101,29 +102,30 @@ pub struct ChannelFit {
     /// Discrepancy that the intervals allow for, even if the model is adequate: frequency \[Hz\], standard deviation of the
     /// logarithm of the density.
     pub discrepancy: Vec<(f64, f64)>,
-    /// Whether the model describes the record.
+    /// Verdict on the model.
     pub verdict: Verdict,
-    /// The band that deviates most from a model with widened intervals: frequency \[Hz\], density over that of the model.
+    /// The band with the largest difference from a model with widened intervals: frequency \[Hz\], density over that of the
+    /// model.
     pub worst_band: Option<(f64, f64)>,
-    /// Shortest averaging time at which the noise model made from the fit describes the curve. \[s\]
+    /// Shortest averaging time at which the noise model from the fit describes the curve. \[s\]
     pub tau_min: f64,
     /// Longest averaging time. \[s\]
     pub tau_max: f64,
     /// P-value of the goodness of fit.
     pub p_value: f64,
-    /// Rows of `covariance`.
+    /// Names of the rows of `covariance`.
     pub parameters: Vec<Parameter>,
-    /// Covariance of these numbers, row after row. \[SI\]
+    /// Covariance of these parameters in row order. \[SI\]
     pub covariance: Vec<f64>,
-    /// White level of each eighth of the record that has samples.
+    /// White noise of each eighth of the record that has samples.
     pub levels: Vec<WhiteLevel>,
     /// Ends of the stretch that each line leaves out of the fit. \[Hz\]
     pub left_out: Vec<(f64, f64)>,
-    /// Every resonance in front of the filter, with those that are among the lines.
+    /// All resonances before the filter, including those that are listed as lines.
     pub resonances: Vec<Resonance>,
 }
 
-/// The record of a fit.
+/// Sampling of the record of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
     /// Sample interval. \[s\]
@@ -132,8 +134,8 @@ pub(crate) struct Span {
     pub samples: usize,
 }
 
-/// Fits one channel. Regressors of the options may have any mean and size. `samples`: those of the record, of which the
-/// summary leaves out what is missing at the ends.
+/// Fits one channel. Regressors of the options may have any mean and size. `samples` is the number of samples of the
+/// record, including those missing at its ends.
 #[must_use]
 pub fn fit_channel(record: &Summary, options: &Options, samples: usize) -> ChannelFit {
     let (regressors, sizes): (Vec<Vec<f64>>, Vec<f64>) =
@@ -146,7 +148,7 @@ pub fn fit_channel(record: &Summary, options: &Options, samples: usize) -> Chann
     fit
 }
 
-/// A curve without its mean and with the standard deviation 1; and the standard deviation that it had.
+/// A curve scaled to mean 0 and standard deviation 1, and its original standard deviation.
 pub(crate) fn standardized(curve: &[f64]) -> (Vec<f64>, f64) {
     let count = curve.len() as f64;
     let mean = pairwise_sum(curve) / count;
@@ -156,8 +158,8 @@ pub(crate) fn standardized(curve: &[f64]) -> (Vec<f64>, f64) {
     (curve.iter().map(|x| (x - mean) / size).collect(), size)
 }
 
-/// Sum by halves, down to runs that are added eight at a time: its error grows with the logarithm of the length (N. J. Higham,
-/// "The accuracy of floating point summation", SIAM J. Sci. Comput. 14, 1993).
+/// Sum by recursive halves, down to runs that are added eight at a time: its error grows with the logarithm of the length
+/// (N. J. Higham, "The accuracy of floating point summation", SIAM J. Sci. Comput. 14, 1993).
 fn pairwise_sum(x: &[f64]) -> f64 {
     const RUN: usize = 128;
     if x.len() > RUN {
@@ -177,7 +179,7 @@ fn pairwise_sum(x: &[f64]) -> f64 {
 }
 
 impl ChannelFit {
-    /// The fit that an outcome states.
+    /// The fit from an outcome.
     pub(crate) fn of(outcome: &Outcome, options: &Options, span: Span) -> Self {
         let level = options.level;
         let mut coefficients = [0.0; Term::ALL.len()];
@@ -192,7 +194,7 @@ impl ChannelFit {
                 parameters.iter().position(|&parameter| parameter == Parameter::Term(Term::NOISE[term]));
             row.map_or(0.0, |row| covariance[row * (parameters.len() + 1)].max(0.0).sqrt())
         });
-        let ramp = TermEstimate::of_ramp(outcome.ramp, outcome.ramp_observed, level);
+        let ramp = TermEstimate::from_ramp(outcome.ramp, outcome.ramp_observed, level);
         terms.push((Term::RateRamp.name(), ramp));
         coefficients[Term::RateRamp.index()] = ramp.value.unwrap_or(0.0);
         let model: Vec<(&str, f64)> = Term::ALL
@@ -255,7 +257,7 @@ impl ChannelFit {
         fit
     }
 
-    /// The model as a curve.
+    /// The model in the form that computes its curve.
     fn described(&self, terms: [f64; Term::ALL.len()], span: Span) -> FittedModel {
         FittedModel {
             tau0: span.tau0,
@@ -283,7 +285,7 @@ impl ChannelFit {
     }
 }
 
-/// The requested noise terms. If a filter has replaced one, it was not tested.
+/// The requested noise terms. A term that a filter has replaced was not tested.
 fn terms(
     outcome: &Outcome,
     options: &Options,
@@ -295,14 +297,14 @@ fn terms(
         .map(|k| {
             let estimate = outcome.terms[k].as_ref().map_or_else(TermEstimate::default, |bounds| {
                 let value = if model[k] > 0.0 { model[k] } else { bounds.value.sqrt() };
-                TermEstimate::of_square(bounds, value, error(k), options.level)
+                TermEstimate::from_square(bounds, value, error(k), options.level)
             });
             (Term::NOISE[k].name(), estimate)
         })
         .collect()
 }
 
-/// Every resonance, lines among them.
+/// All resonances, including lines.
 fn resonances(outcome: &Outcome) -> Vec<Resonance> {
     let resonance = |process: &Process| match process.part {
         Part::Resonance { frequency, width } => {
@@ -313,7 +315,7 @@ fn resonances(outcome: &Outcome) -> Vec<Resonance> {
     outcome.processes.iter().filter_map(resonance).collect()
 }
 
-/// The filter with its name. The fit used all frequencies if the filter left power to the last one.
+/// The named filter. The fit used all frequencies if the filter passes power up to the last one.
 fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
     if let Some(mean) = outcome.mean {
         return Some(FittedFilter::of_mean(mean, outcome.of_white));
@@ -326,7 +328,7 @@ fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
     if let Some(family) = outcome.family {
         let numbers = (family, &outcome.filter[..]);
         let sampled = (tau0, outcome.of_white);
-        return Some(FittedFilter::of_family(numbers, covariance, sampled, quantile(level)));
+        return Some(FittedFilter::from_family(numbers, covariance, sampled, quantile(level)));
     }
     let mut filter =
         FittedFilter::named(&outcome.filter, covariance, tau0, outcome.filter_interval, quantile(level));
@@ -337,14 +339,14 @@ fn filter(outcome: &Outcome, tau0: f64, level: f64) -> Option<FittedFilter> {
     Some(filter)
 }
 
-/// Standard deviation of the process in place of a rate random walk K; that of the same density above 1/T, K² = 2σ²/T, if
-/// the record could do without both.
+/// Standard deviation of the process that replaces a rate random walk K; if the record needs neither, that of the same
+/// density above 1/T, K² = 2σ²/T.
 fn alike_sigma(time: f64, variance: f64, walk: f64) -> Option<f64> {
     let sigma = if variance > 0.0 { variance.sqrt() } else { walk * (0.5 * time).sqrt() };
     (walk > 0.0).then_some(sigma)
 }
 
-/// The band whose record deviates most from the model: its frequency, and the density over that of the model.
+/// The band with the largest difference between record and model: its frequency, and the density over that of the model.
 fn worst_band(outcome: &Outcome) -> (f64, f64) {
     let farther = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
     let worst = outcome.bands.iter().copied().reduce(farther);
@@ -357,7 +359,7 @@ fn worst_band(outcome: &Outcome) -> (f64, f64) {
         .filter(|bin| (bin[0] / frequency).ln().abs() < BAND || off(bin) <= nearest)
         .collect();
     let sum: f64 = band.iter().map(|bin| bin[3]).sum();
-    // If no bin of a band counts, or no model is near the spectrum, all bins count equally.
+    // If no bin of a band has weight, or no model is close to the spectrum, all bins have equal weights.
     let counts = sum > 0.0 && sum.is_finite();
     let weight = |bin: &[f64; 4]| if counts { bin[3] } else { 1.0 };
     let (ratios, weights) = band.iter().fold((0.0, 0.0), |(ratios, weights), bin| {

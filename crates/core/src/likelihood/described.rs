@@ -1,7 +1,8 @@
-//! The averaging times in which a noise model describes the curve of a record, and the low-pass filter in it.
+//! The averaging times at which a noise model describes the curve of a record, and its low-pass filter.
 //!
 //! A noise model contains the terms, processes and resonances of a fit, but not its filter, so below some averaging time it
-//! does not describe the curve. A Butterworth filter of the white noise before the sampler may replace that of the fit.
+//! does not describe the curve. A Butterworth filter of the white noise before the sampler may replace the filter of the
+//! fit.
 
 use crate::bandlimited::{Filter, band_limited_avar};
 use crate::likelihood::fitted_model::FittedModel;
@@ -17,8 +18,8 @@ const SAME_ERRORS: f64 = 0.5;
 /// Length of the record over the longest averaging time.
 pub(crate) const LONGEST_SHARE: usize = 3;
 
-/// The shortest averaging time of the model made from a fit \[s\], and the order and corner \[Hz\] of the low-pass filter that
-/// describes shorter ones than the model without it, if one does.
+/// The shortest averaging time of the model from a fit \[s\], and the order and corner \[Hz\] of a low-pass filter with
+/// which the model describes shorter times, if there is one.
 pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let (n, tau0) = (fit.samples, fit.tau0);
     let sizes = half_octaves(n / 2);
@@ -27,13 +28,13 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let random_walk = fit.coefficient(Term::RandomWalk);
     let walk = if random_walk > 0.0 { random_walk } else { f64::INFINITY };
     let resonance = fit.resonance.iter().copied().filter(|band| !band.folds(tau0, walk)).collect();
-    // What a model carries.
+    // The parts that a noise model has.
     let bare = FittedModel { resonance, ..noise }.avar_before_filter(&sizes);
     if let Some(filter) = &fit.filter {
         let lost = filter.taken_off(|f| fit.psd_that_is_filtered(f), &sizes, fit.highest);
         filtered.iter_mut().zip(lost).for_each(|(all, lost)| *all -= lost);
     }
-    // White noise of an excluded band has this share of the variance; the noise that replaces it is not known.
+    // Share of the variance of white noise in the excluded band, whose actual noise is unknown.
     let reaches_top = fit.filter.as_ref().is_some_and(|filter| filter.known_to.is_some());
     let unknown = |m: usize| {
         let share = |highest: f64| 4.0 * MEAN_OF_SINE_4 / (PI * PI * highest * m as f64 * tau0);
@@ -49,7 +50,7 @@ pub(crate) fn described_from(fit: &FittedModel) -> (f64, Option<(u8, f64)>) {
     let first = beginning(&bare);
     let low_pass = fit.filter.as_ref().and_then(super::filter::FittedFilter::before_sampling);
     if let Some((order, corner)) = low_pass.filter(|_| random_walk > 0.0) {
-        // Sampling folds: N² of the samples is that in front of the sampler times this.
+        // Factor of N² by folding: N² of the samples over N² before the sampler.
         let inflation = band_limited_sampled(1.0, order, corner, tau0, 0.0).sqrt();
         let behind =
             band_limited_avar(random_walk / inflation, Filter::Butterworth(order), corner, tau0, &sizes);
@@ -111,7 +112,7 @@ mod tests {
         let (order, corner) = low_pass.unwrap();
         assert_eq!(order, 1);
         assert!((4.0..9.0).contains(&corner), "{corner}");
-        // Without it the lost variance is 2 % of N²/τ from some fifty correlation times of three samples on.
+        // Without the filter, the lost variance is below 2 % of N²/τ above about fifty correlation times of three samples.
         assert!(first < 0.2, "{first}");
         let unnamed = FittedFilter { shape: FilterShape::LowPass, ..fit.filter.clone().unwrap() };
         let (without, none) = described_from(&FittedModel { filter: Some(unnamed), ..fit });
@@ -126,7 +127,7 @@ mod tests {
         assert!((first - 0.96).abs() < 1e-12);
     }
 
-    /// Its folded noise would be 2 % of the white noise or more: the model goes without it.
+    /// Its folded noise would be at least 2 % of the white noise, so the model omits it.
     #[test]
     fn resonance_near_half_the_rate_is_left_out() {
         let resonance = vec![Resonance { sigma: 10.0, frequency: 31.0, width: 7.7 }];

@@ -1,5 +1,5 @@
-//! Reduction of a model's weight if it does not fit exactly: a log-normal misfit, constant in a quarter decade, whose size
-//! is estimated from the record and limits the information of each band.
+//! Reduction of the weight of data that a model does not fit exactly: a log-normal misfit ("wiggle"), constant in a quarter
+//! decade, whose size is estimated from the record and limits the information of each band.
 
 use crate::likelihood::adequacy::log_bias;
 use crate::likelihood::bins::Bins;
@@ -12,19 +12,19 @@ const ROUNDS: usize = 4;
 const BANDS: f64 = 4.0;
 const LEAST_FREEDOM: f64 = 4.0;
 
-/// Bands over which the size of the wiggle is smoothed.
+/// Number of bands over which the size of the wiggle is smoothed.
 const SMOOTH: f64 = 2.0;
 
 /// Largest leverage of a band, because parameters that follow a band hide its misfit.
 const MOST_LEVERAGE: f64 = 0.8;
 
-/// A band's own misfit counts beyond this many variances of chance, and by this share.
+/// Number of variances of chance above which the misfit of a single band counts, and the share that counts.
 const BEYOND: f64 = 4.0;
 const OWN_SHARE: f64 = 0.5;
 
-/// Error of ln |H|² of a filter of known shape beyond its corner, over that: 0.3 dB at −10 dB. A filter of first order at eight
-/// times the rate differs by as much from the shape that is fitted.
-const OF_SHAPE: f64 = 0.03;
+/// Relative error of ln |H|² beyond the corner of a filter of known shape: 0.3 dB at −10 dB. A first-order filter at eight
+/// times the rate differs by this amount from the fitted shape.
+const SHAPE_ERROR: f64 = 0.03;
 
 struct Band {
     number: i64,
@@ -34,8 +34,8 @@ struct Band {
     leverage: f64,
 }
 
-/// The fit with limited weights, the bins that have them, and the size of the wiggle: frequency \[Hz\], standard deviation of
-/// the logarithm of the density.
+/// The fit with limited weights, the bins with these weights, and the size of the wiggle: frequency \[Hz\], standard
+/// deviation of the logarithm of the density.
 pub(crate) fn widened<'a>(fit: &Fit, bins: &Bins<'a>) -> (Fit, Bins<'a>, Vec<(f64, f64)>) {
     let mut bins = bins.clone();
     let mut fit = fit.clone();
@@ -87,8 +87,9 @@ fn bands(fit: &Fit, bins: &Bins) -> Vec<Band> {
     found
 }
 
-/// Variance of the wiggle in each band: E (ln r)² = (1 − h)(s² + v), smoothed over bands, h the leverage, v that of chance;
-/// less its standard error without a wiggle, since chance alone makes it positive in every second band.
+/// Variance s² of the wiggle in each band, from E (ln r)² = (1 − h)(s² + v), where h is the leverage and v the variance of
+/// chance. It is smoothed over bands, and reduced by its standard error without a wiggle, because chance alone makes it
+/// positive in every second band.
 fn wiggle(bands: &[Band]) -> Vec<f64> {
     bands
         .iter()
@@ -106,7 +107,8 @@ fn wiggle(bands: &[Band]) -> Vec<f64> {
         .collect()
 }
 
-/// Variance in each band that the shape of a filter beyond its corner has: no sensor follows its nominal filter to the end.
+/// Variance in each band from the shape of a filter beyond its corner, because no sensor follows its nominal filter
+/// exactly.
 fn beyond_corner(fit: &Fit, bins: &Bins, bands: &[Band]) -> Vec<f64> {
     let model = &fit.model;
     if model.family.is_none() {
@@ -121,7 +123,7 @@ fn beyond_corner(fit: &Fit, bins: &Bins, bands: &[Band]) -> Vec<f64> {
     let (rest, power) = (behind.spectrum(bins), model.response_means(bins));
     let variance = |bin: usize| {
         let share = 1.0 - rest[bin] / fit.spectrum[bin];
-        (OF_SHAPE * share * (-power[bin].ln() - LN_2).max(0.0)).powi(2)
+        (SHAPE_ERROR * share * (-power[bin].ln() - LN_2).max(0.0)).powi(2)
     };
     let mean = |band: &Band| {
         let sum: f64 = band.bins.iter().map(|&bin| bins.freedom[bin] * variance(bin)).sum();
@@ -130,7 +132,7 @@ fn beyond_corner(fit: &Fit, bins: &Bins, bands: &[Band]) -> Vec<f64> {
     bands.iter().map(mean).collect()
 }
 
-/// Mean square of the logarithm of a mean of powers with so many degrees of freedom: 2/ν of many.
+/// Mean square of the logarithm of a mean of powers with ν degrees of freedom: 2/ν for large ν.
 fn chance(freedom: f64) -> f64 {
     trigamma(0.5 * freedom) + log_bias(0.5 * freedom).powi(2)
 }

@@ -1,29 +1,29 @@
-//! Curves that the mean follows: a ramp, a warm-up, those given.
+//! Curves that the mean follows: a ramp, a warm-up, and given curves.
 
 use crate::likelihood::bins::{Bins, Regressor};
 use crate::likelihood::fit::Fit;
 use crate::likelihood::outcome::{Drift, Options};
-use crate::likelihood::profile::{Thresholds, of_part};
+use crate::likelihood::profile::{Thresholds, part_bounds};
 use crate::likelihood::summary::Summary;
 use crate::terms::Term;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Smallest fall of the deviance for a warm-up, and its time constants over the length of the record.
+/// Smallest reduction of the deviance for a warm-up.
 const WARM_UP: f64 = 16.0;
 
 const WARM_UPS: [f64; 7] = [96.0, 48.0, 24.0, 12.0, 6.0, 3.0, 1.5];
 
-/// Steps of the logarithm of the time constant by which the best one is refined.
+/// Steps of the logarithm of the time constant in its refinement.
 const REFINED: [f64; 4] = [0.34, 0.17, 0.09, 0.045];
 
-/// Step of the derivative by the logarithm of the time constant.
+/// Step for the derivative with respect to the logarithm of the time constant.
 const SLOPE: f64 = 1e-3;
 
-/// Fall of the deviance by which a warm-up must be better than a ramp.
+/// Deviance by which a warm-up must be better than a ramp.
 const CURVATURE: f64 = 6.0;
 
-/// Number of standard errors from which on a ramp counts, with the rate random walk at its upper limit.
+/// Number of standard errors above which a ramp counts, with the rate random walk at its upper limit.
 const RAMP: f64 = 3.3;
 
 /// Number of steps of the search for the ends of its interval.
@@ -31,16 +31,16 @@ const RAMP_DOUBLINGS: usize = 8;
 
 const RAMP_HALVINGS: usize = 5;
 
-pub(crate) const RAMP_AT: usize = 2;
+pub(crate) const RAMP_INDEX: usize = 2;
 
-const WARM_AT: usize = 3;
+const FIRST_WARM_UP: usize = 3;
 
-pub(crate) const GIVEN_AT: usize = WARM_AT + WARM_UPS.len();
+pub(crate) const FIRST_REGRESSOR: usize = FIRST_WARM_UP + WARM_UPS.len();
 
-/// The curves that the mean may follow: the end values of the angle, a ramp, warm-ups, and those given.
+/// The curves that the mean may follow: the end values of the angle, a ramp, warm-ups, and given curves.
 pub(crate) fn regressors(record: &Summary, options: &Options) -> Vec<Regressor> {
     let (m, length) = (record.blocks as f64, record.block_length());
-    // With missing samples the ends are those of runs, and their weights fall to 0 there.
+    // With missing samples the ends are those of runs, where the weights fall to 0.
     let length = if record.masked.is_some() { f64::INFINITY } else { length };
     let samples = m * record.block as f64;
     let end = |k: usize| (2.0 / m).sqrt() * (PI * k as f64 / (2.0 * samples)).cos() / length.sqrt();
@@ -67,23 +67,23 @@ fn with_regressor(fit: &Fit, bins: &Bins, regressor: usize) -> Fit {
     model.fit(bins)
 }
 
-/// The drifts of the mean that a fit found.
+/// The drifts of the mean in a fit.
 pub(crate) struct Drifts {
     pub ramp: Drift,
     pub ramp_observed: bool,
-    /// Time constant \[s\], amplitude at the start, and fall of the deviance.
+    /// Time constant \[s\], amplitude at the start, and reduction of the deviance.
     pub warm_up: Option<(f64, Drift, f64)>,
 }
 
-/// The ramp and the warm-up of a fit, the larger one first, each if it stands out; whatever the fit had before. Without
-/// them a selection takes a drift for processes. The curve of the warm-up takes the place of the nearest one of the grid.
+/// Adds the ramp and the warm-up to a fit, the larger one first, if they are significant, and replaces earlier ones.
+/// Without them a selection mistakes a drift for processes. The curve of the warm-up replaces the nearest one of the grid.
 pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted: bool) -> Drifts {
-    if fit.model.regressors.iter().any(|k| (RAMP_AT..GIVEN_AT).contains(k)) {
+    if fit.model.regressors.iter().any(|k| (RAMP_INDEX..FIRST_REGRESSOR).contains(k)) {
         let mut model = fit.model.clone();
-        model.regressors.retain(|k| !(RAMP_AT..GIVEN_AT).contains(k));
+        model.regressors.retain(|k| !(RAMP_INDEX..FIRST_REGRESSOR).contains(k));
         *fit = model.fit(bins);
     }
-    let mut found = Drifts { ramp: drift(fit, RAMP_AT), ramp_observed: false, warm_up: None };
+    let mut found = Drifts { ramp: drift(fit, RAMP_INDEX), ramp_observed: false, warm_up: None };
     let mut chosen = None;
     loop {
         let ramp = if found.ramp_observed { None } else { Some(ramp_of(fit, bins, at)) };
@@ -107,14 +107,13 @@ pub(crate) fn with_drifts(fit: &mut Fit, bins: &mut Bins, at: Thresholds, wanted
     found
 }
 
-/// The ramp, and half of its profile interval in standard errors: the rate random walk may grow while the ramp is held
-/// fixed.
+/// The ramp and the half width of its profile interval: for a fixed ramp the rate random walk may grow.
 fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
-    let plain = drift(fit, RAMP_AT);
+    let plain = drift(fit, RAMP_INDEX);
     let mut bare = fit.model.clone();
-    bare.regressors.retain(|&k| k != RAMP_AT);
+    bare.regressors.retain(|&k| k != RAMP_INDEX);
     let rise = |value: f64| {
-        let ramp = &bins.regressors[RAMP_AT].modes;
+        let ramp = &bins.regressors[RAMP_INDEX].modes;
         let modes = bins.record.modes.iter().zip(ramp).map(|(x, r)| x - value * r).collect();
         let record = Summary { modes, ..bins.record.clone() };
         let held = bare.clone().fit(&bins.of_record(&record));
@@ -138,47 +137,47 @@ fn profiled_ramp(fit: &Fit, bins: &Bins, at: Thresholds) -> Drift {
     Drift { value: plain.value, error: 0.5 * (end(1.0) + end(-1.0)) / at.interval.sqrt() }
 }
 
-/// The best fit with a warm-up that the fit does not have yet, and its fall of the deviance; None if it has one. Its time
-/// constant is that of the grid. \[s\]
+/// The best fit with an additional warm-up, its time constant from the grid \[s\] and the reduction of the deviance; None
+/// if the fit has a warm-up.
 pub(crate) fn with_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, f64, Fit)> {
-    if fit.model.regressors.iter().any(|k| (WARM_AT..GIVEN_AT).contains(k)) {
+    if fit.model.regressors.iter().any(|k| (FIRST_WARM_UP..FIRST_REGRESSOR).contains(k)) {
         return None;
     }
     let (gain, k, found) = best_of_warm_ups(fit, bins)?;
     Some((gain, bins.record.duration() / WARM_UPS[k], found))
 }
 
-/// Fall of the deviance by a regressor. The likelihoods are not the restricted ones: regressors differ.
+/// Reduction of the deviance by a regressor. The likelihoods are not restricted, because the regressors differ.
 pub(crate) fn gain_of(fit: &Fit, next: &Fit) -> f64 {
     (fit.deviance - fit.restricted) - (next.deviance - next.restricted)
 }
 
-/// The warm-up from the first sample on that lowers the deviance most, if it stands out.
+/// The warm-up that reduces the deviance most, if it is significant.
 fn best_warm_up(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
     best_of_warm_ups(fit, bins).filter(|(gain, ..)| *gain > WARM_UP)
 }
 
-/// The warm-up of the grid that lowers the deviance most: by how much, its place in the grid, and the fit.
+/// The warm-up of the grid that reduces the deviance most: the reduction, its place in the grid, and the fit.
 fn best_of_warm_ups(fit: &Fit, bins: &Bins) -> Option<(f64, usize, Fit)> {
     let tried = (0..WARM_UPS.len()).map(|k| {
-        let found = with_regressor(fit, bins, WARM_AT + k);
+        let found = with_regressor(fit, bins, FIRST_WARM_UP + k);
         (gain_of(fit, &found), k, found)
     });
     tried.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The warm-up of the grid with its best time constant. The error of its amplitude includes that of the time constant: the
-/// derivative by the logarithm is a regressor.
+/// derivative with respect to the logarithm is a regressor.
 fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Drift, f64) {
-    let at = WARM_AT + k;
+    let at = FIRST_WARM_UP + k;
     let mut time = bins.record.duration() / WARM_UPS[k];
     for step in REFINED {
         for other in [time * step.exp(), time / step.exp()] {
-            let bins_of_other = with_curve(bins, at, bins.record.modes_of_decay(other));
-            let next = fit.model.clone().fit(&bins_of_other);
+            let other_bins = with_curve(bins, at, bins.record.modes_of_decay(other));
+            let next = fit.model.clone().fit(&other_bins);
             let more = gain_of(fit, &next);
             if more > 0.0 {
-                (time, gain, *fit, *bins) = (other, gain + more, next, bins_of_other);
+                (time, gain, *fit, *bins) = (other, gain + more, next, other_bins);
             }
         }
     }
@@ -190,7 +189,7 @@ fn refined(fit: &mut Fit, bins: &mut Bins, k: usize, mut gain: f64) -> (f64, Dri
     (time, Drift { error, ..drift(fit, at) }, gain)
 }
 
-/// The bins with other modes in the place of a regressor, or behind all.
+/// The bins with other modes in place of a regressor, or appended.
 fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
     let mut all = bins.regressors.to_vec();
     match all.get_mut(at) {
@@ -202,21 +201,21 @@ fn with_curve<'a>(bins: &Bins<'a>, at: usize, modes: Vec<f64>) -> Bins<'a> {
     bins
 }
 
-/// The rate ramp, whether it stands out even with the rate random walk at its upper limit, the fall of the deviance, and
-/// the fit.
+/// The rate ramp, whether it is significant even with the rate random walk at its upper limit, the reduction of the
+/// deviance, and the fit.
 fn ramp_of(fit: &Fit, bins: &Bins, at: Thresholds) -> (Drift, bool, f64, Fit) {
-    let found = with_regressor(fit, bins, RAMP_AT);
+    let found = with_regressor(fit, bins, RAMP_INDEX);
     let gain = gain_of(fit, &found);
-    let mut ramp = drift(&found, RAMP_AT);
+    let mut ramp = drift(&found, RAMP_INDEX);
     if ramp.value.abs() <= RAMP * ramp.error {
         return (ramp, false, gain, found);
     }
     if let Some(j) = found.model.index(Term::RateRandomWalk) {
-        let high = of_part(&found, bins, j, at).high;
+        let high = part_bounds(&found, bins, j, at).high;
         if high.is_finite() {
             let mut model = found.model.clone();
             model.theta[j] = high.max(model.theta[j]);
-            ramp = drift(&model.refit(bins, 0, 0.0, &found), RAMP_AT);
+            ramp = drift(&model.refit(bins, 0, 0.0, &found), RAMP_INDEX);
         }
     }
     let observed = ramp.value.abs() > RAMP * ramp.error;

@@ -5,10 +5,10 @@ use crate::likelihood::outcome::Drift;
 use crate::likelihood::profile::Bounds;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Logarithm of a ratio that is as good as infinite.
+/// Logarithm of a ratio that counts as infinite.
 const UNBOUNDED: f64 = 700.0;
 
-/// A value and its interval, which is not known if it has no upper end.
+/// A value and its interval, which is unknown without an upper end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Value, inside its interval.
@@ -20,7 +20,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// A value with its interval, extended to it.
+    /// A value with its interval, which is extended to include the value.
     pub(crate) fn new(value: f64, low: f64, high: f64) -> Self {
         if high.is_finite() {
             Self { value, low: Some(low.min(value)), high: Some(high.max(value)) }
@@ -29,7 +29,7 @@ impl Estimate {
         }
     }
 
-    /// A value with half the width of its interval.
+    /// A value with the half width of its interval.
     pub(crate) fn around(value: f64, half: f64) -> Self {
         Self { value, low: Some(value - half), high: Some(value + half) }
     }
@@ -40,7 +40,7 @@ impl Estimate {
         Self::new(value, low, high)
     }
 
-    /// All of it times a positive factor.
+    /// The estimate times a positive factor.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         let scaled = |end: Option<f64>| end.map(|end| factor * end);
         Self { value: factor * self.value, low: scaled(self.low), high: scaled(self.high) }
@@ -64,9 +64,9 @@ pub struct TermEstimate {
     pub low: Option<f64>,
     /// Upper end of its interval.
     pub high: Option<f64>,
-    /// Upper limit if it was not observed; of a ramp, of its magnitude. None if the record sets none.
+    /// Upper limit if it was not observed; for a ramp, of its magnitude. None if the record sets no limit.
     pub upper_limit: Option<f64>,
-    /// P-value of its absence, all others free. None if it was not tested.
+    /// P-value of its absence, with all other terms free. None if it was not tested.
     pub p_value: Option<f64>,
     /// Maximum of the likelihood and interval with all terms free, whether the term was observed or not.
     pub profile: Option<Estimate>,
@@ -74,8 +74,8 @@ pub struct TermEstimate {
 
 impl TermEstimate {
     /// A significant term, from its estimate in the model that describes the record, and its interval with all terms free.
-    /// The standard `error` of the estimate is joined to an interval that has the estimate not inside. An interval that does
-    /// not exclude 0 leaves an upper limit.
+    /// An interval that does not include the estimate is extended by its standard `error`. An interval that does not
+    /// exclude 0 becomes an upper limit.
     pub(crate) fn significant(
         value: f64,
         [mut low, mut high]: [f64; 2],
@@ -117,7 +117,7 @@ impl TermEstimate {
     ///
     /// Without the term the deviance rises by `loss`, half χ² with one degree of freedom and half 0, because θ is not
     /// negative: p = ½ erfc(√(loss / 2)).
-    pub(crate) fn of_square(bounds: &Bounds, value: f64, error: f64, level: f64) -> Self {
+    pub(crate) fn from_square(bounds: &Bounds, value: f64, error: f64, level: f64) -> Self {
         let p_value = 0.5 * libm::erfc((bounds.loss.max(0.0) / 2.0).sqrt());
         let [low, high] = [bounds.low.max(0.0), bounds.high].map(f64::sqrt);
         let estimate = if bounds.observed && high.is_finite() {
@@ -128,8 +128,8 @@ impl TermEstimate {
         Self { profile: Some(Estimate::root(bounds)), ..estimate }
     }
 
-    /// The ramp, which has either sign. `observed`: whether it is part of the model; a profile is wider than this test.
-    pub(crate) fn of_ramp(ramp: Drift, observed: bool, level: f64) -> Self {
+    /// The ramp, of either sign. `observed` states whether it is part of the model; the profile is wider than this test.
+    pub(crate) fn from_ramp(ramp: Drift, observed: bool, level: f64) -> Self {
         let Drift { value, error } = ramp;
         let half = quantile(level) * error;
         let p_value = if error > 0.0 { libm::erfc((value / error).abs() * FRAC_1_SQRT_2) } else { 1.0 };
@@ -170,17 +170,18 @@ mod tests {
     #[test]
     fn terms_are_roots() {
         let estimate =
-            TermEstimate::of_square(&bounds(4.0, 1.0, 9.0, true, 3.841_458_820_694_124), 2.1, 0.3, LEVEL);
+            TermEstimate::from_square(&bounds(4.0, 1.0, 9.0, true, 3.841_458_820_694_124), 2.1, 0.3, LEVEL);
         assert_eq!(
             (estimate.observed, estimate.value, estimate.low, estimate.high),
             (true, Some(2.1), Some(1.0), Some(3.0))
         );
-        // One side of the normal distribution at 1.96.
+        // One-sided probability of the normal distribution at 1.96.
         assert!((estimate.p_value.unwrap() - 0.025).abs() < 1e-12);
-        let absent = TermEstimate::of_square(&bounds(0.0, 0.0, 9.0, false, 0.0), 0.0, 0.0, LEVEL);
+        let absent = TermEstimate::from_square(&bounds(0.0, 0.0, 9.0, false, 0.0), 0.0, 0.0, LEVEL);
         assert_eq!((absent.observed, absent.upper_limit, absent.p_value), (false, Some(3.0), Some(0.5)));
         assert_eq!(absent.profile, Some(Estimate::new(0.0, 0.0, 3.0)));
-        let unbounded = TermEstimate::of_square(&bounds(1.0, 0.1, f64::INFINITY, true, 9.0), 1.0, 0.0, LEVEL);
+        let unbounded =
+            TermEstimate::from_square(&bounds(1.0, 0.1, f64::INFINITY, true, 9.0), 1.0, 0.0, LEVEL);
         assert_eq!((unbounded.observed, unbounded.upper_limit), (false, None));
     }
 
@@ -190,7 +191,7 @@ mod tests {
         let ratio = (1.959_963_984_540_054 * 0.1_f64).exp();
         assert!((estimate.low.unwrap() - 2.0 / ratio).abs() < 1e-12);
         assert_eq!(estimate.high, Some(4.0));
-        // Nothing is known of a value whose error is a thousand times its size.
+        // A value with an error of a thousand times its size is unknown.
         let unknown = TermEstimate::significant(2.0, [3.0, 4.0], 2000.0, 0.001, LEVEL);
         assert_eq!((unknown.observed, unknown.value, unknown.upper_limit), (false, None, None));
     }
@@ -206,13 +207,13 @@ mod tests {
     #[test]
     fn ramps_have_a_sign() {
         let ramp = Drift { value: -5.0, error: 1.0 };
-        let estimate = TermEstimate::of_ramp(ramp, true, LEVEL);
+        let estimate = TermEstimate::from_ramp(ramp, true, LEVEL);
         assert!(estimate.observed && estimate.low.unwrap() < -6.9 && estimate.high.unwrap() > -3.1);
         assert!((estimate.p_value.unwrap() / (2.0 * normal_below(-5.0)) - 1.0).abs() < 1e-12);
-        let weak = TermEstimate::of_ramp(ramp, false, LEVEL);
+        let weak = TermEstimate::from_ramp(ramp, false, LEVEL);
         assert!((weak.upper_limit.unwrap() - 6.959_963_984_540_054).abs() < 1e-12);
         assert!((weak.p_value.unwrap() - 0.05).abs() < 1e-12);
-        let unknown = TermEstimate::of_ramp(Drift { value: 1.0, error: f64::INFINITY }, true, LEVEL);
+        let unknown = TermEstimate::from_ramp(Drift { value: 1.0, error: f64::INFINITY }, true, LEVEL);
         assert_eq!((unknown.observed, unknown.upper_limit), (false, None));
     }
 

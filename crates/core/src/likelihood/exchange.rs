@@ -22,27 +22,28 @@ pub(crate) const REPLACED: [&[Part]; 3] = [
 /// Number of correlation times that are tested per decade.
 const TIMES: f64 = 2.0;
 
-/// Number of steps of a fit, and of a candidate that may not be the best, which ends at this fall of the deviance.
+/// Number of steps of a fit, number of steps of a preliminary fit of a candidate, and the change of the deviance at which
+/// the latter ends.
 const STEPS: usize = 40;
 const FIRST_STEPS: usize = 8;
 const ROUGH: f64 = 0.1;
 
-/// Price of a number of a model in deviance (Akaike), and the numbers of a process and of a warm-up.
+/// Price of a parameter in deviance (Akaike), and the numbers of parameters of a process and of a warm-up.
 const NUMBER: f64 = 2.0;
 const NUMBERS_OF_PROCESS: f64 = 2.0;
 const NUMBERS_OF_WARM_UP: f64 = 2.0;
 
-/// Share of its amplitude from which a term that was replaced is fitted beside the process.
+/// Share of its amplitude above which a replaced term is fitted in addition to the process.
 const AGAIN: f64 = 0.05;
 
-/// Rise of the deviance, beside the term, up to which a process may still be better together with it.
+/// Rise of the deviance, relative to the term, up to which a process may still be better together with the term.
 const WITHIN: f64 = 8.0;
 
-/// Amount by which a warm-up, the best of seven time constants, must be better than the others: by chance it is in 1.7 % of
-/// 168 records of N + B + K.
-const OF_SEVERAL_TIMES: f64 = 1.4;
+/// Amount by which a warm-up, the best of seven time constants, must be better than the others: by chance it is better in
+/// 1.7 % of 168 records of N + B + K.
+const SEARCH_PRICE: f64 = 1.4;
 
-/// The fits with a process or a warm-up in the place of observed terms that explain the record as well.
+/// The fits with a process or a warm-up in place of observed terms that explain the record as well.
 pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, drifts: bool) -> Vec<Alike> {
     let observed = |&part: &Part| match part {
         Part::Term(Term::RateRandomWalk) => walk.is_some(),
@@ -57,7 +58,7 @@ pub(crate) fn alike(fit: &Fit, bins: &Bins, walk: Option<Walk>, at: Thresholds, 
     found
 }
 
-/// The fit with a process in the place of observed terms, if it explains the record as well.
+/// The fit with a process in place of observed terms, if it explains the record as well.
 fn with_process(
     fit: &Fit,
     bins: &Bins,
@@ -68,26 +69,27 @@ fn with_process(
     let found = best(fit, bins, replaced)?;
     let fall = fit.deviance - found.deviance;
     let price = NUMBER * (NUMBERS_OF_PROCESS - replaced.len() as f64);
-    // Beside a rate random walk, slow noise of any kind resembles bias instability.
+    // In addition to a rate random walk, slow noise of any kind resembles bias instability.
     let rise = if walk.is_some() && replaced.len() == 1 { NUMBER } else { at.interval };
     let may_open = |part: &Part| match (part, walk) {
         (Part::Term(Term::RateRandomWalk), Some(walk)) => walk.gives_way(fall, walk.needed_of_process(fit)),
         _ => fall + rise >= price,
     };
     let opens: Vec<Part> = replaced.iter().copied().filter(may_open).collect();
-    // A slow process is always like a rate random walk: it is named by `process_like_walk`, and here if it is better.
+    // A slow process always resembles a rate random walk; `process_like_walk` states it, and this function only if it is
+    // better.
     let is_alike = !opens.is_empty() || fall >= price;
     is_alike.then_some(Alike { fit: found, warm_up: None, opens })
 }
 
-/// The fit with a warm-up in the place of the rate random walk, if it is better.
+/// The fit with a warm-up in place of the rate random walk, if it is better.
 fn with_warm_up_for_walk(fit: &Fit, bins: &Bins, walk: Walk) -> Option<Alike> {
-    let (loss, bare) = fit.loss_of(fit.model.index(Term::RateRandomWalk)?, bins);
+    let (loss, bare) = fit.removal_loss(fit.model.index(Term::RateRandomWalk)?, bins);
     let (gain, time, found) = with_warm_up(&bare, bins)?;
-    let restricted = fit.restricted - bare.restricted; // `gain` is of the likelihoods that are not restricted
+    let restricted = fit.restricted - bare.restricted; // `gain` refers to unrestricted likelihoods
     let price = NUMBER * (NUMBERS_OF_WARM_UP - 1.0);
     let fall = gain - loss - restricted;
-    let opens = walk.gives_way(fall, walk.sure() + OF_SEVERAL_TIMES);
+    let opens = walk.gives_way(fall, walk.sure() + SEARCH_PRICE);
     let terms = if opens { vec![Part::Term(Term::RateRandomWalk)] } else { Vec::new() };
     (opens || fall >= price).then_some(Alike { fit: found, warm_up: Some(time), opens: terms })
 }
@@ -115,7 +117,7 @@ pub(crate) fn best(fit: &Fit, bins: &Bins, replaced: &[Part]) -> Option<Fit> {
     Some(best.model.clone().refit(bins, STEPS, TOLERANCE, fit))
 }
 
-/// The fit with the terms that were replaced beside the process, if that can be better than `fit`.
+/// The fit with the replaced terms in addition to the process, if that can be better than `fit`.
 pub(crate) fn beside(found: Fit, fit: &Fit, bins: &Bins, replaced: &[Part]) -> Fit {
     if found.deviance > fit.deviance + WITHIN {
         return found;

@@ -6,11 +6,12 @@ use sigmatau_fft::Planner;
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
 
-/// Lags from which the covariance of two blocks of flicker noise is that of their centres and its second derivative.
-const FAR: usize = 200;
+/// Lag above which the covariance of two blocks of flicker noise is computed from that of their centres and its second
+/// derivative.
+const SERIES_LAG: usize = 200;
 
 /// Number of records whose flicker densities are cached, by shape.
-const KEPT: usize = 8;
+const CACHED: usize = 8;
 
 /// A part of the model whose density is proportional to one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,14 +23,14 @@ pub enum Part {
         /// Correlation time. \[s\]
         time: f64,
     },
-    /// Bias instability whose density is f^−α; B² at a frequency.
+    /// Bias instability with the density f^−α; the parameter is B² at `pivot`.
     Flicker {
         /// α.
         exponent: f64,
-        /// Where the density is that of B. \[Hz\]
+        /// Frequency at which the density is that of B. \[Hz\]
         pivot: f64,
     },
-    /// Band-pass resonance with a density of 0 at the frequency 0; its variance.
+    /// Band-pass resonance with a density of 0 at the frequency 0; the parameter is its variance.
     Resonance {
         /// Centre. \[Hz\]
         frequency: f64,
@@ -63,20 +64,20 @@ pub(crate) const TERMS: [Part; NOISE_TERMS] = {
     parts
 };
 
-/// Where a mode is evaluated: k with θ = πk/M.
+/// Evaluation point of mode k, with θ = πk/M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ModePoint {
     sin: f64,
     cos: f64,
     /// 4 sin²(θ/2).
     chord: f64,
-    /// Of θ(M − 1).
+    /// Sine and cosine of θ(M − 1).
     last_sin: f64,
     last_cos: f64,
     pub frequency: f64,
 }
 
-/// The blocks whose means are transformed.
+/// The blocks of samples whose means are transformed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Blocks {
     pub samples: usize,
@@ -105,8 +106,9 @@ impl Blocks {
         }
     }
 
-    /// Expected density of a part of unit amplitude at a mode: quantization noise as that of the samples, which is exact once the
-    /// two end values of the angle are regressors, other noise as that of block means. Flicker noise is in [`flicker_modes`] and in a [`Mixture`](crate::likelihood::power_law::Mixture).
+    /// Expected density of a part of unit amplitude at a mode. Quantization noise has the density of samples, which is
+    /// exact if the two end values of the angle are regressors; other noise has that of block means. Flicker noise is in
+    /// [`flicker_modes`] and in a [`Mixture`](crate::likelihood::power_law::Mixture).
     pub(crate) fn density(self, part: Part, at: &ModePoint) -> f64 {
         let (n, length) = (self.samples as f64, self.length());
         match part {
@@ -146,10 +148,10 @@ pub(crate) struct MarkovModes {
     /// Variance of the mean of a block, and its covariance with the next one.
     own: f64,
     next: f64,
-    /// Correlation of blocks beside each other, and of the first and the last.
+    /// Correlation of neighbouring blocks, and of the first and the last block.
     q: f64,
     tail: f64,
-    /// Blocks, and the length of one. \[s\]
+    /// Number of blocks, and length of a block. \[s\]
     m: f64,
     length: f64,
 }
@@ -174,7 +176,7 @@ impl MarkovModes {
 /// Variance of the mean of n samples of a process with unit variance.
 fn block_variance(n: f64, rate: f64, p: f64, lost: f64, lost_block: f64) -> f64 {
     if n * rate < 1e-3 {
-        // 1 − x(n² − 1)/(3n) + x²(…): the closed form has no digits left.
+        // 1 − x(n² − 1)/(3n) + x²(…), because the closed form loses all digits.
         let x = rate;
         return 1.0 - x * (n * n - 1.0) / (3.0 * n) + x * x * (n * n - 1.0) / 12.0;
     }
@@ -190,7 +192,7 @@ fn divide(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     ((a.0 * b.0 + a.1 * b.1) / norm, (a.1 * b.0 - a.0 * b.1) / norm)
 }
 
-/// S = 2 g f² / π / ((f² − f₀²)² + 4 g² f²): nothing at the frequency 0, unit variance.
+/// S = 2 g f² / π / ((f² − f₀²)² + 4 g² f²), which has unit variance and is 0 at the frequency 0.
 pub(crate) fn resonance(centre: f64, width: f64, f: f64) -> f64 {
     let square = f * f;
     2.0 * width * square / PI / ((square - centre * centre).powi(2) + 4.0 * width * width * square)
@@ -214,7 +216,7 @@ impl FinePoint {
         Self { frequency, square: sin * sin, sin, smear: 1.0 / (6.0 * cycles * cycles) }
     }
 
-    /// A frequency at which no taper smears.
+    /// A point without smearing by a taper.
     pub(crate) fn narrow(frequency: f64, tau0: f64) -> Self {
         let sin = (PI * frequency * tau0).sin();
         Self { frequency, square: sin * sin, sin, smear: 0.0 }
@@ -256,7 +258,7 @@ impl MarkovDensity {
     }
 }
 
-/// Densities of a part of unit amplitude at some points; what depends on the part alone is computed once.
+/// Densities of a part of unit amplitude at some points; factors that depend only on the part are computed once.
 pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densities: &mut [f64]) {
     let pairs = densities.iter_mut().zip(points);
     match part {
@@ -273,8 +275,8 @@ pub(crate) fn fine_densities(part: Part, points: &[FinePoint], tau0: f64, densit
 
 type Kept = Mutex<Vec<((usize, usize), Arc<Vec<f64>>)>>;
 
-/// Densities of flicker noise with B = 1 at the modes 1 … M/8, over the length of a block: they depend on the shape of
-/// the record alone, and the last few are kept.
+/// Densities of flicker noise with B = 1 at the modes 1 … M/8, over the length of a block: they depend only on the shape of
+/// the record, and the latest ones are cached.
 pub(crate) fn flicker_modes(blocks: Blocks, modes: usize) -> Arc<Vec<f64>> {
     static KNOWN: Kept = Mutex::new(Vec::new());
     let key = (blocks.samples, blocks.count);
@@ -285,7 +287,7 @@ pub(crate) fn flicker_modes(blocks: Blocks, modes: usize) -> Arc<Vec<f64>> {
     let found = Arc::new(mode_variances(&flicker_covariance(blocks.samples, blocks.count), modes));
     let mut known = lock();
     known.retain(|(shape, _)| *shape != key);
-    if known.len() == KEPT {
+    if known.len() == CACHED {
         known.remove(0);
     }
     known.push((key, found.clone()));
@@ -294,8 +296,8 @@ pub(crate) fn flicker_modes(blocks: Blocks, modes: usize) -> Arc<Vec<f64>> {
 
 /// Covariance of two block means of flicker noise with B = 1, by their distance, up to a constant.
 fn flicker_covariance(n: usize, blocks: usize) -> Vec<f64> {
-    // The sampled process has the covariance −2h/π at a lag, h the sum of odd harmonics; a block mean averages it.
-    let near: Vec<f64> = (0..=(FAR + 1).min(blocks)).map(|l| twice_summed(l * n)).collect();
+    // The sampled process has the covariance −2h/π at a lag, where h is the sum of odd harmonics; a block mean averages it.
+    let near: Vec<f64> = (0..=(SERIES_LAG + 1).min(blocks)).map(|l| twice_summed(l * n)).collect();
     let size = n as f64;
     (0..blocks)
         .map(|l| {
@@ -312,7 +314,7 @@ fn flicker_covariance(n: usize, blocks: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A function whose second difference is −4h, h the sum of odd harmonics.
+/// A function with the second difference −4h, where h is the sum of odd harmonics.
 fn twice_summed(l: usize) -> f64 {
     if l == 0 {
         return 0.0;
@@ -362,7 +364,7 @@ mod tests {
     }
 
     /// Covariance of block means from that of the samples.
-    fn of_blocks(samples: impl Fn(usize) -> f64, n: usize, lag: usize) -> f64 {
+    fn block_covariance(samples: impl Fn(usize) -> f64, n: usize, lag: usize) -> f64 {
         let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, lag * n + j)));
         pairs.map(|(i, j)| samples(i.abs_diff(j))).sum::<f64>() / (n * n) as f64
     }
@@ -372,7 +374,7 @@ mod tests {
         for (n, time) in [(1, 0.3), (4, 0.5), (4, 50.0), (7, 1e4)] {
             let blocks = Blocks { samples: n, count: 40, tau0: 0.1 };
             let lags: Vec<f64> =
-                (0..40).map(|l| of_blocks(|d| (-0.1 * d as f64 / time).exp(), n, l)).collect();
+                (0..40).map(|l| block_covariance(|d| (-0.1 * d as f64 / time).exp(), n, l)).collect();
             for k in [1, 2, 5] {
                 let exact = by_definition(|l| lags[l], 40, k) * blocks.length();
                 let got = blocks.density(Part::GaussMarkov { time }, &blocks.point(k));
@@ -386,9 +388,9 @@ mod tests {
         for n in [1, 5] {
             let blocks = Blocks { samples: n, count: 32, tau0: 0.5 };
             let flicker: Vec<f64> =
-                (0..32).map(|l| of_blocks(|d| -2.0 / PI * odd_harmonic(d), n, l)).collect();
-            // Only contrasts matter: −|d|/2 serves for a random walk.
-            let walk: Vec<f64> = (0..32).map(|l| of_blocks(|d| -0.25 * d as f64, n, l)).collect();
+                (0..32).map(|l| block_covariance(|d| -2.0 / PI * odd_harmonic(d), n, l)).collect();
+            // Only contrasts matter, so −|d|/2 represents a random walk.
+            let walk: Vec<f64> = (0..32).map(|l| block_covariance(|d| -0.25 * d as f64, n, l)).collect();
             let got = flicker_modes(blocks, 4);
             for k in 1..=4 {
                 let exact = by_definition(|l| flicker[l], 32, k);
@@ -402,9 +404,9 @@ mod tests {
 
     #[test]
     fn far_blocks_join_the_near_ones() {
-        let lags = flicker_covariance(300, FAR + 4);
-        let second = lags[FAR + 2] - 2.0 * lags[FAR + 1] + lags[FAR];
-        assert!((second * PI * ((FAR + 1) * (FAR + 1)) as f64 - 1.0).abs() < 1e-2, "{second}");
+        let lags = flicker_covariance(300, SERIES_LAG + 4);
+        let second = lags[SERIES_LAG + 2] - 2.0 * lags[SERIES_LAG + 1] + lags[SERIES_LAG];
+        assert!((second * PI * ((SERIES_LAG + 1) * (SERIES_LAG + 1)) as f64 - 1.0).abs() < 1e-2, "{second}");
     }
 
     #[test]

@@ -8,25 +8,27 @@ use crate::roots::root;
 use std::convert::Infallible;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, PI};
 
-/// |H|² below which the fit uses no frequencies.
+/// |H|² below which the fit does not use a frequency.
 pub(crate) const UNUSED_POWER: f64 = 0.08;
 
-/// Number of frequencies up to half the rate of the cosines, and largest multiple of it up to half the rate of the samples.
+/// Number of grid frequencies up to half the rate of the cosines, and its largest multiple up to half the rate of the
+/// samples.
 const GRID: usize = 4096;
 const FINEST: usize = 16;
 
-/// Smallest |H|² from which on a shape is compared, and number of grid frequencies from one tested corner to the next.
+/// Smallest |H|² at which shapes are compared, and number of grid frequencies between tested corners.
 const LEAST_POWER: f64 = 0.1;
 const EVERY: usize = 16;
 
-/// Largest difference of ln |H|² of a shape with a name: 0.9 dB.
+/// Largest difference of ln |H|² from a named shape: 0.9 dB.
 const ALIKE: f64 = 0.2;
 
-/// Change of a number for the slope of the corner, and the corner times the sample interval that needs no finer grid.
+/// Change of a coefficient for the derivative of the corner, and the corner times the sample interval above which no finer
+/// grid is needed.
 const MOVED: f64 = 1e-3;
 const FINE_CORNER: f64 = 0.1;
 
-/// Largest ratio of the corner of a filter before the sampler to that of its samples, and the relative error of the former.
+/// Largest ratio of the corner of a filter before the sampler to that of the samples, and relative error of the former.
 const MOST_WARPED: f64 = 3.0;
 const SAME_CORNER: f64 = 1e-9;
 
@@ -49,7 +51,7 @@ pub enum FilterShape {
     Uneven,
 }
 
-/// A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+/// A filter of all noise except quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedFilter {
     /// a₁, a₂ … \[1\]
@@ -58,15 +60,15 @@ pub struct FittedFilter {
     pub tau0: f64,
     /// Δ: the sample interval, or a multiple where the top of the band was left out. \[s\]
     pub interval: f64,
-    /// The shape that it is like.
+    /// Most similar shape.
     pub shape: FilterShape,
-    /// Order of a Butterworth filter; samples of a running mean.
+    /// Order of a Butterworth filter, or number of samples of a running mean.
     pub order: Option<u32>,
     /// Frequency of half the power, with the ends of its interval. \[Hz\]
     pub corner: Option<[f64; 3]>,
-    /// The Butterworth filter before the sampler that replaces this one in a noise model: order and corner. \[Hz\]
+    /// The Butterworth filter before the sampler that replaces this filter in a noise model: order and corner. \[Hz\]
     pub low_pass: Option<(u8, f64)>,
-    /// Highest frequency that the fit used, because the filter takes the rest; 0 for a filter of known shape. \[Hz\]
+    /// Highest frequency of the fit, because the filter removes the noise above; 0 for a filter of known shape. \[Hz\]
     pub known_to: Option<f64>,
     /// Damping of two poles.
     pub damping: Option<f64>,
@@ -94,9 +96,9 @@ impl FittedFilter {
         }
     }
 
-    /// A filter of a family, by its closed form at all frequencies. `covariance`: of its numbers; `quantile`: of the standard
-    /// normal distribution, for the interval of the corner.
-    pub(crate) fn of_family(
+    /// A filter of a family, by its closed form at all frequencies. `covariance` is that of its parameters; `quantile` of
+    /// the standard normal distribution determines the interval of the corner.
+    pub(crate) fn from_family(
         (family, numbers): (Family, &[f64]),
         covariance: impl Fn(usize, usize) -> f64,
         (tau0, of_white): (f64, bool),
@@ -134,8 +136,8 @@ impl FittedFilter {
         }
     }
 
-    /// The filter with its name and the interval of its corner. `covariance`: of the coefficients; `quantile`: of the
-    /// standard normal distribution, for the interval.
+    /// The named filter with the interval of its corner. `covariance` is that of the coefficients; `quantile` of the
+    /// standard normal distribution determines the interval.
     pub(crate) fn named(
         coefficients: &[f64],
         covariance: impl Fn(usize, usize) -> f64,
@@ -172,7 +174,7 @@ impl FittedFilter {
             .map(|(i, j, product)| product * covariance(i, j))
             .sum();
         let half = quantile * variance.max(0.0).sqrt() / slope.abs();
-        // Frequencies that are compared: those with power, up to the first without beyond the corner.
+        // The compared frequencies have power; they end at the first frequency above the corner without power.
         let lowest = LEAST_POWER.ln();
         let end = log_power.iter().skip(k).position(|&y| y <= lowest).map_or(GRID, |count| k + count);
         let (x, log_power): (Vec<f64>, Vec<f64>) =
@@ -185,7 +187,7 @@ impl FittedFilter {
             .into_iter()
             .map(|shape| (misfit(shape), shape))
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        // The series ends early and ripples: the interval holds the corner of the shape too, which has no ripple.
+        // The truncated series ripples: the interval also includes the corner of the shape, which has no ripple.
         let mut ends = [corner, corner];
         if let Some((off, shape)) = nearest {
             (filter.shape, filter.order) =
@@ -200,7 +202,7 @@ impl FittedFilter {
         filter
     }
 
-    /// |H|² at a frequency; beyond those that the fit used, that of the shape that it is like, or falling.
+    /// |H|² at a frequency. Above the frequencies of the fit, it is that of the most similar shape, or extrapolated.
     #[must_use]
     pub fn power(&self, f: f64) -> f64 {
         self.log_power(f).exp()
@@ -225,7 +227,7 @@ impl FittedFilter {
 
     /// Reduction of the Allan variances by the filter, for noise with a given density before it. [(rate unit)²]
     ///
-    /// From `highest` on there is no reduction, because the filter is not known there, unless it removes all power.
+    /// Above `highest` there is no reduction, because the filter is unknown there, unless it removes all power.
     pub(crate) fn taken_off(
         &self,
         density: impl Fn(f64) -> f64,
@@ -233,7 +235,7 @@ impl FittedFilter {
         highest: Option<f64>,
     ) -> Vec<f64> {
         let times = match self.corner {
-            // Some points below a corner whose shape is known.
+            // Some points below a corner of known shape.
             Some([corner, ..]) if self.coefficients.is_empty() => {
                 (FINE_CORNER / (corner * self.tau0)).ceil().max(1.0) as usize
             }
@@ -245,7 +247,7 @@ impl FittedFilter {
     }
 
     /// The Butterworth filter in front of the sampler whose samples have half their power at the corner: order and corner
-    /// in Hz. None for other shapes, and if there is none.
+    /// in Hz. None for other shapes, and if no such filter exists.
     #[must_use]
     pub(crate) fn before_sampling(&self) -> Option<(u8, f64)> {
         let order = match self.shape {
@@ -344,13 +346,13 @@ mod tests {
         assert_eq!(fitted(Shape::RunningMean { length: 8 }, 12).before_sampling(), None);
     }
 
-    /// White noise of density 1 behind no filter loses nothing; behind one that takes all, everything: 1/τ.
+    /// White noise of density 1 loses no variance without a filter, and 1/τ after a filter that removes all power.
     #[test]
     fn what_is_taken_off() {
         let mut filter = fitted(Shape::Smoothing { corner: 0.08 }, 12);
         filter.coefficients = vec![0.0];
         assert_eq!(filter.taken_off(|_| 1.0, &[1, 10], None), [0.0, 0.0]);
-        // Beyond the last frequency of the fit the power falls on; here from the lowest one on.
+        // Above the last frequency of the fit the power continues to fall; here the last is the lowest frequency.
         (filter.shape, filter.known_to) = (FilterShape::LowPass, Some(1e-9));
         for (lost, m) in filter.taken_off(|_| 1.0, &[1, 8], None).into_iter().zip([1.0, 8.0]) {
             assert!((lost * m * TAU0 - 1.0).abs() < 1e-9);

@@ -1,54 +1,54 @@
-//! Shapes of filters by name: ln |H|² at frequencies times the sample interval, and which of them a fitted filter is like.
+//! Named shapes of filters: ln |H|² at frequencies times the sample interval, and similarity to a fitted filter.
 
 use std::f64::consts::{LN_2, PI};
 
-/// Orders of Butterworth filters, and the longest running mean, that are compared.
+/// Highest order of Butterworth filters, and longest running mean, that are compared.
 const HIGHEST_ORDER: u32 = 4;
 const LONGEST_MEAN: u32 = 1000;
 
-/// Corner of exponential smoothing, times the sample interval: it never falls to half the power beyond.
+/// Largest corner of exponential smoothing, times the sample interval: faster smoothing never falls to half the power.
 const FASTEST_SMOOTHING: f64 = 0.4;
 
 /// Corner of a running mean times its length in samples.
 const CORNER_OF_MEAN: f64 = 0.443;
 
-/// Images of an analog filter on either side that sampling folds.
+/// Number of images of an analog filter on either side that sampling folds.
 const IMAGES: i32 = 8;
 
-/// Logarithm of the farthest corner that is tried over that of the series, and their number.
+/// Largest tested logarithm of the corner over that of the series, and number of tested corners.
 const FARTHEST_CORNER: f64 = 0.3;
 const CORNERS: usize = 61;
 
-/// Least |H|² of a running mean, at its zeros.
+/// Smallest |H|² of a running mean, at its zeros.
 const ZERO: f64 = 1e-12;
 
-/// Orders of Butterworth filters, and means one after the other, that are fitted.
+/// Highest order of Butterworth filters, and largest number of means in series, that are fitted.
 const HIGHEST_FITTED: u32 = 6;
 const MOST_STAGES: u32 = 4;
 
-/// Limits of a corner that is fitted, times the sample interval, and of the damping of two poles.
+/// Limits of a fitted corner, times the sample interval, and of the damping of two poles.
 const LOWEST_CORNER: f64 = 1e-4;
 const HIGHEST_CORNER: f64 = 0.49;
 const LEAST_DAMPING: f64 = 0.2;
 const MOST_DAMPING: f64 = 3.0;
 
-/// Bisections that leave no digit of a frequency.
+/// Number of bisections that determine all digits of a frequency.
 const BISECTIONS: usize = 60;
 
-/// A shape with a name; corners are times the sample interval.
+/// A named shape; corners are multiplied by the sample interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
     /// A Butterworth filter by the bilinear transform.
     Digital { order: u32, corner: f64 },
-    /// White noise behind an analog Butterworth filter, folded by sampling, over its density at the frequency 0.
+    /// White noise after an analog Butterworth filter, folded by sampling, over its density at the frequency 0.
     Folded { order: u32, corner: f64 },
     /// Exponential smoothing, y += (1 − p)(x − y).
     Smoothing { corner: f64 },
     /// Mean of the last samples.
     RunningMean { length: u32 },
-    /// Two poles by the bilinear transform, with the corner of no damping.
+    /// Two poles by the bilinear transform, with their undamped corner.
     TwoPoles { corner: f64, damping: f64 },
-    /// Running means of this length, applied one after the other; the length need not be a whole number.
+    /// Running means of this length in series; the length need not be a whole number.
     Means { length: f64, stages: u32 },
 }
 
@@ -67,7 +67,7 @@ impl Response {
             Shape::Digital { order, .. } => -((PI * x).tan() / self.of_corner).powi(2 * order as i32).ln_1p(),
             Shape::Folded { order, corner } => (folded(order, corner, x) / self.of_corner).ln(),
             Shape::Smoothing { .. } => {
-                // |H|² = (1 − p)² / (1 − 2p cos + p²), half of it at the corner.
+                // |H|² = (1 − p)² / (1 − 2p cos + p²), which is ½ at the corner.
                 let p = self.of_corner;
                 ((1.0 - p).powi(2) / (1.0 - 2.0 * p * (2.0 * PI * x).cos() + p * p)).ln()
             }
@@ -88,7 +88,7 @@ impl Response {
     }
 }
 
-/// Density behind an analog Butterworth filter and a sampler.
+/// Density after an analog Butterworth filter and a sampler.
 fn folded(order: u32, corner: f64, x: f64) -> f64 {
     let gain = |x: f64| 1.0 / (1.0 + (x / corner).powi(2 * order as i32));
     (-IMAGES..=IMAGES).map(|k| gain(x + f64::from(k))).sum()
@@ -122,7 +122,7 @@ impl Shape {
         shapes
     }
 
-    /// Order of a Butterworth filter; samples of a running mean.
+    /// Order of a Butterworth filter, or number of samples of a running mean.
     pub(crate) fn order(self) -> Option<u32> {
         match self {
             Self::Digital { order, .. } | Self::Folded { order, .. } => Some(order),
@@ -137,7 +137,7 @@ impl Shape {
         self.response().log_power(x)
     }
 
-    /// The response, with what depends on the corner alone.
+    /// The response, with the factors that depend only on the corner.
     pub(crate) fn response(self) -> Response {
         let of_corner = match self {
             Self::Digital { corner, .. } | Self::TwoPoles { corner, .. } => (PI * corner).tan(),
@@ -169,8 +169,8 @@ impl Shape {
         }
     }
 
-    /// The corner near its own at which the shape is nearest, but for a constant, to ln |H|² at frequencies x; None for a
-    /// running mean, which has a length instead.
+    /// The corner near that of the shape for which the shape is closest, up to a constant, to ln |H|² at frequencies x;
+    /// None for a running mean, which has a length instead.
     pub(crate) fn nearest_corner(self, x: &[f64], log_power: &[f64]) -> Option<f64> {
         let (corner, moved): (f64, Box<dyn Fn(f64) -> Self>) = match self {
             Self::Digital { order, corner } => {
@@ -195,17 +195,18 @@ impl Shape {
     }
 }
 
-/// Half the power of means of long rows, times their length: (sin πx / πx)²ˢ = ½.
+/// Frequency of half the power of long means, times their length: (sin πx / πx)²ˢ = ½.
 fn half_power_of_means(stages: u32) -> f64 {
     half_power(0.5, stages, |x| (PI * x).sin() / (PI * x))
 }
 
-/// The same of means of so many samples, times the sample interval: 1/4 for one mean of two. At most half the rate.
+/// Frequency of half the power of means of `length` samples, times the sample interval: 1/4 for one mean of two. At most
+/// half the rate.
 fn half_power_of_sums(length: f64, stages: u32) -> f64 {
     half_power((1.0 / length).min(0.5), stages, |x| (PI * length * x).sin() / (length * (PI * x).sin()))
 }
 
-/// Where the power of falling gains one after the other is ½, below `high`.
+/// Frequency below `high` at which the power of decreasing gains in series is ½.
 fn half_power(mut high: f64, stages: u32, gain: impl Fn(f64) -> f64) -> f64 {
     let mut low = 0.0;
     for _ in 0..BISECTIONS {
@@ -215,7 +216,7 @@ fn half_power(mut high: f64, stages: u32, gain: impl Fn(f64) -> f64) -> f64 {
     low
 }
 
-/// Filters whose response is known but for one or two numbers.
+/// Filters whose response is known except for one or two parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Family {
     Smoothing,
@@ -226,7 +227,7 @@ pub(crate) enum Family {
 }
 
 impl Family {
-    /// Families that are tried. Of first order, sampling makes exponential smoothing of an analog filter.
+    /// Families that are tried. A sampled first-order analog filter is exponential smoothing.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let butterworth = (1..=HIGHEST_FITTED).map(|order| Self::Digital { order });
         let folded = (2..=HIGHEST_FITTED).map(|order| Self::Folded { order });
@@ -234,17 +235,17 @@ impl Family {
         [Self::Smoothing, Self::TwoPoles].into_iter().chain(butterworth).chain(folded).chain(means)
     }
 
-    /// Numbers that are fitted.
+    /// Number of fitted parameters.
     pub(crate) fn count(self) -> usize {
         if self == Self::TwoPoles { 2 } else { 1 }
     }
 
-    /// The corner of a filter of first order.
+    /// The corner of a first-order filter.
     pub(crate) fn corner_of_first_order(self, numbers: &[f64]) -> Option<f64> {
         matches!(self, Self::Smoothing | Self::Digital { order: 1 }).then(|| numbers[0].exp())
     }
 
-    /// The numbers of a filter with a corner: logarithms of the corner, and of the damping of two poles.
+    /// The parameters of a filter with a corner: logarithms of the corner and of the damping of two poles.
     pub(crate) fn start(self, corner: f64) -> Vec<f64> {
         let mut numbers = vec![corner.ln(); self.count()];
         if self == Self::TwoPoles {
@@ -253,7 +254,7 @@ impl Family {
         numbers
     }
 
-    /// The numbers within the limits of corners and dampings.
+    /// Clamps the parameters to the limits of corners and dampings.
     pub(crate) fn limited(self, numbers: &mut [f64]) {
         let highest = if self == Self::Smoothing { FASTEST_SMOOTHING } else { HIGHEST_CORNER };
         numbers[0] = numbers[0].clamp(LOWEST_CORNER.ln(), highest.ln());
@@ -283,7 +284,7 @@ mod tests {
         for corner in [0.01, 0.05] {
             for shape in Shape::all(corner) {
                 let half = shape.log_power(corner).exp();
-                // Folding and whole samples move it a little.
+                // Folding and whole samples change it slightly.
                 assert!((half - 0.5).abs() < 0.03, "{shape:?}: {half}");
                 assert!(shape.log_power(1e-6).abs() < 1e-6, "{shape:?}");
             }

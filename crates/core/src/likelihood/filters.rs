@@ -8,28 +8,31 @@ use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::model::Model;
 use crate::terms::Term;
 
-/// Corners that are tried in a decade, their limits times the sample interval, and the fewest cycles of the lowest in a record.
+/// Number of tested corners per decade, their limits times the sample interval, and the smallest number of cycles of the
+/// lowest corner in a record.
 const CORNERS: f64 = 3.0;
 const LOWEST_CORNER: f64 = 0.001;
 const HIGHEST_CORNER: f64 = 0.4;
 const FEWEST_CYCLES: f64 = 40.0;
 
-/// Families that show where the corner is; other families start there.
+/// Families that determine the approximate corner, from which other families start.
 const FIRST: [Family; 2] = [Family::Smoothing, Family::Digital { order: 2 }];
 
-/// Steps of the fits of these, and of those that follow; and the fall of the deviance at which the former end.
+/// Number of steps of the fits of the first families and of the later ones, and change of the deviance at which the former
+/// end.
 const FIRST_STEPS: usize = 8;
 const STEPS: usize = 40;
 const ROUGH: f64 = 0.1;
 
-/// Factors of the corner with which slow noise behind the filter is tried.
+/// Factors of the corner with which slow noise after the filter is tried.
 const MOVED: [f64; 3] = [0.6, 1.0, 1.6];
 
-/// Price of a parameter of the filter among filters: a damping equal to that of Butterworth's filter exceeds it in one of
-/// twenty-two.
+/// Price of a parameter in the comparison of filters: for a true Butterworth filter, a free damping exceeds it in 1 of 22
+/// records.
 const NUMBER: f64 = 4.0;
 
-/// Rise of the deviance after few steps over the best of the first families, or over the fit, beyond which a family is given up.
+/// Rise of the deviance after few steps, over the best of the first families or over the fit, above which a family is
+/// abandoned.
 const HOPELESS: f64 = 200.0;
 
 /// The best fit of a model with a filter of known shape; `bare` has none.
@@ -49,7 +52,7 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
     let slow = [Part::Term(Term::BiasInstability), Part::Term(Term::RateRandomWalk)];
     if slow.into_iter().any(|part| bare.index(part).is_some()) {
         let behind = first.iter().zip(FIRST).filter_map(|(fit, family)| {
-            let corner = corner_of(&fit.model)?;
+            let corner = filter_corner(&fit.model)?;
             MOVED.into_iter().map(|by| rough(family, by * corner, true)).min_by(by_deviance)
         });
         let behind: Vec<Fit> = behind.collect();
@@ -58,9 +61,9 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
     let least = first.iter().map(|fit| fit.deviance).fold(f64::INFINITY, f64::min);
     first.retain(|fit| fit.deviance < least + HOPELESS);
     let found = first.iter().flat_map(|start| {
-        let families = Family::all().filter(|family| starts_at(*family, start));
+        let families = Family::all().filter(|family| fits_slope(*family, start));
         families.filter_map(|family| {
-            let mut model = with_family(bare, family, corner_of(&start.model)?, start.model.of_white);
+            let mut model = with_family(bare, family, filter_corner(&start.model)?, start.model.of_white);
             model.theta.clone_from(&start.model.theta);
             close(model, bins, from, |rough| rough.deviance < least + HOPELESS)
         })
@@ -71,7 +74,7 @@ pub(crate) fn best_of_families(bare: &Model, bins: &Bins, from: &Fit) -> Option<
 /// Fits with other families of filters, or with slow noise on the other side of the filter, that raise the deviance by at
 /// most `rise`.
 pub(crate) fn other_families(fit: &Fit, bins: &Bins, rise: f64) -> Vec<Fit> {
-    let Some(corner) = corner_of(&fit.model) else { return Vec::new() };
+    let Some(corner) = filter_corner(&fit.model) else { return Vec::new() };
     let slow = fit.model.parts.iter().zip(&fit.model.theta).any(|(&part, &theta)| {
         !matches!(part, Part::Term(Term::Quantization | Term::RandomWalk)) && theta > 0.0
     });
@@ -102,12 +105,12 @@ fn with_family(model: &Model, family: Family, corner: f64, of_white: bool) -> Mo
 }
 
 /// Frequency of half the power of a filter of known shape, times the sample interval.
-fn corner_of(model: &Model) -> Option<f64> {
+fn filter_corner(model: &Model) -> Option<f64> {
     Some(model.family?.shape(&model.filter).half_power())
 }
 
-/// Whether a family has about the slope of one that says where the corner is.
-fn starts_at(family: Family, start: &Fit) -> bool {
+/// Whether a family has a slope similar to that of the fit that determines the corner.
+fn fits_slope(family: Family, start: &Fit) -> bool {
     let first_order = matches!(family, Family::Smoothing | Family::Digital { order: 1 });
     first_order == (start.model.family == Some(Family::Smoothing))
 }

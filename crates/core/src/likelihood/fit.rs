@@ -13,7 +13,7 @@ const STEPS: usize = 40;
 const HALVINGS: usize = 12;
 const SHORTER: f64 = 0.4;
 
-/// Fall of the deviance at which a fit ends.
+/// Reduction of the deviance at which a fit ends.
 pub(crate) const TOLERANCE: f64 = 1e-4;
 
 /// Largest step of the logarithm of a shape, and of a coefficient of the filter.
@@ -32,27 +32,28 @@ pub(crate) struct Fit {
     /// Measured densities by bin, without the regressors.
     pub powers: Vec<f64>,
     pub deviance: f64,
-    /// Part of the deviance that the regressors cause (restricted likelihood).
+    /// Part of the deviance from the regressors (restricted likelihood).
     pub restricted: f64,
     pub beta: Vec<f64>,
     pub beta_covariance: Symmetric,
-    /// Degrees of freedom that the regressors take from each bin.
+    /// Degrees of freedom of each bin that the regressors use.
     pub leverage: Vec<f64>,
-    /// Slope of the logarithm of the likelihood by Q² from the end values of the angle, whose variance is Q²; for each run.
+    /// Derivative of the log-likelihood with respect to Q² from the end values of the angle, whose variance is Q², for each
+    /// run.
     pub slope_of_ends: Vec<f64>,
-    /// Products of this set of regressors, shared by the fits that follow.
+    /// Products of this set of regressors, shared by later fits.
     products: Arc<Vec<Products>>,
 }
 
 impl Model {
-    /// Parameters that start a fit, by non-negative least squares with weights that no bin dominates.
+    /// Initial parameters of a fit, by non-negative least squares with weights that no bin dominates.
     fn start(&mut self, bins: &Bins) {
         const HEAVIEST: f64 = 10.0;
-        const LEAST: f64 = 0.05; // of the usual density: what a bin weighs at most
+        const MIN_DENSITY_SHARE: f64 = 0.05; // share of the usual density at which the weight of a bin is limited
         let n = self.parts.len();
         let powers = bins.plain_powers();
         let usual = bins.scale;
-        // A filter of known shape is close enough to the true one to decide which noise is filtered.
+        // A filter of known shape is close enough to the true filter to determine which noise is filtered.
         let behind = self.family.map(|_| self.response_means(bins));
         let column = |&part: &Part| match behind.as_ref().filter(|_| self.filters(part)) {
             Some(behind) => bins.unit(part).iter().zip(behind).map(|(c, h)| c * h).collect(),
@@ -60,7 +61,7 @@ impl Model {
         };
         let columns: Vec<Vec<f64>> = self.parts.iter().map(column).collect();
         let weights: Vec<f64> = (0..bins.len())
-            .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + LEAST * usual))
+            .map(|i| bins.weight(i).sqrt().min(HEAVIEST) / (powers[i] + MIN_DENSITY_SHARE * usual))
             .collect();
         let mut squares = Symmetric::zero(n);
         let weighted: Vec<Vec<f64>> =
@@ -77,12 +78,12 @@ impl Model {
         self.theta = found.iter().zip(&scale).map(|(x, s)| x.max(1e-12 / s)).collect();
     }
 
-    /// The fit.
+    /// Fits the model.
     pub(crate) fn fit(self, bins: &Bins) -> Fit {
         self.fit_within(bins, STEPS, TOLERANCE, None)
     }
 
-    /// The model as it is, without a step.
+    /// The model without a step of the fit.
     pub(crate) fn at(self, bins: &Bins) -> Fit {
         self.fit_within(bins, 0, TOLERANCE, None)
     }
@@ -249,15 +250,16 @@ impl Fit {
         step
     }
 
-    /// Fisher information of theta, filter and shapes, of levels and own terms, and the slopes it is made of.
+    /// Fisher information of theta, filter and shapes, of levels and separate terms, and the derivatives from which it is
+    /// computed.
     pub(crate) fn information(&self, bins: &Bins) -> (Symmetric, Vec<Vec<f64>>) {
         let weights: Vec<f64> = (0..bins.len()).map(|i| bins.weight(i)).collect();
         let slopes = self.model.evaluate(bins, true).1;
         (self.with_levels(information(&slopes, &weights)), slopes)
     }
 
-    /// The deviance without one part, and that fit.
-    pub(crate) fn loss_of(&self, part: usize, bins: &Bins) -> (f64, Fit) {
+    /// The rise of the deviance without one part, and the fit without it.
+    pub(crate) fn removal_loss(&self, part: usize, bins: &Bins) -> (f64, Fit) {
         let fit = self.model.without(part).refit(bins, STEPS, TOLERANCE, self);
         (fit.deviance - self.deviance, fit)
     }
@@ -275,7 +277,7 @@ fn information(slopes: &[Vec<f64>], weights: &[f64]) -> Symmetric {
     found
 }
 
-/// Limits of correlation times: shorter ones are a filter's, longer ones a rate random walk. \[s\]
+/// Limits of correlation times: shorter ones are equivalent to a filter, longer ones to a rate random walk. \[s\]
 pub(crate) fn time_limits(bins: &Bins) -> (f64, f64) {
     let shortest = 20.0 * bins.record.tau0;
     (shortest, (0.25 * bins.record.duration()).max(shortest))

@@ -1,12 +1,12 @@
-//! The model of a record as a curve: expected Allan variance and density of all its parts behind their filter.
+//! The model of a record as a curve: expected Allan variance and density of all its parts, filtered.
 
 use crate::likelihood::filter::FittedFilter;
 use crate::resonance::Resonance;
 use crate::terms::Term;
 use crate::{psd, terms};
 
-/// Smallest share of the Allan variance that a filter leaves.
-const LEAST_LEFT: f64 = 1e-6;
+/// Smallest share of the Allan variance that remains after a filter.
+const MIN_VARIANCE_SHARE: f64 = 1e-6;
 
 /// Smallest number of pairs of clusters over the time constant of a warm-up.
 const FEWEST_PAIRS: f64 = 1e-9;
@@ -24,18 +24,18 @@ pub struct FittedModel {
     pub gauss_markov: Vec<(f64, f64)>,
     /// Resonances, up to half the rate.
     pub resonance: Vec<Resonance>,
-    /// Lines behind the filter: amplitude and frequency. [rate unit, Hz]
+    /// Lines after the filter: amplitude and frequency. [rate unit, Hz]
     pub sinusoid: Vec<(f64, f64)>,
-    /// Filter on all noise but quantization.
+    /// Filter of all noise except quantization.
     pub filter: Option<FittedFilter>,
     /// Frequency from which the spectrum was left out. \[Hz\]
     pub highest: Option<f64>,
-    /// Drift of the mean that decays from the first sample on: amplitude and time constant. [rate unit, s]
+    /// Drift of the mean that decays from the first sample: amplitude and time constant. [rate unit, s]
     pub warm_up: Option<(f64, f64)>,
 }
 
 impl FittedModel {
-    /// A model of nothing.
+    /// A model without any part.
     pub(crate) fn without_parts(tau0: f64, samples: usize) -> Self {
         Self {
             tau0,
@@ -62,7 +62,10 @@ impl FittedModel {
         let mut total = self.avar_before_filter(sizes);
         if let Some(filter) = &self.filter {
             let lost = filter.taken_off(|f| self.psd_that_is_filtered(f), sizes, self.highest);
-            total.iter_mut().zip(lost).for_each(|(all, lost)| *all = (*all - lost).max(LEAST_LEFT * *all));
+            total
+                .iter_mut()
+                .zip(lost)
+                .for_each(|(all, lost)| *all = (*all - lost).max(MIN_VARIANCE_SHARE * *all));
         }
         for (all, &m) in total.iter_mut().zip(sizes) {
             for &(amplitude, frequency) in &self.sinusoid {
@@ -73,7 +76,7 @@ impl FittedModel {
         total
     }
 
-    /// That of the terms, processes and resonances, as if there were no filter.
+    /// Allan variances of the terms, processes and resonances without the filter.
     pub(crate) fn avar_before_filter(&self, sizes: &[usize]) -> Vec<f64> {
         let tau0 = self.tau0;
         let mut total: Vec<f64> = sizes
@@ -92,7 +95,7 @@ impl FittedModel {
         total
     }
 
-    /// Two-sided density of the noise that the filter acts on, before it. [(rate unit)²/Hz]
+    /// Two-sided density before the filter of the noise on which it acts. [(rate unit)²/Hz]
     #[must_use]
     pub fn psd_before_filter(&self, f: f64) -> f64 {
         let tau0 = self.tau0;
@@ -106,7 +109,7 @@ impl FittedModel {
         self.resonance.iter().fold(total, |sum, band| sum + band.psd(f))
     }
 
-    /// The part of that on which the filter acts. [(rate unit)²/Hz]
+    /// The part of this density on which the filter acts. [(rate unit)²/Hz]
     pub(crate) fn psd_that_is_filtered(&self, f: f64) -> f64 {
         match &self.filter {
             Some(filter) if filter.of_white => psd::random_walk(self.coefficient(Term::RandomWalk)),
@@ -114,7 +117,7 @@ impl FittedModel {
         }
     }
 
-    /// Two-sided density behind the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
+    /// Two-sided density after the filter; lines, ramp and warm-up have none. [(rate unit)²/Hz]
     #[must_use]
     pub fn psd(&self, f: f64) -> f64 {
         let power = self.filter.as_ref().map_or(1.0, |filter| filter.power(f));
@@ -124,7 +127,7 @@ impl FittedModel {
             + psd::quantization_sampled(self.coefficient(Term::Quantization), self.tau0, f)
     }
 
-    /// Part of the drift A e^(−t/T) in the overlapped Allan variance: the mean over the pairs of clusters of
+    /// Contribution of the drift A e^(−t/T) to the overlapped Allan variance: the mean over the pairs of clusters of
     /// A² e^(−2t/T) (1 − e^(−τ/T))⁴ / (2 (τ/T)²).
     fn warm_up_avar(&self, m: usize) -> f64 {
         let Some((amplitude, time)) = self.warm_up else { return 0.0 };
@@ -173,7 +176,7 @@ pub(crate) mod tests {
         let sizes = [1, 3, 10];
         let expected = psd::avar_of_density(|f| model.psd(f), 200_000, 0.01, &sizes);
         for (avar, expected) in model.avar(&sizes).iter().zip(expected) {
-            // The density of the rate random walk is integrated from half a step on.
+            // The integral of the rate random walk's density begins at half a step.
             assert!((avar / expected - 1.0).abs() < 1e-3, "{avar} instead of {expected}");
         }
     }

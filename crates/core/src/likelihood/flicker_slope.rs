@@ -14,21 +14,21 @@ use std::f64::consts::PI;
 
 const STEPS: usize = 40;
 
-/// Price of a number of a model in deviance (Akaike).
+/// Price of a parameter of a model in deviance (Akaike).
 const NUMBER: f64 = 2.0;
 
-/// Density over that of the white noise up to which the other noise dominates.
+/// Ratio of the density to that of white noise above which other noise dominates.
 const DOMINATES: f64 = 2.0;
 
-/// Exponent from which on the noise is a random walk rather than a bias instability.
+/// Exponent above which the noise is a random walk instead of a bias instability.
 const STEEPEST: f64 = 1.75;
 
-/// Share of the density from which on a frequency counts in the mean frequency of the bias instability.
+/// Share of the density above which a frequency counts in the mean frequency of the bias instability.
 const SHARE: f64 = 0.5;
 
-/// The best fit with a free exponent that explains the record as well: in the place of the bias instability and of processes,
-/// beside the rate random walk or in its place too. One that replaces fewer numbers than it has must be better by the
-/// threshold of an interval, one that replaces as many may not be worse, and one that replaces more may be worse by that.
+/// The best fit with a free exponent that explains the record as well. The free exponent replaces the bias instability and
+/// processes, and in some fits the rate random walk. If it replaces fewer parameters than it has, it must be better by the
+/// threshold of an interval; if as many, it must not be worse; if more, it may be worse by this threshold.
 pub(crate) fn with_free_exponent(
     fit: &Fit,
     bins: &Bins,
@@ -84,16 +84,16 @@ fn flicker(fit: &Fit) -> Option<(f64, f64, f64)> {
     })
 }
 
-/// Numbers of the slow parts of a model that are present: the others are the same, and which of them are 0 says nothing of these.
+/// Number of parameters of the slow parts that are present in a model; the fast parts are the same in all compared models.
 fn numbers(model: &Model) -> f64 {
-    let of = |(part, &theta): (&Part, &f64)| match part {
+    let parameters = |(part, &theta): (&Part, &f64)| match part {
         _ if theta <= 0.0 => 0.0,
         Part::Term(Term::Quantization | Term::RandomWalk) => 0.0,
         Part::GaussMarkov { .. } | Part::Flicker { .. } => 2.0,
         Part::Resonance { .. } => 3.0,
         Part::Term(_) => 1.0,
     };
-    model.parts.iter().zip(&model.theta).map(of).sum::<f64>()
+    model.parts.iter().zip(&model.theta).map(parameters).sum::<f64>()
 }
 
 fn free_exponent(fit: &Fit, bins: &Bins, pivot: f64, removed: impl Fn(Part) -> bool) -> Fit {
@@ -115,7 +115,7 @@ fn pivot(fit: &Fit, bins: &Bins) -> Option<f64> {
     Some((bins.frequency[0] * bins.frequency[below]).sqrt())
 }
 
-/// The bias instability of a fit with a free exponent, of all frequencies at which it is most of the density.
+/// The bias instability of a fit with a free exponent, over all frequencies at which it dominates the density.
 pub(crate) fn over_frequencies(bounds: Bounds, fit: &Fit, bins: &Bins, part: usize) -> Bounds {
     let Part::Flicker { exponent, pivot } = fit.model.parts[part] else { return bounds };
     let unit = bins.unit(fit.model.parts[part]);

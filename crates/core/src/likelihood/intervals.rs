@@ -14,19 +14,21 @@ use crate::likelihood::model::Shape;
 use crate::likelihood::outcome::Second;
 use crate::likelihood::outcome::Tails;
 use crate::likelihood::profile::without;
-use crate::likelihood::profile::{Bounds, Thresholds, of_part};
+use crate::likelihood::profile::{Bounds, Thresholds, part_bounds};
 use crate::likelihood::select::{ALIKE, Allowed, second_explanations};
 use crate::terms::Term;
 
-/// Price in deviance of a process that is not in the model, where the interval of a term is joined with that beside it: of the
-/// rate random walk that of two numbers (Akaike); of other terms more, because slow noise of any kind resembles the bias
-/// instability, and most where the rate random walk is observed too. With 6 for all, the intervals hold B beside a hump in 71 % of
-/// records, with these in 82 to 91 %; an interval of B without a hump is 7 % wider, with 5 5 to 15 %, with 4 for all 40 %.
-const BESIDE_WALK: f64 = 4.0;
-const BESIDE_OTHERS: f64 = 5.5;
-const BESIDE_BOTH: f64 = 6.0;
+/// Price in deviance of an additional process, when the interval of a term is joined with its interval in the model with
+/// this process. For the rate random walk it is the price of two parameters (Akaike). For other terms it is higher, because
+/// slow noise of any kind resembles the bias instability, and highest if the rate random walk is observed too. With 6 for
+/// all, the intervals contain B in the presence of a hump in 71 % of records, with these values in 82 to 91 %. Without a
+/// hump the interval of B is 7 % wider; with 5 for all it is 5 to 15 % wider, with 4 for all 40 %.
+const WALK_PRICE: f64 = 4.0;
+const TERM_PRICE: f64 = 5.5;
+const BOTH_PRICE: f64 = 6.0;
 
-/// Fall of the deviance by a process from which on it is stated in place of a rate random walk that is not needed beside it.
+/// Reduction of the deviance by a process above which it is stated in place of a rate random walk that the model with the
+/// process does not need.
 const NAMED: f64 = 1.0;
 
 pub(crate) fn thresholds(level: f64) -> Thresholds {
@@ -36,20 +38,22 @@ pub(crate) fn thresholds(level: f64) -> Thresholds {
     }
 }
 
-/// The thresholds where the size of the misfit is known from `freedom` bands: those of Student's t in place of the normal.
+/// The thresholds if the size of the misfit is estimated from `freedom` bands: those of Student's t instead of the normal
+/// distribution.
 pub(crate) fn thresholds_of_student(level: f64, freedom: f64) -> Thresholds {
     let normal = thresholds(level);
     normal.scaled(student_quantile(freedom, 0.5 + 0.5 * level).powi(2) / normal.interval)
 }
 
-/// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two that
-/// can stand for each other the last stays in the model, but neither is observed. The interval without them is joined.
+/// Intervals of all terms, and the model without those that were not observed. These are dropped one by one: of two
+/// interchangeable terms the last one remains in the model, but neither is observed. The interval in the model without them
+/// is joined.
 pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>, Fit) {
     let count = fit.model.parts.len();
     let is_term = |j: &usize| fit.model.parts[*j].is_term();
     let unknown = Bounds { value: 0.0, low: 0.0, high: f64::INFINITY, observed: false, loss: 0.0 };
     let mut bounds: Vec<Bounds> =
-        (0..count).map(|j| if is_term(&j) { of_part(fit, bins, j, at) } else { unknown }).collect();
+        (0..count).map(|j| if is_term(&j) { part_bounds(fit, bins, j, at) } else { unknown }).collect();
     let open: Vec<Part> =
         (0..count).filter(is_term).filter(|&j| !bounds[j].observed).map(|j| fit.model.parts[j]).collect();
     if open.is_empty() {
@@ -58,11 +62,11 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
     let reduced = without(fit, bins, open, at);
     for (j, part) in fit.model.parts.iter().enumerate().filter(|(j, _)| is_term(j)) {
         let Some(k) = reduced.model.index(*part) else { continue };
-        let alone = of_part(&reduced, bins, k, at);
+        let alone = part_bounds(&reduced, bins, k, at);
         let full = bounds[j];
         bounds[j] = Bounds {
             value: if alone.observed { alone.value } else { full.value },
-            // For the models in which the term is needed.
+            // Intervals in the models that need the term.
             low: if alone.observed { full.low.min(alone.low) } else { full.low },
             high: alone.high.max(full.high),
             observed: full.observed,
@@ -72,8 +76,8 @@ pub(crate) fn intervals(fit: &Fit, bins: &Bins, at: Thresholds) -> (Vec<Bounds>,
     (bounds, reduced)
 }
 
-/// Intervals of terms joined with those of other explanations that are nearly as good. Those that have other processes and
-/// are as good.
+/// Joins the intervals of terms with those of alternatives that are nearly as good. Returns the equally good alternatives
+/// with other processes.
 pub(crate) fn join_alike(
     terms: &mut [Bounds],
     plain: &Fit,
@@ -82,7 +86,8 @@ pub(crate) fn join_alike(
     allowed: Allowed,
 ) -> Vec<Second> {
     let is_slow = |part: Part| matches!(part, Part::Term(Term::BiasInstability | Term::RateRandomWalk));
-    // With several runs a term is kept, because a process of a quarter of a run could replace any rate random walk.
+    // With several runs a term is never dropped, because a process of a quarter of a run could replace any rate random
+    // walk.
     let is_single = bins.runs.is_empty();
     let shows_slow = is_single
         && plain.model.parts.iter().zip(terms.iter()).any(|(&part, term)| is_slow(part) && term.observed);
@@ -95,12 +100,12 @@ pub(crate) fn join_alike(
     }
     let is_walk = |part: Part| part == Part::Term(Term::RateRandomWalk);
     let has_walk = plain.model.index(Term::RateRandomWalk).is_some_and(|j| terms[j].observed);
-    // Of a walk that is not needed beside a process, but does not give way to it, the lower end moves from 0, where the process
-    // is as much better as it must be, to two standard errors, as in `profile::of_part`.
+    // If a walk is not needed in addition to a process, but the process does not replace it, its lower end is between 0,
+    // where the process is just good enough to replace it, and two standard errors, as in `profile::part_bounds`.
     let error_of_walk = plain.model.index(Term::RateRandomWalk).map_or(0.0, |j| terms[j].error_below(at));
     let least_walk = |gain: f64| {
         let needed = walk.map_or(0.0, |walk| walk.needed_of_process(plain));
-        let share = (needed - gain) / (needed + at.interval - BESIDE_OTHERS);
+        let share = (needed - gain) / (needed + at.interval - TERM_PRICE);
         2.0 * error_of_walk * share.clamp(0.0, 1.0)
     };
     let mut second = Vec::new();
@@ -127,12 +132,12 @@ pub(crate) fn join_alike(
                 continue;
             };
             if is_addition && gain <= ALIKE && !(is_slow(*part) && terms[j].observed) {
-                continue; // a weak process changes no other interval
+                continue; // a weak process does not change other intervals
             }
             let price = match part {
-                Part::Term(Term::RateRandomWalk) => BESIDE_WALK,
-                Part::Term(Term::BiasInstability) if has_walk => BESIDE_BOTH,
-                _ => BESIDE_OTHERS,
+                Part::Term(Term::RateRandomWalk) => WALK_PRICE,
+                Part::Term(Term::BiasInstability) if has_walk => BOTH_PRICE,
+                _ => TERM_PRICE,
             };
             let less = if is_addition { (price - gain).max(0.0) } else { 0.0 };
             if less >= at.interval {
@@ -140,13 +145,13 @@ pub(crate) fn join_alike(
             }
             let at = Thresholds { interval: at.interval - less, observed: (at.observed - less).max(0.0) };
             let joined =
-                over_frequencies(of_part(&limited, &limited_bins, k, at), &limited, &limited_bins, k);
-            // Beside a free exponent a term that is not needed may be absent.
+                over_frequencies(part_bounds(&limited, &limited_bins, k, at), &limited, &limited_bins, k);
+            // With a free exponent, a term that is not needed may be absent.
             let may_be_absent = exponent.is_some() && (!is_walk(*part) || opens.contains(part));
             if terms[j].observed && (joined.observed || may_be_absent) {
                 terms[j].low = terms[j].low.min(joined.low);
             }
-            // So may a rate random walk beside a process.
+            // With a process, a rate random walk may be absent too.
             let is_idle = is_single && is_addition && is_walk(*part) && terms[j].observed && !joined.observed;
             if is_idle && gain > NAMED {
                 terms[j].low = terms[j].low.min(least_walk(gain));
@@ -173,7 +178,7 @@ fn adds_process(fit: &Fit, other: &Fit) -> bool {
         && other.model.parts.iter().all(has)
 }
 
-/// Another explanation as a model; that with a free exponent as the processes that add up to it.
+/// An alternative as a model; a free exponent is represented by the processes that add up to it.
 fn second_model(fit: &Fit, bins: &Bins, warm_up: Option<f64>) -> Second {
     let mut found = Second {
         terms: squares(fit),
@@ -198,7 +203,7 @@ pub(crate) fn gauss_markov(fit: &Fit) -> impl Iterator<Item = (f64, f64)> + '_ {
     })
 }
 
-/// The shortest correlation time of a Gauss-Markov process that stands for the rate random walk about as well.
+/// The shortest correlation time of a Gauss-Markov process that represents the rate random walk about equally well.
 pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Option<(f64, f64)> {
     let walk = fit.model.index(Term::RateRandomWalk).filter(|&j| fit.model.theta[j] > 0.0)?;
     let (bare, walk) = (fit.model.without(walk), fit.model.theta[walk]);
@@ -220,7 +225,7 @@ pub(crate) fn process_like_walk(fit: &Fit, bins: &Bins, at: Thresholds) -> Optio
     found
 }
 
-/// The values of the plain likelihood in place of those with limited weights; inside their intervals.
+/// Replaces the values of the likelihood with limited weights by those of the plain likelihood, limited to their intervals.
 pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &Fit) {
     for (j, part) in plain.model.parts.iter().enumerate() {
         let value = match reduced.model.index(*part) {
@@ -231,7 +236,8 @@ pub(crate) fn value_of_likelihood(bounds: &mut [Bounds], plain: &Fit, reduced: &
     }
 }
 
-/// A heavy tail widens what the samples say of the white level: the relative variance of N² is (2 + κ)/N, not 2/N.
+/// Widens the interval of white noise for samples with heavy tails: the relative variance of N² is (2 + κ)/N instead of
+/// 2/N.
 pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, at: Thresholds) {
     let heavy = tails.heavy();
     if heavy == 0.0 || !white.observed {
@@ -246,7 +252,8 @@ pub(crate) fn heavy_tails(white: &mut Bounds, tails: Tails, at: Thresholds) {
 mod tests {
     use super::*;
 
-    /// Both ends follow the level: quantiles from tables, in units of the normal threshold and of a standard error.
+    /// Both ends follow the confidence level: quantiles from tables, in units of the normal threshold and of a standard
+    /// error.
     #[test]
     fn level_sets_student_and_tails() {
         for (level, student, normal) in [(0.95, 2.364_624, 1.959_964), (0.5, 0.711_142, 0.674_490)] {

@@ -1,16 +1,17 @@
-//! One likelihood of several runs of a sensor: the model is common to all runs, but some terms differ from run to run.
+//! The joint likelihood of several runs of a sensor: the model is common to all runs, but some terms differ from run to
+//! run.
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::analysis::{fitted, fitted_with_series, inferred, outcome};
 use crate::likelihood::band::{Attempt, allowed, attempt, wanted_terms};
 use crate::likelihood::bins::{Bins, median};
-use crate::likelihood::drifts::{Drifts, RAMP_AT};
+use crate::likelihood::drifts::{Drifts, RAMP_INDEX};
 use crate::likelihood::expected::{Part, TERMS};
 use crate::likelihood::fit::{Fit, TOLERANCE};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::Level as Levels;
 use crate::likelihood::model::Model;
-use crate::likelihood::model::Own;
+use crate::likelihood::model::SeparateTerm;
 use crate::likelihood::outcome::Tails;
 use crate::likelihood::outcome::{Drift, Options, Outcome};
 use crate::likelihood::select::select;
@@ -18,71 +19,71 @@ use crate::likelihood::summary::Summary;
 use crate::parallel::prelude::*;
 use crate::terms::{NOISE_TERMS, Term};
 
-/// Initial spread of the levels of a term, and the smallest one: standard deviations of the logarithm of the squared
-/// coefficient. The first one leaves the levels free; the second one is far below their errors.
+/// Initial and smallest spread of the levels of a term: standard deviations of the logarithm of the squared coefficient.
+/// The initial spread does not constrain the levels; the smallest is far below their errors.
 const FREE: f64 = 5.0;
 const LEAST_SPREAD: f64 = 1e-4;
 
-/// P-value of the gain by ramps in all runs below which all runs have one: smaller than each shows, they add up to what looks
-/// like a rate random walk.
+/// P-value of the gain by ramps in all runs below which all runs have a ramp: together, insignificant ramps resemble a rate
+/// random walk.
 const RAMPS: f64 = 0.01;
 
-/// Smallest share of the variance of a level that the errors of other parameters leave.
-const LEAST_OWN: f64 = 0.1;
+/// Smallest share of the variance of a level that does not come from errors of other parameters.
+const MIN_VARIANCE_SHARE: f64 = 0.1;
 
-/// Standard error of the logarithm of a squared coefficient in a run from which the run does not show it.
+/// Standard error of the logarithm of a squared coefficient above which a run does not show the term.
 const WEAK: f64 = 0.35;
 
 const STEPS: usize = 40;
 
-/// Bisections of a variance over runs.
+/// Number of bisections for a variance over runs.
 const BISECTIONS: usize = 60;
 
-/// Which of the noise terms are common to all runs; the others differ from run to run.
+/// Mask of the noise terms that are common to all runs; the others differ from run to run.
 pub type Common = [bool; NOISE_TERMS];
 
 /// Levels of a term that differs from run to run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// Which of the noise terms.
+    /// Index of the noise term.
     pub term: usize,
-    /// Standard deviation of the logarithm of the squared coefficient over runs, and the p-value of none.
+    /// Standard deviation of the logarithm of the squared coefficient over runs.
     pub spread: f64,
-    /// See `spread`.
+    /// P-value of equality in all runs.
     pub p_value: f64,
-    /// Squared coefficient of each run and the standard error of its logarithm, without knowledge of the spread.
+    /// Squared coefficient of each run and the standard error of its logarithm, without shrinkage by the spread.
     pub runs: Vec<(f64, f64)>,
 }
 
-/// Result for one run alone.
+/// Result for a single run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Other {
-    /// For each of the noise terms that is common: squared coefficient of this run alone with its standard error, that of the
-    /// other runs, and the fall of the deviance.
+pub struct RunComparison {
+    /// For each common noise term: squared coefficient of this run with its standard error, that of the other runs, and the
+    /// reduction of the deviance by separate values.
     pub terms: [Option<[f64; 4]>; NOISE_TERMS],
-    /// Fall of the deviance if all that is common is of this run alone, and the number of parameters.
+    /// Reduction of the deviance if this run has separate values of all common parameters, and the number of these.
     pub all: (f64, usize),
 }
 
 /// Result for several runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
-    /// The model of all runs, with intervals; lines, drifts and steadiness are those of single runs.
+    /// The model of all runs, with intervals; lines, drifts and white levels are those of single runs.
     pub outcome: Outcome,
     /// Ramp of each run, whether it is in the model or not.
     pub ramps_of: Vec<Drift>,
     /// Terms that differ from run to run.
     pub levels: Vec<Level>,
-    /// For each common term that some run shows: fall of the deviance if every run has a separate value, and number of
+    /// For each common term that some run shows: reduction of the deviance if each run has a separate value, and number of
     /// additional parameters.
     pub homogeneity: [Option<(f64, usize)>; NOISE_TERMS],
-    /// Of each run.
-    pub others: Vec<Other>,
+    /// Results by run.
+    pub others: Vec<RunComparison>,
     /// Number of bins of each run.
     pub bins: Vec<usize>,
 }
 
-/// Analyses several runs of a channel. `regressors`: curves at the centres of the blocks of each run.
+/// Analyses several runs of a channel. `regressors` are curves at the centres of the blocks of each run.
 #[must_use]
 pub fn analyse_jointly(
     records: &[&Summary],
@@ -130,7 +131,7 @@ pub fn analyse_jointly(
     model.levels = (0..NOISE_TERMS).filter(|&k| wanted[k] && !common[k]).map(|k| free(TERMS[k])).collect();
     let bins = with_ramps(runs, &model, options.drifts);
     let mut allow = allowed(records[0], options);
-    allow.drifts = false; // a warm-up is of a single run
+    allow.drifts = false; // each run has its warm-up
     allow.quantization &= wanted[Term::Quantization.index()];
     allow.filter &= mean.is_none();
     let mut free_fit = select(model.fit(&bins), &bins, allow);
@@ -154,8 +155,9 @@ pub fn analyse_jointly(
     let tails = Tails { kurtosis: records.iter().map(weighted).sum::<f64>() / present as f64, present };
     let found = inferred(&plain, &bins, test.p_value, tails, allow, options.level);
     let others = place.par_iter().map(|&at| other(&free_fit, &bins, at, common)).collect();
-    let homogeneity =
-        std::array::from_fn(|k| common[k].then(|| each_its_own(&free_fit, &bins, TERMS[k])).flatten());
+    let homogeneity = std::array::from_fn(|k| {
+        common[k].then(|| gain_of_separate_terms(&free_fit, &bins, TERMS[k])).flatten()
+    });
     let counts = place.iter().map(|&at| bins.runs[at].0.len()).collect();
     Joint {
         outcome: Outcome { highest, ..outcome(&plain, &bins, test, found) },
@@ -167,7 +169,7 @@ pub fn analyse_jointly(
     }
 }
 
-/// The attempt of a run, with the band of all runs.
+/// The attempt of a run, in the common band of all runs.
 fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, options: &Options) -> Attempt<'a> {
     let Some(limit) = highest.filter(|_| one.highest != highest) else { return one };
     let mut mask = one.bins.mask.to_vec();
@@ -184,7 +186,7 @@ fn up_to<'a>(one: Attempt<'a>, record: &'a Summary, highest: Option<f64>, option
     )
 }
 
-/// The runs in the order of their lengths, the longest one first, because it limits correlation times; and the place of each.
+/// Order of the runs by length, the longest first, because it limits correlation times; and the place of each run in it.
 fn longest_first(records: &[&Summary]) -> (Vec<usize>, Vec<usize>) {
     let mut order: Vec<usize> = (0..records.len()).collect();
     order.sort_by(|&a, &b| records[b].duration().total_cmp(&records[a].duration()));
@@ -193,13 +195,14 @@ fn longest_first(records: &[&Summary]) -> (Vec<usize>, Vec<usize>) {
     (order, place)
 }
 
-/// The bins of the runs. All have a ramp if the ramps add up to more than chance: the sum of their squares over their
-/// variances, with the noise of a fit that has them. A rate random walk that is fitted without them stands for them.
+/// The bins of the runs. All runs have a ramp if the ramps together are significant: the test is the sum of their squares
+/// over their variances, with the noise of a fit that has ramps, because in a fit without them the rate random walk
+/// replaces them.
 fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool) -> Bins<'a> {
     let mut with = runs.clone();
     let mut more = 0;
-    for (_, used) in with.iter_mut().filter(|(_, used)| !used.contains(&RAMP_AT)) {
-        used.push(RAMP_AT);
+    for (_, used) in with.iter_mut().filter(|(_, used)| !used.contains(&RAMP_INDEX)) {
+        used.push(RAMP_INDEX);
         more += 1;
     }
     let without = Bins::joined(runs);
@@ -213,13 +216,13 @@ fn with_ramps<'a>(runs: Vec<(Bins<'a>, Vec<usize>)>, model: &Model, wanted: bool
     if chi2_above(gain, f64::from(more)) < RAMPS { with } else { without }
 }
 
-/// Whether most runs do not show a term, so that they do not tell how it differs from run to run.
+/// Whether most runs do not show a term, so that its variation from run to run is unknown.
 fn is_weak(level: &Level) -> bool {
     let errors: Vec<f64> = level.runs.iter().map(|(_, error)| *error).collect();
     median(&errors) > WEAK
 }
 
-/// The levels of the runs with their errors, and their spreads: the method of Paule and Mandel.
+/// The levels of the runs with their errors, and their spreads by the method of Paule and Mandel.
 fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) {
     let covariance = fit.information(bins).0.pseudo_inverse();
     let (mut found, mut spreads) = (Vec::new(), Vec::new());
@@ -236,7 +239,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
             found.push(Level { term, spread: 0.0, p_value: 1.0, runs });
             continue;
         };
-        // Of ln θ of a run, which is the sum of that of all and of its level.
+        // Variance of ln θ of a run, which is the sum of the common value and the level of the run.
         let slope = 1.0 / fit.model.theta[j];
         let between = |a: usize, b: usize| {
             slope * slope * covariance.get(j, j)
@@ -252,7 +255,7 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
         let variances: Vec<f64> = (0..count)
             .map(|run| {
                 let whole = between(run, run).max(0.0);
-                (whole - shared).clamp(LEAST_OWN * whole, whole).max(1e-18)
+                (whole - shared).clamp(MIN_VARIANCE_SHARE * whole, whole).max(1e-18)
             })
             .collect();
         let logs: Vec<(f64, f64)> = level.logs.iter().copied().zip(variances.iter().copied()).collect();
@@ -268,39 +271,39 @@ fn levels_of(fit: &Fit, bins: &Bins, place: &[usize]) -> (Vec<Level>, Vec<f64>) 
     (found, spreads)
 }
 
-/// The result for one run alone.
-fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> Other {
+/// The result for a single run.
+fn other(fit: &Fit, bins: &Bins, run: usize, common: Common) -> RunComparison {
     let terms = [0, 1, 2, 3].map(|k| {
         let part = TERMS[k];
         fit.model.index(part).filter(|_| common[k]).map(|j| {
-            let alone = with_own(fit, bins, &[run], part);
+            let alone = with_separate_terms(fit, bins, &[run], part);
             let own = alone.model.own[0].theta;
             let covariance = alone.information(bins).0.pseudo_inverse();
             let error = covariance.get(covariance.order - 1, covariance.order - 1).max(0.0).sqrt();
             [own, error, alone.model.theta[j], (fit.deviance - alone.deviance).max(0.0)]
         })
     });
-    Other { terms, all: all_its_own(fit, bins, run) }
+    RunComparison { terms, all: gain_of_separate_run(fit, bins, run) }
 }
 
-/// The fit with a separate term in each of some runs.
-fn with_own(fit: &Fit, bins: &Bins, runs: &[usize], part: Part) -> Fit {
+/// The fit with a separate term in each of the given runs.
+fn with_separate_terms(fit: &Fit, bins: &Bins, runs: &[usize], part: Part) -> Fit {
     let theta = fit.model.index(part).map_or(0.0, |j| fit.model.theta[j]);
     let mut model = fit.model.clone();
-    model.own = runs.iter().map(|&run| Own { run, part, theta }).collect();
+    model.own = runs.iter().map(|&run| SeparateTerm { run, part, theta }).collect();
     model.refit(bins, STEPS, TOLERANCE, fit)
 }
 
-/// Fall of the deviance if every run has a separate term, and number of additional parameters.
-fn each_its_own(fit: &Fit, bins: &Bins, part: Part) -> Option<(f64, usize)> {
+/// Reduction of the deviance if each run has a separate term, and number of additional parameters.
+fn gain_of_separate_terms(fit: &Fit, bins: &Bins, part: Part) -> Option<(f64, usize)> {
     fit.model.index(part)?;
     let runs: Vec<usize> = (1..bins.count()).collect();
-    let alone = with_own(fit, bins, &runs, part);
+    let alone = with_separate_terms(fit, bins, &runs, part);
     Some(((fit.deviance - alone.deviance).max(0.0), runs.len()))
 }
 
-/// Fall of the deviance if nothing of a run is common with the others, and the number of parameters.
-fn all_its_own(fit: &Fit, bins: &Bins, run: usize) -> (f64, usize) {
+/// Reduction of the deviance if a run has no parameter in common with the others, and the number of parameters.
+fn gain_of_separate_run(fit: &Fit, bins: &Bins, run: usize) -> (f64, usize) {
     let without = |keep: &dyn Fn(usize) -> bool| {
         let runs =
             bins.runs.iter().enumerate().filter(|(at, _)| keep(*at)).map(|(_, run)| run.clone()).collect();
@@ -325,13 +328,15 @@ pub(crate) struct Mean {
     pub value: f64,
     pub variance: f64,
     pub spread: f64,
-    /// Scatter of the values about their mean, in their variances alone: χ² with a degree of freedom for each run but one.
+    /// Scatter of the values about their mean, relative to their variances alone: χ² with one degree of freedom fewer than
+    /// runs.
     pub scatter: f64,
 }
 
 impl Mean {
-    /// The method of R. C. Paule and J. Mandel, "Consensus values and weighting factors", J. Res. Natl. Bur. Stand. 87 (1982):
-    /// the variance over runs with which the scatter of the values is its freedom. `runs`: values and variances.
+    /// The method of R. C. Paule and J. Mandel, "Consensus values and weighting factors", J. Res. Natl. Bur. Stand. 87
+    /// (1982): the variance over runs for which the scatter of the values equals its degrees of freedom. `runs` are values
+    /// and variances.
     pub(crate) fn of(runs: &[(f64, f64)]) -> Self {
         let mean = |spread: f64| {
             let (sum, weight) = runs.iter().fold((0.0, 0.0), |(sum, weight), &(value, variance)| {

@@ -14,40 +14,40 @@ use crate::terms::{NOISE_TERMS, Term};
 /// Corrected p-value below which a run is an outlier.
 pub const ALPHA: f64 = 0.01;
 
-/// P-value of homogeneity below which a common term gets a level in each run.
+/// P-value of homogeneity below which a common term gets a separate level in each run.
 const REFUSED: f64 = 0.01;
 
-/// Number of runs above which one can be judged: of two, neither is the outlier.
+/// Number of runs above which an outlier can be identified: of two runs, either may be the outlier.
 const LEAST_JUDGED: usize = 2;
 
-/// Share of the gain by a separate spectrum from which on one term is the cause.
+/// Share of the gain by a separate spectrum above which one term is the cause.
 const EXPLAINS: f64 = 0.5;
 
-/// Runs with which a level is compared with those of the others.
+/// Smallest number of runs for a comparison of a level with those of other runs.
 const LEAST_RUNS: usize = 4;
 
-/// Standard errors from which the mean ramp counts, as in one run.
+/// Number of standard errors above which the mean ramp counts, as in a single run.
 const RAMP: f64 = 3.3;
 
-/// How a coefficient differs from run to run.
+/// Variation of a coefficient from run to run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation over the runs, relative.
     pub relative: f64,
-    /// P-value of no difference.
+    /// P-value of equality.
     pub p_value: f64,
 }
 
-/// One run among the others.
+/// One run compared with the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunEstimate {
     /// Coefficients that differ from run to run, by name. \[SI\]
     pub values: Vec<(&'static str, Estimate)>,
-    /// Common coefficients as this run alone has them; intervals are symmetric about the square. \[SI\]
+    /// Common coefficients estimated from this run alone; intervals are symmetric about the square. \[SI\]
     pub own: Vec<(&'static str, Estimate)>,
-    /// Of the run among the others, corrected for the number of runs and tests.
+    /// P-value of the run compared with the others, corrected for the number of runs and tests.
     pub p_value: f64,
-    /// Where the run differs most: a term, or `all`: the shape of the spectrum, with its filter.
+    /// Largest difference of the run: a term, or `all` for the shape of the spectrum, with its filter.
     pub cause: &'static str,
     /// The coefficient of the cause over that of the other runs; None if they do not show it.
     pub factor: Option<f64>,
@@ -64,24 +64,24 @@ impl RunEstimate {
 pub struct JointFit {
     /// The model of all runs.
     pub fit: ChannelFit,
-    /// Terms that are the same in all runs.
+    /// Terms that are common to all runs.
     pub common: Vec<&'static str>,
     /// Spreads of the terms that differ from run to run, where the runs show them.
     pub spreads: Vec<(&'static str, Spread)>,
-    /// P-value of the same coefficient in all runs, of the common terms that the runs show.
+    /// P-value of equality in all runs, for the common terms that the runs show.
     pub homogeneity: Vec<(&'static str, f64)>,
     /// Of each run.
     pub runs: Vec<RunEstimate>,
 }
 
-/// What one run contributes.
+/// Data of one run.
 #[derive(Debug, Clone)]
 pub struct Contribution<'a> {
-    /// Its samples.
+    /// Summary of its samples.
     pub record: &'a Summary,
     /// Curves that the mean may follow, at the centres of the blocks.
     pub regressors: Vec<Vec<f64>>,
-    /// Samples, with those that are missing at the ends.
+    /// Number of samples, including those missing at the ends.
     pub samples: usize,
     /// Lines of the fit of this run alone.
     pub lines: Vec<LineEstimate>,
@@ -92,8 +92,9 @@ pub struct Contribution<'a> {
 pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> JointFit {
     let jointly = |which: &[usize], common: Common| {
         let records: Vec<&Summary> = which.iter().map(|&run| runs[run].record).collect();
-        let of_run = |&run: &usize| runs[run].regressors.iter().map(|curve| standardized(curve).0).collect();
-        let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(of_run).collect();
+        let run_estimate =
+            |&run: &usize| runs[run].regressors.iter().map(|curve| standardized(curve).0).collect();
+        let regressors: Vec<Vec<Vec<f64>>> = which.iter().map(run_estimate).collect();
         analyse_jointly(&records, &regressors, options, common)
     };
     let all: Vec<usize> = (0..runs.len()).collect();
@@ -101,7 +102,7 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
     let p_value_of = |joint: &Joint, k: usize| {
         joint.homogeneity[k].map(|(fall, freedom)| chi2_above(fall, freedom as f64))
     };
-    // A term that differs makes others look different: those are judged beside its levels.
+    // A term that differs makes others seem to differ, so these are judged with its levels in the model.
     let (mut joint, mut shared) = (alike.clone(), common);
     loop {
         let is_refused = |k: usize| shows(&joint, k) && p_value_of(&joint, k).is_some_and(|p| p < REFUSED);
@@ -118,10 +119,10 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
         .filter(|&k| shows(&joint, k) && shared[k] && !has_levels(k))
         .filter_map(|k| p_value_of(&joint, k).map(|p_value| (Term::NOISE[k].name(), p_value)))
         .collect();
-    // A run is judged among runs that are alike: levels would hide the run that differs.
+    // A run is judged against equal runs: levels would hide the run that differs.
     let mut estimates = judged(alike, all, |which| jointly(which, common), options.level);
     for (k, run) in estimates.iter_mut().enumerate().filter(|_| shared != common) {
-        run.values = of_run(&joint, k, options.level).values;
+        run.values = run_estimate(&joint, k, options.level).values;
         run.own.retain(|(name, _)| !joint.levels.iter().any(|level| Term::NOISE[level.term].name() == *name));
     }
     JointFit {
@@ -146,7 +147,7 @@ pub fn fit_jointly(runs: &[Contribution], options: &Options, common: Common) -> 
     }
 }
 
-/// The model of all runs: that of the longest one's times, with the lines and the mean ramp of the runs.
+/// The model of all runs: the averaging times of the longest run, with the lines and the mean ramp of the runs.
 fn fit_of_all(joint: &Joint, runs: &[Contribution], options: &Options) -> ChannelFit {
     let mut longest = 0;
     for (k, run) in runs.iter().enumerate() {
@@ -155,7 +156,7 @@ fn fit_of_all(joint: &Joint, runs: &[Contribution], options: &Options) -> Channe
         }
     }
     let mut outcome = joint.outcome.clone();
-    outcome.bins.truncate(joint.bins[longest]); // the longest run's come first
+    outcome.bins.truncate(joint.bins[longest]); // those of the longest run come first
     let span = Span { tau0: runs[longest].record.tau0, samples: runs[longest].samples };
     let mut fit = ChannelFit::of(&outcome, options, span);
     let lines: Vec<&[LineEstimate]> = runs.iter().map(|run| run.lines.as_slice()).collect();
@@ -180,7 +181,7 @@ fn shows(joint: &Joint, term: usize) -> bool {
     joint.outcome.terms[term].is_some_and(|bounds| bounds.observed)
 }
 
-/// Tests every run. The most outlying one is judged first, and the others without it.
+/// Tests each run. The most outlying run is judged first, and the others without it.
 fn judged(
     mut joint: Joint,
     mut members: Vec<usize>,
@@ -189,7 +190,7 @@ fn judged(
 ) -> Vec<RunEstimate> {
     let mut judged: Vec<(usize, RunEstimate)> = Vec::new();
     loop {
-        let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| of_run(&joint, k, level)).collect();
+        let mut runs: Vec<RunEstimate> = (0..members.len()).map(|k| run_estimate(&joint, k, level)).collect();
         let worst = (0..runs.len()).min_by(|&a, &b| runs[a].p_value.total_cmp(&runs[b].p_value));
         let outlier = worst.filter(|&k| !runs[k].belongs() && members.len() > LEAST_JUDGED);
         let Some(k) = outlier else {
@@ -204,10 +205,10 @@ fn judged(
 
 /// The tests of one run in a joint fit.
 ///
-/// Every test asks whether the data require a separate value for this run: of each common term, of all common parameters
-/// together, and of each level among those of the other runs. The p-value is the smallest, times the number of tests of all
-/// runs.
-fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
+/// Each test asks whether the data require a separate value for this run: of each common term, of all common parameters
+/// together, and of each level compared with those of the other runs. The p-value is the smallest one times the number of
+/// tests of all runs.
+fn run_estimate(joint: &Joint, k: usize, level: f64) -> RunEstimate {
     let z = quantile(level);
     let (mut values, mut own) = (Vec::new(), Vec::new());
     let mut tests: Vec<(&str, f64)> = Vec::new();
@@ -220,7 +221,7 @@ fn of_run(joint: &Joint, k: usize, level: f64) -> RunEstimate {
             (Term::NOISE[level_of_term.term].name(), theta.sqrt(), (0.5 * z * error).exp());
         values.push((name, Estimate { value, low: Some(value / factor), high: Some(value * factor) }));
         if level_of_term.runs.len() >= LEAST_RUNS {
-            tests.push((name, among_others(level_of_term, k)));
+            tests.push((name, level_p_value(level_of_term, k)));
         }
     }
     let alone = &joint.others[k];
@@ -258,8 +259,8 @@ fn factor(joint: &Joint, k: usize, cause: &str) -> Option<f64> {
     (others > 0.0).then(|| (own / others).sqrt())
 }
 
-/// P-value of the level of a run among those of the other runs.
-fn among_others(level: &Level, k: usize) -> f64 {
+/// P-value of the level of a run compared with those of the other runs.
+fn level_p_value(level: &Level, k: usize) -> f64 {
     let log = |(theta, _): (f64, f64)| theta.max(1e-300).ln();
     let rest = || level.runs.iter().enumerate().filter(|&(run, _)| run != k).map(|(_, &run)| run);
     let mean = Mean::of(&rest().map(|run| (log(run), run.1.powi(2))).collect::<Vec<_>>());
@@ -268,7 +269,7 @@ fn among_others(level: &Level, k: usize) -> f64 {
     2.0 * student_below((level.runs.len() - 2) as f64, -t)
 }
 
-/// The mean of the ramps of the runs, which differ: a ramp comes from the temperature or from the age.
+/// The mean of the ramps, which differ from run to run with temperature and age.
 fn ramp_of_runs(ramps: &[Drift], level: f64) -> TermEstimate {
     let known: Vec<(f64, f64)> = ramps
         .iter()
@@ -300,7 +301,7 @@ fn ramp_of_runs(ramps: &[Drift], level: f64) -> TermEstimate {
     }
 }
 
-/// Lines that at least half of the runs show: the median amplitude, with the range of the runs.
+/// Lines that at least half of the runs show, with the median amplitude and the range over runs.
 fn lines_of_runs(runs: &[&[LineEstimate]]) -> Vec<LineEstimate> {
     let reference = runs.iter().copied().reduce(|a, b| if b.len() > a.len() { b } else { a });
     let mut lines = Vec::new();
@@ -321,9 +322,9 @@ fn lines_of_runs(runs: &[&[LineEstimate]]) -> Vec<LineEstimate> {
     lines
 }
 
-/// The line of a run at the frequency of another one.
+/// The line of a run at the frequency of a given line.
 fn nearest<'a>(line: &LineEstimate, lines: &'a [LineEstimate]) -> Option<&'a LineEstimate> {
-    // Frequencies of a line, a width more on either side.
+    // Frequencies of a line, extended by its width on either side.
     let band = |line: &LineEstimate| {
         let Estimate { value, low, high } = line.frequency;
         let (low, high) = (low.unwrap_or(value), high.unwrap_or(value));
@@ -355,7 +356,7 @@ mod tests {
         assert_eq!((mean.variance, mean.spread), (0.2, 0.0));
     }
 
-    /// With errors of 0 the spread is the variance of the values, and the mean is plain.
+    /// With errors of 0 the spread is the variance of the values, and the mean is unweighted.
     #[test]
     fn mean_of_runs_that_differ() {
         let mean = Mean::of(&[(1.0, 1e-30), (2.0, 1e-30), (6.0, 1e-30)]);

@@ -1,4 +1,4 @@
-//! Tails of the χ² and the normal distribution, and the functions behind the gamma law of a mean of powers.
+//! Tails of the χ² and the normal distribution, and functions for the gamma distribution of a mean of powers.
 
 use crate::distributions::{gamma_above, gamma_below, gamma_quantile_above, normal_quantile};
 
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn known_answers() {
-        // With 40 digits.
+        // computed with 40 digits
         close(chi2_above(3.841458820694124, 1.0), 0.05, 1e-12);
         close(chi2_above(100.0, 3.0), 1.5541594313896026e-21, 1e-12);
         close(chi2_below(0.5, 4.0), 0.026499021160743926, 1e-12);

@@ -8,23 +8,22 @@ const FREEDOM: f64 = 4.16;
 /// A line of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Ends of what was left out. \[Hz\]
+    /// Lower end of the left-out band. \[Hz\]
     pub from: f64,
-    /// The other end. \[Hz\]
+    /// Upper end. \[Hz\]
     pub to: f64,
-    /// Highest density, between two of the periodogram. \[Hz\]
+    /// Frequency of the peak, interpolated between two densities of the periodogram. \[Hz\]
     pub frequency: f64,
-    /// Its standard error, or a quarter of the width of noise of a narrow band. \[Hz\]
+    /// Standard error of the frequency, or a quarter of the width of narrow-band noise. \[Hz\]
     pub frequency_error: f64,
-    /// Amplitude of a sinusoid of the same power, and its standard error if the line is noise of a narrow band; a steady
-    /// sinusoid has a smaller one. \[rate unit\]
+    /// Amplitude of a sinusoid with the same power. \[rate unit\]
     pub amplitude: f64,
-    /// See `amplitude`.
+    /// Standard error of the amplitude for narrow-band noise; that of a steady sinusoid is smaller. \[rate unit\]
     pub error: f64,
 }
 
 /// Degrees of freedom of one density.
-pub(crate) fn freedom_of_one(record: &Summary) -> f64 {
+pub(crate) fn density_freedom(record: &Summary) -> f64 {
     let whole = FREEDOM * record.samples as f64 / record.segment as f64;
-    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_left(1))
+    record.masked.as_ref().map_or(whole, |masked| whole * masked.freedom_share(1))
 }

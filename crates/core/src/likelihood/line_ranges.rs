@@ -3,13 +3,13 @@
 use crate::likelihood::fitted_model::FittedModel;
 use crate::terms::Term;
 
-/// Least share of the variance of the model: between the crossings with the lines of the other terms.
-const MOST: f64 = 0.5;
+/// Smallest share of the variance of the model, which holds between the crossings with the lines of the other terms.
+const MIN_VARIANCE_SHARE: f64 = 0.5;
 
-/// Share above which the line would be above the curve, because of a filter.
+/// Share above which the line would be clearly above the curve, because of a filter.
 const FILTERED: f64 = 1.25;
 
-/// Longest averaging time of a line, over the length of the record, as in the paper: an error by its eq. (26) of 41 %.
+/// Length of the record over the longest averaging time of a line, as in the paper: an error of 41 % by its eq. (26).
 const LONGEST: f64 = 4.0;
 
 const PER_OCTAVE: f64 = 8.0;
@@ -18,8 +18,8 @@ const PER_OCTAVE: f64 = 8.0;
 const SHORTEST: f64 = 2.0;
 
 impl FittedModel {
-    /// Range of averaging times of each term, by its coefficient \[s\]; None if the term never makes half of the
-    /// variance of the model over an octave, between the averaging time `from` and a quarter of the record.
+    /// Range of averaging times \[s\] of each term with its coefficient, between `from` and a quarter of the record; None
+    /// if the term does not have half of the variance of the model over an octave.
     #[must_use]
     pub fn line_ranges(&self, terms: &[(Term, f64)], from: f64) -> Vec<Option<(f64, f64)>> {
         let octaves = (self.samples as f64 / LONGEST).max(1.0).log2();
@@ -36,8 +36,11 @@ impl FittedModel {
         let mut alone = [0.0; Term::ALL.len()];
         alone[term.index()] = coefficient;
         let part = Self { terms: alone, ..Self::without_parts(self.tau0, self.samples) }.avar(sizes);
-        let inside: Vec<bool> =
-            part.iter().zip(total).map(|(part, total)| (MOST..=FILTERED).contains(&(part / total))).collect();
+        let inside: Vec<bool> = part
+            .iter()
+            .zip(total)
+            .map(|(part, total)| (MIN_VARIANCE_SHARE..=FILTERED).contains(&(part / total)))
+            .collect();
         // The longest run of sizes, by the ratio of its ends.
         let mut longest: Option<(usize, usize)> = None;
         let ratio = |(first, last): (usize, usize)| last as f64 / first as f64;
@@ -57,7 +60,7 @@ impl FittedModel {
 mod tests {
     use super::*;
 
-    /// 3Q²/τ² and N²/τ cross at 3Q²/N² = 3 s; each has its side, up to a quarter of the record.
+    /// 3Q²/τ² and N²/τ cross at 3Q²/N² = 3 s; each range is on one side, up to a quarter of the record.
     #[test]
     fn ranges_end_where_the_lines_cross() {
         let model =
@@ -67,7 +70,7 @@ mod tests {
         let [Some(steep), Some(flat)] = ranges[..] else { panic!("{ranges:?}") };
         assert!((steep.0 - 0.01).abs() < 1e-12 && (3.0 / eighth..=3.0).contains(&steep.1));
         assert!((3.0..=3.0 * eighth).contains(&flat.0) && (500.0 / eighth..=500.0).contains(&flat.1));
-        // From 2 s on, less than an octave is left of the first; from beyond the record on, nothing of both.
+        // From 2 s, less than an octave of the first range remains; beyond the record, none of both.
         assert_eq!(model.line_ranges(&[(Term::Quantization, 1.0)], 2.0), [None]);
         assert_eq!(
             model.line_ranges(&[(Term::Quantization, 1.0), (Term::RandomWalk, 1.0)], 1e4),

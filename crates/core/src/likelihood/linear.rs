@@ -1,14 +1,14 @@
-//! Small dense systems: bounded quadratic programmes, pseudo-inverses; and products of a large matrix.
+//! Small dense systems: bounded quadratic programmes and pseudo-inverses; products of a large matrix.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Added to the diagonal of a scaled information matrix, so that parameters that stand for each other have a step.
+/// Number that is added to the diagonal of a scaled information matrix, so that interchangeable parameters have a step.
 const RIDGE: f64 = 1e-9;
 
-/// Eigenvalues below this share of the largest are taken for 0.
+/// Share of the largest eigenvalue below which an eigenvalue counts as 0.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// A symmetric matrix, row after row.
+/// A symmetric matrix in row order.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Symmetric {
     pub order: usize,
@@ -44,7 +44,7 @@ impl Symmetric {
         (scale, scaled)
     }
 
-    /// The pseudo-inverse, of the matrix scaled to a unit diagonal.
+    /// The pseudo-inverse, computed from the matrix scaled to a unit diagonal.
     pub(crate) fn pseudo_inverse(&self) -> Self {
         let n = self.order;
         let (scale, scaled) = self.scaled();
@@ -63,7 +63,7 @@ impl Symmetric {
         inverse
     }
 
-    /// Logarithm of the determinant; of a singular matrix, of its scaled eigenvalues above rounding.
+    /// Logarithm of the determinant; for a singular matrix, of the product of its scaled eigenvalues above rounding.
     pub(crate) fn log_determinant(&self) -> f64 {
         let (scale, scaled) = self.scaled();
         let (values, _) = scaled.eigen();
@@ -130,7 +130,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A matrix, row after row, times a vector.
+/// Product of a matrix, in row order, and a vector.
 pub(crate) fn products(rows: &[f64], x: &[f64]) -> Vec<f64> {
     let mut found = vec![0.0; rows.len() / x.len()];
     Arch::new().dispatch(Products { rows, x, found: &mut found });
@@ -143,19 +143,19 @@ struct Products<'a> {
     found: &'a mut [f64],
 }
 
-/// Rows that are taken together, so that their sums do not wait for each other.
+/// Number of rows that are computed together, so that their sums do not wait for each other.
 const ROWS: usize = 4;
 
 impl WithSimd for Products<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[allow(clippy::inline_always)] // Into a function that is compiled for the vectors that the processor has.
+    #[allow(clippy::inline_always)] // Inlined into a function that is compiled for the processor.
     fn with_simd<S: Simd>(self, simd: S) {
         let width = self.x.len();
         let (x, rest) = S::as_simd_f64s(self.x);
         for (slots, rows) in self.found.chunks_mut(ROWS).zip(self.rows.chunks(ROWS * width)) {
-            // Of fewer rows the last one is taken again.
+            // If fewer rows remain, the last one is repeated.
             let row = |k: usize| S::as_simd_f64s(&rows[k.min(slots.len() - 1) * width..][..width]);
             let parts: [(&[S::f64s], &[f64]); ROWS] = std::array::from_fn(row);
             let mut sums = [simd.splat_f64s(0.0); ROWS];
@@ -175,7 +175,7 @@ impl WithSimd for Products<'_> {
 
 /// The step d ≥ `least` (≤ 0) that minimises dᵀFd/2 − gᵀd; 0 for a parameter without information or with `held`.
 ///
-/// An active set: parameters at their bound leave it while that lowers the objective.
+/// Active-set method: parameters at their bound are released while that reduces the objective.
 pub(crate) fn bounded_step(
     information: &Symmetric,
     gradient: &[f64],
@@ -198,7 +198,7 @@ pub(crate) fn bounded_step(
         let right: Vec<f64> =
             at.iter().map(|&i| g[i] - fixed.iter().map(|&j| f(i, j) * d[j]).sum::<f64>()).collect();
         let solved = solve(&at, &f, &right);
-        // As far towards the solution as the bounds allow.
+        // The step towards the solution is limited by the bounds.
         let mut share = 1.0;
         let mut first = None;
         for (k, &i) in at.iter().enumerate() {
@@ -218,7 +218,7 @@ pub(crate) fn bounded_step(
             free[i] = false;
             continue;
         }
-        // All within: is there one at its bound that wants to leave it?
+        // All parameters are within bounds: can one at its bound be released?
         let pull = |i: usize| g[i] - (0..n).filter(|&j| usable[j]).map(|j| f(i, j) * d[j]).sum::<f64>();
         match fixed.iter().map(|&i| (pull(i), i)).max_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((value, i)) if value > 1e-9 => free[i] = true,
@@ -228,7 +228,7 @@ pub(crate) fn bounded_step(
     d.iter().zip(&scale).map(|(x, s)| x / s).collect()
 }
 
-/// Cholesky solution of the rows and columns `at` of a positive definite matrix; a bad pivot is left out.
+/// Cholesky solution for the rows and columns `at` of a positive definite matrix; rows with a bad pivot are left out.
 fn solve(at: &[usize], f: &impl Fn(usize, usize) -> f64, right: &[f64]) -> Vec<f64> {
     let n = at.len();
     let mut lower = vec![0.0; n * n];

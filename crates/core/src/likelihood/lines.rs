@@ -1,9 +1,9 @@
-//! Narrow lines: densities of the periodogram that stand out, which the fit leaves out.
+//! Narrow lines: peaks of the periodogram, which the fit leaves out.
 
 use crate::likelihood::bins::{Bins, first_density, median};
 use crate::likelihood::expected::Part;
 use crate::likelihood::laws::chi2_quantile_above;
-use crate::likelihood::line::{Line, freedom_of_one};
+use crate::likelihood::line::{Line, density_freedom};
 use crate::likelihood::masked::Masked;
 use crate::likelihood::model::Model;
 use crate::likelihood::summary::Summary;
@@ -12,33 +12,33 @@ use crate::terms::NOISE_TERMS;
 /// Probability of a false line in a record.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// The foot of a line ends at two consecutive densities that are no larger than chance exceeds in one of fifty.
+/// The foot of a line ends at two consecutive densities below the level that chance exceeds with this probability.
 const FOOT: f64 = 0.02;
 
-/// Densities left out on either side of the foot.
+/// Number of densities left out on either side of the foot.
 const MARGIN: usize = 3;
 
 /// Twice the number of neighbouring densities that share their noise (Hann).
 const SHARED: f64 = 4.16;
 
-/// Width of a running median in densities, and the factor by which a line must then be larger, because a median is not a
-/// model.
+/// Width of a running median in densities, and the factor by which a line must then be larger, because a median is less
+/// certain than a model.
 const RUNNING: usize = 32;
 const UNSURE: f64 = 1.1;
 
-/// The same where a filter takes the noise.
+/// The same factor where a filter removes the noise.
 const BEYOND: f64 = 30.0;
 
 /// Share of a line that stronger lines explain, above which it is an image of these.
 const IMAGE: f64 = 0.3;
 
-/// Share of the power of a line in five densities from which it is a steady sinusoid, and the error of its frequency that the
-/// overlap of segments leaves, in densities.
+/// Share of the power of a line in five densities above which it is a steady sinusoid, and the remaining error of its
+/// frequency from the overlap of segments, in densities.
 const STEADY: f64 = 0.9;
 const ROUGH: f64 = 0.02;
 
-/// Lines at frequencies where a filter leaves no noise. At its zeros medians are no reference, so a line must be far above
-/// them.
+/// Lines at frequencies where a filter leaves no noise. At its zeros medians are not a reference, so a line must be far
+/// above them.
 pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     let (first, last) = (first_density(record), record.density.len() - 1);
     let image =
@@ -47,8 +47,8 @@ pub(crate) fn beyond_band(record: &Summary, mask: &[bool]) -> Vec<Line> {
     standing_above(record, &mut beyond, None, None, BEYOND)
 }
 
-/// Lines above running medians of the density, which are taken out of the mask; and above `least`, if it is given. The medians
-/// are of the density in front of a filter of the powers `filter`.
+/// Lines above running medians of the density, and above `least` if given; they are removed from the mask. The medians are
+/// those of the density before a filter with the powers `filter`.
 pub(crate) fn above_medians(
     record: &Summary,
     mask: &mut [bool],
@@ -71,7 +71,7 @@ fn standing_above(
     }
     let power = |k: usize| filter.map_or(1.0, |filter| filter[k]);
     let density: Vec<f64> = (first..last).map(|k| record.density[k] / power(k)).collect();
-    let freedom = freedom_of_one(record);
+    let freedom = density_freedom(record);
     let bias = chi2_quantile_above(0.5, freedom) / freedom;
     let mut centres = Vec::new();
     let mut start = 0;
@@ -104,8 +104,8 @@ pub(crate) fn above_model(bins: &Bins, model: &Model, mask: &mut [bool]) -> Vec<
     standing_out(record, mask, &reference, 1.0)
 }
 
-/// Expected densities with missing samples: terms as the mask shows them, and processes; what a filter and leaks make of them
-/// changes slowly.
+/// Expected densities with missing samples: terms with the effect of the mask, and processes; the effects of a filter and
+/// of leakage change slowly with frequency.
 fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Range<usize>) -> Vec<f64> {
     let mut processes = model.clone().unfiltered();
     let mut terms = [0.0; NOISE_TERMS];
@@ -139,25 +139,26 @@ fn through_mask(bins: &Bins, model: &Model, masked: &Masked, range: std::ops::Ra
     reference
 }
 
-/// Removes lines that are images of others: the mask of a record with missing samples makes images at other frequencies.
+/// Removes lines that are images of others, which the mask of a record with missing samples creates.
 pub(crate) fn without_images(record: &Summary, mut lines: Vec<Line>) -> Vec<Line> {
     let Some(masked) = &record.masked else { return lines };
     let spacing = record.frequency(1);
     let number = |f: f64| (f / spacing).round() as usize;
     lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-    let mut found: Vec<Line> = Vec::new();
+    let mut sharp: Vec<Line> = Vec::new();
     for line in lines {
         let stretch = [(number(line.from), number(line.to) + 1)];
-        let of = |one: &Line| one.amplitude.powi(2) * masked.of_line(&stretch, one.frequency, spacing);
-        let leaked: f64 = found.iter().map(of).sum();
-        if leaked < IMAGE * of(&line) {
-            found.push(line);
+        let power =
+            |line: &Line| line.amplitude.powi(2) * masked.line_density(&stretch, line.frequency, spacing);
+        let leaked: f64 = sharp.iter().map(power).sum();
+        if leaked < IMAGE * power(&line) {
+            sharp.push(line);
         }
     }
-    found
+    sharp
 }
 
-/// Linear between points, and beyond the first and the last one.
+/// Linear interpolation between points, and extrapolation beyond the first and the last one.
 pub(crate) fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
     if centres.len() < 2 {
         return centres[0].1;
@@ -169,7 +170,7 @@ pub(crate) fn interpolated(centres: &[(f64, f64)], x: f64) -> f64 {
 
 fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: f64) -> Vec<Line> {
     let first = first_density(record);
-    let freedom = freedom_of_one(record);
+    let freedom = density_freedom(record);
     let count = reference.len();
     let ratio: Vec<f64> = reference.iter().zip(&record.density[first..]).map(|(s, p)| p / s).collect();
     let threshold = chi2_quantile_above(FALSE_ALARM / count as f64, freedom) / freedom * factor;
@@ -205,9 +206,10 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
         let peak = (start..k).max_by(|&a, &b| ratio[a].total_cmp(&ratio[b])).unwrap_or(start);
         let power: f64 = (start..k).map(|j| record.density[first + j] - reference[j]).sum();
         let variance: f64 = (start..k).map(|j| record.density[first + j].powi(2) * SHARED / freedom).sum();
-        // The rest of its power leaks to other frequencies through missing samples.
+        // Because of missing samples, the rest of its power leaks to other frequencies.
         let captured = record.masked.as_ref().map_or(1.0, |masked| {
-            let mean = masked.of_line(&[(first + start, first + k)], record.frequency(first + peak), spacing);
+            let mean =
+                masked.line_density(&[(first + start, first + k)], record.frequency(first + peak), spacing);
             mean * (k - start) as f64
         });
         let (frequency, frequency_error) = frequency_of(record, reference, start..k, peak, power);
@@ -228,8 +230,9 @@ fn standing_out(record: &Summary, mask: &mut [bool], reference: &[f64], factor: 
     found
 }
 
-/// Frequency and its standard error of a line with the highest density `peak`, among densities from `first_density` on. A steady
-/// sinusoid under Hann's taper has amplitudes at the two highest ones whose ratio says where it is between them.
+/// Frequency and its standard error of a line with the highest density `peak`, among densities from `first_density` on. For
+/// a steady sinusoid under Hann's taper, the ratio of the amplitudes at the two highest densities determines the frequency
+/// between them.
 fn frequency_of(
     record: &Summary,
     reference: &[f64],
@@ -251,6 +254,6 @@ fn frequency_of(
     let offset = |ratio: f64| ((2.0 * ratio - 1.0) / (ratio + 1.0)).clamp(0.0, 0.5);
     let (lower, higher) = (side(peak - 1), side(peak + 1));
     let between = if higher > lower { offset(higher) } else { -offset(lower) };
-    let noise = (reference[peak] / (above(peak) * freedom_of_one(record))).sqrt();
+    let noise = (reference[peak] / (above(peak) * density_freedom(record))).sqrt();
     (at + between * spacing, spacing * noise.max(ROUGH))
 }

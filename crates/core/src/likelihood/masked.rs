@@ -1,8 +1,8 @@
 //! Records with missing samples.
 //!
-//! In place of cosine modes there are the modes of a string that is loaded with the weights of the samples, and in place of
-//! the densities of a periodogram those of segments with zeros for missing samples. The mask determines the expectation of
-//! both: exactly for the terms, and for any other density by a matrix from cells of frequency to bins.
+//! Cosine modes are replaced by the modes of a string that is loaded with the weights of the samples, and the densities of
+//! a periodogram by those of segments with zeros for missing samples. The mask determines the expectation of both: exactly
+//! for the terms, and for any other density by a matrix from cells of frequency to bins.
 
 mod differences;
 mod expected;

@@ -14,17 +14,17 @@ pub(crate) enum Shape {
     Exponent,
 }
 
-/// Parts with their parameters, and a filter that acts on all but quantization noise.
+/// Parts with their parameters, and a filter that acts on all noise except quantization noise.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Model {
     pub parts: Vec<Part>,
     /// Squared coefficients, σ² or variances.
     pub theta: Vec<f64>,
-    /// ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1); or the numbers of a family.
+    /// Coefficients of ln |H|² = Σ aₖ (cos 2πk f τ₀ − 1), or the parameters of a family.
     pub filter: Vec<f64>,
-    /// The family of a filter whose shape is known.
+    /// The family of a filter of known shape.
     pub family: Option<Family>,
-    /// Whether the filter acts on the random walk alone, so that all slower noise is added after it.
+    /// Whether the filter acts on the random walk alone, and all slower noise is added after it.
     pub of_white: bool,
     /// A further filter of known shape.
     pub mean: Option<RunningMean>,
@@ -33,9 +33,9 @@ pub(crate) struct Model {
     /// Parameter that is not fitted.
     pub held: Option<usize>,
     pub held_shape: Option<(usize, Shape)>,
-    /// With several runs: terms that differ from run to run, and separate terms of single runs.
+    /// With several runs: terms that differ from run to run.
     pub levels: Vec<Level>,
-    pub own: Vec<Own>,
+    pub own: Vec<SeparateTerm>,
 }
 
 /// Levels of a term in several runs: logarithms of its squared coefficient over the common one, which are normal deviates
@@ -49,7 +49,7 @@ pub(crate) struct Level {
 
 /// A separate term of one run, in place of the common one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Own {
+pub(crate) struct SeparateTerm {
     pub run: usize,
     pub part: Part,
     pub theta: f64,
@@ -77,7 +77,7 @@ impl Model {
         self.parts.iter().position(|&p| p == part)
     }
 
-    /// The model without a part. Regressors stay: both likelihoods are of the same data.
+    /// The model without a part. Regressors remain, so that both likelihoods use the same data.
     pub(crate) fn without(&self, part: usize) -> Self {
         let mut model = self.clone();
         model.parts.remove(part);
@@ -121,8 +121,8 @@ impl Model {
     pub(crate) fn parameters_beside_curves(&self) -> usize {
         let levels =
             self.levels.iter().filter(|level| self.index(level.part).is_some_and(|j| self.theta[j] > 0.0));
-        let of_runs = levels.map(|level| level.logs.len().saturating_sub(1)).sum::<usize>();
-        self.numbers() + of_runs + self.own.len()
+        let run_levels = levels.map(|level| level.logs.len().saturating_sub(1)).sum::<usize>();
+        self.numbers() + run_levels + self.own.len()
     }
 
     /// Number of parameters of the common model, without levels and separate terms of single runs.

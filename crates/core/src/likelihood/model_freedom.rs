@@ -6,18 +6,19 @@ use crate::likelihood::fitted_model::FittedModel;
 use crate::likelihood::lines::interpolated;
 use crate::terms::{self, NOISE_TERMS, Term};
 
-/// Cluster sizes at which they are computed; of more, others are interpolated.
+/// Largest number of cluster sizes with exact degrees of freedom; others are interpolated.
 const MOST_EXACT: usize = 100;
 
 impl FittedModel {
-    /// Degrees of freedom 2 E²/Var of the Allan variances of the terms, processes and lines; None for a model without noise,
-    /// because a line alone has no scatter. Exact at up to 100 sizes, otherwise interpolated between 100.
+    /// Degrees of freedom 2 E²/Var of the Allan variances of the terms, processes and lines; None for a model without
+    /// noise, because a line alone has no scatter. They are exact for up to 100 sizes, otherwise interpolated between 100
+    /// sizes.
     ///
     /// # Errors
     ///
     /// For a size that is 0 or above half the record.
     pub fn degrees_of_freedom(&self, sizes: &[usize]) -> Result<Option<Vec<f64>>, Error> {
-        // Of samples 1 s apart.
+        // for samples 1 s apart
         let of_samples = |term: Term| {
             let root = self.coefficient(term) * self.tau0.powf(0.5 * f64::from(term.interval_power()) - 1.0);
             root * root
@@ -39,7 +40,7 @@ impl FittedModel {
     }
 
     fn freedom_at(&self, sizes: &[usize], theta: [f64; NOISE_TERMS]) -> Result<Vec<f64>, Error> {
-        // The unit does not matter: squares of the largest and the smallest numbers stay in range.
+        // The unit is chosen so that squares of the largest and the smallest numbers stay in range.
         let powers = self.gauss_markov.iter().map(|(sigma, _)| sigma * sigma);
         let unit = theta.into_iter().chain(powers.clone()).fold(0.0, f64::max);
         let theta = theta.map(|theta| theta / unit);
@@ -64,7 +65,7 @@ impl FittedModel {
             for &(amplitude, frequency) in &self.sinusoid {
                 let (shape, power) =
                     (terms::sinusoid_avar(1.0, frequency * self.tau0, 1.0, m), amplitude * amplitude / unit);
-                // The squared amplitude scatters with the noise at its frequency, by 8 A² S(f)/n, S two-sided.
+                // The variance of the squared amplitude by the noise at its frequency is 8 A² S(f)/n, with S two-sided.
                 let density = density(theta, frequency * self.tau0);
                 variance += 8.0 / self.samples as f64 * density * power * shape * shape;
                 avar += power * shape;
@@ -98,7 +99,7 @@ mod tests {
     const SIZES: [usize; 8] = [1, 2, 3, 7, 50, 400, 5000, 9999];
     const THETA: [f64; NOISE_TERMS] = [3.0, 2.0, 0.5, 1e-4];
 
-    /// They are those by the diagonal of the whole covariance, whatever the sample interval.
+    /// They equal those from the diagonal of the whole covariance, for any sample interval.
     #[test]
     fn equals_the_whole_covariance() {
         for time in [None, Some(4.0), Some(300.0)] {

@@ -17,7 +17,7 @@ impl Summary {
         })
     }
 
-    /// The same of exp(−t/time), from the first sample on.
+    /// The cosine modes of exp(−t/time), beginning with the first sample.
     #[must_use]
     pub(crate) fn modes_of_decay(&self, time: f64) -> Vec<f64> {
         if self.masked.is_some() {
@@ -33,13 +33,13 @@ impl Summary {
         })
     }
 
-    /// The same of a cosine and of a sine, whose phase is 0 in the middle of the record.
+    /// The cosine modes of a cosine and of a sine, whose phase is 0 in the middle of the record.
     #[must_use]
     pub(crate) fn modes_of_line(&self, frequency: f64) -> [Vec<f64>; 2] {
         self.some_modes_of_line(frequency, &(0..self.modes.len()).collect::<Vec<_>>())
     }
 
-    /// The same for some modes, by their numbers less 1.
+    /// [`Self::modes_of_line`] for some modes, by their numbers minus 1.
     #[must_use]
     pub(crate) fn some_modes_of_line(&self, frequency: f64, modes: &[usize]) -> [Vec<f64>; 2] {
         let step = 2.0 * PI * frequency * self.block_length();
@@ -55,7 +55,7 @@ impl Summary {
                 modes.iter().map(|&k| all[k]).collect()
             });
         }
-        // Σ cos(ω(i + ½ − m/2)) cos θ(i + ½) is 0 for odd numbers, that of the sine for even ones.
+        // Σ cos(ω(i + ½ − m/2)) cos θ(i + ½) is 0 for odd numbers, the sum for the sine is 0 for even ones.
         let scale = (2.0 / m * self.block_length()).sqrt();
         let (half, end) = (0.5 * step, 0.5 * step * m);
         let mut both = [vec![0.0; modes.len()], vec![0.0; modes.len()]];
@@ -111,7 +111,7 @@ pub(crate) fn cosine_modes(series: &[f64], count: usize) -> Vec<f64> {
 }
 
 /// The orthonormal DST-II of a series, modes 1 … `count`: mode k is the cosine mode m − k of the series with alternating
-/// signs. The series is lost.
+/// signs. The series is overwritten.
 pub(crate) fn sine_modes(series: &mut [f64], count: usize) -> Vec<f64> {
     let m = series.len();
     series.iter_mut().skip(1).step_by(2).for_each(|x| *x = -*x);

@@ -1,18 +1,20 @@
 //! Quantization noise that is not compatible with the step of the samples.
 //!
-//! Quantization noise beside white noise makes the standard error of the random walk √3 times as large. Angles in steps are
-//! rates in steps. If the rates have no step, or a step that is small beside the noise, the record has no such noise.
+//! Quantization noise in addition to white noise increases the standard error of the random walk by √3. Angles in steps
+//! imply rates in steps. If the rates have no step, or a step that is small relative to the noise, the record has no such
+//! noise.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
 use crate::likelihood::fit::squares;
 use crate::terms::Term;
 
-/// Rise of the deviance without quantization noise up to which it is chance: one standard error. Other noise of the same
-/// density, such as jitter of the time stamps, needs no step; what is more likely than not to be there stays in the model.
+/// Largest rise of the deviance without quantization noise that counts as chance: one standard error. Other noise of the
+/// same density, such as jitter of the time stamps, needs no step; noise that is more likely present than absent remains in
+/// the model.
 const CHANCE: f64 = 1.0;
 
-/// Share of its standard error by which the largest quantization noise may make the random walk smaller.
+/// Share of its standard error by which the largest quantization noise may reduce the random walk.
 const LITTLE: f64 = 0.5;
 
 /// A fit without quantization noise.
@@ -24,17 +26,17 @@ pub(crate) struct Bare {
     pub less: f64,
 }
 
-/// The fit without quantization noise, if a record does not show any and its samples have room for little; `most`: the largest
-/// Q² of their step.
+/// The fit without quantization noise, if the record does not show any and the step of its samples allows only little;
+/// `most` is the largest Q² for this step.
 pub(crate) fn without_quantization(fit: &Fit, bins: &Bins, most: f64) -> Option<Bare> {
     let removed = fit.model.index(Term::Quantization).filter(|_| most.is_finite())?;
     let walk = fit.model.index(Term::RandomWalk).filter(|_| squares(fit)[Term::RandomWalk.index()] > 0.0)?;
     let (information, _) = fit.information(bins);
-    let of_walk = information.get(walk, walk);
-    let less = most * information.get(removed, walk) / of_walk;
-    if less > LITTLE / of_walk.sqrt() {
+    let walk_information = information.get(walk, walk);
+    let less = most * information.get(removed, walk) / walk_information;
+    if less > LITTLE / walk_information.sqrt() {
         return None;
     }
-    let (loss, bare) = fit.loss_of(removed, bins);
+    let (loss, bare) = fit.removal_loss(removed, bins);
     (loss <= CHANCE).then_some(Bare { fit: bare, removed, less })
 }

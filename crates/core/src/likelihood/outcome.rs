@@ -9,9 +9,9 @@ use crate::terms::NOISE_TERMS;
 
 /// Options of an analysis.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
+#[allow(clippy::struct_excessive_bools)] // one flag for each kind of part that may be added
 pub struct Options {
-    /// Which of [`Term::NOISE`](crate::terms::Term::NOISE) may be present.
+    /// Mask of [`Term::NOISE`](crate::terms::Term::NOISE): terms that may be present.
     pub terms: [bool; NOISE_TERMS],
     /// Whether a filter, Gauss-Markov processes and resonances may be added.
     pub filter: bool,
@@ -19,7 +19,7 @@ pub struct Options {
     pub processes: bool,
     /// See `filter`.
     pub resonances: bool,
-    /// Whether lines are searched and left out.
+    /// Whether lines are detected and left out.
     pub lines: bool,
     /// Whether a rate ramp and a warm-up are tested.
     pub drifts: bool,
@@ -54,11 +54,11 @@ impl Default for Options {
 /// A Gauss-Markov process or a resonance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Process {
-    /// What it is, with its shape.
+    /// Its kind and shape.
     pub part: Part,
     /// Its variance.
     pub variance: Bounds,
-    /// Its correlation time \[s\], or its centre and half width \[Hz\].
+    /// Bounds of its correlation time \[s\], or of its centre and half width \[Hz\].
     pub shape: [Option<Bounds>; 2],
 }
 
@@ -71,8 +71,8 @@ pub struct Drift {
     pub error: f64,
 }
 
-/// Another model that explains the record as well: its squares of Q, N, B and K, and the variances and correlation times \[s\]
-/// of its Gauss-Markov processes.
+/// Another model that explains the record as well: its squares of Q, N, B and K, and the variances and correlation times
+/// \[s\] of its Gauss-Markov processes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Second {
     /// Q², N², B², K²; 0 for a term that the model lacks.
@@ -83,7 +83,7 @@ pub struct Second {
     pub warm_up: Option<f64>,
     /// Exponent of its bias instability, f^−α, which its processes approximate.
     pub exponent: Option<f64>,
-    /// Corner of a filter of first order in the model, which acts on the white noise. \[Hz\]
+    /// Corner of a first-order filter of the white noise in the model. \[Hz\]
     pub filter: Option<f64>,
 }
 
@@ -92,15 +92,15 @@ pub struct Second {
 pub struct Outcome {
     /// The terms that were fitted: Q², N², B², K².
     pub terms: [Option<Bounds>; NOISE_TERMS],
-    /// Coefficients of the model that describes the record: `terms` without those that were not observed.
+    /// Coefficients of the model that describes the record: those of `terms` that were observed.
     pub reduced: [f64; NOISE_TERMS],
     /// Processes and resonances.
     pub processes: Vec<Process>,
-    /// ln |H|² = Σ aₖ (cos 2πk f Δ − 1): a filter on all but quantization noise.
+    /// Coefficients of ln |H|² = Σ aₖ (cos 2πk f Δ − 1), a filter of all noise except quantization.
     pub filter: Vec<f64>,
     /// Δ: the sample interval, or a multiple where the top of the band was left out. \[s\]
     pub filter_interval: f64,
-    /// A running mean on all but quantization noise, in the place of a filter.
+    /// A running mean of all noise except quantization, instead of a filter.
     pub mean: Option<RunningMean>,
     /// The family of the filter, in which case `filter` contains its parameters, and whether it acts on the random walk
     /// alone.
@@ -110,7 +110,7 @@ pub struct Outcome {
     pub lines: Vec<Line>,
     /// Frequency up to which modes describe the record. \[Hz\]
     pub end_of_modes: f64,
-    /// Lines below that frequency, which the mean follows.
+    /// Lines below that frequency, which are regressors of the mean.
     pub slow_lines: Vec<SlowLine>,
     /// Frequency from which the band was left out. \[Hz\]
     pub highest: Option<f64>,
@@ -119,11 +119,11 @@ pub struct Outcome {
     pub alike_from: Option<(f64, f64)>,
     /// Other models with processes in place of terms, or terms in place of processes, that explain the record as well.
     pub second: Vec<Second>,
-    /// Rate ramp, per second, and whether it is significant and part of the model.
+    /// Rate ramp per second.
     pub ramp: Drift,
-    /// See `ramp`.
+    /// Whether the ramp is significant and part of the model.
     pub ramp_observed: bool,
-    /// Time constant \[s\], amplitude at the start, and fall of the deviance.
+    /// Time constant \[s\], amplitude at the start, and reduction of the deviance.
     pub warm_up: Option<(f64, Drift, f64)>,
     /// Coefficients of the given regressors.
     pub regressors: Vec<Drift>,
@@ -131,22 +131,23 @@ pub struct Outcome {
     pub p_value: f64,
     /// Whether the model is not adequate, and intervals are widened.
     pub widened: bool,
-    /// Bands: frequency \[Hz\], normal deviate of record and model.
+    /// Bands: frequency \[Hz\], and normal deviate of the difference between record and model.
     pub bands: Vec<(f64, f64)>,
-    /// Size of the wiggle that the intervals allow for: frequency \[Hz\], standard deviation of the logarithm of the density.
+    /// Size of the misfit that the intervals allow for: frequency \[Hz\], standard deviation of the logarithm of the
+    /// density.
     pub discrepancy: Vec<(f64, f64)>,
-    /// White level of each eighth of the record that has samples.
+    /// White noise of each eighth of the record that has samples.
     pub levels: Vec<WhiteLevel>,
     /// Parts of the reduced model, in the order of `covariance`: terms, then processes.
     pub parameters: Vec<Part>,
     /// Covariance of their parameters, of the coefficients of the filter, and of the shapes of processes in the order of the
-    /// parts (logarithms of times and widths; frequencies in widths), row after row.
+    /// parts (logarithms of times and widths; frequencies in widths), in row order.
     pub covariance: Vec<f64>,
     /// Bins: frequency \[Hz\], measured and expected density, degrees of freedom.
     pub bins: Vec<[f64; 4]>,
 }
 
-/// A sinusoid that the mean follows, with standard errors.
+/// A sinusoid in the mean, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowLine {
     /// \[Hz\]
@@ -159,14 +160,14 @@ pub struct SlowLine {
     pub amplitude_error: f64,
 }
 
-/// White level in an eighth of the record.
+/// White noise in an eighth of the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WhiteLevel {
-    /// Which eighth, from 0.
+    /// Number of the eighth, from 0.
     pub eighth: usize,
     /// Square of the random walk over that of the fit, weighted by the share of the random walk in the density.
     pub level: f64,
-    /// Variance of `level` where the noise is stationary.
+    /// Variance of `level` for stationary noise.
     pub variance: f64,
 }
 

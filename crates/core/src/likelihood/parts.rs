@@ -1,4 +1,4 @@
-//! Processes, resonances and lines of a model, and the covariance of all its numbers.
+//! Processes, resonances and lines of a model, and the covariance of all its parameters.
 
 use crate::likelihood::estimates::{Estimate, quantile};
 use crate::likelihood::expected::Part;
@@ -6,13 +6,14 @@ use crate::likelihood::filter::FittedFilter;
 use crate::likelihood::outcome::{Outcome, Process};
 use crate::terms::{NOISE_TERMS, Term};
 
-/// Largest number of lines, the strongest ones: a periodic record has thousands.
+/// Largest number of lines; the strongest ones are kept, because a periodic record has thousands.
 pub const MOST_LINES: usize = 100;
 
-/// Largest number of lines whose errors are in the covariance, the strongest ones: a machine makes hundreds.
+/// Largest number of lines whose errors are in the covariance; the strongest ones are included, because a machine causes
+/// hundreds.
 const LINES_WITH_ERRORS: usize = 8;
 
-/// Largest ratio of half the interval of an amplitude to the amplitude.
+/// Largest ratio of the half width of the interval of an amplitude to the amplitude.
 const WIDEST: f64 = 0.999;
 
 /// Relative rounding of a width at its lower limit.
@@ -27,7 +28,7 @@ pub struct GaussMarkovEstimate {
     pub time: Estimate,
 }
 
-/// Noise of a band, in front of the filter.
+/// Narrow-band noise before the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResonanceEstimate {
     /// Standard deviation. \[rate unit\]
@@ -38,12 +39,12 @@ pub struct ResonanceEstimate {
     pub width: Estimate,
 }
 
-/// A line of the spectrum, behind the filter.
+/// A line of the spectrum, after the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineEstimate {
     /// Amplitude. \[rate unit\]
     pub amplitude: Estimate,
-    /// Frequency; of a line that was left out of the fit, with the band that was. \[Hz\]
+    /// Frequency; its interval is the left-out band if the line was left out of the fit. \[Hz\]
     pub frequency: Estimate,
 }
 
@@ -53,12 +54,13 @@ pub(crate) struct Parts {
     pub gauss_markov: Vec<GaussMarkovEstimate>,
     pub resonance: Vec<ResonanceEstimate>,
     pub sinusoid: Vec<LineEstimate>,
-    /// Standard errors of the amplitude and of the frequency of each line, if they are known. [rate unit, Hz]
+    /// Standard errors of the amplitude and of the frequency of each line, if known. [rate unit, Hz]
     pub errors_of_lines: Vec<Option<[f64; 2]>>,
 }
 
 impl Parts {
-    /// Those of an outcome, lines with the strongest first. Resonances of the least width are lines behind the filter.
+    /// The parts of an outcome, with the strongest lines first. Resonances of the smallest width are lines after the
+    /// filter.
     pub(crate) fn of(outcome: &Outcome, filter: Option<&FittedFilter>, level: f64) -> Self {
         let left_out = outcome.lines.iter().filter(|line| line.amplitude > 0.0).map(|line| {
             let half = (quantile(level) * line.error).min(WIDEST * line.amplitude);
@@ -103,7 +105,7 @@ impl Parts {
         parts
     }
 
-    /// Numbers and covariance, row after row, with those of the strongest lines behind them. Lines are independent of the rest.
+    /// Parameters and covariance in row order, followed by those of the strongest lines, which are independent of the rest.
     pub(crate) fn with_lines(
         &self,
         (mut parameters, covariance): (Vec<Parameter>, Vec<f64>),
@@ -130,19 +132,19 @@ impl Parts {
     }
 }
 
-/// A number of the shape of a process; without an interval if none was outcome.
+/// A shape parameter of a process, without an interval if the outcome has none.
 fn shape_of(process: &Process, number: usize, value: f64) -> Estimate {
     process.shape[number].as_ref().map_or(Estimate { value, low: None, high: None }, Estimate::from)
 }
 
-/// Whether a process is a line: a resonance of the least width that the points of the spectrum can show, in the band of the
-/// periodogram. Below it, lines are regressors, and what is left is noise.
+/// Whether a process is a line: a resonance of the smallest width that the points of the spectrum resolve, in the band of
+/// the periodogram. Below this band, lines are regressors, and a resonance is noise.
 fn is_steady(process: &Process, outcome: &Outcome) -> bool {
     matches!(process.part, Part::Resonance { frequency, .. } if frequency > outcome.end_of_modes)
         && process.shape[1].is_some_and(|width| width.low >= width.value * (1.0 - ROUNDING))
 }
 
-/// The frequency of a resonance; one that is narrower than the bins may be anywhere between two of them.
+/// The frequency of a resonance; if it is narrower than the bins, its interval includes the neighbouring bins.
 fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
     let first_above = bins.partition_point(|bin| bin[0] < centre.value);
     let neighbours = &bins[first_above.saturating_sub(2)..(first_above + 2).min(bins.len())];
@@ -154,7 +156,7 @@ fn at_bins(centre: Estimate, width: f64, bins: &[[f64; 4]]) -> Estimate {
     Estimate { value, low: Some(low.min((value - spacing).max(0.0))), high: Some(high.max(value + spacing)) }
 }
 
-/// A number of a process.
+/// A parameter of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
     /// Standard deviation. \[rate unit\]
@@ -169,24 +171,25 @@ pub enum Number {
     Amplitude,
 }
 
-/// A number of a model. Processes of a kind are counted from 1.
+/// A parameter of a model. Processes of a kind are counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// Coefficient of a term.
     Term(Term),
-    /// Of a Gauss-Markov process.
+    /// Parameter of a Gauss-Markov process.
     GaussMarkov(usize, Number),
-    /// Of a resonance.
+    /// Parameter of a resonance.
     Resonance(usize, Number),
-    /// Of a line.
+    /// Parameter of a line.
     Sinusoid(usize, Number),
 }
 
-/// The coefficients √θ in the model and the numbers of its processes, and their covariance, row after row, from that
-/// of θ, of the filter, and of the shapes: logarithms of times and widths, frequencies in widths. Those of lines follow, by [`Parts::with_lines`].
+/// The coefficients √θ and the parameters of processes in the model, and their covariance in row order. It is computed from
+/// that of θ, of the filter, and of the shapes (logarithms of times and widths, frequencies in widths).
+/// [`Parts::with_lines`] appends the lines.
 pub(crate) fn covariance(outcome: &Outcome, model: &[f64; NOISE_TERMS]) -> (Vec<Parameter>, Vec<f64>) {
     let order = outcome.covariance.len().isqrt();
-    // Row, number, and slope of the number by that of the row: the delta method.
+    // Row, parameter, and derivative of the parameter with respect to that of the row, for the delta method.
     let mut rows: Vec<(usize, Parameter, f64)> = Vec::new();
     let mut shape = outcome.parameters.len() + outcome.filter.len();
     let mut processes = outcome.processes.iter();

@@ -1,7 +1,8 @@
-//! One pass over the samples: everything that the likelihood needs of a record, in bounded memory.
+//! One pass over the samples, which collects in bounded memory all that the likelihood needs.
 //!
-//! Below, the cosine modes (DCT-II) of the samples, from means and first moments of blocks; above, Welch's periodogram with Hann's taper. The record is mirrored by
-//! half a segment at both ends, so that its ends count like the rest.
+//! Low frequencies are described by the cosine modes (DCT-II) of the samples, from means and first moments of blocks; high
+//! frequencies by Welch's periodogram with Hann's taper. The record is mirrored by half a segment at both ends, so that its
+//! ends count like the rest.
 
 use crate::error::{Error, room};
 use crate::finite::first_beyond;
@@ -15,31 +16,32 @@ use sigmatau_fft::{Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Blocks of a record, at least, unless it is shorter. Their rate is far above the modes that are used. Means alone fold
-/// quantization noise, whose density is then that of a phase with one sample a block: of 2²⁰ samples of a navigation-grade gyro,
-/// the standard deviation of N was 1.6 times the bound. With first moments a mode is that of the samples to 3·10⁻⁴ of its amplitude.
+/// Smallest number of blocks of a record, unless it is shorter. Their rate is far above the used modes. Means alone fold
+/// quantization noise, whose density is then that of a phase with one sample per block: for 2²⁰ samples of a
+/// navigation-grade gyro, the standard deviation of N was 1.6 times the bound. With first moments, the modes equal those of
+/// the samples to 3·10⁻⁴ of their amplitude.
 const BLOCKS: usize = 131_072;
 
-/// The segments are as long as 1024 blocks would be if a record had so many.
+/// Number of coarse blocks of a record; a segment has the length of 1024 coarse blocks.
 const COARSE_BLOCKS: usize = 16_384;
 
-/// Longest block, also of those: segments then have 2²⁰ samples, and the memory of a pass is bounded. \[samples\]
+/// Longest block, also of coarse blocks: segments then have 2²⁰ samples, and the memory of a pass is bounded. \[samples\]
 const LONGEST_BLOCK: usize = 1024;
 
-/// Samples of a segment over those of a coarse block.
+/// Ratio of the lengths of a segment and a coarse block.
 const SEGMENT: usize = 1024;
 
 /// Segments overlap by three quarters.
 const STEPS: usize = 4;
 
-/// Longest record that is described by all its modes, up to half the sampling rate. Of a few segments, the periodogram loses
-/// information at its ends: up to a quarter of a standard error. \[samples\]
+/// Longest record that is described by all its modes, up to half the sampling rate. The periodogram of a few segments loses
+/// information at the ends: up to a quarter of a standard error. \[samples\]
 const SHORT: usize = 4 * SEGMENT;
 
-/// Number of values that a pass keeps for each sample of a segment: spectra by part, windows, buffers of the transform.
+/// Number of values that a pass stores per sample of a segment: spectra by part, windows, buffers of the transform.
 const NUMBERS: usize = 20;
 
-/// Further memory of a pass, and of the analysis after it. \[bytes\]
+/// Further memory of a pass and of the subsequent analysis. \[bytes\]
 const REST: usize = 32 << 20;
 
 impl Summary {
@@ -61,7 +63,7 @@ struct Plan {
     transform: Arc<dyn RealToComplex<f64>>,
 }
 
-/// The last one: the channels of a record have segments of one length.
+/// The latest plan, because the channels of a record have segments of the same length.
 static LAST: Mutex<Option<Arc<Plan>>> = Mutex::new(None);
 
 impl Plan {
@@ -88,7 +90,7 @@ pub struct Pass {
     segment: usize,
     segments: usize,
     plan: Arc<Plan>,
-    /// Samples from `oldest` on that later segments need.
+    /// Samples, beginning with `oldest`, that later segments need.
     recent: Vec<f64>,
     oldest: usize,
     pushed: usize,
@@ -96,7 +98,7 @@ pub struct Pass {
     /// Means of the blocks, and first moments about their centres over the square of a block.
     sums: Vec<f64>,
     moments: Vec<f64>,
-    /// Sum of the samples of the block that is filled, and the sum of all such sums since it began.
+    /// Sum of the samples of the current block, and the sum of its running sums.
     filling: f64,
     filling_sum: f64,
     first: f64,
@@ -157,12 +159,12 @@ impl Pass {
         })
     }
 
-    /// Takes the next samples.
+    /// Adds the next samples.
     ///
     /// # Errors
     ///
     /// [`Error::NonFinite`] for a sample that is not finite or too large to be squared, [`Error::Length`] for more
-    /// samples than were announced.
+    /// samples than announced.
     pub fn push(&mut self, samples: &[f64]) -> Result<(), Error> {
         if self.pushed + samples.len() > self.samples {
             return Err(Error::Length { expected: self.samples, got: self.pushed + samples.len() });
@@ -170,7 +172,7 @@ impl Pass {
         if let Some(index) = first_beyond(samples, LARGEST_RATE) {
             return Err(Error::NonFinite { index: self.pushed + index });
         }
-        // In pieces, so that what is kept stays short.
+        // In pieces, so that the stored samples remain few.
         for piece in samples.chunks(self.segment) {
             self.add(piece);
             self.recent.extend_from_slice(piece);
@@ -206,11 +208,11 @@ impl Pass {
         }
     }
 
-    /// Transforms every complete segment, and drops samples that no later segment needs.
+    /// Transforms each complete segment, and drops samples that no later segment needs.
     fn take_segments(&mut self) {
         let half = self.segment / 2;
         while self.next_segment < self.segments {
-            let padded = self.start_of(self.next_segment);
+            let padded = self.segment_start(self.next_segment);
             // In the padded record, sample t is at t + half.
             let needed = (padded + self.segment).saturating_sub(half).max(half.saturating_sub(padded));
             if needed.min(self.samples) > self.pushed {
@@ -221,8 +223,8 @@ impl Pass {
             self.next_segment += 1;
         }
         let keep = if self.next_segment < self.segments {
-            let start = self.start_of(self.next_segment).saturating_sub(half);
-            if self.start_of(self.next_segment) < half {
+            let start = self.segment_start(self.next_segment).saturating_sub(half);
+            if self.segment_start(self.next_segment) < half {
                 0
             } else {
                 start.min(self.samples.saturating_sub(half))
@@ -237,7 +239,7 @@ impl Pass {
         }
     }
 
-    /// Puts the samples of the segment that begins at `padded` of the padded record into the buffer, tapered.
+    /// Puts the tapered samples of the segment that begins at `padded` of the padded record into the buffer.
     fn taper(&mut self, padded: usize) {
         let (half, length) = (self.segment / 2, self.segment as f64);
         let first = padded.saturating_sub(half);
@@ -256,7 +258,7 @@ impl Pass {
         }
     }
 
-    /// Puts the samples of a segment into the buffer, mirrored where it reaches beyond an end of the record.
+    /// Puts the samples of a segment into the buffer, mirrored beyond the ends of the record.
     fn fill(&mut self, padded: usize) {
         let half = self.segment / 2;
         let before = half.saturating_sub(padded).min(self.segment);
@@ -273,7 +275,7 @@ impl Pass {
         }
     }
 
-    fn start_of(&self, segment: usize) -> usize {
+    fn segment_start(&self, segment: usize) -> usize {
         ((segment as f64 + 0.5) * self.samples as f64 / self.segments as f64) as usize
     }
 
@@ -342,7 +344,7 @@ impl Pass {
     }
 }
 
-/// The sum, in eight parts that do not wait for each other.
+/// The sum, in eight independent parts.
 fn sum(x: &[f64]) -> f64 {
     let eights = x.chunks_exact(8);
     let rest: f64 = eights.remainder().iter().sum();

@@ -1,33 +1,33 @@
-//! Noise with a density of f^−α, 0 < α < 2: the bias instability where its exponent is not exactly 1.
+//! Noise with a density of f^−α, 0 < α < 2: bias instability with an exponent other than 1.
 //!
 //! A sum over Gauss-Markov processes whose correlation times are a geometric series and whose variances grow with T^(α−1) has
-//! this density (∫ T^(α−1) 2T/(1 + (2πfT)²) dT/T = π (2πf)^−α / sin(πα/2)). With two processes in a decade it deviates by less
-//! than 2·10⁻⁴, and its densities at the modes of a record are exact sums.
+//! this density (∫ T^(α−1) 2T/(1 + (2πfT)²) dT/T = π (2πf)^−α / sin(πα/2)). With two processes per decade its error is
+//! below 2·10⁻⁴, and its densities at the modes of a record are exact sums.
 
 use crate::likelihood::expected::{Blocks, MarkovModes, ModePoint, Part};
 use crate::terms::Term;
 use std::f64::consts::{LN_10, PI};
 
-/// Processes in a decade of correlation times.
+/// Number of processes per decade of correlation times.
 const IN_DECADE: i32 = 2;
 
 /// Longest correlation time over the length of the record; slower processes are a random walk.
 const LONGEST: f64 = 30.0;
 
-/// Correlation time over that of the slowest process from which a process stands for a random walk.
+/// Correlation time over that of the slowest process above which a process represents a random walk.
 const SLOWER: f64 = 3.0;
 
-/// Exponents: with smaller ones the noise is white, with larger ones a random walk.
+/// Range of exponents: below, the noise is white; above, it is a random walk.
 pub(crate) const EXPONENTS: (f64, f64) = (0.3, 1.9);
 
 /// Processes that add up to noise with a density B²/(2πf)·(f/pivot)^(1−α), two-sided, B = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Mixture {
-    /// Variance and correlation time of each. \[s\]
+    /// Variance and correlation time of each process. \[s\]
     processes: Vec<(f64, f64)>,
-    /// K² of all slower ones.
+    /// K² of all slower processes.
     walk: f64,
-    /// N² of all faster ones.
+    /// N² of all faster processes.
     pub white: f64,
 }
 
@@ -50,20 +50,20 @@ impl Mixture {
         Self { processes: (0..count).map(at).collect(), walk, white }
     }
 
-    /// All processes; that of the slowest ones, which are a random walk over the record, comes last.
+    /// All processes; the last one represents the slowest ones, which are a random walk over the record.
     pub(crate) fn processes(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let slowest = self.processes.last().map(|(_, time)| SLOWER * time);
         let walk = slowest.map(|time| (0.5 * self.walk * time, time));
         self.processes.iter().copied().chain(walk)
     }
 
-    /// The mixture of a variance that is `theta` times as large.
+    /// The mixture with all variances multiplied by `theta`.
     pub(crate) fn times(mut self, theta: f64) -> Self {
         self.processes.iter_mut().for_each(|(variance, _)| *variance *= theta);
         Self { walk: theta * self.walk, white: theta * self.white, ..self }
     }
 
-    /// What gives the density at a mode.
+    /// A function that returns the density at a mode.
     pub(crate) fn at_modes(&self, blocks: Blocks) -> impl Fn(&ModePoint) -> f64 + use<> {
         let modes: Vec<(f64, MarkovModes)> =
             self.processes.iter().map(|&(variance, time)| (variance, blocks.gauss_markov(time))).collect();

@@ -7,7 +7,7 @@ use crate::likelihood::fit::{Fit, time_limits};
 use crate::likelihood::laws::chi2_above;
 use crate::likelihood::model::{Model, Shape};
 
-/// Number of standard errors from 0 from which on a term is certain, without a fit that lacks it.
+/// Number of standard errors from 0 above which a term is certain, without a fit that lacks it.
 const BEYOND_DOUBT: f64 = 8.0;
 
 const STEPS: usize = 25;
@@ -17,7 +17,7 @@ const TRIES: usize = 12;
 /// Error of the root of the deviance at an end of an interval: a hundredth of its width.
 const PRECISION: f64 = 0.02;
 
-/// Rises of the deviance: at the ends of an interval, and from which a term counts as observed.
+/// Rises of the deviance at the ends of an interval, and above which a term counts as observed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Thresholds {
     pub interval: f64,
@@ -41,7 +41,7 @@ pub struct Bounds {
     pub high: f64,
     /// Whether the record shows the part.
     pub observed: bool,
-    /// Rise of the deviance without it.
+    /// Rise of the deviance without the part.
     pub loss: f64,
 }
 
@@ -51,21 +51,21 @@ impl Bounds {
         (self.value - self.low) / at.interval.sqrt()
     }
 
-    /// The same interval with another value, extended to it.
+    /// The interval with another value, extended to include it.
     pub(crate) fn around(self, value: f64) -> Self {
         Self { value, low: self.low.min(value), high: self.high.max(value), ..self }
     }
 }
 
 /// The interval of the parameter of a part.
-pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bounds {
+pub(crate) fn part_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bounds {
     let value = fit.model.theta[part];
     let (information, _) = fit.information(bins);
     let error = information.pseudo_inverse().get(part, part).max(1e-300).sqrt();
     let loss = if value > BEYOND_DOUBT * error {
         f64::INFINITY
     } else if value > 0.0 {
-        fit.loss_of(part, bins).0.max(0.0)
+        fit.removal_loss(part, bins).0.max(0.0)
     } else {
         0.0
     };
@@ -74,7 +74,7 @@ pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bo
         model.theta[part] = x;
         model.held = Some(part);
     };
-    // The mean of a term that differs from run to run has the error of a mean: Student's t.
+    // The error of the mean of a term that differs from run to run follows Student's t.
     let target = match fit.model.level(fit.model.parts[part]) {
         Some(level) => student_of(at.interval, level.logs.len()),
         None => at.interval.sqrt(),
@@ -88,7 +88,7 @@ pub(crate) fn of_part(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Bo
 }
 
 /// The interval of the correlation time of a Gauss-Markov process, within the limits of such times.
-pub(crate) fn of_time(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<Bounds> {
+pub(crate) fn time_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<Bounds> {
     let Part::GaussMarkov { time } = fit.model.parts[part] else { return None };
     let (shortest, longest) = time_limits(bins);
     let hold = |model: &mut Model, x: f64| {
@@ -104,7 +104,7 @@ pub(crate) fn of_time(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Op
 }
 
 /// The interval of the centre and of the half width of a resonance.
-pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<[Bounds; 2]> {
+pub(crate) fn resonance_bounds(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) -> Option<[Bounds; 2]> {
     let Part::Resonance { frequency, width } = fit.model.parts[part] else { return None };
     let target = at.interval.sqrt();
     let centre = |model: &mut Model, x: f64| {
@@ -127,14 +127,15 @@ pub(crate) fn of_resonance(fit: &Fit, bins: &Bins, part: usize, at: Thresholds) 
             [search.until(value.ln(), -step, low.min(value.ln())), search.until(value.ln(), step, high)];
         Bounds { value, low: ends[0].exp(), high: ends[1].exp(), observed: true, loss: f64::NAN }
     };
-    // Within what can be told apart: from two cycles a record to half the sampling rate, and from the least width on.
+    // Limited to distinguishable values: from two cycles per record to half the sampling rate, and above the smallest
+    // width.
     let centres = [2.0 / bins.record.duration(), 0.5 / bins.record.tau0];
     let least = bins.least_width(frequency);
     let widths = [least, (0.25 * frequency).max(least).max(width)];
     Some([bounds(&centre, frequency, 0.2 * width / frequency, centres), bounds(&half, width, 0.3, widths)])
 }
 
-/// Quantile of Student's t for a mean over runs, of the probability that χ² with one degree of freedom has.
+/// Quantile of Student's t for a mean over runs, at the probability of χ² with one degree of freedom.
 fn student_of(interval: f64, runs: usize) -> f64 {
     let tail = 0.5 * chi2_above(interval, 1.0);
     -student_quantile(runs.max(2) as f64 - 1.0, tail)
@@ -144,14 +145,14 @@ struct Search<'a, 'b> {
     fit: &'a Fit,
     bins: &'a Bins<'b>,
     target: f64,
-    /// Standard error, and the root of the rise that ends the interval at 0: the test of a term is one-sided, so that an
+    /// Standard error, and the root of the rise that ends the interval at 0. The test of a term is one-sided, so that an
     /// interval excludes 0 exactly if the term is observed.
     nearness: Option<(f64, f64)>,
     hold: &'a dyn Fn(&mut Model, f64),
 }
 
 impl Search<'_, '_> {
-    /// Root of the rise of the deviance, minus the target, with the parameter held at x.
+    /// Root of the rise of the deviance, minus the target, with the parameter fixed at x.
     fn rise(&self, x: f64, from: &Fit) -> (f64, Fit) {
         let mut model = from.model.clone();
         (model.held, model.held_shape) = (None, None);
@@ -160,8 +161,8 @@ impl Search<'_, '_> {
         ((fit.deviance - self.fit.deviance).max(0.0).sqrt() - self.target_at(x), fit)
     }
 
-    /// Root of the rise that ends the interval at x: between that of a one-sided test at 0 and the two-sided one from two
-    /// standard errors on (Feldman and Cousins 1998, doi 10.1103/PhysRevD.57.3873, to 1 %).
+    /// Root of the rise that ends the interval at x: between that of a one-sided test at 0 and that of a two-sided test
+    /// above two standard errors (Feldman and Cousins 1998, doi 10.1103/PhysRevD.57.3873, to 1 %).
     fn target_at(&self, x: f64) -> f64 {
         match self.nearness {
             Some((error, at_zero)) => at_zero + (self.target - at_zero) * (x / (2.0 * error)).clamp(0.0, 1.0),
@@ -169,12 +170,12 @@ impl Search<'_, '_> {
         }
     }
 
-    /// The end of the interval of a value that is not negative, above it.
+    /// The upper end of the interval of a non-negative value.
     fn up(&self, value: f64, step: f64) -> f64 {
         self.end(value, step, f64::INFINITY, |next, _| next)
     }
 
-    /// The end below it; `loss`: rise of the deviance at 0, infinite where it is not known.
+    /// The lower end of the interval; `loss` is the rise of the deviance at 0, or infinite if unknown.
     fn down(&self, value: f64, step: f64, loss: f64) -> f64 {
         let mut first = value - step;
         if !loss.is_finite() {
@@ -186,12 +187,13 @@ impl Search<'_, '_> {
         self.end(value, first - value, f64::NEG_INFINITY, |next, last| next.max(0.3 * last))
     }
 
-    /// The end in one direction, no further than a limit.
+    /// The end in one direction, up to a limit.
     fn until(&self, value: f64, step: f64, limit: f64) -> f64 {
         self.end(value, step, limit, |next, _| next)
     }
 
-    /// The same; `kept`: what is tried in place of the next point, after the last one.
+    /// The end in one direction, up to a limit. `kept` returns the point that is tried instead of the next one, given the
+    /// last one.
     fn end(&self, value: f64, step: f64, limit: f64, kept: impl Fn(f64, f64) -> f64) -> f64 {
         let (mut inside, mut below, mut from) = (value, -self.target, self.fit.clone());
         let beyond = |x: f64| if step > 0.0 { x >= limit } else { x <= limit };
@@ -217,8 +219,8 @@ impl Search<'_, '_> {
         outside
     }
 
-    /// The crossing between two points, by the Illinois rule. Each fit starts from the last one inside: one outside may be at
-    /// another maximum, from which no step leads back.
+    /// The crossing between two points, by the Illinois rule. Each fit starts from the last one inside the interval,
+    /// because a fit outside may be at another maximum from which the steps do not return.
     fn between(&self, inside: (f64, f64), outside: (f64, f64), mut from: Fit) -> f64 {
         let ((mut a, mut fa), (mut b, mut fb)) = (inside, outside);
         let mut x = b;
@@ -240,13 +242,13 @@ impl Search<'_, '_> {
     }
 }
 
-/// The fit without the terms of a list that it does not need, dropped one by one.
+/// The fit without unneeded terms of a list, which are dropped one by one.
 pub(crate) fn without(fit: &Fit, bins: &Bins, mut open: Vec<Part>, at: Thresholds) -> Fit {
     let mut reduced = fit.clone();
     while !open.is_empty() && reduced.model.parts.len() > 1 {
         let loss = |part: &Part| {
             reduced.model.index(*part).map(|j| {
-                let (loss, without) = reduced.loss_of(j, bins);
+                let (loss, without) = reduced.removal_loss(j, bins);
                 (loss, *part, without)
             })
         };

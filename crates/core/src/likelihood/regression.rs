@@ -8,12 +8,12 @@ use crate::terms::Term;
 pub(crate) struct Regressed {
     pub beta: Vec<f64>,
     pub covariance: Symmetric,
-    /// ln det ZᵀS⁻¹Z; for the end values, ln det(1 + Q²ZᵀS⁻¹Z).
+    /// ln det ZᵀS⁻¹Z, or ln det(1 + Q²ZᵀS⁻¹Z) for the end values.
     pub restricted: f64,
     /// Sum of the squared end values, each over its variance.
     pub squares_of_ends: f64,
     pub leverage: Vec<f64>,
-    /// Slope of the likelihood of the end values by `quantization`, for each run.
+    /// Derivative of the log-likelihood of the end values with respect to `quantization`, for each run.
     pub slope_of_ends: Vec<f64>,
 }
 
@@ -81,8 +81,8 @@ pub(crate) fn regressed(
         powers.extend(own.powers(&own.residual_power(products, &found.beta)));
         let mut leverage = found.leverage.clone();
         leverage.resize(own.len(), 0.0);
-        // Where a discrepancy limits the lowest bins, regressors only reduce what is left of them.
-        let share = if products.ends.contains(&false) { bins.left_of(at, own.low) } else { 1.0 };
+        // If a discrepancy limits the lowest bins, regressors only reduce their remaining freedom.
+        let share = if products.ends.contains(&false) { bins.freedom_share_at(at, own.low) } else { 1.0 };
         for taken in &mut leverage {
             *taken *= share;
         }

@@ -3,18 +3,19 @@
 
 use crate::likelihood::bins::{first_density, median};
 use crate::likelihood::filter_shapes::Shape;
-use crate::likelihood::line::freedom_of_one;
+use crate::likelihood::line::density_freedom;
 use crate::likelihood::summary::Summary;
 
-/// Samples of a mean that is recognised. A mean of two is the digital Butterworth filter of first order at a quarter of the rate.
+/// Number of samples of means that are recognised. A mean of two is the first-order digital Butterworth filter at a quarter
+/// of the rate.
 const LENGTHS: std::ops::RangeInclusive<u32> = 3..=200;
 
 /// Smallest distance of two zeros in densities: Hann's taper hides a narrower lobe.
 const LEAST_LOBE: f64 = 8.0;
 
 /// Numbers of densities on either side of a zero that are not compared, and not fitted, because the taper fills the zero.
-/// The second number is at least a share of the distance of the zeros: |H|² is there 2 % of the lobe, and the filling of a
-/// zero looks like a line.
+/// The second number is at least a share of the distance of the zeros, at which |H|² is 2 % of the lobe, because the
+/// filling of a zero resembles a line.
 const AT_ZERO: f64 = 2.0;
 const NOT_FITTED: f64 = 3.0;
 const SHARE_NOT_FITTED: f64 = 0.05;
@@ -30,7 +31,7 @@ const ABOVE_ZEROS: f64 = 4.0;
 /// Part of the main lobe that shows its level, in distances of zeros. Lower frequencies may contain slow noise.
 const MAIN_LOBE: [f64; 2] = [0.2, 0.7];
 
-/// Ratios of the density to the floor of the zeros from which on it is compared, and fitted.
+/// Smallest ratios of the density to the floor of the zeros at which it is compared, and fitted.
 const COMPARED_FROM: f64 = 10.0;
 const FITTED_FROM: f64 = 30.0;
 
@@ -42,24 +43,24 @@ const FEWEST_COMPARED: usize = 16;
 const TIMES_CHANCE: f64 = 1.3;
 const ALIKE: f64 = 0.1;
 
-/// Standard deviation of normal deviates, over the median of their sizes.
-const OF_MEDIAN: f64 = 1.4826;
+/// Standard deviation of normal deviates over the median of their magnitudes.
+const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
-/// Fraction of the distance of densities that replaces the frequency 0.
+/// Frequency, over the distance of densities, that replaces 0.
 const TINY: f64 = 1e-6;
 
 /// A mean of the last samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunningMean {
-    /// Samples in the mean.
+    /// Number of samples in the mean.
     pub length: u32,
     /// Sample interval. \[s\]
     pub tau0: f64,
-    /// Density of the zeros over that of the lowest frequencies: the ends of the record, and noise behind the mean.
+    /// Density of the zeros over that of the lowest frequencies, from the ends of the record and from noise after the mean.
     pub floor: f64,
 }
 
-/// A length for which the record has the zeros.
+/// A length for which the record has zeros.
 struct Candidate {
     mean: RunningMean,
     /// Density of the zeros.
@@ -75,11 +76,11 @@ struct Comparison {
 }
 
 impl RunningMean {
-    /// The running mean that a record has passed, and the densities that show its noise; None for other records.
+    /// The running mean in front of a record, and the mask of the densities that show noise; None for other records.
     pub(crate) fn of(record: &Summary) -> Option<(Self, Vec<bool>)> {
         let means = LENGTHS.map(|length| Self { length, tau0: record.tau0, floor: 0.0 });
         let candidates: Vec<Candidate> = means.filter_map(|mean| Candidate::of(record, mean)).collect();
-        // A length next to the true one has higher zeros, and lobes where the record has zeros.
+        // A length next to the true one has higher zeros, and lobes at the zeros of the record.
         let floor = candidates.iter().map(|candidate| candidate.floor).fold(f64::INFINITY, f64::min);
         let compared = candidates.iter().filter_map(|candidate| candidate.mean.compared(record, floor));
         let nearest = compared.min_by(|a, b| a.scatter.total_cmp(&b.scatter))?;
@@ -92,12 +93,12 @@ impl RunningMean {
         Shape::RunningMean { length: self.length }.log_power(f * self.tau0)
     }
 
-    /// The same for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
+    /// ln |H|² for the periodogram, whose neighbouring densities, `spacing` apart, share their power (Hann). \[Hz\]
     pub(crate) fn log_tapered_power(self, f: f64, spacing: f64) -> f64 {
         tapered(|f| self.log_power(f).exp(), f, spacing).ln()
     }
 
-    /// The same, with the floor of the zeros.
+    /// [`Self::log_tapered_power`] with the floor of the zeros.
     pub(crate) fn log_measured_power(self, f: f64, spacing: f64) -> f64 {
         (self.log_tapered_power(f, spacing).exp() + self.floor).ln()
     }
@@ -115,7 +116,8 @@ impl RunningMean {
         Shape::RunningMean { length: self.length }.half_power() / self.tau0
     }
 
-    /// A mask of all densities up to the end of the last fitted lobe, so that the flank of a high lobe is not a line.
+    /// A mask of all densities up to the end of the last fitted lobe, so that the flank of a high lobe does not count as a
+    /// line.
     pub(crate) fn with_lobes(self, record: &Summary, mask: &[bool]) -> Vec<bool> {
         let spacing = self.spacing(record);
         let last = mask.iter().rposition(|&used| used).unwrap_or(0);
@@ -140,8 +142,9 @@ impl RunningMean {
         }
         // The main lobe of a long mean contains few densities, so that its level is uncertain.
         let off = median(&ratios);
-        let scatter = OF_MEDIAN * median(&ratios.iter().map(|x| (x - off).abs()).collect::<Vec<f64>>());
-        let chance = (2.0 / freedom_of_one(record)).sqrt();
+        let scatter =
+            SIGMA_PER_MEDIAN * median(&ratios.iter().map(|x| (x - off).abs()).collect::<Vec<f64>>());
+        let chance = (2.0 / density_freedom(record)).sqrt();
         let floor = floor / (level * off.exp());
         (scatter < TIMES_CHANCE * chance + ALIKE).then_some(Comparison { mean: self, floor, scatter })
     }
@@ -235,7 +238,7 @@ mod tests {
             assert_eq!(mean.length as usize, length);
             assert!(mask.iter().filter(|&&used| used).count() > 150);
         }
-        // Twice the same mean is another filter.
+        // The same mean twice is a different filter.
         assert!(RunningMean::of(&summary(&mean_of(&mean_of(&white, 16), 16))).is_none());
         // A short record does not show the narrow lobes of a long mean.
         assert!(RunningMean::of(&summary(&mean_of(&white[..15_000], 200))).is_none());

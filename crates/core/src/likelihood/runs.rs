@@ -1,4 +1,4 @@
-//! The model of several runs: levels of terms that differ from run to run, terms of single runs, and sums over the runs.
+//! The model of several runs: levels of terms that differ from run to run, terms of single runs, and sums over runs.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::expected::Part;
@@ -35,11 +35,11 @@ impl Model {
         }
     }
 
-    /// Spectra of all runs and their logarithmic derivatives, by levels and own terms too.
+    /// Spectra of all runs and their logarithmic derivatives, including those with respect to levels and separate terms.
     pub(crate) fn evaluate_runs(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
         let plain = self.numbers();
-        let of_levels: usize = self.levels.iter().map(|level| level.logs.len()).sum();
-        let count = if derivatives { plain + of_levels + self.own.len() } else { 0 };
+        let level_columns: usize = self.levels.iter().map(|level| level.logs.len()).sum();
+        let count = if derivatives { plain + level_columns + self.own.len() } else { 0 };
         let mut total = Vec::with_capacity(bins.len());
         let mut columns = vec![vec![0.0; bins.len()]; count];
         for (run, (own_bins, regressors)) in bins.runs.iter().enumerate() {
@@ -65,7 +65,7 @@ impl Model {
             for (k, own) in self.own.iter().enumerate().filter(|(_, own)| own.run == run) {
                 if let Some(j) = self.index(own.part) {
                     factors[j] = 0.0;
-                    columns[plain + of_levels + k][at.clone()].copy_from_slice(&slopes[j]);
+                    columns[plain + level_columns + k][at.clone()].copy_from_slice(&slopes[j]);
                 }
             }
             for (k, slope) in slopes.iter().enumerate() {
@@ -78,12 +78,12 @@ impl Model {
 }
 
 impl Fit {
-    /// Levels of terms in the runs, each with the information that its law has.
+    /// Levels of terms in the runs, each with the information from its prior distribution.
     pub(crate) fn levels(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.model.levels.iter().flat_map(|level| level.logs.iter().map(|x| (*x, level.spread.powi(-2))))
     }
 
-    /// With the information of the laws of the levels.
+    /// Adds the information from the prior distributions of the levels.
     pub(crate) fn with_levels(&self, mut information: Symmetric) -> Symmetric {
         let first = information.order - self.model.own.len() - self.levels().count();
         for (k, (_, weight)) in self.levels().enumerate() {
@@ -92,7 +92,7 @@ impl Fit {
         information
     }
 
-    /// Adds the slopes by Q² of the end values of the angle.
+    /// Adds the derivatives with respect to Q² from the end values of the angle.
     pub(crate) fn add_ends(&self, gradient: &mut [f64], first: usize) {
         let Some(j) = self.model.index(Term::Quantization) else { return };
         let own = |run: usize| {
@@ -117,7 +117,7 @@ impl Fit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::model::Own;
+    use crate::likelihood::model::SeparateTerm;
     use crate::likelihood::summary::Summary;
     use std::sync::Arc;
 
@@ -147,11 +147,11 @@ mod tests {
         model.theta = vec![1.0, 1e-4];
         model.filter = vec![0.2];
         model.levels = vec![Level { part: TERMS[0], logs: vec![0.1, -0.2, 0.05], spread: 0.3 }];
-        model.own = vec![Own { run: 1, part: TERMS[1], theta: 3e-4 }];
+        model.own = vec![SeparateTerm { run: 1, part: TERMS[1], theta: 3e-4 }];
         model
     }
 
-    /// Slopes by theta, the filter, the levels and the term of one run are those of finite differences.
+    /// Derivatives with respect to theta, the filter, the levels and the term of one run equal finite differences.
     #[test]
     fn slopes_are_those_of_finite_differences() {
         let records = [noise(6000, 1), noise(4500, 2), noise(5000, 3)];
@@ -175,13 +175,14 @@ mod tests {
             let largest = slope.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for bin in 0..bins.len() {
                 let expected = (up[bin] - down[bin]) / size / spectrum[bin];
-                // A central difference of step 1e-5 is right to 1e-10 of the largest slope, rounding to 1e-9.
+                // A central difference with step 1e-5 has an error of 1e-10 of the largest derivative, and 1e-9 from
+                // rounding.
                 assert!((slope[bin] - expected).abs() < 1e-6 * largest, "{} {expected}", slope[bin]);
             }
         }
     }
 
-    /// The deviance of runs is the sum of their deviances, beside that of the levels.
+    /// The deviance of runs is the sum of their deviances, plus that of the levels.
     #[test]
     fn deviances_are_added() {
         let records = [noise(6000, 1), noise(4500, 2), noise(5000, 3)];

@@ -1,4 +1,4 @@
-//! Which parts a model needs: each has a price in deviance.
+//! Selection of the parts of a model, each of which has a price in deviance.
 
 use crate::likelihood::adequacy::adequacy;
 use crate::likelihood::bins::{Bins, MOST_FILTER};
@@ -12,8 +12,9 @@ use crate::likelihood::slow_lines::{add_lines, prices, without_idle_lines};
 use crate::terms::Term;
 use std::f64::consts::PI;
 
-/// Prices: least falls of the deviance for quantization noise, a coefficient of the filter (and the first), a
-/// Gauss-Markov process, a resonance; and for the last two, and more coefficients, while the model is not adequate.
+/// Prices, the smallest reductions of the deviance, for quantization noise, a coefficient of the filter (and the first), a
+/// Gauss-Markov process and a resonance; then, while the model is not adequate, for a process, a resonance and a
+/// coefficient.
 const QUANTIZATION: f64 = 4.0;
 const COEFFICIENT: f64 = 6.0;
 const FILTER: f64 = 4.0;
@@ -23,34 +24,34 @@ const PROCESS_IF_MISFIT: f64 = 9.0;
 const RESONANCE_IF_MISFIT: f64 = 13.0;
 const COEFFICIENT_IF_MISFIT: f64 = 3.0;
 
-/// Rise of the deviance without a term that is certain, reduction of the price of a process for each such term that it
-/// replaces, and its smallest price.
+/// Rise of the deviance without a term above which the term is certain, reduction of the price of a process per certain
+/// term that it replaces, and smallest price of a process.
 const SURELY: f64 = 6.6;
 const EXCHANGED: f64 = 7.0;
 const LEAST_PRICE: f64 = 2.0;
 
-/// Fall of the deviance from which a resonance that is not worth its price is another explanation, and from which a process is
-/// named as one.
+/// Reduction of the deviance above which a resonance below its price is an alternative explanation, and a process is stated
+/// as one.
 pub(crate) const ALIKE: f64 = 6.0;
 
-/// The same of a process that is joined, at the prices of `intervals`: a full fit gains much more than the first step to it.
+/// The same for a process that is joined, at the prices of `intervals`: a full fit gains much more than its first step.
 const PROCESS_ALIKE: f64 = 0.2;
 
-/// Coefficients of the filter beyond those that are worth their price with which the intervals are joined: with 0, 1 and 2
-/// the interval of the random walk holds the truth in 86, 87 and 92 of 100 records behind a second-order filter.
+/// Number of further coefficients of the filter with which the intervals are joined: with 0, 1 and 2 the interval of the
+/// random walk contains the truth in 86, 87 and 92 of 100 records after a second-order filter.
 const OTHER_ORDERS: usize = 2;
 
-/// Rise of the deviance up to which another shape of the filter is another explanation.
+/// Rise of the deviance up to which another shape of the filter is an alternative explanation.
 const ALIKE_FILTER: f64 = 4.0;
 
-/// P-value below which the selection continues, because the model is not good enough.
+/// P-value below which the selection continues.
 pub(crate) const GOOD: f64 = 0.02;
 
 /// Largest numbers of processes and resonances, and of steps of the selection.
 const MOST_EXTRA: usize = 4;
 const MOST_STEPS: usize = 14;
 
-/// Share of quantization noise in the density at a twentieth of the rate, above which it stays beside a filter.
+/// Share of quantization noise in the density at a twentieth of the rate, above which it remains when a filter is added.
 const BESIDE_FILTER: f64 = 0.2;
 
 /// Number of coefficients that are tested at once.
@@ -58,7 +59,7 @@ const FILTER_TRIES: usize = 4;
 
 /// Parts that may be added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(clippy::struct_excessive_bools)] // one for each thing that may be added
+#[allow(clippy::struct_excessive_bools)] // one flag for each kind of part that may be added
 pub(crate) struct Allowed {
     pub quantization: bool,
     pub filter: bool,
@@ -95,7 +96,7 @@ pub(crate) fn select(start: Fit, bins: &Bins, allowed: Allowed) -> Fit {
         let filtered = !fit.model.filter.is_empty() && bare.model.filter.is_empty();
         fit = with_process(fit, bins);
         if filtered {
-            // A process of a second resembles a filter.
+            // A process with a correlation time of a second resembles a filter.
             let unfiltered = with_process(bare, bins);
             if cost(&unfiltered) < cost(&fit) {
                 fit = unfiltered;
@@ -136,7 +137,7 @@ fn with_filter(fit: Fit, bins: &Bins) -> Fit {
         last = Some(tried);
     }
     let Some((worth, series)) = best else { return fit };
-    // The shapes of sensors' filters are described by few parameters.
+    // Few parameters describe the shapes of sensor filters.
     match best_of_families(&beside_filter(&fit, bins), bins, &fit) {
         Some(found) if fit.deviance - found.deviance - price_of_filter(&found.model) >= worth => found,
         _ => series,
@@ -147,7 +148,7 @@ fn price_of_filter(model: &Model) -> f64 {
     if model.filter.is_empty() { 0.0 } else { FILTER + COEFFICIENT * model.filter.len() as f64 }
 }
 
-/// The model to which a filter is added: quantization noise whose share is small makes room for it.
+/// The model to which a filter is added, without quantization noise if its share is small.
 fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
     match fit.model.index(Term::Quantization) {
         Some(j) if quantization_share(fit, bins, j) < BESIDE_FILTER => fit.model.without(j),
@@ -156,15 +157,16 @@ fn beside_filter(fit: &Fit, bins: &Bins) -> Model {
 }
 
 fn quantization_share(fit: &Fit, bins: &Bins, part: usize) -> f64 {
-    const AT: f64 = 0.05; // of the sampling rate
-    let wanted = AT / bins.record.tau0;
+    const FREQUENCY: f64 = 0.05; // relative to the sampling rate
+    let wanted = FREQUENCY / bins.record.tau0;
     let distance = |i: usize| (bins.frequency[i] - wanted).abs();
     let Some(bin) = (0..bins.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { return 0.0 };
     fit.model.theta[part] * bins.unit(Term::Quantization)[bin] / fit.spectrum[bin]
 }
 
-/// The model with the lines that its mean follows, if they are worth more than what else explains them; and its bins. A line may
-/// stand out of a fit with the terms, which has no processes in its place yet, or of the selected model.
+/// The model with slow lines as regressors of the mean, if they are worth more than other explanations, and its bins. A
+/// line may be visible above a fit with only the terms, which does not yet have processes in its place, or above the
+/// selected model.
 pub(crate) fn select_with_lines<'a>(start: &Fit, bins: Bins<'a>, allowed: Allowed) -> (Fit, Bins<'a>) {
     let plain = select(start.clone(), &bins, allowed);
     let mut best: Option<(f64, Fit, Bins)> = None;
@@ -196,11 +198,11 @@ pub(crate) fn cost(fit: &Fit) -> f64 {
     fit.deviance - fit.restricted + price_of_filter(&fit.model) + of_parts
 }
 
-/// A Gauss-Markov process beside the terms or in place of some, whichever is worth most.
+/// The fit with a Gauss-Markov process in addition to the terms or in place of some, whichever gains most.
 fn with_process(fit: Fit, bins: &Bins) -> Fit {
     let mut chosen: Option<(f64, Fit)> = None;
     for replaced in REPLACED {
-        // A process beside the rate random walk is worth a look whether there is one or not.
+        // A process in addition to the rate random walk is always tested.
         let always = *replaced == [Part::Term(Term::RateRandomWalk)];
         if !always && !replaced.iter().all(|&part| is_needed(&fit, part, bins)) {
             continue;
@@ -220,16 +222,16 @@ fn with_process(fit: Fit, bins: &Bins) -> Fit {
     chosen.map_or(fit, |(_, found)| found)
 }
 
-/// Whether a term is surely there.
+/// Whether a term is certainly present.
 pub(crate) fn is_needed(fit: &Fit, term: Part, bins: &Bins) -> bool {
-    fit.model.index(term).is_some_and(|j| fit.model.theta[j] > 0.0 && fit.loss_of(j, bins).0 > SURELY)
+    fit.model.index(term).is_some_and(|j| fit.model.theta[j] > 0.0 && fit.removal_loss(j, bins).0 > SURELY)
 }
 
 fn smallest_ratio(fit: &Fit, unit: &[f64]) -> f64 {
     fit.spectrum.iter().zip(unit).map(|(s, c)| s / c).fold(f64::INFINITY, f64::min)
 }
 
-/// The addition that gains most beyond its price, refitted.
+/// The refitted model with the addition that gains most beyond its price.
 fn best_addition(
     fit: &Fit,
     bins: &Bins,
@@ -276,7 +278,7 @@ fn best_addition(
     let mut ranked: Vec<(f64, Addition)> =
         worth.into_iter().map(|(g, a)| (g - price(a), a)).filter(|(g, _)| *g > 0.0).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // A filter first: a wide resonance can mimic one.
+    // A filter is tested first, because a wide resonance can resemble one.
     let simple = |a: &(f64, Addition)| matches!(a.1, Addition::Filter(count) if count <= FILTER_TRIES);
     if let Some(k) = ranked.iter().position(simple) {
         if ranked[k].0 > 0.2 * ranked[0].0 {
@@ -309,7 +311,7 @@ fn best_addition(
     best.map(|(_, fit, addition)| (fit, addition))
 }
 
-/// The deviance to compare with, and the fit with the addition.
+/// The deviance for the comparison, and the fit with the addition.
 fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
     match addition {
         Addition::Filter(count) => {
@@ -332,7 +334,7 @@ fn added(fit: &Fit, bins: &Bins, addition: Addition) -> (f64, Fit) {
     }
 }
 
-/// Backwards: the filter, where a process that was added later does the same.
+/// Backward step: removes the filter if a process that was added later has the same effect.
 fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     if fit.model.filter.is_empty() || extra(&fit.model) == 0 {
         return fit;
@@ -346,11 +348,11 @@ fn without_filter(fit: Fit, bins: &Bins, allowed: Allowed) -> Fit {
     if without.deviance - fit.deviance < price_of_filter(&fit.model) { without } else { fit }
 }
 
-/// Backwards: processes and resonances that are not worth their price any more.
+/// Backward step: removes processes and resonances that are no longer worth their price.
 fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
     loop {
         let loss = |j: usize| {
-            let (loss, without) = fit.loss_of(j, bins);
+            let (loss, without) = fit.removal_loss(j, bins);
             let price = match fit.model.parts[j] {
                 Part::GaussMarkov { .. } => PROCESS_IF_MISFIT,
                 _ => RESONANCE_IF_MISFIT,
@@ -365,8 +367,8 @@ fn without_idle(mut fit: Fit, bins: &Bins) -> Fit {
     }
 }
 
-/// Other explanations that are nearly as good: with the best process or resonance that is not worth its price, without one
-/// that is hardly worth it, and with a filter of more coefficients. A weak process matters where slow terms are observed.
+/// Alternative explanations that are nearly as good: with the best process or resonance below its price, without one just
+/// above its price, and with a filter of more coefficients. A weak process matters if slow terms are observed.
 pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, shows_slow: bool) -> Vec<Fit> {
     let mut found = Vec::new();
     if extra(&fit.model) < MOST_EXTRA {
@@ -392,12 +394,12 @@ pub(crate) fn second_explanations(fit: &Fit, bins: &Bins, allowed: Allowed, show
         }
     }
     found.extend(process_like_filter(fit, bins, allowed));
-    let losses = fit.model.processes().map(|j| fit.loss_of(j, bins));
+    let losses = fit.model.processes().map(|j| fit.removal_loss(j, bins));
     found.extend(losses.filter(|(loss, _)| *loss < PROCESS).map(|(_, without)| without));
     found
 }
 
-/// The fit with a process in the place of a filter of first order, if white noise is seen beside it.
+/// The fit with a process in place of a first-order filter, if other white noise is visible.
 fn process_like_filter(fit: &Fit, bins: &Bins, allowed: Allowed) -> Option<Fit> {
     let corner = fit.model.family?.corner_of_first_order(&fit.model.filter)?;
     let walk = fit.model.index(Term::RandomWalk).filter(|_| allowed.processes)?;

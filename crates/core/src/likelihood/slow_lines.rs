@@ -1,6 +1,6 @@
-//! Slow lines: sinusoids below the band of the periodogram, which the mean follows.
+//! Slow lines: sinusoids below the band of the periodogram, which are regressors of the mean.
 //!
-//! Cosine and sine are regressors of the modes, so that a line may be anywhere between them: their sums are exact.
+//! Cosine and sine are regressors of the modes, with exact sums, so that a line may be anywhere between modes.
 
 use crate::likelihood::bins::{Bins, Regressor};
 use crate::likelihood::drifts::gain_of;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Probability of a false line in an octave of frequency, if the density is known.
 const FALSE_ALARM: f64 = 1e-4;
 
-/// The same for a line at a multiple of another line's frequency, and the highest multiple.
+/// The same for a line at a multiple of the frequency of another line, and the highest multiple.
 const FALSE_HARMONIC: f64 = 3e-3;
 const MOST_HARMONICS: f64 = 7.0;
 
@@ -25,30 +25,32 @@ const MOST_HARMONICS: f64 = 7.0;
 const MOST_LINES: usize = 8;
 const MOST_CANDIDATES: usize = 3;
 
-/// Share of the price that the squares of three modes over their densities exceed where a line may be, less 3. They take at least
-/// 0.8 of its squares; among the lowest modes, the density of a fit without the line is too high.
+/// Share of the price that the squares of three modes over their densities, minus 3, exceed where a line may be. Three
+/// modes have at least 0.8 of the squares of a line; among the lowest modes, the density of a fit without the line is too
+/// high.
 const WORTH_A_FIT: f64 = 0.7;
 const WORTH_A_FIT_BELOW: f64 = 0.5;
 const LOWEST: usize = 48;
 
-/// Modes on either side of a peak from which its frequency is found, and steps of the search in modes.
+/// Number of modes on either side of a peak that determine its frequency, and steps and width of the search, in modes.
 const WINDOW: usize = 24;
 const STEPS_OF_SEARCH: usize = 17;
 const WIDTH_OF_SEARCH: f64 = 2.0;
 
-/// Steps of the frequency by least squares, the longest in cycles of the record, and the change for a derivative.
+/// Number of least-squares steps of the frequency, longest step in cycles of the record, and change for a derivative.
 const STEPS: usize = 4;
 const LONGEST_STEP: f64 = 0.25;
 const DIFFERENCE: f64 = 1e-3;
 
-/// Modes on either side of a line that it leaves at the density of the noise, and the probability that they exceed it by chance.
+/// Number of modes on either side of a line that must remain at the density of the noise, and probability that they exceed
+/// it by chance.
 const FOOT: usize = 8;
 const WANDERING: f64 = 1e-3;
 
 /// Share of its price that a line must gain in a complete model.
 const IDLE_SHARE: f64 = 0.8;
 
-/// Least fall of the deviance for a line at a frequency: the chance is the same in every octave.
+/// Smallest reduction of the deviance for a line at a frequency; the false-alarm probability is the same in each octave.
 fn price(frequency: f64, fit: &Fit, bins: &Bins) -> f64 {
     let cycles = (2.0 * frequency * bins.record.duration()).max(2.0);
     if is_harmonic(frequency, fit, bins) {
@@ -57,7 +59,7 @@ fn price(frequency: f64, fit: &Fit, bins: &Bins) -> f64 {
     2.0 * (cycles / FALSE_ALARM).ln()
 }
 
-/// Whether a frequency is a multiple of that of a line of a fit, as well as the record can tell.
+/// Whether a frequency is, within the resolution of the record, a multiple of that of a line of a fit.
 fn is_harmonic(frequency: f64, fit: &Fit, bins: &Bins) -> bool {
     let resolution = 0.5 / bins.record.duration();
     frequencies(&fit.model, bins).any(|base| {
@@ -77,7 +79,7 @@ fn cosines<'a>(model: &'a Model, bins: &'a Bins) -> impl Iterator<Item = usize> 
     model.regressors.iter().copied().filter(is_cosine)
 }
 
-/// The lines that lower the deviance of a fit by more than their prices, one after the other; whether there are any.
+/// Adds the lines that reduce the deviance of a fit by more than their prices, one by one; returns whether there are any.
 pub(crate) fn add_lines(fit: &mut Fit, bins: &mut Bins) -> bool {
     let mut added = false;
     while cosines(&fit.model, bins).count() < MOST_LINES {
@@ -93,7 +95,7 @@ pub(crate) fn add_lines(fit: &mut Fit, bins: &mut Bins) -> bool {
     added
 }
 
-/// Whether the last line of a fit explains what stands out around it; a line that wanders is noise of a band, or several lines.
+/// Whether the last line of a fit explains the peak around it; a drifting line is narrow-band noise or several lines.
 fn is_steady(fit: &Fit, bins: &Bins) -> bool {
     let Some(frequency) = frequencies(&fit.model, bins).last() else { return true };
     let peaks = Peaks::of(fit, bins);
@@ -102,7 +104,7 @@ fn is_steady(fit: &Fit, bins: &Bins) -> bool {
     around.iter().sum::<f64>() < chi2_quantile_above(WANDERING, around.len() as f64)
 }
 
-/// The fit without lines that it does not need.
+/// Removes the lines that a fit does not need.
 pub(crate) fn without_idle_lines(fit: &mut Fit, bins: &Bins) {
     loop {
         let tried = cosines(&fit.model, bins).map(|cosine| {
@@ -139,7 +141,7 @@ pub(crate) fn with_line<'a>(fit: &Fit, bins: &Bins<'a>, frequency: f64) -> (Fit,
     (fitted, with)
 }
 
-/// The bins with the cosine and the sine of a line from the regressor `cosine` on.
+/// The bins with the cosine and the sine of a line as the regressors `cosine` and `cosine` + 1.
 fn with_curves<'a>(bins: &Bins<'a>, cosine: usize, frequency: f64) -> Bins<'a> {
     let mut all = bins.regressors.to_vec();
     all.truncate(cosine);
@@ -152,12 +154,12 @@ fn with_curves<'a>(bins: &Bins<'a>, cosine: usize, frequency: f64) -> Bins<'a> {
     with
 }
 
-/// The line at its best frequency, by steps of least squares.
+/// Moves a line to its best frequency, by steps of least squares.
 fn refine(fit: &mut Fit, bins: &mut Bins, cosine: usize) {
     let mut frequency = bins.regressors[cosine].line.unwrap_or(0.0);
-    let limits = limits_of(bins.record);
+    let limits = frequency_limits(bins.record);
     for _ in 0..STEPS {
-        let Some((step, error)) = step_of(fit, bins, cosine) else { return };
+        let Some((step, error)) = frequency_step(fit, bins, cosine) else { return };
         let longest = LONGEST_STEP / bins.record.duration();
         frequency = (frequency + step.clamp(-longest, longest)).clamp(limits.0, limits.1);
         let with = with_curves(bins, cosine, frequency);
@@ -173,18 +175,18 @@ fn refine(fit: &mut Fit, bins: &mut Bins, cosine: usize) {
 }
 
 /// Lowest and highest frequency of a slow line: a cycle in the record, and the end of the modes. \[Hz\]
-fn limits_of(record: &Summary) -> (f64, f64) {
+fn frequency_limits(record: &Summary) -> (f64, f64) {
     (1.0 / record.duration(), record.mode_frequency(record.low_modes().max(1)))
 }
 
 /// Change of the frequency of a line by least squares, and its standard error. \[Hz\]
-fn step_of(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(f64, f64)> {
+fn frequency_step(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(f64, f64)> {
     let (beta, covariance, used) = with_slope(fit, bins, cosine)?;
     let last = used - 1;
     Some((beta[last], covariance.get(last, last).max(0.0).sqrt()))
 }
 
-/// Coefficients and covariance of all regressors and of a change of the frequency of a line, which comes last; and their number.
+/// Coefficients and covariance of all regressors and, last, of a change of the frequency of a line; and their number.
 fn with_slope(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(Vec<f64>, Symmetric, usize)> {
     let frequency = bins.regressors[cosine].line?;
     let at = fit.model.regressors.iter().position(|&k| k == cosine)?;
@@ -204,7 +206,7 @@ fn with_slope(fit: &Fit, bins: &Bins, cosine: usize) -> Option<(Vec<f64>, Symmet
     Some((fitted.beta, fitted.covariance, used.len()))
 }
 
-/// The lines of a fit, with the errors of amplitude and frequency together.
+/// The lines of a fit, with joint errors of amplitude and frequency.
 pub(crate) fn slow_lines(fit: &Fit, bins: &Bins) -> Vec<SlowLine> {
     let line = |cosine: usize| {
         let (_, covariance, count) = with_slope(fit, bins, cosine)?;
@@ -225,7 +227,7 @@ pub(crate) fn slow_lines(fit: &Fit, bins: &Bins) -> Vec<SlowLine> {
     cosines(&fit.model, bins).filter_map(line).collect()
 }
 
-/// Frequencies at which the modes stand out of a fit most: the best ones near the highest peaks. \[Hz\]
+/// Frequencies at which the modes exceed a fit most: the best frequencies near the highest peaks. \[Hz\]
 fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     let peaks = Peaks::of(fit, bins);
     let share = |i: usize| if peaks.mode[i] < LOWEST { WORTH_A_FIT_BELOW } else { WORTH_A_FIT };
@@ -244,9 +246,9 @@ fn candidates(fit: &Fit, bins: &Bins) -> Vec<f64> {
     chosen.into_iter().map(|i| peaks.best_frequency(i, bins.record)).collect()
 }
 
-/// What a fit leaves of the modes.
+/// Residuals of the modes after a fit.
 struct Peaks {
-    /// Numbers of the modes, less 1.
+    /// Numbers of the modes, minus 1.
     mode: Vec<usize>,
     /// \[Hz\]
     frequency: Vec<f64>,
@@ -279,9 +281,9 @@ impl Peaks {
         peaks
     }
 
-    /// The frequency near a peak at which a line takes most from the modes around it.
+    /// The frequency near a peak at which a line explains most of the neighbouring modes.
     fn best_frequency(&self, peak: usize, record: &Summary) -> f64 {
-        let (low, high) = limits_of(record);
+        let (low, high) = frequency_limits(record);
         let spacing = 0.5 / record.duration();
         let from = peak.saturating_sub(WINDOW);
         let to = (peak + WINDOW + 1).min(self.mode.len());
@@ -320,7 +322,7 @@ mod tests {
 
     const TAU0: f64 = 0.5;
 
-    /// White noise by a linear congruential generator, of standard deviation 1 in sum over twelve numbers.
+    /// White noise with standard deviation 1, as sums of twelve numbers of a linear congruential generator.
     fn white(count: usize) -> Vec<f64> {
         let mut state = 12_345_u64;
         let mut next = move || {
@@ -368,7 +370,7 @@ mod tests {
                 .fit(&bins);
         assert!(add_lines(&mut fit, &mut bins));
         let [line] = slow_lines(&fit, &bins)[..] else { panic!("one line") };
-        // Of a sinusoid in white noise: √(2/n) of the noise, and √6 over π T √(n/2) of the ratio.
+        // For a sinusoid in white noise: √(2/n) times the noise, and √6 / (π T √(n/2)) over the ratio.
         let expected = (2.0 / count as f64).sqrt();
         assert!((line.amplitude_error / expected - 1.0).abs() < 0.1, "{line:?}");
         assert!((line.amplitude - amplitude).abs() < 4.0 * expected, "{line:?}");

@@ -8,11 +8,12 @@ use crate::likelihood::running_mean::{RunningMean, tapered};
 use crate::terms::Term;
 use std::borrow::Cow;
 
-/// Change of a number of a filter of known shape for its derivative, and the least ln |H|² that is told from 0.
+/// Change of a parameter of a filter of known shape for its derivative, and the smallest ln |H|² that differs from |H|² =
+/// 0.
 const SHIFT: f64 = 0.005;
 const LEAST_LOG_POWER: f64 = -60.0;
 
-/// Share of the median density that is added, so that a model of nothing has a likelihood.
+/// Share of the median density that is added, so that an empty model has a likelihood.
 const FLOOR: f64 = 1e-9;
 
 /// Relative change of a shape for its derivative; change of an exponent.
@@ -27,10 +28,10 @@ impl Model {
         if let Some(family) = self.family {
             return Some(responses(family.shape(&self.filter), bins));
         }
-        let of = |cosines: &[Vec<f64>], of_mean: &dyn Fn(RunningMean, usize) -> f64| {
+        let response = |cosines: &[Vec<f64>], log_mean: &dyn Fn(RunningMean, usize) -> f64| {
             let mut sum = vec![0.0; cosines[0].len()];
             if let Some(mean) = self.mean {
-                sum.iter_mut().enumerate().for_each(|(i, s)| *s = of_mean(mean, i));
+                sum.iter_mut().enumerate().for_each(|(i, s)| *s = log_mean(mean, i));
             }
             for (a, cosine) in self.filter.iter().zip(cosines) {
                 sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += a * c);
@@ -41,16 +42,17 @@ impl Model {
             sum
         };
         let spacing = bins.record.frequency(1);
-        let low = of(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
-        let high = of(&bins.cosines_high, &|mean, i| {
+        let low =
+            response(&bins.cosines_low, &|mean, i| bins.mean_of_modes(i, |f| mean.log_power(f).exp()).ln());
+        let high = response(&bins.cosines_high, &|mean, i| {
             let f = bins.fine_points[i].frequency;
-            // With missing samples, what the taper shares is in the matrix.
+            // With missing samples, the matrix includes the smearing by the taper.
             if bins.leaks() { mean.log_power(f) } else { mean.log_measured_power(f, spacing) }
         });
         Some((low, high))
     }
 
-    /// Slopes of ln |H|² by the numbers of the filter, at the low bins and at the points.
+    /// Derivatives of ln |H|² with respect to the parameters of the filter, at the low bins and at the points.
     fn slopes_of_filter<'a>(&self, bins: &'a Bins) -> Vec<[Cow<'a, [f64]>; 2]> {
         let Some(family) = self.family else {
             return (0..self.filter.len())
@@ -101,7 +103,7 @@ impl Model {
         self.evaluate(bins, false).0
     }
 
-    /// Expected densities, and (if asked for) their logarithmic derivatives by theta, filter and shapes.
+    /// Expected densities and, if requested, their logarithmic derivatives with respect to theta, filter and shapes.
     pub(crate) fn evaluate(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
         if !bins.runs.is_empty() {
             return self.evaluate_runs(bins, derivatives);
@@ -165,7 +167,7 @@ impl Model {
         (total, columns)
     }
 
-    /// The same with missing samples: the matrix takes what it can in one product.
+    /// [`Self::evaluate`] with missing samples: one product with the matrix converts all unfiltered parts together.
     fn evaluate_masked(&self, bins: &Bins, derivatives: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
         let response = self.response(bins).map(|(_, high)| high);
         let mut total = vec![FLOOR * bins.scale; bins.len()];
@@ -178,7 +180,7 @@ impl Model {
             let response = response.as_ref().filter(|_| self.filters(part));
             match (column_of_term, response) {
                 (Some(column), Some(response)) => {
-                    // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
+                    // Change by the filter in each cell; 0 at the frequency 0, where a term may be infinite.
                     for ((s, f), (c, h)) in
                         seen.iter_mut().zip(&mut filtered).zip(column.high.iter().zip(response))
                     {
@@ -239,7 +241,7 @@ impl Model {
 }
 
 impl Model {
-    /// Interval of the cosines of the filter; of a known shape, that of the samples. \[s\]
+    /// Interval of the cosines of the filter; for a known shape, the sample interval. \[s\]
     pub(crate) fn interval(&self, bins: &Bins) -> f64 {
         let spacing = if self.family.is_some() { 1 } else { bins.spacing };
         spacing as f64 * bins.record.tau0
@@ -249,19 +251,19 @@ impl Model {
     pub(crate) fn density(&self, f: f64, bins: &Bins) -> f64 {
         let record = bins.record;
         let point = FinePoint::new(f, record.tau0, record.segment);
-        let of_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
-        let response = self.response_at(f, self.interval(bins)) * of_mean.exp();
-        let of = |(&part, &theta): (&Part, &f64)| {
+        let log_mean = self.mean.map_or(0.0, |mean| mean.log_tapered_power(f, record.frequency(1)));
+        let response = self.response_at(f, self.interval(bins)) * log_mean.exp();
+        let filtered = |(&part, &theta): (&Part, &f64)| {
             let density = theta * point.density(part, record.tau0);
             match part {
                 Part::Term(Term::Quantization) if record.masked.is_none() => {
-                    density + theta * bins.of_mirror(f)
+                    density + theta * bins.mirrored_density(f)
                 }
                 _ if self.filters(part) => density * response,
                 _ => density,
             }
         };
-        self.parts.iter().zip(&self.theta).map(of).sum()
+        self.parts.iter().zip(&self.theta).map(filtered).sum()
     }
 }
 
@@ -270,23 +272,23 @@ fn responses(shape: filter_shapes::Shape, bins: &Bins) -> (Vec<f64>, Vec<f64>) {
     let (tau0, spacing, zeros) = (bins.record.tau0, bins.record.frequency(1), shape.has_zeros());
     let response = shape.response();
     let power = |f: f64| response.log_power(f * tau0).max(LEAST_LOG_POWER).exp();
-    let of_mode = |bin: usize| {
+    let mode_power = |bin: usize| {
         if zeros { bins.mean_of_modes(bin, power) } else { power(bins.frequency[bin]) }
     };
-    let of_point = |point: &FinePoint| {
-        // With missing samples, what the taper shares is in the matrix.
+    let point_power = |point: &FinePoint| {
+        // With missing samples, the matrix includes the smearing by the taper.
         if zeros && !bins.leaks() { tapered(power, point.frequency, spacing) } else { power(point.frequency) }
     };
-    ((0..bins.low).map(of_mode).collect(), bins.fine_points.iter().map(of_point).collect())
+    ((0..bins.low).map(mode_power).collect(), bins.fine_points.iter().map(point_power).collect())
 }
 
 fn add(sum: &mut [f64], x: &[f64], factor: f64) {
     sum.iter_mut().zip(x).for_each(|(s, x)| *s += factor * x);
 }
 
-/// A part with a shape a little larger and a little smaller, and the difference in the parameter that is fitted.
+/// A part with a slightly larger and a slightly smaller shape parameter, and the difference in the fitted parameter.
 fn neighbours(part: Part, shape: Shape) -> (Part, Part, f64) {
-    const SHIFT: f64 = 0.05; // of the width
+    const SHIFT: f64 = 0.05; // relative to the width
     let up = 1.0 + DIFFERENCE;
     let log = 2.0 * up.ln();
     match (part, shape) {

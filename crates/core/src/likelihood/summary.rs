@@ -3,7 +3,7 @@
 use crate::likelihood::masked::Masked;
 use std::sync::Arc;
 
-/// Modes are used up to this share of the number of coarse blocks.
+/// Number of coarse blocks per used mode.
 pub(crate) const MODES: usize = 8;
 
 /// Smallest number of samples in a record that can be summarised.
@@ -24,13 +24,13 @@ pub struct Summary {
     pub segment: usize,
     /// Mean of the blocks.
     pub mean: f64,
-    /// Excess kurtosis of the samples: twice that of their differences.
+    /// Excess kurtosis of the samples, computed as twice that of their differences.
     pub kurtosis: f64,
     /// Cosine modes 1, 2 … of the block means, times the root of the block's length: their squares are densities.
     pub modes: Vec<f64>,
     /// Mean density of all segments at k / (segment · tau0).
     pub density: Vec<f64>,
-    /// The same for each eighth of the segments, one after the other.
+    /// Mean densities of each eighth of the segments, in order.
     pub parts: Vec<Vec<f64>>,
     /// Sums for a record with missing samples, whose modes are not cosines.
     pub(crate) masked: Option<Arc<Masked>>,
@@ -64,7 +64,7 @@ impl Summary {
         self.masked.as_ref().map_or(self.samples, |masked| masked.present())
     }
 
-    /// Times of the centres of the blocks, from the first sample, at which curves are given. \[s\]
+    /// Times of the centres of the blocks after the first sample, at which curves are given. \[s\]
     #[must_use]
     pub fn centres(&self) -> Vec<f64> {
         let length = self.block_length();

@@ -1,11 +1,11 @@
-//! Segments of a record: their tapers and lengths, and how many spectra are kept apart.
+//! Segments of a record: their tapers and lengths, and the number of separate spectra.
 
 use std::f64::consts::PI;
 
-/// Parts of the record whose spectra are kept apart, to see whether the noise level changes.
+/// Number of parts of the record with separate spectra, which show whether the white noise changes.
 pub(crate) const PARTS: usize = 8;
 
-/// Hann's taper, the sum of its squares being 1.
+/// Hann's taper, normalised so that the sum of its squares is 1.
 pub(crate) fn hann(length: usize) -> Vec<f64> {
     let mut taper: Vec<f64> =
         (0..length).map(|i| (PI * (i as f64 + 0.5) / length as f64).sin().powi(2)).collect();
@@ -16,7 +16,7 @@ pub(crate) fn hann(length: usize) -> Vec<f64> {
     taper
 }
 
-/// The smallest length ≥ `least` without a prime factor above 5, and even.
+/// The smallest even length ≥ `least` without a prime factor above 5.
 pub(crate) fn smooth(least: usize) -> usize {
     let mut n = least + least % 2;
     loop {

@@ -1,5 +1,4 @@
-//! The white level along the record: its mean in each eighth, over bins that are weighted by their information about the
-//! level.
+//! White noise along the record: its mean in each eighth, over bins that are weighted by their information on it.
 
 use crate::likelihood::bins::Bins;
 use crate::likelihood::fit::Fit;
@@ -11,7 +10,7 @@ use crate::terms::Term;
 /// Smallest share of samples in an eighth of the record for it to be used.
 const LEAST_PART: f64 = 0.2;
 
-/// The white level of each eighth that has samples; empty if the model has no random walk.
+/// White noise of each eighth that has samples; empty if the model has no random walk.
 pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLevel> {
     let Some(j) = fit.model.index(Term::RandomWalk).filter(|&j| fit.model.theta[j] > 0.0) else {
         return Vec::new();
@@ -28,11 +27,11 @@ pub(crate) fn white_levels(fit: &Fit, bins: &Bins, tails: Tails) -> Vec<WhiteLev
     for w in &mut weights {
         *w /= sum;
     }
-    // In a record with missing samples, each part counts by its share of the samples.
+    // In a record with missing samples, the weight of a part is its share of the samples.
     let shares = bins.record.masked.as_ref().map_or([1.0 / PARTS as f64; PARTS], |masked| masked.parts());
-    let of_bins: f64 =
+    let bin_sum: f64 =
         (0..weights.len()).map(|i| 2.0 * weights[i].powi(2) / (bins.freedom[low + i] / PARTS as f64)).sum();
-    let chance = of_bins + PARTS as f64 * tails.heavy() / tails.present as f64;
+    let chance = bin_sum + PARTS as f64 * tails.heavy() / tails.present as f64;
     let all = bins.parts();
     (0..PARTS)
         .filter(|&p| shares[p] * PARTS as f64 > LEAST_PART)

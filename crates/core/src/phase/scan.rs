@@ -1,21 +1,21 @@
-//! Running sums of groups of samples: the same additions in the same order, on vectors or without.
+//! Running sums of groups of samples: the same additions in the same order, with or without vectors.
 
 use crate::compensated::Sum;
 
-/// Samples that are summed plainly, before the sum goes on with its rounding errors.
+/// Number of samples that are summed plainly; sums over groups keep their rounding errors.
 pub(super) const GROUP: usize = 16;
 
 const LANES: usize = 4;
 
-/// What a piece of samples has come to.
+/// Result of a piece of samples.
 pub(super) struct Piece {
-    /// Largest magnitude of a sample; a NaN is passed over, and shows in the sum.
+    /// Largest magnitude of a sample; a NaN is ignored here, but makes the sum NaN.
     pub(super) largest: f64,
     /// Sum of the points.
     pub(super) area: f64,
 }
 
-/// Vectors of four, and what is done with them.
+/// Vectors of four numbers, and their operations.
 pub(super) trait Vectors: Copy {
     type Vector: Copy;
     fn splat(self, value: f64) -> Self::Vector;
@@ -23,17 +23,17 @@ pub(super) trait Vectors: Copy {
     fn store(self, vector: Self::Vector) -> [f64; LANES];
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn subtract(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// The larger of the first and the magnitude of the second; the first beside a NaN.
+    /// The larger of `so_far` and the magnitude of `value`; `so_far` if `value` is NaN.
     fn larger(self, so_far: Self::Vector, value: Self::Vector) -> Self::Vector;
-    /// Four of the eight values of two vectors: the last of the first one, and those that follow.
-    fn by_one(self, before: Self::Vector, these: Self::Vector) -> Self::Vector;
-    /// The same from the last but one.
+    /// Four of the eight values of two vectors, beginning with the last value of the first vector.
+    fn shifted(self, before: Self::Vector, these: Self::Vector) -> Self::Vector;
+    /// The same, beginning with the last but one.
     fn by_two(self, before: Self::Vector, these: Self::Vector) -> Self::Vector;
 }
 
-/// The points of a piece that begins at `height`, which goes on to its end; one point for each sample, before it is added.
+/// The points of a piece that begins at `height`, which is advanced to its end; each sample has the point before it.
 #[inline(always)]
-#[allow(clippy::inline_always)] // Into a function that is compiled for wide vectors.
+#[allow(clippy::inline_always)] // Inlined into a function that is compiled for wide vectors.
 pub(super) fn sum_piece<S: Vectors>(
     simd: S,
     rate: &[f64],
@@ -58,7 +58,7 @@ pub(super) fn sum_piece<S: Vectors>(
         // Each step doubles the number of samples that a sum covers.
         let before = [zero, sums[0], sums[1], sums[2]];
         for (sum, before) in sums.iter_mut().zip(before) {
-            *sum = simd.add(*sum, simd.by_one(before, *sum));
+            *sum = simd.add(*sum, simd.shifted(before, *sum));
         }
         let before = [zero, sums[0], sums[1], sums[2]];
         for (sum, before) in sums.iter_mut().zip(before) {
@@ -68,7 +68,7 @@ pub(super) fn sum_piece<S: Vectors>(
         let (b, c, d) = (simd.add(b, a), simd.add(c, b), simd.add(d, c));
         let (c, d) = (simd.add(c, a), simd.add(d, b));
         let base = simd.splat(height.value());
-        let before = [simd.by_one(zero, a), simd.by_one(a, b), simd.by_one(b, c), simd.by_one(c, d)];
+        let before = [simd.shifted(zero, a), simd.shifted(a, b), simd.shifted(b, c), simd.shifted(c, d)];
         for ((points, area), before) in points.iter_mut().zip(&mut areas).zip(before) {
             let point = simd.add(base, before);
             *points = simd.store(point);
@@ -89,12 +89,12 @@ pub(super) fn sum_piece<S: Vectors>(
     piece
 }
 
-/// For every processor.
+/// Vectors for any processor.
 #[derive(Clone, Copy)]
 pub(super) struct Plain;
 
 #[inline(always)]
-#[allow(clippy::inline_always)] // A few instructions each, as all below.
+#[allow(clippy::inline_always)] // These functions are a few instructions each.
 fn each(f: impl Fn(usize) -> f64) -> [f64; LANES] {
     std::array::from_fn(f)
 }
@@ -134,7 +134,7 @@ impl Vectors for Plain {
     }
 
     #[inline(always)]
-    fn by_one(self, before: [f64; LANES], these: [f64; LANES]) -> [f64; LANES] {
+    fn shifted(self, before: [f64; LANES], these: [f64; LANES]) -> [f64; LANES] {
         [before[3], these[0], these[1], these[2]]
     }
 
@@ -144,7 +144,7 @@ impl Vectors for Plain {
     }
 }
 
-/// With AVX2: the compiler does not find the shuffles by itself.
+/// Vectors with AVX2, because the compiler does not generate the shuffles.
 #[cfg(target_arch = "x86_64")]
 #[allow(clippy::inline_always)]
 impl Vectors for pulp::x86::V3 {
@@ -178,12 +178,12 @@ impl Vectors for pulp::x86::V3 {
     #[inline(always)]
     fn larger(self, so_far: Self::Vector, value: Self::Vector) -> Self::Vector {
         let magnitude = self.avx._mm256_andnot_pd(self.splat(-0.0), value);
-        // Beside a NaN, the second one.
+        // The instruction returns the second operand if one is NaN.
         self.avx._mm256_max_pd(magnitude, so_far)
     }
 
     #[inline(always)]
-    fn by_one(self, before: Self::Vector, these: Self::Vector) -> Self::Vector {
+    fn shifted(self, before: Self::Vector, these: Self::Vector) -> Self::Vector {
         self.avx._mm256_shuffle_pd::<0b0101>(self.by_two(before, these), these)
     }
 

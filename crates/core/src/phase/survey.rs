@@ -1,11 +1,11 @@
-//! A look at a record before it is summed: at what rate, and how near to it the rates stay.
+//! Survey of a record before it is summed: its mean rate, and the scatter about it.
 
-/// Most phase points per anchor, and fewest: between them lies what a record needs, see `Survey`.
+/// Largest number of phase points per anchor; see `Survey` for the choice.
 pub const LONGEST_BLOCK: usize = 131_072;
-/// See [`LONGEST_BLOCK`].
+/// Smallest number of phase points per anchor.
 pub const SHORTEST_BLOCK: usize = 2048;
 
-/// What has to be known of a record before it is summed.
+/// Properties of a record that its summation needs.
 pub(super) struct Survey {
     /// Approximate mean rate. A constant rate has no effect on any difference, so that its rounding does not matter.
     pub(super) slope: f64,
@@ -13,14 +13,14 @@ pub(super) struct Survey {
     pub(super) block: usize,
 }
 
-/// Distance of the samples that a survey examines, each together with the next one.
+/// Distance of the samples that a survey examines, each with the next sample.
 const SURVEYED: usize = 64;
 
 impl Survey {
-    /// A point is rounded at its height above its anchor. With rates that wander by w (rms) and change by d from sample
-    /// to sample, points of a block of L reach a height of L·w, and the second differences of single samples, which are
-    /// of the size of d, carry errors of √6 · 2⁻⁵³/√3 · L·w. Those are independent: the mean of N squares is off by
-    /// twice that over d√N, relatively. L is chosen to keep this below 10⁻¹³.
+    /// The rounding error of a point is proportional to its height above its anchor. For rates with an rms deviation w and
+    /// an rms change d from sample to sample, the points of a block of L reach a height of L·w. The second differences of
+    /// single samples, of the order of d, then have errors of √6 · 2⁻⁵³/√3 · L·w. These are independent, so the relative
+    /// error of the mean of N squares is twice that over d√N. L is chosen to keep it below 10⁻¹³.
     pub(super) fn of(rate: &[f64]) -> Self {
         let Some(&first) = rate.first() else {
             return Self { slope: 0.0, block: LONGEST_BLOCK };

@@ -1,7 +1,7 @@
 //! One stage of a stream: the sums for cluster sizes up to [`LARGEST`] of its samples, and the groups for the next stage.
 //!
-//! A stage holds back its last samples until all the points that their differences need have come. What it hands on are
-//! sums of [`GROUP`] samples, less an origin that keeps them small: the Allan variance does not see a constant rate.
+//! A stage stores its last samples until all points of their differences have arrived. It passes on sums of [`GROUP`]
+//! samples minus an origin, which keeps them small; a constant rate has no effect on the Allan variance.
 
 use crate::allan::Estimate;
 use crate::compensated::Sum;
@@ -14,16 +14,17 @@ mod state;
 /// Largest cluster of a stage, in its samples.
 pub const LARGEST: usize = 4096;
 
-/// Samples that make one of the next stage.
+/// Number of samples per sample of the next stage.
 pub const GROUP: usize = 64;
 
-/// Starts that are summed at a time. Each time, 2·[`LARGEST`] points are summed again that will be needed once more.
+/// Number of starts that are summed at a time. Each time, 2·[`LARGEST`] further points are summed, which are summed again
+/// the next time.
 const STARTS: usize = 1 << 16;
 
-/// Samples on both sides of a start that a difference can reach.
+/// Number of samples on both sides of a start that a difference can reach.
 const REACH: usize = 2 * LARGEST;
 
-/// Sums of groups are larger than the samples of a record may be; their squares can still be summed.
+/// Largest sum of a group, which may exceed the largest sample; the sum of its squares does not overflow.
 const LARGEST_SAMPLE: f64 = 1e142;
 
 /// One size of a snapshot.
@@ -31,7 +32,7 @@ const LARGEST_SAMPLE: f64 = 1e142;
 pub struct Strided {
     /// Allan variance and number of terms.
     pub estimate: Estimate,
-    /// Starts are multiples of this many samples; 1 for every start.
+    /// Starts are multiples of this number of samples; 1 for every start.
     pub stride: usize,
 }
 
@@ -52,25 +53,25 @@ impl Part {
 /// One stage.
 #[derive(Debug, Clone)]
 pub(super) struct Level {
-    /// Samples of the record in one of this stage.
+    /// Number of samples of the record per sample of this stage.
     stride: usize,
     /// Index of the first sample, in samples of this stage.
     start: u64,
     count: u64,
     squares: Squares,
-    /// Sums of squared differences of the starts that are done, by size.
+    /// Sums of squared differences of the finished starts, by size.
     totals: Vec<Sum>,
-    /// The first samples, [`REACH`] at most: what a merge with the stretch before needs.
+    /// The first samples, at most [`REACH`], for a merge with the previous stretch.
     head: Vec<f64>,
-    /// Samples from the first start that is not done.
+    /// Samples from the first unfinished start.
     pending: Vec<f64>,
-    /// Starts done.
+    /// Number of finished starts.
     done: u64,
-    /// Taken off before samples are grouped: the first one.
+    /// Origin that is subtracted before samples are grouped: the first sample.
     origin: Option<f64>,
     /// Samples before the first group that begins in this stretch.
     lead: Part,
-    /// Samples after the last group that is complete.
+    /// Samples after the last complete group.
     trail: Part,
     next: Option<Box<Level>>,
     /// Memory for the phase.
@@ -78,12 +79,12 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// The first stage for sorted sizes in samples of the record, and those behind it.
+    /// The first stage for sorted sizes in samples of the record, and the following stages.
     pub(super) fn new(m: &[usize], start: u64) -> Self {
         Self::stage(m, start, 1)
     }
 
-    /// `m` and `start` in samples of this stage.
+    /// A stage, with `m` and `start` in samples of this stage.
     fn stage(m: &[usize], start: u64, stride: usize) -> Self {
         let (here, behind) = m.split_at(m.partition_point(|&m| m <= LARGEST));
         let squares = Squares::new(here);
@@ -120,7 +121,7 @@ impl Level {
         behind && self.squares.sizes() == other.squares.sizes()
     }
 
-    /// Takes the next samples, which are finite.
+    /// Adds the next samples, which must be finite.
     pub(super) fn push(&mut self, samples: &[f64]) -> Result<(), Error> {
         let Some(&first) = samples.first() else {
             return Ok(());
@@ -142,13 +143,13 @@ impl Level {
         Ok(())
     }
 
-    /// Samples of this stage before the first group that begins in the stretch.
+    /// Number of samples of this stage before the first group that begins in the stretch.
     fn lead_length(&self) -> usize {
         let group = GROUP as u64;
         ((group - self.start % group) % group) as usize
     }
 
-    /// Adds samples up in groups, and hands those on that are complete.
+    /// Adds up samples in groups, and passes on complete ones.
     fn group(&mut self, samples: &[f64], origin: f64) -> Result<(), Error> {
         let lead_length = self.lead_length();
         let Some(next) = &mut self.next else {
@@ -184,7 +185,7 @@ impl Level {
         self.head.extend_from_slice(&samples[..missing.min(samples.len())]);
     }
 
-    /// Sums the first starts of the pending samples, all of whose points are there, and lets those samples go.
+    /// Sums the first starts of the pending samples, which have all their points, and drops those samples.
     fn finish_starts(&mut self, starts: usize) -> Result<(), Error> {
         self.phase.fill(&self.pending, LARGEST_SAMPLE, LONGEST_BLOCK)?;
         let sums = self.squares.sums(&self.phase, self.pending.len() + 1, starts);
@@ -194,12 +195,12 @@ impl Level {
         Ok(())
     }
 
-    /// Takes over the stretch that follows.
+    /// Adds the next stretch.
     pub(super) fn merge(&mut self, later: Self) -> Result<(), Error> {
         if later.done == 0 {
             return self.push(&later.pending);
         }
-        // The later stretch has finished starts: it is longer than the reach, and its first group is complete.
+        // The later stretch has finished starts, so it is longer than the reach, and its first group is complete.
         let mut later = later;
         if let Some(theirs) = later.origin {
             let mine = *self.origin.get_or_insert(theirs);
@@ -235,7 +236,7 @@ impl Level {
         }
     }
 
-    /// Moves the origin of the groups down by `offset`, so that they grow by it for each sample.
+    /// Lowers the origin of the groups by `offset`, so that their sums grow by `offset` per sample.
     fn shift(&mut self, offset: f64) {
         for part in [&mut self.lead, &mut self.trail] {
             part.sum += offset * part.count as f64;
@@ -247,7 +248,7 @@ impl Level {
         }
     }
 
-    /// The estimates of this stage and of those behind it.
+    /// The estimates of this stage and of the following stages.
     pub(super) fn snapshot(&self, all: &mut Vec<Strided>) -> Result<(), Error> {
         let mut phase = Phase::default();
         phase.fill(&self.pending, LARGEST_SAMPLE, LONGEST_BLOCK)?;
@@ -287,7 +288,7 @@ struct Ends {
 }
 
 impl Ends {
-    /// The phase is relative to a slope that is the same for both ends, and near the mean.
+    /// The phase is relative to a slope near the mean, which is the same for both ends.
     fn new(level: &Level) -> Self {
         let slope = level.head.iter().sum::<f64>() / level.head.len().max(1) as f64;
         let tail = &level.pending[level.pending.len().saturating_sub(REACH)..];
@@ -307,8 +308,8 @@ impl Ends {
         }
     }
 
-    /// Sum of all second differences of size m. It telescopes to the ends, see [`crate::trend`]; the height of one end over
-    /// the other cancels.
+    /// Sum of all second differences of size m. It telescopes to the ends, see [`crate::trend`]; the difference in height
+    /// of the ends cancels.
     fn sum_of_differences(&self, m: usize) -> f64 {
         let at = |sums: &[Sum]| sums[m].doubled().plus(sums[2 * m].negated());
         at(&self.near).plus(at(&self.far)).value()

@@ -16,7 +16,7 @@ const QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 struct Case {
     name: &'static str,
     noise: Noise,
-    /// In standard deviations of the white noise, which is 0.1.
+    /// Mean, in standard deviations of the white noise, which is 0.1.
     mean: f64,
     /// End-to-end drift, in the same unit.
     drift: f64,
@@ -46,12 +46,12 @@ fn integers(case: &Case, n: usize) -> Vec<i64> {
     noise.iter().enumerate().map(|(k, y)| ((y + level(k)) / QUANTUM).round() as i64).collect()
 }
 
-/// Exact but for the last rounding of the sum of squares.
+/// Exact except for the last rounding of the sum of squares.
 fn exact_avar(phase: &[i128], m: usize) -> f64 {
     let mut sum = Sum::default();
     for k in 0..phase.len() - 2 * m {
         let z = phase[k] - 2 * phase[k + m] + phase[k + 2 * m];
-        // The square of a pair of floats: it may not fit into an integer.
+        // The square as a pair of floats, because it may not fit into an integer.
         let leading = z as f64;
         let rest = (z - leading as i128) as f64;
         let square = leading * leading;
@@ -63,7 +63,7 @@ fn exact_avar(phase: &[i128], m: usize) -> f64 {
     sum.value() * QUANTUM * QUANTUM / (2.0 * (m * m) as f64 * pairs)
 }
 
-/// Largest relative error over the sizes.
+/// Largest relative error at any size.
 fn worst_error(case: &Case, n: usize, sizes: &[usize]) -> f64 {
     let samples = integers(case, n);
     let rate: Vec<f64> = samples.iter().map(|&y| y as f64 * QUANTUM).collect();
@@ -118,7 +118,7 @@ fn second_differences_one_by_one() {
         for (k, m) in [(0, 1), (4095, 1), (4094, 1), (1, 4096), (0, 10_000), (17, 7777), (8191, 4097)] {
             let exact = (sum(k + m..k + 2 * m) - sum(k..k + m)) as f64 * QUANTUM;
             let error = phase.second_difference(k, m) - exact;
-            // Within a block the phase wanders over 4096 samples at most: one rounding at that height.
+            // The phase deviates within a block for at most 4096 samples, and is rounded once at that value.
             let height = 4096.0
                 * SIGMA
                 * (1.0 + case.drift)

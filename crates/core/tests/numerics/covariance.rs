@@ -12,7 +12,7 @@ use sigmatau_core::terms::{
     rate_random_walk_avar_sampled,
 };
 
-/// Half octaves up to N / `part`.
+/// Sizes in half octaves up to N / `part`.
 fn half_octaves(n: usize, part: usize) -> Vec<usize> {
     let mut sizes: Vec<usize> = (0..64)
         .map(|k| 2f64.powf(0.5 * f64::from(k)).floor() as usize)
@@ -22,7 +22,7 @@ fn half_octaves(n: usize, part: usize) -> Vec<usize> {
     sizes
 }
 
-/// Relative, but for an `expected` of 0.
+/// The tolerance is relative, unless `expected` is 0.
 fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((got - expected).abs() <= tolerance * expected.abs(), "{what}: {got} instead of {expected}");
 }
@@ -88,7 +88,7 @@ const MIXTURE_COVARIANCE: [[f64; 3]; 3] = [
 fn mixture_known_answers_whatever_the_interval_and_the_order() {
     for tau0 in [1.0, 0.01, 3.7] {
         let gamma = Gamma::new(1000, &[1, 10, 100], &Term::NOISE).unwrap().at_interval(tau0).unwrap();
-        // The same rates, described in the units of another interval.
+        // The same rates, in the units of another sample interval.
         let theta: Vec<f64> =
             MIXTURE.iter().zip([1, 0, -1, -2]).map(|(c, e)| c * c * tau0.powi(e + 1)).collect();
         for (got, expected) in gamma.expectation(&theta, 0.0).into_iter().zip(MIXTURE_AVAR) {
@@ -135,7 +135,8 @@ fn parts_add_up_in_any_units() {
     assert_close(gamma.expectation(&theta, ramp)[2], expected, 1e-13, "closed forms");
 }
 
-/// The least squared pivot of the Cholesky decomposition of the correlation matrix; not positive if there is none.
+/// The smallest squared pivot of the Cholesky decomposition of the correlation matrix; not positive if the decomposition
+/// fails.
 fn least_pivot(covariance: &[f64], order: usize) -> f64 {
     let scale: Vec<f64> = (0..order).map(|i| covariance[i * order + i].sqrt()).collect();
     let mut factor = vec![0.0; order * order];
@@ -174,7 +175,7 @@ fn covariance_on_half_octaves_has_a_cholesky_decomposition() {
                 assert_eq!(above.to_bits(), below.to_bits());
             }
             let least = least_pivot(&covariance, sizes.len());
-            // Far above the rounding of 40 squares; the least is that of a rate random walk, 0.008 for n = 1.
+            // Far above the rounding errors of 40 squares; a rate random walk has the smallest pivot, 0.008 for n = 1.
             assert!(least > 1e-3, "N {n_samples}, θ {theta:?}, ramp {ramp}: {least}");
         }
     }
@@ -214,11 +215,11 @@ fn simulated_records_scatter_as_the_covariance_says() {
     for cell in 0..cells {
         let got = sums[cell] / trials;
         let error = ((squares[cell] / trials - got * got) / trials).sqrt();
-        // In standard errors; 120 distinct cells, products with heavy tails.
+        // The limit is in standard errors, for 120 distinct cells of products with heavy tails.
         let sigmas = (got - covariance[cell]) / error;
         let (n, m) = (sizes[cell / sizes.len()], sizes[cell % sizes.len()]);
         assert!(sigmas.abs() < 4.5, "n {n}, m {m}: {got} instead of {}, {sigmas} σ", covariance[cell]);
-        // And the test can tell: the errors of the variances are a few percent.
+        // The test is sensitive: the errors of the variances are a few percent.
         assert!(n != m || error < 0.1 * got, "n {n}: {got} ± {error}");
     }
 }

@@ -7,12 +7,12 @@ use sigmatau_core::terms::Term;
 use std::f64::consts::PI;
 use std::ops::{Add, Mul};
 
-/// Relative, but for an `expected` of 0.
+/// The tolerance is relative, unless `expected` is 0.
 fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((got - expected).abs() <= tolerance * expected.abs(), "{what}: {got} instead of {expected}");
 }
 
-/// A number of twice the usual precision (T. J. Dekker, 1971), for oracles that difference large numbers.
+/// A number with twice the usual precision (T. J. Dekker, 1971), for reference values from differences of large numbers.
 #[derive(Debug, Clone, Copy, Default)]
 struct Wide(f64, f64);
 
@@ -49,7 +49,7 @@ impl Wide {
     }
 }
 
-/// Autocovariances s(l) of the phase at lags 0 … `last`, but for a parabola, in their textbook form.
+/// Autocovariances s(l) of the phase at lags 0 … `last`, up to a parabola, in their textbook form.
 fn autocovariance(component: Component, last: usize) -> Vec<Wide> {
     let times = |values: Vec<Wide>, factor: f64| values.into_iter().map(|s| s * Wide::of(factor)).collect();
     let lags = (0..=last).map(|l| l as f64);
@@ -59,7 +59,7 @@ fn autocovariance(component: Component, last: usize) -> Vec<Wide> {
         }
         Component::Term(Term::RateRamp) => unreachable!("a ramp is no noise"),
         Component::Term(Term::RandomWalk) => lags.map(|l| Wide::of(-0.5 * l)).collect(),
-        // Below 2⁵³ as it stands.
+        // Below 2⁵³, hence exact.
         Component::Term(Term::RateRandomWalk) => {
             times(lags.map(|l| Wide::of(l * l * l - l)).collect(), 1.0 / 12.0)
         }
@@ -97,7 +97,7 @@ fn autocovariance(component: Component, last: usize) -> Vec<Wide> {
     }
 }
 
-/// Σ over all pairs of differences of 2C² or, with a ramp of 1, of 4μμ′C, by the definitions.
+/// Sum of 2C² over all pairs of differences or, with a ramp of 1, of 4μμ′C, by the definitions.
 fn brute_force(n_samples: usize, n: usize, m: usize, components: &[Component]) -> (Vec<f64>, Vec<f64>) {
     let phases: Vec<Vec<Wide>> = components.iter().map(|&c| autocovariance(c, n_samples + 1)).collect();
     let (mn, mm) = ((n_samples + 1 - 2 * n) as i64, (n_samples + 1 - 2 * m) as i64);
@@ -162,7 +162,7 @@ fn every_entry_is_the_sum_over_all_lags() {
     }
 }
 
-/// A component whose every lag is summed.
+/// A component that is summed over every lag.
 struct LagByLag(Component);
 
 impl PhaseCovariance for LagByLag {
@@ -188,7 +188,7 @@ fn panels_are_as_good_as_every_lag_in_long_records() {
     let exact = Gamma::new(n_samples, &sizes, &one_by_one).unwrap();
     for p in 0..components.len() {
         for (&got, expected) in panels.ramp_part(p).iter().zip(exact.ramp_part(p)) {
-            // All but 1 / N of either sum cancels.
+            // Only 1 / N of either sum does not cancel.
             assert_close(got, expected, 1e-9, &format!("{:?} and ramp", components[p]));
         }
         for q in 0..components.len() {
@@ -229,7 +229,7 @@ impl PhaseCovariance for MovingAverage {
 #[test]
 fn any_stationary_noise_can_be_a_term() {
     let tc = 2.5;
-    // e⁻⁴⁰ is nothing.
+    // e⁻⁴⁰ is negligible.
     let term = MovingAverage { r: (0..100).map(|k| (-f64::from(k) / tc).exp()).collect() };
     let sizes = [1, 2, 30, 512, 700, 2000];
     let got = Gamma::new(4096, &sizes, &[&Term::RandomWalk as &dyn PhaseCovariance, &term]).unwrap();
@@ -238,7 +238,7 @@ fn any_stationary_noise_can_be_a_term() {
             .unwrap();
     for (p, q) in [(0, 1), (1, 1)] {
         for (got, expected) in got.noise_part(p, q).into_iter().zip(expected.noise_part(p, q)) {
-            // Plain fourth differences of lags up to 10⁴.
+            // The reference has plain fourth differences of lags up to 10⁴.
             assert_close(got, expected, 1e-10, "moving average");
         }
     }

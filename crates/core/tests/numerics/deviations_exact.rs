@@ -18,7 +18,7 @@ const SIGMA: f64 = 0.1;
 struct Case {
     name: &'static str,
     noise: Noise,
-    /// In standard deviations of the white noise, as is the drift from end to end of 200 000 samples or more.
+    /// Mean, in standard deviations of the white noise; the drift over 200 000 samples or more is in the same unit.
     mean: f64,
     drift: f64,
 }
@@ -59,7 +59,7 @@ fn running_sum(values: &[i128]) -> Vec<i128> {
     std::iter::once(0).chain(sums).collect()
 }
 
-/// A sum of squares of integers that do not fit a float, and their squares not an integer.
+/// A sum of squares of integers; they do not fit into a float, and their squares do not fit into an integer.
 fn sum_of_squares(values: impl Iterator<Item = i128>) -> f64 {
     let mut sum = Sum::default();
     for value in values {
@@ -79,7 +79,7 @@ fn third_differences(points: &[i128], m: usize, step: usize) -> impl Iterator<It
         .map(move |k| points[k + 3 * m] - 3 * points[k + 2 * m] + 3 * points[k + m] - points[k])
 }
 
-/// The largest or smallest value of each window, from windows of half the width.
+/// The largest or smallest value of each window, computed from windows of half the width.
 fn of_windows(values: &[i128], size: usize, of_two: fn(i128, i128) -> i128) -> Vec<i128> {
     let joined =
         |half: &[i128], by: usize| half.iter().zip(&half[by..]).map(|(&a, &b)| of_two(a, b)).collect();
@@ -200,7 +200,7 @@ fn lengths_round_the_borders_of_blocks() {
             if sizes.is_empty() {
                 continue;
             }
-            // Few terms share their roundings, which are largest for sums of the phase of a random walk.
+            // Rounding errors hardly average over few terms, and are largest for sums of the phase of a random walk.
             let tolerance = if kind == Kind::Modified { 1e-10 } else { 1e-11 };
             for case in &CASES[2..4] {
                 assert_case(case, kind, n, &sizes, tolerance);
@@ -237,7 +237,7 @@ fn a_ramp_is_invisible_to_the_hadamard_deviation_only() {
     for kind in [Kind::Modified, Kind::Total] {
         for d in deviations(kind, &rate, &[1, 10, 100]).unwrap() {
             let expected = slope * d.m as f64 / 2f64.sqrt();
-            // The reflected ends of the total deviation see the ramp with both signs, in some m of N terms.
+            // The reflected ends of the total deviation contain the ramp with both signs, in about m of N terms.
             let tolerance = if kind == Kind::Total { 2.0 * d.m as f64 / f64::from(n) } else { 1e-12 };
             assert!((d.deviation / expected - 1.0).abs() <= tolerance, "{kind:?} {d:?}");
         }

@@ -21,7 +21,7 @@ fn unit(term: usize) -> Coefficients {
     Coefficients { noise, ramp: 0.0 }
 }
 
-/// Weights of the rate samples in one term of an estimator, and how far apart its terms are.
+/// Weights of the rate samples in one term of an estimator, and the distance of its terms.
 fn filter(kind: Stationary, m: usize) -> (Vec<f64>, usize) {
     let difference = |binomial: &[f64]| -> Vec<f64> {
         binomial.iter().flat_map(|&weight| std::iter::repeat_n(weight, m)).collect()
@@ -41,7 +41,7 @@ fn filter(kind: Stationary, m: usize) -> (Vec<f64>, usize) {
     (weights, if overlap == Overlap::Full { 1 } else { m })
 }
 
-/// Autocovariances of the terms at lags 0 … `last`: the filter, summed as often as the noise asks for, with itself.
+/// Autocovariances of the terms at lags 0 … `last`: autocorrelation of the filter, summed as often as the noise requires.
 fn by_filter(kind: Stationary, term: Term, m: usize, last: usize) -> Vec<f64> {
     let (weights, _) = filter(kind, m);
     // Response of a term to each innovation, the oldest first.
@@ -59,7 +59,7 @@ fn by_filter(kind: Stationary, term: Term, m: usize, last: usize) -> Vec<f64> {
                 Some(*sum)
             })
             .collect(),
-        // Through (1 − z⁻¹)^(−1/2), whose memory is long.
+        // The filter (1 − z⁻¹)^(−1/2) has a long memory.
         _ => {
             let reach = 400_000;
             let mut power = vec![1.0; reach];
@@ -95,7 +95,7 @@ fn every_edf_is_the_sum_over_all_lags() {
                     .sum();
                 let expected = (c[0] * terms as f64).powi(2) / sum;
                 let got = moments(kind, samples, &[m], &unit(term)).unwrap()[0];
-                // The memory of the flicker filter ends.
+                // The memory of the flicker filter is truncated.
                 let tolerance = if component == Term::BiasInstability { 1e-5 } else { 1e-11 };
                 let what = format!("{kind:?}, {component:?}, {samples} samples, m {m}");
                 assert!(

@@ -1,4 +1,4 @@
-//! Simulated records against the Allan variance they are made for.
+//! Simulated records against their expected Allan variance.
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ fn seed_of(name: &str) -> u64 {
 const TAU0: f64 = 0.01;
 const SAMPLES: usize = 3000;
 const RECORDS: u64 = 400;
-/// Of a normal law, once in 16 000 cases; there are 66 here, strongly correlated along τ.
+/// A normal deviate exceeds it once in 16 000 cases; there are 66 here, strongly correlated along τ.
 const STANDARD_ERRORS: f64 = 4.0;
 
 /// The mean over many records must agree with `expected` within its own scatter, at every octave.
@@ -109,7 +109,7 @@ fn a_record_is_the_sum_of_its_terms() {
     let (together, alone) = (run(all), [q, n, b, k].map(|c| run(c)));
     for (i, y) in together.iter().enumerate() {
         let sum: f64 = alone.iter().map(|record| record[i]).sum();
-        // A few roundings of numbers of the size of the terms.
+        // The limit is a few rounding errors of the terms.
         assert!((y - sum).abs() <= 1e-14, "sample {i}");
     }
 }
@@ -136,11 +136,11 @@ fn a_longer_record_begins_like_a_shorter_one_where_it_can() {
     assert_eq!(simulate(40, 1.0, c, 5, 0).unwrap(), long[..40]);
 }
 
-/// Flicker noise, exact and by poles.
+/// Flicker noise, exact and as a sum of poles.
 const EXACT: Component = Component::Term(Term::BiasInstability, 0.3);
 const POLES: Component = Component::PoleBank(0.3);
 
-/// Every kind of noise there is, on one channel.
+/// All kinds of noise, on one channel.
 fn everything(n: usize, flicker: &Component) -> Generator {
     let mut generator = Generator::new(n, TAU0, seed_of("everything")).unwrap();
     let filter = Component::Filtered {

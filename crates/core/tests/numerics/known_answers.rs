@@ -1,4 +1,4 @@
-//! Published and independently computed values, to the digits printed there.
+//! Published and independently computed values, to the printed digits.
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 #![allow(clippy::unreadable_literal, clippy::excessive_precision)] // Digits as printed or computed.
 
@@ -77,7 +77,7 @@ fn nbs14_not_overlapping() {
 
 #[test]
 fn nine_points() {
-    // NIST SP 1065, table 30 and the text beside it.
+    // NIST SP 1065, table 30 and its text.
     let rate = [892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0];
     assert_all_close(&adev(&rate, &[1, 2], Overlap::None), &[91.22945, 115.808211], 1e-8);
     assert_all_close(&adev(&rate, &[2], Overlap::Full), &[85.95287], 1e-7);
@@ -95,7 +95,7 @@ const SIZES: [usize; 5] = [1, 2, 7, 100, 10000];
 const TAU0: f64 = 0.01;
 
 fn assert_term(avar: impl Fn(usize) -> f64, expected: [f64; 5]) {
-    // Exact, or computed with 40 digits or more; a few roundings are left.
+    // Exact, or computed with 40 digits or more, up to a few rounding errors.
     assert_all_close(&SIZES.map(avar), &expected, 2e-15);
 }
 
@@ -152,7 +152,7 @@ fn gauss_markov_and_sinusoid() {
     let sinusoid = [1.351087990165597e-10, 5.402891708309786e-10, 6.591762353864713e-9, 5.250766368933746e-7];
     let got = SIZES.map(|m| sinusoid_avar(1e-3, 0.37, TAU0, m));
     assert_all_close(&got[..4], &sinusoid, 1e-14);
-    // 37 whole periods.
+    // The averaging time is 37 whole periods.
     assert!(got[4] < 1e-30);
 }
 
@@ -177,7 +177,7 @@ fn flicker_with_a_cut_off() {
 fn filters() {
     let rounding = 6e-10;
     let first_order = [0.002120410495, 0.001313891963, 0.0004527064906, 3.379255146e-5, 3.394926653e-7];
-    // σ = 0.05 behind one pole at 30 Hz: N² = 2σ² / ω_c.
+    // σ = 0.05 after one pole at 30 Hz: N² = 2σ² / ω_c.
     let n = 0.05 * (2.0 / (2.0 * PI * 30.0)).sqrt();
     assert_all_close(
         &band_limited_avar(n, Filter::Butterworth(1), 30.0, TAU0, &SIZES),

@@ -1,4 +1,4 @@
-//! Identities that hold for every record, and what must not change the result.
+//! Identities that hold for every record, and options that must not change the result.
 #![allow(clippy::unwrap_used)] // Helpers of tests are tests to the reader, not to the lint.
 
 use sigmatau_core::allan::{Counting, Estimate, Overlap, allan_variance, allan_variances, largest_cluster};
@@ -7,7 +7,7 @@ use sigmatau_core::generate::simulate;
 use sigmatau_core::phase::{LONGEST_BLOCK as BLOCK, Phase};
 use sigmatau_core::terms::Term;
 
-/// A seed made from the name of the case (FNV-1a), so that none is ever chosen.
+/// A seed from the name of the case (FNV-1a), so that no seed is chosen by hand.
 fn seed_of(name: &str) -> u64 {
     name.bytes()
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
@@ -36,7 +36,7 @@ fn assert_relative(got: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((got / expected - 1.0).abs() <= tolerance, "{what}: {got} instead of {expected}");
 }
 
-/// Eq. (6) of the paper, cluster means first; good to about 10⁻¹² for these records.
+/// Eq. (6) of the paper from cluster means, with an error of about 10⁻¹² for these records.
 fn naive(rate: &[f64], m: usize, step: usize) -> (f64, usize) {
     let mut sum: f64 = rate[..m].iter().sum();
     let mut means = vec![sum / m as f64];
@@ -51,7 +51,7 @@ fn naive(rate: &[f64], m: usize, step: usize) -> (f64, usize) {
 
 #[test]
 fn ramp_gives_its_closed_form() {
-    // A power of two times an integer: the samples themselves are exact.
+    // Samples are a power of two times an integer, hence exact.
     let r = 2f64.powi(-10);
     let n = 20_000;
     let rate: Vec<f64> = (0..n).map(|k| 3.0 + r * f64::from(k)).collect();
@@ -107,7 +107,7 @@ fn both_countings_differ_by_the_last_term() {
 
 #[test]
 fn a_constant_rate_is_not_seen() {
-    // Multiples of 2⁻²⁰, so that adding the constant rounds nothing.
+    // Samples are multiples of 2⁻²⁰, so that adding the constant is exact.
     let quantum = 2f64.powi(-20);
     let rate: Vec<f64> = record("offset", 10_000).iter().map(|y| (y / quantum).round() * quantum).collect();
     let moved: Vec<f64> = rate.iter().map(|y| y + 4096.0).collect();
@@ -220,7 +220,8 @@ fn samples_that_cannot_be_summed_are_named() {
 #[test]
 fn largest_samples_do_not_overflow() {
     let rate: Vec<f64> = (0..20_000).map(|k| if k % 2 == 0 { 1e130 } else { -1e130 }).collect();
-    // Every pair differs by 2e130: half its square. Equal terms round the same way, 512 times in a partial sum.
+    // Every pair differs by 2e130, so the variance is half its square. Equal terms are all rounded in one direction, 512
+    // times per partial sum.
     assert_relative(full(&rate, &[1])[0].avar / 1e200, 2e60, 512.0 * f64::EPSILON, "alternating record");
     assert_eq!(
         allan_variances(&[&rate], &[1], Overlap::Full, Counting::Standard, Some(0)),

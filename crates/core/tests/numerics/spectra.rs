@@ -18,7 +18,7 @@ fn panel(g: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     half * NODES.iter().map(|&(x, w)| w * (g(middle - half * x) + g(middle + half * x))).sum::<f64>()
 }
 
-/// ∫ g over 0 … `end`, in panels of a quarter of a half period of sin πfT, with smaller ones towards 0.
+/// ∫ g over 0 … `end`, in panels of an eighth of the period of sin πfT, which are smaller near 0.
 fn integral(g: impl Fn(f64) -> f64, tau: f64, end: f64) -> f64 {
     let width = (0.25 / tau).min(end);
     let near: f64 = (0..40).map(|i| panel(&g, width * 0.5f64.powi(i + 1), width * 0.5f64.powi(i))).sum();
@@ -34,7 +34,7 @@ fn continuous(density: impl Fn(f64) -> f64, tau: f64, end: f64) -> f64 {
     4.0 * integral(|f| density(f) * (PI * f * tau).sin().powi(4) / (PI * f * tau).powi(2), tau, end)
 }
 
-/// The same for samples: the transfer function of clusters of `m` of them, up to half the sample rate.
+/// The integral for samples, with the transfer function of clusters of `m` samples, up to half the sample rate.
 fn sampled(density: impl Fn(f64) -> f64, tau0: f64, m: usize) -> f64 {
     let tau = m as f64 * tau0;
     let transfer = |f: f64| (PI * f * tau).sin().powi(4) / (m as f64 * (PI * f * tau0).sin()).powi(2);
@@ -51,8 +51,8 @@ const SIZES: [usize; 5] = [1, 2, 7, 50, 200];
 #[test]
 fn continuous_forms() {
     for tau in [0.02, 1.0, 30.0] {
-        // With sin⁴ at its mean, 3/8, the tail beyond 5000 / T is 1.5 S / (π² T² f) for a flat density, 8e-5 of the
-        // whole; steeper ones leave nothing. What the mean leaves out is of the order of its square.
+        // With 3/8, the mean of sin⁴, the tail above 5000 / T is 1.5 S / (π² T² f) for a flat density, 8e-5 of the total;
+        // it is negligible for steeper densities. The error of using the mean is of the order of its square.
         let end = 5000.0 / tau;
         let tail = |f: f64, slope: f64| 1.5 / ((PI * tau).powi(2) * f * (1.0 + slope));
         let white = continuous(|_| psd::random_walk(0.3), tau, end) + 0.09 * tail(end, 0.0);
@@ -99,7 +99,7 @@ fn sampled_forms() {
         let got = sampled(|f| psd::gauss_markov_sampled(0.3, 0.2, TAU0, f), TAU0, m);
         close(got, terms::gauss_markov_avar_sampled(0.3, 0.2, TAU0, m), "Gauss–Markov");
         let got = sampled(|f| psd::gauss_markov_sampled(0.3, 50.0, TAU0, f), TAU0, m);
-        // The density changes within 1 / (2π T_c) of f = 0, which the smaller panels follow.
+        // The density changes within 1 / (2π T_c) of f = 0, where the panels are small.
         close(got, terms::gauss_markov_avar_sampled(0.3, 50.0, TAU0, m), "slow Gauss–Markov");
     }
 }
@@ -142,7 +142,7 @@ fn folded_butterworth_noise_is_the_sum_of_its_images() {
                     .map(|i| psd::band_limited(0.3, filter, corner, f + f64::from(i) / TAU0))
                     .sum();
                 let got = psd::band_limited_sampled(0.3, order, corner, TAU0, f);
-                // Far above the corner what is left of the poles' parts is the small difference of large ones.
+                // Far above the corner, the density is a small difference of large contributions of the poles.
                 let rounding = 1e-9 * images + 1e-15 * 0.09;
                 assert!(
                     (got - images).abs() < rounding,
@@ -154,7 +154,7 @@ fn folded_butterworth_noise_is_the_sum_of_its_images() {
     // The RC filter's images, x coth x at f = 0.
     let x = PI * 30.0 * TAU0;
     assert_relative(psd::band_limited_sampled(0.3, 1, 30.0, TAU0, 0.0), 0.09 * x / x.tanh(), 1e-14, "RC");
-    // A corner far above the sampling rate: white, with all images of the pass band.
+    // With a corner far above the sampling rate, the density is white and contains all images of the pass band.
     let white = psd::band_limited_sampled(0.3, 2, 1e5, TAU0, 20.0);
     assert_relative(
         white,
@@ -166,7 +166,7 @@ fn folded_butterworth_noise_is_the_sum_of_its_images() {
 
 #[test]
 fn filters_fold_their_density() {
-    // The folded density is that of eq. (11) with the transfer function of the samples taken to all frequencies.
+    // The folded density follows from eq. (11) with the transfer function of the samples at all frequencies.
     for (filter, folds, tolerance) in [
         (Filter::Butterworth(1), 20_000, 1e-4), // the tail falls as 1 / f²: 2 / π² · f_c / (folds · f_s) is missing
         (Filter::Butterworth(2), 300, 1e-9),

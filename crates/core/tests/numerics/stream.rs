@@ -17,7 +17,7 @@ fn seed_of(name: &str) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// White noise and a random walk on a mean a million times as large, with a drift.
+/// White noise and a random walk with a mean a million times larger, and a drift.
 fn record(name: &str, n: usize) -> Vec<f64> {
     let noise = &[(Term::RandomWalk, 1.0), (Term::RateRandomWalk, 1e-3)];
     let noise = simulate(n, 1.0, noise, seed_of(name), 0).unwrap();
@@ -32,7 +32,7 @@ fn assert_relative(got: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((got - expected).abs() <= tolerance * expected.abs(), "{what}: {got:e}, expected {expected:e}");
 }
 
-/// The mean square over the starts that are multiples of the stride, counted from the first sample of the record.
+/// The mean square over the starts at multiples of the stride, counted from the first sample of the record.
 fn directly(rate: &[f64], start: u64, m: usize) -> (f64, usize) {
     let phase = Phase::from_rate(rate).unwrap();
     let stride = stride(m);
@@ -54,7 +54,7 @@ fn same(got: &[Strided], expected: &[Strided], tolerance: f64) {
         assert_eq!(got.stride, expected.stride);
         let what = format!("m = {}", got.estimate.m);
         assert_relative(got.estimate.avar, expected.estimate.avar, tolerance, &what);
-        // The ramp is 1e-5, and its rounding that of a rate of 1e6.
+        // The ramp is 1e-5; its rounding error is that of a rate of 1e6.
         let ramp = got.estimate.ramp - expected.estimate.ramp;
         assert!(ramp.abs() <= 1e-9 * 1e-5 + tolerance * expected.estimate.ramp.abs(), "{what}: {ramp:e}");
     }
@@ -127,7 +127,7 @@ fn chunks_make_no_difference() {
         while !rest.is_empty() {
             let (chunk, tail) = rest.split_at(rng.random_range(0..=longest).min(rest.len()));
             stream.push(chunk).unwrap();
-            // Looking changes nothing.
+            // A snapshot changes nothing.
             if rng.random_range(0..1000) == 0 {
                 stream.snapshot().unwrap();
             }
@@ -138,7 +138,7 @@ fn chunks_make_no_difference() {
     }
 }
 
-/// Cuts a record, gives each stretch an accumulator, and merges neighbours in random order.
+/// Divides a record, accumulates each stretch separately, and merges neighbours in random order.
 fn merged(
     rate: &[f64],
     m: &[usize],
@@ -173,7 +173,7 @@ fn the_order_of_merging_makes_no_difference() {
     let rate = record("merge", n);
     let m = octaves(n);
     let mut rng = ChaCha8Rng::seed_from_u64(seed_of("merges"));
-    // Starts that are on the border of a group, of a group of groups, and on none.
+    // Starts at the border of a group, at the border of a group of groups, and elsewhere.
     for start in [0, 1, 64, 5000, 262_144, 1_000_003] {
         let mut whole = Accumulator::new(&m, Long::Strided, start).unwrap();
         whole.push(&rate).unwrap();
@@ -185,7 +185,7 @@ fn the_order_of_merging_makes_no_difference() {
         }
         for pieces in [1, 2, 3, 10, 40] {
             let mut cuts: Vec<usize> = (1..pieces).map(|_| rng.random_range(0..=n)).collect();
-            // Stretches shorter than a group, and none at all.
+            // Stretches shorter than a group, and empty ones.
             if pieces == 10 {
                 cuts.extend([100, 101, 101, 130, 200, 8192, n - 1, n]);
             }
@@ -210,7 +210,7 @@ fn a_merged_accumulator_goes_on() {
     }
 }
 
-/// Each of the stretches is long enough that its groups have finished starts of their own.
+/// Each stretch is so long that starts end within its groups.
 #[test]
 fn later_stages_are_merged_like_the_first() {
     let n = 11_000_000;
@@ -278,11 +278,12 @@ fn the_largest_samples_do_not_overflow_in_groups() {
     assert!(stream.snapshot().unwrap().iter().all(|s| s.estimate.avar.is_finite()));
 }
 
-/// What strides lose, from the spread of their difference to the full overlap: nothing where rates are white or slower.
+/// Loss of precision by strides, from the spread of their difference to full overlap: negligible for white noise and slower
+/// noise.
 #[test]
 fn strides_lose_little_of_white_noise_and_a_random_walk() {
     let n = 1 << 17;
-    let m = 1 << 13; // The smallest size with a stride: 128 starts a cluster.
+    let m = 1 << 13; // The smallest size with a stride has 128 starts per cluster.
     let cases: [(&str, &[(Term, f64)]); 2] =
         [("stride white", &[(Term::RandomWalk, 1.0)]), ("stride walk", &[(Term::RateRandomWalk, 1.0)])];
     for (name, noise) in cases {
@@ -298,7 +299,7 @@ fn strides_lose_little_of_white_noise_and_a_random_walk() {
             own += (full.ln()).powi(2);
             lost += (strided.ln() - full.ln()).powi(2);
         }
-        // Where the estimator spreads by tens of percent, its difference to the strided one is below one.
+        // The estimator spreads by tens of percent, its difference to the strided one by less than one percent.
         let lost = (lost / f64::from(records as u32)).sqrt();
         assert!(lost < 0.01, "{name}: {lost}, of {}", (own / f64::from(records as u32)).sqrt());
     }

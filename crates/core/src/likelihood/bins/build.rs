@@ -1,7 +1,7 @@
-//! How a record is binned.
+//! Construction of the bins of a record.
 
 use crate::likelihood::bins::edges::{
-    LEAST_COUNT, high_edges, low_edges, median, modes_in_use, spacing_of, stretches_of,
+    LEAST_COUNT, consecutive_ranges, high_edges, low_edges, median, modes_in_use, spacing_of,
 };
 use crate::likelihood::bins::regressors::Regressor;
 use crate::likelihood::bins::{Bins, MOST_FILTER, POINTS};
@@ -10,13 +10,14 @@ use crate::likelihood::summary::Summary;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Frequencies at which the model is evaluated in a bin of the modes.
+/// Number of frequencies at which the model is evaluated in a bin of the modes.
 const MODE_POINTS: usize = 4;
 
-/// Least share of unmasked densities in a bin.
+/// Smallest share of unmasked densities in a bin.
 const LEAST_SHARE: f64 = 0.15;
 
-/// Half a bin of width more, for every stretch of a bin: the law of the mean of overlapping, tapered densities.
+/// Width that is added per stretch of a bin, in densities, for the distribution of the mean of overlapping, tapered
+/// densities.
 const EDGE: f64 = 0.5;
 
 impl<'a> Bins<'a> {
@@ -59,11 +60,11 @@ impl<'a> Bins<'a> {
                 continue;
             }
             let stretches = 1 + there.windows(2).filter(|p| p[1] > p[0] + 1).count();
-            all_stretches.push(stretches_of(&there));
+            all_stretches.push(consecutive_ranges(&there));
             high_power.push(there.iter().map(|&k| record.density[k]).sum::<f64>() / count as f64);
             frequency.push(there.iter().map(|&k| record.frequency(k)).sum::<f64>() / count as f64);
             let (together, alone) = match &record.masked {
-                Some(masked) => (masked.share(record.samples), masked.freedom_left(count)),
+                Some(masked) => (masked.share(record.samples), masked.freedom_share(count)),
                 None => (1.0, 1.0),
             };
             freedom.push(2.0 * count as f64 * share * together);
@@ -78,7 +79,7 @@ impl<'a> Bins<'a> {
         let mut leak = None;
         if let Some(masked) = &record.masked {
             leak = Some(Arc::new(masked.matrix(&all_stretches, record.frequency(1))));
-            // Cells are narrow, and what the taper smears is in the matrix.
+            // Cells are narrow, and the matrix includes the smearing by the taper.
             fine_points = masked.cells.at.iter().map(|&f| FinePoint::narrow(f, record.tau0)).collect();
         }
         let scale = if high_power.is_empty() { median(&low_power) } else { median(&high_power) };
@@ -122,7 +123,7 @@ impl<'a> Bins<'a> {
         bins
     }
 
-    /// The bins of several runs, the longest one first, each with the regressors that its mean follows.
+    /// The bins of several runs, the longest run first, each with the regressors of its mean.
     pub(crate) fn joined(mut runs: Vec<(Self, Vec<usize>)>) -> Self {
         let spacing = runs.iter().map(|(bins, _)| bins.spacing).min().unwrap_or(1);
         for (bins, _) in &mut runs {
@@ -143,7 +144,7 @@ impl<'a> Bins<'a> {
         bins
     }
 
-    /// With another interval of the cosines of the filter.
+    /// Changes the interval of the cosines of the filter.
     fn respaced(&mut self, spacing: usize) {
         if spacing == self.spacing {
             return;
@@ -155,7 +156,7 @@ impl<'a> Bins<'a> {
         self.cosines_high = Arc::new(cosines(&at_points, interval));
     }
 
-    /// The same bins of a record with other modes.
+    /// The same bins for a record with other modes.
     pub(crate) fn of_record<'b>(&self, record: &'b Summary) -> Bins<'b>
     where
         'a: 'b,

@@ -18,7 +18,7 @@ impl Bins<'_> {
         column
     }
 
-    /// The same as means over all bins.
+    /// The densities of a part as means over all bins.
     pub(crate) fn unit(&self, part: impl Into<Part>) -> Vec<f64> {
         let part = part.into();
         if !self.runs.is_empty() {
@@ -27,7 +27,7 @@ impl Bins<'_> {
         self.means(&self.column(part), None)
     }
 
-    /// |H|² as means over all bins, from its values at the low bins and at the points.
+    /// Means of |H|² over all bins, from its values at the low bins and at the points.
     pub(crate) fn response_means(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
         let Some(rows) = &self.leak else { return self.gathered(low, high) };
         let found = self.gathered(low, high);
@@ -40,7 +40,7 @@ impl Bins<'_> {
         Column { low: vec![0.0; low], high: vec![0.0; self.fine_points.len()] }
     }
 
-    /// Means over all bins of a column, behind a filter if there is one: |H|² at the low bins and at the points.
+    /// Means over all bins of a column, after a filter if there is one, given by |H|² at the low bins and at the points.
     pub(crate) fn means(&self, column: &Column, response: Option<&(Vec<f64>, Vec<f64>)>) -> Vec<f64> {
         let Some((low, high)) = response else {
             return match self.leak {
@@ -49,7 +49,7 @@ impl Bins<'_> {
             };
         };
         if self.leak.is_some() {
-            // What the filter changes, cell by cell; nothing at the frequency 0, where a term has no limit.
+            // Change by the filter in each cell; 0 at the frequency 0, where a term may be infinite.
             let change: Vec<f64> = column.high.iter().zip(high).map(|(c, h)| c * (h - 1.0)).collect();
             let mut means = self.gathered(&[], &change);
             means.iter_mut().zip(&column.low).for_each(|(m, c)| *m += c);
@@ -59,7 +59,7 @@ impl Bins<'_> {
         self.gathered(&product(&column.low, low), &product(&column.high, high))
     }
 
-    /// Means over all bins from values at the low bins and at the points; with missing samples, at the cells alone.
+    /// Means over all bins from values at the low bins and at the points; with missing samples, only at the cells.
     pub(crate) fn gathered(&self, low: &[f64], high: &[f64]) -> Vec<f64> {
         if let Some(rows) = &self.leak {
             return products(rows, high);
@@ -87,7 +87,7 @@ impl Bins<'_> {
         }
     }
 
-    /// The column of a term, which is kept.
+    /// The stored column of a term.
     pub(crate) fn term(&self, part: Part) -> Option<&Column> {
         match part {
             Part::Term(term) => self.terms.get(term.index()),
@@ -95,7 +95,7 @@ impl Bins<'_> {
         }
     }
 
-    /// The same into a column that is there.
+    /// Writes the densities of a part into an existing column.
     pub(crate) fn fill(&self, part: Part, column: &mut Column) {
         if self.leak.is_some() {
             fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
@@ -122,15 +122,15 @@ impl Bins<'_> {
         fine_densities(part, &self.fine_points, self.record.tau0, &mut column.high);
         if part == Part::Term(Term::Quantization) {
             for (slot, point) in column.high.iter_mut().zip(&self.fine_points) {
-                *slot += self.of_mirror(point.frequency);
+                *slot += self.mirrored_density(point.frequency);
             }
         }
     }
 
-    /// Mean density that the mirror at both ends adds to quantization noise: the rates on either side of an end share the
-    /// value of the angle there, which no longer cancels. Of each end 2Q²: the square of twice the value, in half as many
-    /// segments as another sample is in.
-    pub(crate) fn of_mirror(&self, frequency: f64) -> f64 {
+    /// Mean density that the reflection at both ends adds to quantization noise: the rates on both sides of an end share
+    /// the value of the angle there, which no longer cancels. Each end adds 2Q²: the square of twice the value, in half as
+    /// many segments as other samples.
+    pub(crate) fn mirrored_density(&self, frequency: f64) -> f64 {
         4.0 * (PI * frequency * self.record.tau0).cos().powi(2)
             / (self.record.tau0 * self.record.samples as f64)
     }

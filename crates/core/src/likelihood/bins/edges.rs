@@ -2,10 +2,10 @@
 
 use crate::likelihood::summary::Summary;
 
-/// Least number of unmasked densities in a bin.
+/// Smallest number of unmasked densities in a bin.
 pub(crate) const LEAST_COUNT: f64 = 2.0;
 
-/// Number of modes that are bins by themselves.
+/// Number of modes with a separate bin.
 const SINGLE: usize = 48;
 
 /// Number of bins per decade beyond them.
@@ -14,7 +14,7 @@ const PER_DECADE: f64 = 32.0;
 /// Largest width of a bin of the periodogram, over its frequency.
 const WIDEST: f64 = 64.0;
 
-/// First density of the periodogram that is used: above the highest mode.
+/// First density of the periodogram that is used, above the highest mode.
 pub(crate) fn first_density(record: &Summary) -> usize {
     first_above(record.mode_frequency(record.low_modes()), record.segment, record.tau0)
 }
@@ -24,12 +24,12 @@ fn first_above(highest_mode: f64, segment: usize, tau0: f64) -> usize {
     (highest * segment as f64 * tau0).ceil() as usize
 }
 
-/// The mask without lines: the densities above the modes, up to the frequency where no noise is left (a zero of a digital
-/// filter, the floor of rounding).
+/// The mask without lines: the densities above the modes, up to the frequency at which the noise ends (a zero of a digital
+/// filter, or rounding).
 pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     const PIECES: usize = 64;
     const FEWEST: usize = 16;
-    const EMPTY: f64 = 0.08; // of the usual density
+    const EMPTY: f64 = 0.08; // relative to the usual density
     let last = record.density.len() - 1;
     let first = first_density(record);
     let mut mask = vec![false; last + 1];
@@ -58,13 +58,13 @@ pub(crate) fn usable(record: &Summary) -> Vec<bool> {
     mask
 }
 
-/// Frequency at which a filter far below half the rate leaves no noise: densities fall more steeply than those of any term,
-/// and stay low. None without such a filter.
+/// Frequency above which a filter far below half the rate leaves no noise: densities fall more steeply than those of any
+/// term, and remain low. None without such a filter.
 fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     const PER_OCTAVE: usize = 8;
-    const FEWEST: usize = 16; // densities of a piece
-    const STEEP: f64 = 0.08; // of the least density one to two octaves lower; a random walk of the rate has 0.25
-    const TOGETHER: usize = 3; // pieces
+    const FEWEST: usize = 16; // number of densities in a piece
+    const STEEP: f64 = 0.08; // relative to the smallest density one to two octaves lower; 0.25 for a rate random walk
+    const TOGETHER: usize = 3; // number of pieces
     let mut edges = vec![first.max(1)];
     while edges[edges.len() - 1] < density.len() {
         let start = edges[edges.len() - 1];
@@ -86,7 +86,8 @@ fn end_of_slow_filter(density: &[f64], first: usize) -> Option<usize> {
     (0..(pieces + 1).saturating_sub(TOGETHER)).find(|&i| (i..i + TOGETHER).all(steep)).map(|i| edges[i])
 }
 
-/// The largest power of two whose multiple of the sample interval still shows the top of the band.
+/// The largest power of two by which the sample interval can be multiplied while the top of the band is still below half
+/// the rate.
 pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) -> usize {
     let density = mask.iter().rposition(|&used| used).map_or(0.0, |k| record.frequency(k));
     let mode = used_modes.last().map_or(0.0, |&k| record.mode_frequency(k + 1));
@@ -94,11 +95,11 @@ pub(crate) fn spacing_of(record: &Summary, mask: &[bool], used_modes: &[usize]) 
     1 << (shown.max(1.0) as usize).ilog2()
 }
 
-/// Modes that are used, as numbers less 1: those of a short record that are not masked, and all below the band of the
-/// periodogram, unless the mask continues there.
+/// Modes that are used, as numbers minus 1: the unmasked modes of a short record, and all modes below the band of the
+/// periodogram unless the mask continues there.
 pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     if record.masked.is_some() {
-        // What is expected of their bins is that of all modes, and the matrix has the lines.
+        // The expectation of their bins is that of all modes, and the matrix includes the lines.
         return (0..record.modes.len()).collect();
     }
     let (first, last) = (first_density(record), record.density.len() - 1);
@@ -115,7 +116,7 @@ pub(crate) fn modes_in_use(record: &Summary, mask: &[bool]) -> Vec<usize> {
     (0..record.modes.len()).filter(counts).collect()
 }
 
-/// Modes singly, then logarithmically: positions in `used_modes`.
+/// Bins of single modes, then logarithmic bins, as positions in `used_modes`.
 pub(crate) fn low_edges(record: &Summary, used_modes: &[usize]) -> Vec<usize> {
     let modes = record.modes.len();
     let widest = if modes > record.low_modes() { modes as f64 / WIDEST } else { f64::INFINITY };
@@ -160,7 +161,7 @@ pub(crate) fn high_ranges(highest_mode: f64, segment: usize, tau0: f64) -> Vec<(
 }
 
 /// Ranges of consecutive numbers.
-pub(crate) fn stretches_of(numbers: &[usize]) -> Vec<(usize, usize)> {
+pub(crate) fn consecutive_ranges(numbers: &[usize]) -> Vec<(usize, usize)> {
     let mut found: Vec<(usize, usize)> = Vec::new();
     for &k in numbers {
         match found.last_mut() {

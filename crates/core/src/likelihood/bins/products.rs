@@ -3,11 +3,11 @@
 use crate::likelihood::bins::Bins;
 use crate::likelihood::bins::regressors::{ENDS, Products};
 
-/// Lowest bins of a run, from which slow regressors take most.
+/// Number of lowest bins of a run, whose power slow regressors reduce most.
 const LOWEST: usize = 4;
 
 impl Bins<'_> {
-    /// Of each run, the sums that a model with these regressors needs; of several runs, with their own.
+    /// The sums that a model with these regressors needs, by run; each of several runs has its regressors.
     pub(crate) fn products_of(&self, used: &[usize]) -> Vec<Products> {
         if self.runs.is_empty() {
             return vec![self.products(used)];
@@ -15,8 +15,9 @@ impl Bins<'_> {
         self.runs.iter().map(|(bins, own)| bins.products(own)).collect()
     }
 
-    /// Share of the degrees of freedom that a discrepancy leaves of the lowest bins of a run, which begin at `first`.
-    pub(crate) fn left_of(&self, first: usize, low: usize) -> f64 {
+    /// Share of the degrees of freedom of the lowest bins of a run, which begin at `first`, that remains with a
+    /// discrepancy.
+    pub(crate) fn freedom_share_at(&self, first: usize, low: usize) -> f64 {
         let lowest = first..first + low.min(LOWEST);
         let weights: f64 = lowest.clone().map(|bin| self.weight(bin)).sum();
         weights / lowest.map(|bin| self.freedom[bin]).sum::<f64>()
@@ -42,7 +43,7 @@ impl Bins<'_> {
         Products { count, ends, squares, with_record }
     }
 
-    /// Mean squares of the modes without what the regressors explain.
+    /// Mean squares of the modes minus the part that the regressors explain.
     pub(crate) fn residual_power(&self, products: &Products, beta: &[f64]) -> Vec<f64> {
         let n = products.count;
         let mut power = self.low_power.clone();

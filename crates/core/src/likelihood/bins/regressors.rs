@@ -15,17 +15,17 @@ impl Regressor {
     }
 }
 
-/// The regressors that are the end values of the angle; quantization noise has them, with the variance Q².
+/// Indices of the regressors for the end values of the angle, which quantization noise has with the variance Q².
 pub(crate) const ENDS: [usize; 2] = [0, 1];
 
-/// Sums over the modes of each bin of products of regressors and of the record, for one set of regressors.
+/// Sums, over the modes of each bin, of products of regressors with each other and with the record.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Products {
     pub count: usize,
-    /// Whether each is an end value of the angle.
+    /// Whether each regressor is an end value of the angle.
     pub ends: Vec<bool>,
-    /// `count`² a bin.
+    /// Products of regressors, `count`² per bin.
     pub squares: Vec<f64>,
-    /// `count` a bin.
+    /// Products with the record, `count` per bin.
     pub with_record: Vec<f64>,
 }

@@ -1,25 +1,25 @@
-//! Segments of differences in place of samples, for records whose low frequencies are the strongest.
+//! Segments of differences instead of samples, for records with strong low frequencies.
 //!
 //! A mask spreads the power of low frequencies over all others. If this power is large, as for a rate random walk without
-//! white noise, the densities contain no other information and are all alike. Differences of the samples have little power
-//! there: those of a rate random walk are white. Their densities are divided by the gain 4 sin²(πf·step·τ₀), so that the
-//! models remain those of the samples.
+//! white noise, the densities contain no other information and are all equal. Differences of the samples have little power
+//! at low frequencies: those of a rate random walk are white. Their densities are divided by the gain 4 sin²(πf·step·τ₀),
+//! so that the models remain those of the samples.
 
 use std::f64::consts::PI;
 
 /// Longest step of a difference. \[samples\]
 const LONGEST: usize = 8;
 
-/// Share of the pairs of the best step from which a shorter one is taken.
+/// Share of the pairs of the best step above which a shorter step is preferred.
 const SHARE: f64 = 0.5;
 
-/// Change of the gain over a piece of a bin within which it is a constant.
+/// Largest ratio of gains in a piece of a bin, within which the gain is treated as constant.
 const FLAT: f64 = 1.1;
 
-/// Differences of samples, and whether the segments contain them in place of the samples.
+/// Differences of samples, and whether the segments contain them instead of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Differences {
-    /// Distance of two samples, the shortest one that many pairs have.
+    /// Distance of two samples: the shortest distance that many pairs have.
     pub step: usize,
     pub used: bool,
 }
@@ -46,7 +46,7 @@ impl Differences {
         if self.used { 4.0 * (PI * cycles * self.step as f64).sin().powi(2) } else { 1.0 }
     }
 
-    /// The gain at the densities of a segment; where it is 0, that beside it.
+    /// The gain at the densities of a segment; where it is 0, the neighbouring value.
     pub(super) fn gains(self, length: usize) -> Vec<f64> {
         let least = self.gain(1.0 / length as f64);
         (0..=length / 2).map(|k| self.gain(k as f64 / length as f64).max(least)).collect()
@@ -57,8 +57,8 @@ impl Differences {
         if self.used { 2.0 * of(lag) - of(lag + self.step) - of(lag.abs_diff(self.step)) } else { of(lag) }
     }
 
-    /// Whether a density is an image of frequencies below `first`, which the modes describe: a record of every second
-    /// sample, say, has them at half the rate.
+    /// Whether a density is an image of frequencies below `first`, which the modes describe: a record with every second
+    /// sample, for example, has such images at half the rate.
     pub(super) fn repeats(self, k: usize, length: usize, first: usize) -> bool {
         let period = length as f64 / self.step as f64;
         let images = (k as f64 / period).round();

@@ -1,8 +1,8 @@
-//! What is expected of the modes and densities of a mask.
+//! Expected modes and densities for a mask.
 
 use crate::likelihood::bins::{high_ranges, low_edges};
 use crate::likelihood::expected::{Part, TERMS};
-use crate::likelihood::masked::mask::{Masked, Seen};
+use crate::likelihood::masked::mask::{MaskSums, Masked};
 use crate::likelihood::masked::nodes::StringModes;
 use crate::likelihood::masked::windows::{Cells, Grid, LowView, LowWindow, Windows};
 use crate::likelihood::summary::Summary;
@@ -11,7 +11,7 @@ use crate::terms::Term;
 use std::f64::consts::PI;
 
 impl Masked {
-    pub(super) fn new(seen: Seen, string: StringModes, windows: Windows, record: &Summary) -> Self {
+    pub(super) fn new(seen: MaskSums, string: StringModes, windows: Windows, record: &Summary) -> Self {
         let (tau0, length) = (record.tau0, record.segment);
         let grid = Grid { spacing: record.block, count: record.blocks, tau0 };
         let highest = string.frequencies[string.frequencies.len() - 1];

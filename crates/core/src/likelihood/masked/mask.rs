@@ -1,4 +1,4 @@
-//! What the likelihood needs to know of a mask.
+//! Properties of a mask that the likelihood needs.
 
 use crate::likelihood::masked::differences::Differences;
 use crate::likelihood::masked::nodes::StringModes;
@@ -8,12 +8,12 @@ use crate::likelihood::taper::PARTS;
 /// Smallest number of neighbouring pairs that distinguishes quantization noise from random walk.
 pub(super) const LEAST_PAIRS: usize = 100;
 
-/// Fewest differences that take the place of samples: 32 in a segment of a sixteenth of the record.
+/// Smallest number of differences that may replace samples: 32 in a segment of a sixteenth of the record.
 const LEAST_DIFFERENCES: usize = 512;
 
 /// Sums of a pass over the samples.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct MaskSums {
     /// Number of present samples, and of pairs of neighbours.
     pub(super) present: usize,
     pub(super) neighbours: usize,
@@ -30,14 +30,14 @@ pub(super) struct Seen {
 /// Properties of a mask that the likelihood needs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Masked {
-    pub(super) seen: Seen,
+    pub(super) seen: MaskSums,
     pub string: StringModes,
     pub(super) windows: Windows,
     pub cells: Cells,
-    /// Densities of the terms: by bin of the modes, and by density of the periodogram.
+    /// Expected densities of the terms, by bin of the modes and by density of the periodogram.
     pub(super) low: Vec<Vec<f64>>,
     pub(super) high: Vec<Vec<f64>>,
-    /// Weights of the cells in the bins of the modes, row after row.
+    /// Weights of the cells in the bins of the modes, in row order.
     pub(super) low_rows: Vec<f64>,
 }
 
@@ -47,12 +47,12 @@ impl Masked {
         self.seen.neighbours >= LEAST_PAIRS
     }
 
-    /// Samples that are there.
+    /// Number of present samples.
     pub(crate) fn present(&self) -> usize {
         self.seen.present
     }
 
-    /// Samples or differences in the segments, over the samples of a complete record.
+    /// Number of samples or differences in the segments, over the samples of a complete record.
     pub(crate) fn share(&self, samples: usize) -> f64 {
         let count = if self.seen.differences.used { self.seen.pairs } else { self.seen.present };
         count as f64 / samples as f64
@@ -63,8 +63,8 @@ impl Masked {
         self.seen.parts
     }
 
-    /// Whether differences should take the place of samples in the segments: their mean square is below `variance`, that of
-    /// the samples in a segment. The gain of differences has the geometric mean 1: the larger variance leaks more.
+    /// Whether differences should replace samples in the segments: whether their mean square is below `variance`, that of
+    /// the samples in a segment. The gain of differences has the geometric mean 1, so the larger variance leaks more.
     pub(crate) fn wants_differences(&self, variance: f64) -> bool {
         self.seen.pairs >= LEAST_DIFFERENCES && self.seen.square < variance
     }
@@ -74,7 +74,7 @@ impl Masked {
         self.seen.differences.repeats(k, length, first)
     }
 
-    /// Mean densities of a term in all bins; `stretches`: densities of each bin of the periodogram.
+    /// Mean densities of a term in all bins; `stretches` are the densities of each bin of the periodogram.
     pub(crate) fn column(&self, term: usize, stretches: &[Vec<(usize, usize)>]) -> Vec<f64> {
         let mean = |of: &Vec<(usize, usize)>| {
             let count: usize = of.iter().map(|(a, b)| b - a).sum();
@@ -92,22 +92,23 @@ impl Masked {
         sum
     }
 
-    /// Mean density of some stretches for a line with the density 1, over the distance of two densities.
-    pub(crate) fn of_line(&self, stretches: &[(usize, usize)], line: f64, spacing: f64) -> f64 {
-        const WIDTH: f64 = 0.25; // of a distance
+    /// Mean density of some stretches for a line with density 1 over the distance of two densities.
+    pub(crate) fn line_density(&self, stretches: &[(usize, usize)], line: f64, spacing: f64) -> f64 {
+        const WIDTH: f64 = 0.25; // width of a line over the distance of two densities
         let at = line / spacing;
         let mut row = [0.0];
         self.row(stretches, &[at - 0.5 * WIDTH, at + 0.5 * WIDTH], &mut row);
         row[0] * self.gain(line, spacing) / WIDTH
     }
 
-    /// Gain of the differences at a frequency; `spacing` of two densities.
+    /// Gain of the differences at a frequency; `spacing` is the distance of two densities.
     fn gain(&self, frequency: f64, spacing: f64) -> f64 {
         let length = 2 * (self.seen.gains.len() - 1);
         self.seen.differences.gain(frequency / (spacing * length as f64))
     }
 
-    /// Weights of the densities of what the segments have, from edge to edge, in the mean of some stretches.
+    /// Weights of the cells between the edges in the mean density of some stretches, with samples or differences in the
+    /// segments.
     fn row(&self, stretches: &[(usize, usize)], edges: &[f64], row: &mut [f64]) {
         if !self.seen.differences.used {
             return self.windows.row(stretches, edges, row);
@@ -122,7 +123,7 @@ impl Masked {
         }
     }
 
-    /// Weights of the cells in all bins, row after row.
+    /// Weights of the cells in all bins, in row order.
     pub(crate) fn matrix(&self, stretches: &[Vec<(usize, usize)>], spacing: f64) -> Vec<f64> {
         let edges: Vec<f64> = self.cells.edges.iter().map(|e| e / spacing).collect();
         let gains: Vec<f64> = self.cells.at.iter().map(|&f| self.gain(f, spacing)).collect();

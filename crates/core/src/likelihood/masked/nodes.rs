@@ -1,13 +1,13 @@
-//! Sums over the samples weighted by hat functions, and the modes of the string that has the masses of the weights.
+//! Sums over the samples weighted by hat functions, and the modes of the string with the weights as masses.
 
 use crate::likelihood::masked::string::Tridiagonal;
 use crate::likelihood::masked::weights::Weights;
 use std::f64::consts::PI;
 
-/// Nodes with less than this share of the largest mass are left out; the gap is then a longer spring.
+/// Share of the largest mass below which a node is left out; the gap then becomes a longer spring.
 const LEAST_MASS: f64 = 1e-6;
 
-/// Modes are used up to this share of the nodes.
+/// Number of nodes per used mode.
 const MODES: usize = 8;
 
 /// The sums of the pass. Hat functions are 1 at a node, 0 at the next one, and constant beyond the first and the last node.
@@ -24,12 +24,12 @@ pub(super) struct Nodes {
     next: Vec<f64>,
     white: Quadratic,
     steps: Quadratic,
-    /// Interval, position in it and weight of the sample before.
+    /// Interval, position in it, and weight of the previous sample.
     before: (usize, f64, f64),
 }
 
-/// A quadratic form in the values of a mode at the nodes, that of Σ (αᵥ v + βᵥ v′)² over samples between two nodes: sums of
-/// α², 2αβ and β² by interval.
+/// The quadratic form Σ (α v + β v′)² of the values v and v′ of a mode at two neighbouring nodes, summed over the samples
+/// between them: sums of α², 2αβ and β² by interval.
 #[derive(Debug, Clone)]
 struct Quadratic(Vec<[f64; 3]>);
 
@@ -50,18 +50,18 @@ impl Quadratic {
 /// The modes of a record. Sample t has the weight √τ₀ w(t) v(t) in a mode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct StringModes {
-    /// The record.
+    /// Mode amplitudes of the record.
     pub modes: Vec<f64>,
-    /// \[Hz\]
+    /// Frequencies of the modes. \[Hz\]
     pub frequencies: Vec<f64>,
-    /// Values at the nodes, mode after mode.
+    /// Values at the nodes, by mode.
     pub shapes: Vec<Vec<f64>>,
     /// Masses of the nodes.
     pub mass: Vec<f64>,
-    /// Products of hat functions: of a node with itself, and with the next.
+    /// Products of hat functions: of a node with itself, and with the next node.
     overlap: Vec<f64>,
     next: Vec<f64>,
-    /// Σ w² v², and the same of the differences of w v.
+    /// Σ w² v², and the same sum of the differences of w v.
     pub white: Vec<f64>,
     pub steps: Vec<f64>,
     root: f64,
@@ -85,7 +85,7 @@ impl Nodes {
         }
     }
 
-    /// Samples from `start` on, 0 where they are missing.
+    /// Adds samples beginning with `start`, 0 where they are missing.
     pub(super) fn take(&mut self, present: &[bool], start: usize, samples: &[f64]) {
         self.piece.resize(samples.len(), 0.0);
         self.weights.fill(present, start as isize, &mut self.piece);
@@ -96,7 +96,7 @@ impl Nodes {
             let r = (x - j as f64).clamp(0.0, 1.0);
             let left = 1.0 - r;
             let (before, position, weight) = self.before;
-            // The sample before, on the straight line of this interval.
+            // The previous sample, on the straight line of this interval.
             let position = if before == j { position } else { position - 1.0 };
             self.steps.add(j, w * left - weight * (1.0 - position), w * r - weight * position);
             self.before = (j, r, w);
@@ -122,7 +122,7 @@ impl Nodes {
         for &j in &there {
             mass[j] = self.mass[j];
         }
-        // The mean of the record is no mode; without it the sums have their digits.
+        // The mean of the record is not a mode; without it the sums lose no digits.
         let mean = self.record.iter().sum::<f64>() / self.mass.iter().sum::<f64>();
         let record: Vec<f64> = self.record.iter().zip(&self.mass).map(|(s, c)| s - mean * c).collect();
         let springs: Vec<f64> =
@@ -154,7 +154,7 @@ impl Nodes {
                 .collect(),
             frequencies: values.iter().map(|mu| (mu / tau0).sqrt() / (2.0 * PI)).collect(),
             white: shapes.iter().map(|v| self.white.of(v)).collect(),
-            // The last sample is followed by nothing.
+            // There is no sample after the last one.
             steps: shapes.iter().map(|v| self.steps.of(v) + (before.2 * v[self.count - 1]).powi(2)).collect(),
             shapes,
             mass,
@@ -166,7 +166,7 @@ impl Nodes {
 }
 
 impl StringModes {
-    /// The modes of a curve that is given at the nodes and straight between them.
+    /// The modes of a curve that is given at the nodes and linear between them.
     pub(crate) fn of(&self, curve: &[f64]) -> Vec<f64> {
         let n = curve.len();
         let sums: Vec<f64> = (0..n)
@@ -181,7 +181,7 @@ impl StringModes {
     }
 }
 
-/// Values on all nodes from those at some, straight lines between, constant beyond.
+/// Values at all nodes from those at some nodes, by linear interpolation, and constant beyond the ends.
 fn straight(at: &[usize], values: &[f64], count: usize) -> Vec<f64> {
     let mut found = vec![values[0]; count];
     for (pair, value) in at.windows(2).zip(values.windows(2)) {

@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::likelihood::masked::differences::Differences;
-use crate::likelihood::masked::mask::{LEAST_PAIRS, Masked, Seen};
+use crate::likelihood::masked::mask::{LEAST_PAIRS, MaskSums, Masked};
 use crate::likelihood::masked::nodes::Nodes;
 use crate::likelihood::masked::weights::Weights;
 use crate::likelihood::masked::windows::TaperSums;
@@ -32,8 +32,8 @@ const STEPS: usize = 4;
 /// Largest taper at the ends of runs, over the distance of two nodes.
 const MOST_TAPER: f64 = 2.0;
 
-/// The same in segments: in samples, and as a share of the mean length of a run. Weights that reduced more would spread
-/// quantization noise over its own minimum.
+/// The same in segments: in samples, and as a share of the mean length of a run. Stronger tapering would spread
+/// quantization noise into its minimum.
 const MOST_TAPER_HIGH: f64 = 32.0;
 const TAPERED_SHARE: f64 = 0.125;
 
@@ -43,7 +43,7 @@ const LEAST_IN_SEGMENT: f64 = 8.0;
 /// Results of a first pass that determine the weights of a second one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weighting {
-    /// Samples over which the weights of a run fall to 0 at its ends.
+    /// Number of samples over which the weights of a run fall to 0 at its ends.
     pub taper: f64,
     /// The same number for runs of differences, if the segments contain differences instead of samples.
     pub differences: Option<f64>,
@@ -66,19 +66,19 @@ pub struct MaskedPass {
     pairs: usize,
     squares: f64,
     fourths: f64,
-    /// The samples of a piece after those one step before it.
+    /// The samples of a piece, preceded by the previous samples up to one step back.
     piece: Vec<f64>,
     steps: Vec<f64>,
 }
 
 impl MaskedPass {
-    /// A pass over a record with as many samples as the mask. `weighting`: see [`Summary::weighting`]; the default for a
-    /// first pass.
+    /// A pass over a record with as many samples as the mask. For `weighting` see [`Summary::weighting`]; a first pass uses
+    /// the default.
     ///
     /// # Errors
     ///
-    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are in too few places to
-    /// determine low frequencies; [`Error::Parameter`] for an interval that is not positive.
+    /// [`Error::TooShort`] for fewer than [`LEAST_SAMPLES`] present samples, or if these are too concentrated to determine
+    /// low frequencies; [`Error::Parameter`] for an interval that is not positive.
     pub fn new(present: Vec<bool>, tau0: f64, weighting: Weighting) -> Result<Self, Error> {
         let samples = present.len();
         let count = present.iter().filter(|&&there| there).count();
@@ -123,7 +123,7 @@ impl MaskedPass {
         })
     }
 
-    /// Takes the next samples; those that are missing may be anything.
+    /// Adds the next samples; missing samples may have any value.
     ///
     /// # Errors
     ///
@@ -177,7 +177,7 @@ impl MaskedPass {
     ///
     /// # Errors
     ///
-    /// [`Error::Length`] if there were fewer samples than announced.
+    /// [`Error::Length`] if there were fewer samples than the mask has.
     pub fn finish(self) -> Result<Summary, Error> {
         if self.pushed != self.present.len() {
             return Err(Error::Length { expected: self.present.len(), got: self.pushed });
@@ -211,7 +211,7 @@ impl MaskedPass {
             masked: None,
         };
         let parts = totals.map(|own| own / total);
-        let seen = Seen {
+        let seen = MaskSums {
             present: self.count,
             neighbours: self.neighbours,
             pairs: self.pairs,
@@ -242,7 +242,7 @@ struct Segments {
     next: usize,
     weights: Weights,
     taper: Vec<f64>,
-    /// Samples from `oldest` on that later segments need.
+    /// Samples, beginning with `oldest`, that later segments need.
     recent: Vec<f64>,
     oldest: usize,
     density: Vec<f64>,
@@ -283,8 +283,8 @@ impl Segments {
         }
     }
 
-    /// First sample of a segment, before the record for the first ones.
-    fn start_of(&self, segment: usize) -> isize {
+    /// First sample of a segment; negative for the first segments.
+    fn segment_start(&self, segment: usize) -> isize {
         let centre = (segment as f64 + 0.5) * self.samples as f64 / self.count as f64;
         centre as isize - (self.length / 2) as isize
     }
@@ -292,7 +292,7 @@ impl Segments {
     fn take(&mut self, present: &[bool], pushed: usize, piece: &[f64]) {
         self.recent.extend_from_slice(piece);
         while self.next < self.count {
-            let start = self.start_of(self.next);
+            let start = self.segment_start(self.next);
             let end = start + self.length as isize;
             if end.min(self.samples as isize) > pushed as isize {
                 break;
@@ -300,7 +300,8 @@ impl Segments {
             self.segment(present, start);
             self.next += 1;
         }
-        let needed = if self.next < self.count { self.start_of(self.next).max(0) as usize } else { pushed };
+        let needed =
+            if self.next < self.count { self.segment_start(self.next).max(0) as usize } else { pushed };
         if needed > self.oldest + self.length || self.next == self.count {
             let gone = needed.min(pushed) - self.oldest;
             self.recent.drain(..gone);

@@ -1,4 +1,4 @@
-//! Information in the powers of a record with missing samples: the mask correlates those of different frequencies.
+//! Information in the powers of a record with missing samples, whose mask correlates the powers of different frequencies.
 
 use crate::likelihood::expected::Part;
 use crate::likelihood::masked::Masked;
@@ -7,7 +7,7 @@ use crate::likelihood::masked::windows::spectrum;
 use crate::terms::Term;
 use std::f64::consts::PI;
 
-/// Covariance of the values in the segments: of a value with itself, and with that one step later, times τ₀.
+/// Covariance of the values in the segments, times τ₀: of a value with itself, and with the value one step later.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Levels {
     own: f64,
@@ -15,8 +15,8 @@ pub(crate) struct Levels {
 }
 
 impl Masked {
-    /// The two terms whose information the mask leaves is known: the one with white values in the segments first, and the
-    /// one that has a covariance at a step beside it.
+    /// The two terms for which the information left by the mask is known: first the term with white values in the segments,
+    /// then the term that also has a covariance at one step.
     pub(crate) fn plain_terms(&self) -> [Part; 2] {
         if self.seen.differences.used {
             [Part::Term(Term::RateRandomWalk), Part::Term(Term::RandomWalk)]
@@ -35,9 +35,9 @@ impl Masked {
         Levels { own: white + 2.0 * stepped / tau0, next }
     }
 
-    /// Degrees of freedom of a mean of so many neighbouring densities, over those without missing samples. Isolated losses
-    /// leave a single density its freedom, long gaps take their share away.
-    pub(crate) fn freedom_left(&self, count: usize) -> f64 {
+    /// Degrees of freedom of a mean of `count` neighbouring densities, over those without missing samples. Isolated losses
+    /// do not reduce the freedom of a single density; long gaps reduce it by their share.
+    pub(crate) fn freedom_share(&self, count: usize) -> f64 {
         let n = count as f64;
         let mean = |spread: &[f64]| {
             let beside = (1..count.min(spread.len())).map(|d| 2.0 * (1.0 - d as f64 / n) * spread[d]);
@@ -46,12 +46,12 @@ impl Masked {
         mean(&self.windows.spread_of_whole) / mean(&self.windows.spread)
     }
 
-    /// Information on a term in all bins of the periodogram together, over that of bins which are independent and complete.
+    /// Information on a term in all bins of the periodogram together, over that of independent and complete bins.
     ///
-    /// The variance of Σ x P, with the weights x that the term has in the fit, for the covariance of the powers P of
-    /// the two plain terms with this mask, against the variance that the fit assumes. `weights`: x by density; `noise`:
-    /// expected densities of these two.
-    pub(crate) fn information_left(&self, weights: &[f64], noise: &[f64], levels: Levels) -> f64 {
+    /// It compares the variance that the fit assumes with the variance of Σ x P for the covariance of the powers P of the
+    /// two plain terms with this mask, where x are the weights of the term in the fit. `weights` are x by density; `noise`
+    /// are the expected densities of the two terms.
+    pub(crate) fn information_share(&self, weights: &[f64], noise: &[f64], levels: Levels) -> f64 {
         let period = 2 * (weights.len() - 1);
         let Levels { own, next } = levels;
         let step = self.seen.differences.step as f64;

@@ -1,28 +1,28 @@
 //! The lowest modes of a loaded string: eigenvectors of a symmetric tridiagonal matrix, by bisection and inverse iteration.
 
-/// Eigenvalues that are bisected together, so that their divisions overlap.
+/// Number of eigenvalues that are bisected together, so that their divisions overlap.
 const LANES: usize = 8;
 
 /// Relative width at which a bisection ends.
 const NARROW: f64 = 1e-10;
 
-/// Eigenvectors that are iterated together, for the same reason.
+/// Number of eigenvectors that are iterated together, for the same reason.
 const VECTORS: usize = 4;
 
 type Lanes = [f64; VECTORS];
 
-/// Steps of inverse iteration.
+/// Number of steps of inverse iteration.
 const ITERATIONS: usize = 2;
 
-/// Eigenvalues nearer to the next than this are a cluster, whose vectors are made orthogonal one after the other. Long gaps
-/// make pairs of them.
+/// Relative distance of neighbouring eigenvalues below which they form a cluster, whose vectors are orthogonalised in turn.
+/// Long gaps cause pairs of them.
 const CLUSTER: f64 = 1e-3;
 
-/// A string of nodes with masses, its ends free.
+/// The matrix of a string of nodes with masses and free ends.
 #[derive(Debug, Clone)]
 pub(super) struct Tridiagonal {
     pub diagonal: Vec<f64>,
-    /// Between neighbours, one shorter.
+    /// Off-diagonal elements, one fewer than diagonal ones.
     pub beside: Vec<f64>,
 }
 
@@ -36,7 +36,7 @@ impl Tridiagonal {
     }
 
     fn eigenvalues(&self, squares: &[f64], count: usize) -> Vec<f64> {
-        // An upper limit of all that are wanted: the spectrum starts at 0.
+        // An upper limit of the wanted eigenvalues: the spectrum begins at 0.
         let n = self.diagonal.len();
         let norm = self.diagonal.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut top = norm * (count as f64 / n as f64).powi(2);
@@ -52,7 +52,7 @@ impl Tridiagonal {
                 if (0..LANES).all(|i| high[i] - low[i] <= NARROW * high[i]) {
                     break;
                 }
-                // Eigenvalues grow as squares of their numbers; the first steps share brackets between lanes.
+                // Eigenvalues grow with the square of their number; in the first steps the lanes share brackets.
                 let middle: [f64; LANES] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
                 let found = self.below(squares, middle);
                 for i in 0..LANES {
@@ -70,7 +70,7 @@ impl Tridiagonal {
         values
     }
 
-    /// Numbers of eigenvalues below some values: signs in the factors of Sturm's sequence.
+    /// Numbers of eigenvalues below some values, from the signs in Sturm's sequence.
     fn below(&self, squares: &[f64], x: [f64; LANES]) -> [usize; LANES] {
         let mut found = [0.0; LANES];
         let mut q = [f64::INFINITY; LANES];
@@ -89,11 +89,11 @@ impl Tridiagonal {
     /// The vectors of ascending eigenvalues, orthogonal within each cluster.
     fn eigenvectors(&self, values: &[f64]) -> Vec<Vec<f64>> {
         let mut vectors: Vec<Vec<f64>> = Vec::with_capacity(values.len() + VECTORS);
-        let mut cluster = 0; // where the one of the last vector begins
+        let mut cluster = 0; // beginning of the cluster of the last vector
         for start in (0..values.len()).step_by(VECTORS) {
             let value: Lanes = std::array::from_fn(|i| values[(start + i).min(values.len() - 1)]);
             let factors = Factors::new(self, value);
-            // A start that is nearly orthogonal to no vector, and another one for each.
+            // The initial vectors differ, and are not nearly orthogonal to any eigenvector.
             let number: Lanes = std::array::from_fn(|i| (start + i + 1) as f64);
             let mut x: Vec<Lanes> = (0..self.diagonal.len())
                 .map(|j| number.map(|k| 1.0 + 0.5 * part(j as f64 * k * 0.618_033_988_749_895)))
@@ -126,7 +126,7 @@ impl Tridiagonal {
     }
 }
 
-/// The part of a number above 0 that is less than 1, without the call that processors without SSE 4.1 need.
+/// The fractional part of a positive number, without the function call that processors without SSE 4.1 need.
 fn part(x: f64) -> f64 {
     x - x as u64 as f64
 }
@@ -149,7 +149,7 @@ fn scale(x: &mut [f64]) {
     }
 }
 
-/// A fold from 0 in lanes that do not wait for each other.
+/// A fold from 0 in independent lanes.
 fn in_lanes(x: &[f64], step: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
     let mut found = [0.0; LANES];
     for chunk in x.chunks(LANES) {
@@ -160,9 +160,9 @@ fn in_lanes(x: &[f64], step: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
     found
 }
 
-/// Triangular factors of T − λ with row exchanges, of several λ at once.
+/// Triangular factors of T − λ with row exchanges, for several λ at once.
 struct Factors {
-    /// Rows of the upper factor: the inverse of the diagonal, and two above it.
+    /// Rows of the upper factor: the inverse of the diagonal element, and two elements to its right.
     upper: Vec<[Lanes; 3]>,
     /// Multiplier of each step, and whether its rows were exchanged.
     lower: Vec<(Lanes, [bool; VECTORS])>,
@@ -284,7 +284,7 @@ mod tests {
 
     #[test]
     fn uneven_masses_and_long_gaps() {
-        // Masses over five decades; two and four equal pieces joined by springs that are nearly nothing.
+        // Masses over five decades; two and four equal pieces joined by very weak springs.
         let n = 800;
         let uneven: Vec<f64> =
             (0..n).map(|j| 10_f64.powf(-5.0 * (j as f64 * 0.754_877_666).fract())).collect();

@@ -44,7 +44,7 @@ fn record(present: &[bool], weighting: Weighting) -> Summary {
     pass.finish().unwrap()
 }
 
-/// Adds `scale` times c, Σ a(s) a(t) R(|s − t|) = Σ c(l) R(l) for every R.
+/// Adds `scale` times c(l), defined by Σ a(s) a(t) R(|s − t|) = Σ c(l) R(l) for any R.
 fn add_products(c: &mut [f64], a: &[f64], scale: f64) {
     for lag in 0..a.len() {
         let products = a.iter().zip(&a[lag..]).map(|(s, t)| s * t).sum::<f64>();
@@ -52,12 +52,12 @@ fn add_products(c: &mut [f64], a: &[f64], scale: f64) {
     }
 }
 
-/// Expected power of samples whose products are `c`, autocovariance R(l).
+/// Expected power for products of weights `c` and the autocovariance R(l).
 fn variance(c: &[f64], lags: &[f64]) -> f64 {
     c.iter().zip(lags).map(|(c, r)| c * r).sum()
 }
 
-/// Products of the weights of the samples in some modes, summed.
+/// Summed products of the weights of the samples in some modes.
 fn in_modes(record: &Summary, modes: Range<usize>, present: &[bool], taper: f64) -> Vec<f64> {
     let mut products = vec![0.0; N];
     for k in modes {
@@ -165,8 +165,8 @@ fn expected_powers_are_those_of_the_dense_covariance() {
                     let errors = checked.iter().map(|(k, c)| (column[*k] / variance(c, &lags) - 1.0).abs());
                     errors.fold(0.0, f64::max)
                 });
-                // The level of a segment is right in all frequencies together, not in each. Differences have none of
-                // the power of low frequencies that leaks.
+                // The level of a segment is correct over all frequencies together, not for each. Differences have no
+                // low-frequency power that leaks.
                 let [modes, densities] = match part {
                     Part::Term(Term::RandomWalk) => [1e-9, 0.05],
                     Part::Term(Term::Quantization) => [0.01, 0.05],
@@ -191,7 +191,7 @@ fn expected_powers_are_those_of_the_dense_covariance() {
 
 #[test]
 fn a_filter_and_a_resonance_are_seen_through_the_mask() {
-    // R of a density by its cosine transform: the process sees |H|² or is one of a narrow band.
+    // R of a density by its cosine transform, for a filtered process or a narrow-band process.
     let (grid, a) = (1 << 14, 0.7);
     let omega = |i: usize| PI * (i as f64 + 0.5) / f64::from(grid);
     let resonance = Part::Resonance { frequency: 4.0, width: 0.8 };
@@ -230,7 +230,7 @@ fn a_filter_and_a_resonance_are_seen_through_the_mask() {
                     let error = (got - exact) / exact.max(0.1 * usual);
                     assert!(error.abs() < 0.1, "{name}, {weighting:?}, {what}, bin {i}: {got} for {exact}");
                 }
-                // What leaks into one mode depends on the mask between two nodes, whose mean is known.
+                // The leakage into one mode depends on the mask between two nodes; only its mean is known.
                 let exact = variance(&in_modes, lags);
                 let error = (got[..count].iter().sum::<f64>() - exact) / exact.max(usual * count as f64);
                 assert!(error.abs() < 0.2, "{name}, {weighting:?}, {what}, modes: {error}");

@@ -1,19 +1,19 @@
-//! Weights of the samples of a record with missing ones: best weights of a run for its mean, in random walk and
+//! Weights of the samples of a record with missing samples: the best weights for the mean of a run with random walk and
 //! quantization noise.
 
-/// Below this length the weights are those of a record without quantization noise.
+/// Length of the taper below which the weights are those without quantization noise.
 const LEAST_TAPER: f64 = 0.2;
 
-/// Exponents beyond which a weight is 1.
-const FAR: f64 = 40.0;
+/// Exponent above which a weight is 1.
+const MAX_EXPONENT: f64 = 40.0;
 
 /// Weights that fall to 0 at the ends of a run of samples, over `taper` samples.
 ///
-/// They are A⁻¹1, A the covariance of quantization noise and random walk in the run, so that the differences of the angle
-/// at the ends of many runs do not become white noise.
+/// They are A⁻¹1, where A is the covariance of quantization noise and random walk in the run, so that the differences of
+/// the angle at the ends of many runs do not become white noise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
-    /// Rate of the fall, 0 without one.
+    /// Rate of the fall; 0 without a taper.
     rate: f64,
 }
 
@@ -25,10 +25,10 @@ impl Weights {
 
     fn fall(self, distance: f64) -> f64 {
         let x = self.rate * distance;
-        if x > FAR { 0.0 } else { (-x).exp() }
+        if x > MAX_EXPONENT { 0.0 } else { (-x).exp() }
     }
 
-    /// The weights of the samples from `start` on; 0 for those that are missing, and outside the record.
+    /// The weights of the samples beginning with `start`; 0 for missing samples and outside the record.
     pub(super) fn fill(self, present: &[bool], start: isize, weights: &mut [f64]) {
         let n = present.len();
         let there = |t: isize| usize::try_from(t).is_ok_and(|t| t < n && present[t]);
@@ -38,9 +38,9 @@ impl Weights {
             }
             return;
         }
-        // Samples beyond this distance from a run's end do not see it.
-        let reach = (FAR / self.rate).ceil() as isize;
-        let mut before = 0; // samples of the run before the present one, at most `reach`
+        // The end of a run has no effect on samples beyond this distance.
+        let reach = (MAX_EXPONENT / self.rate).ceil() as isize;
+        let mut before = 0; // number of earlier samples in the run, at most `reach`
         while before < reach && there(start - 1 - before) {
             before += 1;
         }

@@ -1,18 +1,19 @@
 //! Expected powers of tapered segments with missing samples, from the autocorrelation of taper and mask.
 //!
-//! With w the weights of a segment times the taper, H = Σ w and q = Σ w², the power of a segment without its level Σ w y/H has
-//! the expectation E P(f) = τ₀ Σₗ A(l) [R(l) + c] cos 2πflτ₀ for a covariance R, c = Σₗ R(l) (A₁(l) − 2 A₂(l)). A, A₁ and A₂ are
-//! the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by Σ q. c makes the total power right.
+//! With w the weights of a segment times the taper, H = Σ w and q = Σ w², the power of a segment without its level Σ w y/H
+//! has the expectation E P(f) = τ₀ Σₗ A(l) [R(l) + c] cos 2πflτ₀ for a covariance R, where c = Σₗ R(l) (A₁(l) − 2 A₂(l))
+//! corrects the total power. A, A₁ and A₂ are the sums over the segments of w ⋆ w, q (w ⋆ w)/H² and (w ⋆ w²)/H, divided by
+//! Σ q.
 
 use crate::likelihood::taper::smooth;
 use sigmatau_fft::{Complex64, Planner, RealToComplex};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Points of the window of a density in the distance of two densities.
+/// Number of points of the window of a density per distance of two densities.
 const FINE: usize = 8;
 
-/// Cells of a bin of the periodogram; and in a decade, below it.
+/// Number of cells per bin of the periodogram, and per decade below the periodogram.
 const IN_BIN: usize = 4;
 const PER_DECADE: f64 = 48.0;
 
@@ -23,17 +24,17 @@ const LOWEST: f64 = 0.02;
 pub(super) struct TaperSums {
     length: usize,
     segments: usize,
-    /// Distance of the samples whose products are the second law.
+    /// Distance of the samples whose products form the second spectrum.
     step: usize,
     total: f64,
     /// Spectra of w ⋆ w, and of A₁ − 2 A₂.
     overlap: Vec<f64>,
     level: Vec<f64>,
-    /// Spectra of w², of w(t) w(t + step), and of both.
+    /// Power spectra of w² and of w(t) w(t + step), and their cross-spectrum.
     squares: Vec<f64>,
     next: Vec<f64>,
     both: Vec<f64>,
-    /// Sum of squares of a segment without missing samples, and how many there were: they are added at the end.
+    /// Sum of squares of a complete segment, and number of complete segments, which are added at the end.
     whole: Option<f64>,
     wholes: usize,
     taper: Vec<f64>,
@@ -69,7 +70,7 @@ impl TaperSums {
         }
     }
 
-    /// Adds a segment; the sum of its squared weights.
+    /// Adds a segment; returns the sum of its squared weights.
     pub(super) fn add(&mut self, mask: &[f64], taper: &[f64]) -> f64 {
         let whole = mask.iter().all(|&m| m >= 1.0);
         if let (true, Some(own)) = (whole, self.whole) {
@@ -183,16 +184,16 @@ pub(crate) struct Windows {
     at_zero: Vec<f64>,
     sums: Running,
     level_sums: Running,
-    /// Lags of sums of w⁴ kind: of w², of w² with w(t) w(t + step), of the latter; and of a segment without missing samples.
+    /// Correlations of w², of w² with w(t) w(t + step), and of the latter, by lag; and those of a complete segment.
     pub laws: [Vec<f64>; 3],
     pub law_of_whole: Vec<f64>,
-    /// Spectrum of w², of all segments and of a segment without missing samples: shared noise of two densities.
+    /// Spectrum of w² for all segments and for a complete segment: the correlation of the noise of two densities.
     pub spread: Vec<f64>,
     pub spread_of_whole: Vec<f64>,
 }
 
 impl Windows {
-    /// Expected densities of a process by the lags of its covariance; only contrasts count.
+    /// Expected densities of a process with the given covariance by lag; only contrasts count.
     pub(crate) fn expected(&self, covariance: &[f64], tau0: f64) -> Vec<f64> {
         let doubled = |(l, (r, g)): (usize, (&f64, &f64))| if l == 0 { r * g } else { 2.0 * r * g };
         let level: f64 = covariance.iter().zip(&self.level).enumerate().map(doubled).sum();
@@ -201,8 +202,8 @@ impl Windows {
         spectrum(&seen, 2 * self.length).into_iter().step_by(2).collect()
     }
 
-    /// What the mask shows of the noise in each cell where the nodes resolve nothing: the spectrum of the weights, times the
-    /// fourth power of low frequencies, since hat functions describe a straight line; its sum is half the rate.
+    /// Weights of the noise in each cell at frequencies that the nodes do not resolve: the spectrum of the weights, times
+    /// the fourth power of low frequencies, because hat functions describe a straight line. The sum is half the rate.
     pub(super) fn between_nodes(&self, cells: &Cells, grid: Grid) -> Vec<f64> {
         let (n, tau0) = (grid.spacing as f64, grid.tau0);
         let spacing = 1.0 / (self.length as f64 * tau0);
@@ -243,7 +244,7 @@ impl Windows {
     }
 }
 
-/// Integral of an even periodic series whose points are in the middle of steps.
+/// Integral of an even periodic step function whose points are in the middle of the steps.
 #[derive(Debug, Clone, PartialEq)]
 struct Running {
     first: isize,
@@ -251,7 +252,7 @@ struct Running {
 }
 
 impl Running {
-    /// Of the sums with every eighth point before, from half a period below 0 to a period above it.
+    /// For sums with every eighth earlier point, from half a period below 0 to a period above 0.
     fn new(fine: &[f64], length: usize) -> Self {
         let (half, margin) = (FINE * length / 2, 4 * FINE);
         let first = -((half + margin) as isize);
@@ -279,7 +280,7 @@ impl Running {
             (sum, *x) = (sum + *x, sum);
         }
         series.push(sum);
-        // Half a step of the first point is below 0 where the series starts there.
+        // If the series begins at 0, half of the first step is below 0.
         Self { first, sums: series }
     }
 
@@ -290,12 +291,12 @@ impl Running {
     }
 }
 
-/// Cells of frequency, in which a density is taken as constant where it leaks elsewhere.
+/// Cells of frequency, within which a density counts as constant for its leakage to other frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cells {
-    /// From 0 to half the rate. \[Hz\]
+    /// Edges from 0 to half the rate. \[Hz\]
     pub edges: Vec<f64>,
-    /// Where a density is evaluated: geometric means, so that 1/f² has its mean. \[Hz\]
+    /// Frequencies at which a density is evaluated: geometric means of the edges, at which 1/f² has its mean. \[Hz\]
     pub at: Vec<f64>,
 }
 
@@ -310,8 +311,8 @@ impl Cells {
         self.edges[cell + 1] - self.edges[cell]
     }
 
-    /// Quarters of the bins of the periodogram, of which `ranges` are densities at multiples of `spacing`; and steps of a
-    /// logarithm below.
+    /// Quarters of the bins of the periodogram, where `ranges` are their densities at multiples of `spacing`, and
+    /// logarithmic steps below.
     pub(super) fn new(
         ranges: &[(usize, usize)],
         length: usize,
@@ -320,7 +321,7 @@ impl Cells {
         highest_mode: f64,
     ) -> Self {
         let first = ranges.first().map_or(0.5 * length as f64, |r| r.0 as f64 - 0.5) * spacing;
-        // The modes see more of a slope than the densities do.
+        // The modes need finer cells than the densities, because the density is steeper there.
         let first = first.max(highest_mode * 10_f64.powf(2.0 / PER_DECADE));
         let lowest = LOWEST / duration;
         let count = (PER_DECADE * (first / lowest).log10()).ceil().max(1.0);
@@ -357,12 +358,12 @@ pub(super) struct Grid {
     pub tau0: f64,
 }
 
-/// Lags of nodes from which a covariance is that of their distance and its second derivative.
-const FAR: usize = 64;
+/// Lag of nodes above which a covariance is computed from that at their distance and its second derivative.
+const SERIES_LAG: usize = 64;
 
 impl Grid {
-    /// Covariance of two hat-weighted means by the distance of their nodes, and the variance of a sample less the mean
-    /// covariance of two samples closer than two nodes. `bent`: l² times the second derivative of the covariance at long
+    /// Covariance of two hat-weighted means by the distance of their nodes, and the variance of a sample minus the mean
+    /// covariance of two samples closer than two nodes. `bent` is l² times the second derivative of the covariance at long
     /// distances, in samples.
     pub(super) fn covariance(self, of: impl Fn(usize) -> f64, bent: f64) -> (Vec<f64>, f64) {
         let n = self.spacing;
@@ -372,7 +373,7 @@ impl Grid {
         let lags = (0..self.count)
             .map(|l| {
                 let centre = (l * n) as isize;
-                if l < FAR {
+                if l < SERIES_LAG {
                     return kernel.iter().zip(centre - half..).map(|(k, u)| k * of(u.unsigned_abs())).sum();
                 }
                 of(l * n) + 0.5 * width * bent / (centre as f64).powi(2)
@@ -386,7 +387,7 @@ impl Grid {
 
 /// Autocorrelation of a hat function that is sampled between its ends, with the sum 1.
 fn hat_products(n: usize) -> Vec<f64> {
-    // Four boxes, and a pair of samples twice.
+    // Convolution of four boxes; each pair of samples counts twice.
     let mut series = vec![1.0 / (n as f64).powi(4)];
     for _ in 0..4 {
         let mut sum = 0.0;
@@ -412,7 +413,7 @@ pub(super) struct LowView {
     grid: Grid,
     short: Arc<dyn RealToComplex<f64>>,
     long: Arc<dyn RealToComplex<f64>>,
-    /// Of the hats at the points of the long transform, up to the rate of the nodes; beyond, they leave nothing.
+    /// Response of the hats at the points of the long transform, up to the rate of the nodes; above, it is 0.
     hats: Vec<f64>,
     step: f64,
 }
@@ -434,7 +435,7 @@ impl LowView {
         Self { grid, short, long: planner.forward(period), hats, step }
     }
 
-    /// `shapes`: modes of the bin; `white`: their Σ w² v².
+    /// The response of a bin with the modes `shapes`; `white` are their Σ w² v².
     pub(super) fn window(&self, shapes: &[Vec<f64>], mass: &[f64], white: &[f64]) -> LowWindow {
         let mut output = self.short.make_output_vec();
         let mut input = self.short.make_input_vec();
@@ -450,7 +451,7 @@ impl LowView {
             power.iter_mut().zip(&output).for_each(|(p, z)| *p += z.norm_sqr() / modes);
         }
         let mut lags = lags(&power, input.len(), mass.len(), self.grid.tau0);
-        // Of what the modes hold of white noise, hats on all samples explain this.
+        // The part of the white noise in the modes that hats on all samples explain.
         let n = self.grid.spacing as f64;
         let explained = (lags[0] * 2.0 / 3.0 + lags[1] / 3.0) / n;
         let within = self.grid.tau0 * white.iter().sum::<f64>() / modes - explained;
@@ -458,9 +459,9 @@ impl LowView {
         LowWindow { lags, within }
     }
 
-    /// Weights of the cells in a bin; `between`: see [`Windows::between_nodes`].
+    /// Weights of the cells in a bin; for `between` see [`Windows::between_nodes`].
     pub(super) fn row(&self, window: &LowWindow, cells: &Cells, between: &[f64]) -> Vec<f64> {
-        // An even series of the same sum over both signs.
+        // An even series with the same sum over both signs.
         let mut input = self.long.make_input_vec();
         let period = input.len();
         for (l, x) in window.lags.iter().enumerate() {

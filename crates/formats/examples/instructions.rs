@@ -1,7 +1,7 @@
-//! Small fixed pieces of work for counting instructions; `benches/instructions.py` runs them under callgrind.
+//! Small fixed tasks for counting instructions; `benches/instructions.py` runs them under callgrind.
 //!
-//! `instructions WORK` does one of `WORKS` on one thread, after making data for all of them; `nothing` only makes
-//! the data, and is to be subtracted.
+//! `instructions WORK` runs one of `WORKS` on one thread, after it makes the data for all of them. Subtract the count of
+//! `nothing`, which only makes the data.
 
 use sigmatau_core::allan::{Counting, Overlap, allan_variance};
 use sigmatau_core::phase::Phase;
@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use std::hint::black_box;
 
 const SAMPLES: usize = 200_000;
-/// Samples of one push.
+/// Number of samples per push.
 const CHUNK: usize = 1000;
 const ROWS: usize = 5000;
 const COLUMNS: usize = 7;
@@ -24,7 +24,7 @@ fn main() -> Result<(), Failure> {
     let work = std::env::args().nth(1).unwrap_or_default();
     let rate = noise(SAMPLES);
     let table = table(ROWS)?;
-    // This thread is the pool: another one would count its waiting.
+    // The pool is the current thread: a second one would count instructions while waiting.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build()?;
     pool.install(|| run(&work, &rate, &table))
 }
@@ -64,7 +64,7 @@ fn run(work: &str, rate: &[f64], table: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Rows as a logger writes them: the time, and numbers of nine digits.
+/// Rows of a typical logger: the time, and numbers of nine digits.
 fn table(rows: usize) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     let numbers = noise(rows * COLUMNS);
@@ -78,7 +78,7 @@ fn table(rows: usize) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Numbers that look random, in few instructions.
+/// Pseudo-random numbers that need few instructions.
 fn noise(n: usize) -> Vec<f64> {
     let mut state = 1u64;
     let next = || {

@@ -1,7 +1,7 @@
-//! `ArduPilot` logs (`DataFlash`, `.bin`), which describe themselves: each kind of message is defined by a message `FMT`.
+//! `ArduPilot` logs (`DataFlash`, `.bin`). A message `FMT` in the log defines each kind of message.
 //!
-//! Messages begin with two marks and their kind, and have the length that was defined; there are no checksums. As in the
-//! other flight logs, the last message before a damaged place is given up, because the damage may begin inside it.
+//! A message begins with two marks and its kind, and has the defined length; there are no checksums. As in `ULog` files, the
+//! last message before damage is dropped, because the damage may begin inside it.
 
 use std::io::{self, Read, Seek};
 
@@ -12,41 +12,41 @@ const FMT: u8 = 128;
 const FMT_LENGTH: usize = 89;
 const HEADER: usize = 3;
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DataFlashScan {
     /// Kinds of messages, in the order of their definitions.
     pub kinds: Vec<DataFlashKind>,
-    /// Messages that define units: the place of their kind, and their bytes without the header.
+    /// Messages that define units: the index of their kind, and their bytes without the header.
     pub definitions: Vec<(usize, Vec<u8>)>,
-    /// Messages read.
+    /// Number of messages read.
     pub messages: u64,
-    /// Where reading ends.
+    /// Offset where reading ended.
     pub end: u64,
-    /// Why it ends there, if that is not the end of the file.
+    /// Why it ended there, if not at the end of the file.
     pub broken: Option<Break>,
-    /// What the rest of the file consists of alone, zeros or 0xff, if the last message was written to its end.
+    /// The byte, 0 or 0xff, that fills the rest of the file, if the last message is complete.
     pub filler: Option<u8>,
 }
 
 /// A kind of message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DataFlashKind {
-    /// By which its messages are marked.
+    /// Number in the header of its messages.
     pub id: u8,
     /// Name.
     pub name: String,
     /// Fields: name, letter of the type, offset without the header.
     pub fields: Vec<(String, char, usize)>,
-    /// Bytes of a message without the header.
+    /// Size of a message without the header. \[bytes\]
     pub size: usize,
-    /// Offset of the instance, if there are instances.
+    /// Offset of the instance number, if there are instances.
     pub instance: Option<usize>,
-    /// Messages by instance, ascending; all under 0 if there are no instances.
+    /// Number of messages by instance, ascending; without instances, all are counted for 0.
     pub rows: Vec<(u8, usize)>,
 }
 
-/// Bytes of a field by the letter of its type.
+/// Size of a field by the letter of its type. \[bytes\]
 fn width(letter: char) -> Option<usize> {
     Some(match letter {
         'b' | 'B' | 'M' => 1,
@@ -59,14 +59,14 @@ fn width(letter: char) -> Option<usize> {
     })
 }
 
-/// Text up to the first zero byte, if it is such.
+/// Text up to the first zero byte; None if it is not text.
 fn text(bytes: &[u8]) -> Option<String> {
     let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
     let bytes = &bytes[..end];
     bytes.iter().all(u8::is_ascii_graphic).then(|| String::from_utf8_lossy(bytes).into_owned())
 }
 
-/// A kind from the message that defines it; or what is wrong.
+/// The kind that a message defines, or a description of the fault.
 fn parse_kind(body: &[u8]) -> Result<DataFlashKind, String> {
     let (id, length) = (body[0], usize::from(body[1]));
     let (Some(name), Some(letters), Some(labels)) =
@@ -100,22 +100,22 @@ fn parse_kind(body: &[u8]) -> Result<DataFlashKind, String> {
     Ok(DataFlashKind { id, name, fields, size, instance, rows: Vec::new() })
 }
 
-/// Goes through a log: what it holds, and where it breaks off.
+/// Scans a log: its contents, and where it breaks off.
 ///
 /// # Errors
 ///
-/// If it cannot be read; damage is part of the result.
+/// If it cannot be read. Damage is not an error, but part of the result.
 pub fn scan_dataflash(mut source: impl Read + Seek) -> io::Result<DataFlashScan> {
     let (scan, last) = scan_until(&mut source, u64::MAX)?;
     if !matches!(scan.broken, Some(Break::Damaged { .. })) || scan.messages == 0 {
         return Ok(scan);
     }
-    // Once more, without the last message.
+    // Scan again without the last message.
     source.rewind()?;
     Ok(DataFlashScan { broken: scan.broken, ..scan_until(&mut source, last)?.0 })
 }
 
-/// The messages that begin before a place, and where the last of them begins.
+/// Scans the messages that begin before an offset; also the offset of the last one.
 fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan, u64)> {
     let mut window = Window::new(source);
     let mut scan = DataFlashScan::default();
@@ -131,7 +131,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan
         }
         if header[0] != MARKS[0] || header.len() > 1 && header[1] != MARKS[1] {
             let first = header[0];
-            // Of a message whose last byte is such a byte it cannot be told whether it was written to its end.
+            // If the last message ends in the same byte, it may be incomplete.
             if (first == 0 || first == 0xff) && first != last_byte && only(first, &mut window)? {
                 scan.filler = Some(first);
                 scan.end = at;
@@ -197,7 +197,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> io::Result<(DataFlashScan
     Ok((scan, last))
 }
 
-/// Whether the rest of the file consists of one byte alone; it is passed over.
+/// Skips the rest of the file; whether all of it is `byte`.
 fn only(byte: u8, window: &mut Window<impl Read + Seek>) -> io::Result<bool> {
     loop {
         let rest = window.ahead(1)?;
@@ -218,26 +218,26 @@ impl DataFlashKind {
     }
 }
 
-/// Where the messages of one instance are: what `dataflash_columns` takes from a scan.
+/// The messages of one instance, as `dataflash_columns` needs them from a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DataFlashRows {
     /// Kind of message.
     pub id: u8,
-    /// Offset of the instance and its number, if there are instances.
+    /// Offset and value of the instance number, if there are instances.
     pub instance: Option<(usize, u8)>,
-    /// Bytes of a message without the header.
+    /// Size of a message without the header. \[bytes\]
     pub size: usize,
-    /// How many there are.
+    /// Number of messages.
     pub rows: usize,
-    /// Where reading ends.
+    /// Offset where reading ended.
     pub end: u64,
 }
 
-/// Of all messages of one instance, the bytes of some fields: offsets without the header, and lengths.
+/// Bytes of some fields in all messages of one instance. `fields`: offsets without the header, and lengths.
 ///
 /// # Errors
 ///
-/// If the file cannot be read or is no longer the one that was scanned, or a field lies outside of the messages.
+/// If the file cannot be read or was changed since the scan, or a field is outside the messages.
 pub fn dataflash_columns(
     source: impl Read + Seek,
     wanted: &DataFlashRows,

@@ -45,7 +45,7 @@ fn instances() {
 }
 
 #[test]
-fn every_cut_is_told_unless_between_messages() {
+fn every_cut_within_a_message_is_reported() {
     let bytes = log(6);
     for length in 1..bytes.len() {
         let (scan, x) = column(&bytes[..length], 0);
@@ -57,7 +57,7 @@ fn every_cut_is_told_unless_between_messages() {
 }
 
 #[test]
-fn the_message_before_damage_is_given_up() {
+fn the_message_before_damage_is_dropped() {
     let mut bytes = log(9);
     let at = bytes.len() - 4 * 13;
     for byte in &mut bytes[at - 6..at + 20] {
@@ -73,7 +73,7 @@ fn the_message_before_damage_is_given_up() {
 }
 
 #[test]
-fn any_byte_changed_is_taken_or_told() {
+fn a_changed_byte_is_data_or_reported() {
     let bytes = log(6);
     for at in 0..bytes.len() {
         for mask in [0x01, 0x20, 0x80, 0xff] {
@@ -93,7 +93,7 @@ fn any_byte_changed_is_taken_or_told() {
 }
 
 #[test]
-fn filler_behind_the_last_message_is_no_damage() {
+fn filler_after_the_last_message_is_not_damage() {
     for byte in [0, 0xff] {
         let bytes = [log(6), vec![byte; 1000]].concat();
         let (scan, x) = column(&bytes, 1);

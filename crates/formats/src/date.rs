@@ -1,4 +1,4 @@
-//! Dates and times of day into nanoseconds, as tables have them for stamps.
+//! Dates and times of day in tables, converted to nanoseconds.
 
 /// Order of day and month in a date that ends in the year: `07/08/2026`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,27 +9,27 @@ pub enum Order {
     MonthFirst,
 }
 
-/// What the text of a stamp states.
+/// Parts of a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// A day and a time of it.
+    /// A day and a time of day.
     Date,
-    /// A day alone, at midnight.
+    /// Only a day, at midnight.
     Day,
     /// A time of day, on the first day of 1970.
     Clock,
-    /// Minutes and seconds alone, `51:26.3`, as spreadsheets save a time of day.
+    /// Only minutes and seconds, `51:26.3`, as spreadsheets save a time of day.
     Minutes,
 }
 
-/// A stamp as text states it.
+/// A stamp read from text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stamp {
     /// Nanoseconds since 1970.
     pub nanos: i64,
-    /// What the text states.
+    /// Parts in the text.
     pub form: Form,
-    /// Whether another order of day and month gives another date, or none.
+    /// Whether the other order of day and month gives a different date, or no date.
     pub ordered: bool,
 }
 
@@ -38,13 +38,13 @@ const DAY: i64 = 86_400;
 const MONTHS: [&[u8]; 12] =
     [b"jan", b"feb", b"mar", b"apr", b"may", b"jun", b"jul", b"aug", b"sep", b"oct", b"nov", b"dec"];
 
-/// A stamp in any of the spellings that are read, from 1678 to 2261:
+/// Reads a stamp, from 1678 to 2261, in any of these forms:
 ///
-/// - `2026-03-01 12:00:00.000`, with `T` between, `/` for `-` (as Excel writes it), `Z` or an offset after it; without either
-///   as UTC. Digits beyond the ninth are dropped;
+/// - `2026-03-01 12:00:00.000`, also with `T` in the middle, `/` for `-` (from Excel), or `Z` or an offset at the end;
+///   without them it is UTC. Digits beyond the ninth are dropped;
 /// - days as `2026-3-1`, `01.03.2026`, `3/1/26` (in this `order`), `1-Mar-2026`, or with the day of the year, `2026-060`;
 /// - times as `9:51:26.259`, `09:51:26:259` (milliseconds), `9:51:26,259`, `9:51:26.259 AM`, or `51:26.3` without a day;
-/// - a day and a time with `T`, spaces, a comma, `-`, `_` or `:` (behind a day of the year) between, or either alone.
+/// - a day and a time with `T`, spaces, a comma, `-`, `_` or `:` (after a day of the year) in between, or only one of them.
 #[must_use]
 pub fn stamp(text: &[u8], order: Order) -> Option<Stamp> {
     let mut rest = text;
@@ -71,11 +71,11 @@ pub fn stamp(text: &[u8], order: Order) -> Option<Stamp> {
     Some(Stamp { nanos, form, ordered })
 }
 
-/// The day that a text begins with, counted from 1970, and whether the order of day and month matters.
+/// The day at the start of a text, counted from 1970, and whether the order of day and month matters.
 fn parse_day(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
     let mut after = *rest;
     let (first, digits) = whole_number(&mut after, 4)?;
-    // Where decimals have commas, points and commas have been exchanged.
+    // In files with decimal commas, points and commas have been exchanged.
     let separator = take_any(&mut after, b"-/., :")?;
     let (day, ordered) = if digits == 4 {
         let mut rest = after;
@@ -114,8 +114,8 @@ fn parse_day(rest: &mut &[u8], order: Order) -> Option<(i64, bool)> {
     Some((day, ordered))
 }
 
-/// Nanoseconds since midnight of the time of day that a text begins with, and whether it has an hour. Without one it is
-/// `minutes_alone` and has decimals.
+/// Nanoseconds since midnight of the time of day at the start of a text, and whether it has an hour. A time without an hour
+/// needs `minutes_alone` and decimals.
 fn parse_clock(rest: &mut &[u8], minutes_alone: bool) -> Option<(i64, bool)> {
     let (first, _) = whole_number(rest, 2)?;
     take_any(rest, b":")?;
@@ -137,12 +137,12 @@ fn parse_clock(rest: &mut &[u8], minutes_alone: bool) -> Option<(i64, bool)> {
         None => (first, second, 0, true),
     };
     let hour = if whole { half_day(rest, hour)? } else { hour };
-    // A leap second is 60, and the next second in a count that has none.
+    // A leap second is written as 60; it is counted as the next second.
     let valid = hour <= 23 && minute <= 59 && seconds <= 60;
     valid.then(|| ((hour * 3600 + minute * 60 + seconds) * NANOS + nanos.unwrap_or(0), whole))
 }
 
-/// The hour of a day of 24 hours, with `AM` or `PM` taken off; the hour itself without either.
+/// Removes `AM` or `PM` and converts to 24 hours; without them, the hour itself.
 fn half_day(rest: &mut &[u8], hour: i64) -> Option<i64> {
     let mut after = rest.trim_ascii_start();
     let Some(half) = take_any(&mut after, b"AaPp") else { return Some(hour) };
@@ -163,7 +163,7 @@ fn thousandths(rest: &mut &[u8]) -> Option<i64> {
     }
 }
 
-/// The number of a month by the first three letters of its English name; a whole name is taken off.
+/// Removes the English name of a month, whole or its first three letters; the number of the month.
 fn month_name(rest: &mut &[u8]) -> Option<i64> {
     let letters = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
     let name = rest.get(..3).filter(|_| (3..=9).contains(&letters))?;
@@ -172,13 +172,13 @@ fn month_name(rest: &mut &[u8]) -> Option<i64> {
     Some(month as i64 + 1)
 }
 
-/// Reads from one up to a largest number of digits; returns their value and their number.
+/// Reads up to `most` digits, at least one; their value and their number.
 fn whole_number(rest: &mut &[u8], most: usize) -> Option<(i64, usize)> {
     let count = rest.iter().take_while(|b| b.is_ascii_digit()).count();
     (1..=most).contains(&count).then(|| Some((number(rest, count)?, count)))?
 }
 
-/// Days since 1970 of a day; nothing if the month has no such day.
+/// Days since 1970 of a date; None if the month has no such day.
 fn day_number(year: i64, month: i64, day: i64) -> Option<i64> {
     let days_of_month = match month {
         4 | 6 | 9 | 11 => 30,
@@ -208,7 +208,7 @@ fn number(rest: &mut &[u8], digits: usize) -> Option<i64> {
     own.iter().try_fold(0, |sum, b| b.is_ascii_digit().then(|| sum * 10 + i64::from(b - b'0')))
 }
 
-/// One of these bytes, which is taken off.
+/// Removes the next byte if it is one of `bytes`.
 fn take_any(rest: &mut &[u8], bytes: &[u8]) -> Option<u8> {
     let (&first, after) = rest.split_first()?;
     bytes.contains(&first).then(|| {
@@ -226,7 +226,7 @@ fn fraction(rest: &mut &[u8]) -> Option<i64> {
     (count > 0).then_some(nanos)
 }
 
-/// Seconds that a zone is ahead of UTC: nothing, `Z`, `+01:00`, `+0100` or `+01`.
+/// Seconds that a zone is ahead of UTC: empty, `Z`, `+01:00`, `+0100` or `+01`.
 fn offset(mut rest: &[u8]) -> Option<i64> {
     if take_any(&mut rest, b" ").is_some() && rest.is_empty() {
         return None;

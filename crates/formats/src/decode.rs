@@ -1,4 +1,4 @@
-//! Text as other programs write it, decoded on the way: UTF-16, decimal commas, and only the lines before a break.
+//! Decoding of text while it is read: UTF-16, decimal commas, and only the lines before a break.
 
 use std::io::{self, Cursor, Read};
 use std::path::Path;
@@ -10,28 +10,28 @@ use crate::text::{read_columns, read_file};
 /// How the characters of a text are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Encoding {
-    /// UTF-8, or any other in which ASCII is ASCII.
+    /// UTF-8, or another superset of ASCII.
     #[default]
     Ascii,
-    /// UTF-16, the low byte first.
+    /// UTF-16, low byte first.
     Utf16Le,
-    /// UTF-16, the high byte first.
+    /// UTF-16, high byte first.
     Utf16Be,
 }
 
-/// How a text is written, beside its layout.
+/// How a text is encoded, apart from its layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Writing {
-    /// How its characters are written.
+    /// Encoding of its characters.
     pub encoding: Encoding,
-    /// Whether 0,5 is one half. Points are made commas then, so that a number with points is none.
+    /// Whether 0,5 is one half. Points are then replaced by commas, so that a field with points is not a number.
     pub decimal_comma: bool,
-    /// Lines after which the text is taken to end.
+    /// Number of lines to read; the rest is ignored.
     pub lines: Option<usize>,
 }
 
 impl Writing {
-    /// The text in ASCII with decimal points.
+    /// Converts the text to ASCII with decimal points.
     pub(crate) fn decode<'r>(self, reader: impl Read + Send + 'r) -> Box<dyn Read + Send + 'r> {
         let mut reader: Box<dyn Read + Send + 'r> = match self.encoding {
             Encoding::Ascii => Box::new(reader),
@@ -45,7 +45,7 @@ impl Writing {
     }
 }
 
-/// Reads the wanted columns of a table that is written so, see [`read_columns`].
+/// Reads the wanted columns of a table in this encoding, see [`read_columns`].
 ///
 /// # Errors
 ///
@@ -64,7 +64,7 @@ pub fn read_written(
     read_columns(writing.decode(reader), dialect, wanted, exact)
 }
 
-/// The same from a file, see [`read_file`]; one that is to be decoded is read on one thread.
+/// Reads the wanted columns from a file, see [`read_file`]; decoding uses one thread.
 ///
 /// # Errors
 ///
@@ -86,7 +86,7 @@ pub fn read_written_file(
     read_written(open(path, dialect.most)?, writing, dialect, wanted, exact)
 }
 
-/// Text in UTF-16, decoded whole when the first of it is read; half a character is replaced.
+/// Text in UTF-16, decoded completely at the first read; half a character is replaced.
 struct Utf16<R> {
     reader: Option<R>,
     unit: fn([u8; 2]) -> u16,
@@ -133,7 +133,7 @@ impl<R: Read> Read for Lines<R> {
     }
 }
 
-/// Commas for points, and points for commas.
+/// Exchanges commas and points.
 struct Swapped<R> {
     reader: R,
 }
@@ -156,7 +156,7 @@ impl<R: Read> Read for Swapped<R> {
 mod tests {
     use super::*;
 
-    /// Hands out one byte, two, three … at a time.
+    /// Returns one byte, then two, then three …
     struct Slow<'a>(&'a [u8], usize);
 
     impl Read for Slow<'_> {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn so_many_lines() {
+    fn reading_ends_after_the_given_lines() {
         for (lines, expected) in [(0, ""), (1, "a\n"), (2, "a\n\n"), (3, "a\n\nb"), (9, "a\n\nb")] {
             let writing = Writing { lines: Some(lines), ..Writing::default() };
             assert_eq!(decoded(b"a\n\nb", writing), expected);

@@ -1,7 +1,7 @@
-//! Logs into columns of numbers, and columns into text: the parsers of sigmatau.
+//! The parsers of sigmatau: logs to columns of numbers, and columns to text.
 //!
-//! Bytes in, columns out. No units, no names, no sampling rates: what the columns mean is found out by the caller, who
-//! looks at the head of the file first and describes it by a [`Dialect`].
+//! They know no units, names or sampling rates. The caller reads the head of the file first, describes it by a [`Dialect`]
+//! and finds out the meaning of the columns.
 
 #![forbid(unsafe_code)]
 

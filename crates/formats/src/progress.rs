@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 static BYTES: AtomicU64 = AtomicU64::new(0);
 
-/// Bytes of files that all readers have taken since the process began.
+/// Number of bytes that all readers have read since the process began.
 #[must_use]
 pub fn bytes_read() -> u64 {
     BYTES.load(Ordering::Relaxed)

@@ -1,25 +1,25 @@
-//! Lines among the rows that begin with the mark of a comment: most are remarks, but one flipped bit makes one of a row,
-//! and the header of the next of several logs in one file may stand behind a mark as well.
+//! Lines between the rows that begin with the mark of a comment. Most are remarks, but one flipped bit turns a row into a
+//! comment, and if one file contains several logs, their headers may be comments too.
 
-/// Headers that are kept.
+/// Largest number of headers that are kept.
 const MAX_HEADERS: usize = 16;
 
-/// Characters of a header that are kept.
+/// Number of characters of a header that are kept.
 const QUOTED: usize = 2000;
 
-/// What was passed over after the first row of data. Lines count from 1.
+/// Comments after the first row of data. Lines count from 1.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Remarks {
-    /// Lines with as many fields as a row, of which at least half are numbers.
+    /// Number of lines with as many fields as a row, at least half of them numbers.
     pub rows: usize,
-    /// The first of those, or 0.
+    /// The first such line, or 0.
     pub first_row: usize,
     /// Line and text of the first lines with as many fields as a row and no number in them.
     pub headers: Vec<(usize, String)>,
 }
 
 impl Remarks {
-    /// Counts a comment that has so many fields more or fewer than a row, and so many numbers among them.
+    /// Counts a comment with this number of fields, and of numbers among them.
     pub(crate) fn add(&mut self, line: usize, text: &[u8], fields: usize, numbers: usize, columns: usize) {
         if fields == columns && 2 * (numbers + 1) >= columns && (numbers > 0 || columns == 1) {
             self.first_row = if self.rows == 0 { line } else { self.first_row };

@@ -1,7 +1,7 @@
-//! Messages of the Robot Operating System: recorded in MCAP files and ROS 1 bags, or given as bytes.
+//! Messages of the Robot Operating System, from MCAP files, ROS 1 bags or bytes.
 //!
-//! Both files are a row of records, most of them in compressed chunks. [`pieces`] cuts a file into chunks, which are
-//! unpacked and decoded side by side and put together in the order of the file; [`program`] decodes a message.
+//! Both files are sequences of records, most of them in compressed chunks. [`pieces`] cuts a file into chunks, which are
+//! unpacked and decoded in parallel and joined in the order of the file; [`program`] decodes a message.
 
 mod bag;
 mod cursor;
@@ -24,7 +24,7 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// The files that are read here.
+/// Format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogKind {
     /// MCAP, version 0.
@@ -33,28 +33,28 @@ pub enum LogKind {
     Bag,
 }
 
-/// Content of a file.
+/// Contents of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contents {
-    /// By number.
+    /// Channels in the order of their numbers.
     pub channels: Vec<Channel>,
-    /// True if the numbers of messages are what the file declares, false if they were counted.
+    /// Whether the file declares the numbers of messages; otherwise they were counted.
     pub declared: bool,
-    /// How the walk through the file ended; complete if the file's own summary was used.
+    /// How reading ended; complete if the summary in the file was used.
     pub end: End,
 }
 
 /// Decoded messages of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Messages {
-    /// The numbers.
+    /// Columns of numbers.
     pub columns: Columns,
-    /// How the walk through the file ended.
+    /// How reading ended.
     pub end: End,
 }
 
-/// What is in a file: by its own summary if that is whole, else by going through it. Its chunks unpack to `most` bytes
-/// together, or the walk ends as [`Fault::Expanded`].
+/// Contents of a file, from its summary if that is complete, otherwise from all records. If its chunks unpack to more than
+/// `most` bytes together, reading ends with [`Fault::Expanded`].
 ///
 /// # Errors
 /// If the file cannot be opened or read.
@@ -102,7 +102,7 @@ pub fn contents(path: &Path, kind: LogKind, most: u64) -> io::Result<Contents> {
 /// The messages of some channels of a file as columns; `most` as in [`contents`].
 ///
 /// # Errors
-/// If the file cannot be opened or read. Damage is told by [`Messages::end`].
+/// If the file cannot be opened or read. [`Messages::end`] reports damage.
 pub fn messages(
     path: &Path,
     kind: LogKind,
@@ -119,7 +119,7 @@ pub fn messages(
             let mut part = program.columns();
             let fault = container.decode(data, ids, program, &mut part);
             if fault.is_some() && !vouched {
-                // Damage that shows in a record began before it, as likely as not.
+                // Damage that is detected in a record may have begun before it.
                 part.drop_last();
             }
             (part, fault)

@@ -1,4 +1,4 @@
-//! Lines into rows of numbers, each line held to the layout.
+//! Conversion of lines to rows of numbers; each line must match the layout.
 
 mod field;
 mod layout;
@@ -13,14 +13,14 @@ pub(crate) use store::Rows;
 use crate::table::TextError;
 
 impl Layout<'_> {
-    /// Reads whole lines, the last of which may lack its line feed.
+    /// Reads whole lines; the last one may lack a line feed.
     pub(crate) fn read(&self, text: &[u8], rows: &mut Rows) -> Result<(), TextError> {
         let (mut start, end) = (0, text.len());
-        // A row has at least one byte for each of its fields.
+        // A row has at least one byte per field.
         rows.room(end / self.dialect.columns.max(1) + 1)?;
         while start < end {
             if text[start] == b'\n' && rows.skip == 0 {
-                // Blank lines by the billion are a few megabytes of compressed ones.
+                // A few compressed megabytes may contain billions of blank lines.
                 let blank = text[start..].iter().take_while(|&&b| b == b'\n').count();
                 rows.lines += blank;
                 start += blank;

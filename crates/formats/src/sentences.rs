@@ -1,39 +1,39 @@
-//! Sentences of `VectorNav`'s sensors: `$VNYMR,…*68`, a line each, with a checksum of 8 or 16 bits.
+//! Sentences of `VectorNav` sensors: one line each, `$VNYMR,…*68`, with a checksum of 8 or 16 bits.
 //!
-//! A line whose checksum is wrong is left out and counted: a serial line drops bytes, and a log of days must not be lost to
-//! one of them. How many there were, and where the first ones stood, is told.
+//! A line with a wrong checksum is left out and counted: a serial link drops bytes, and one of them must not cost a log of
+//! days. The result has their number and the first few.
 
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 
 use crate::table::TextError;
 
-/// A longer line is none.
+/// A longer line is not a sentence.
 const LONGEST: u64 = 1 << 12;
 
-/// Broken lines that are described.
+/// Number of broken lines that are described.
 const DESCRIBED: usize = 5;
 
-/// Fields after those of the sentence: counts of synchronisation pulses and times since them, which can be switched on.
+/// Optional fields after those of the sentence: count of synchronisation pulses, or time since the last one.
 const APPENDED: [u8; 2] = *b"ST";
 
-/// The sentences of one name.
+/// The sentences with one name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sentences {
-    /// The wanted fields, in the order in which they were asked for; NaN where that is written.
+    /// The wanted fields in the order of the request; NaN where the sentence has NaN.
     pub columns: Vec<Vec<f64>>,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Lines that are not blank and no whole sentence, of any name.
+    /// Number of lines that are neither blank nor a complete sentence.
     pub broken: usize,
-    /// Those of them after the first row.
+    /// Number of broken lines after the first row.
     pub inner: usize,
-    /// The first of them, counted from 1, and what is wrong with each.
+    /// The first broken lines, counted from 1, and the fault of each.
     pub examples: Vec<(usize, String)>,
-    /// Whole sentences of other names.
+    /// Number of complete sentences with other names.
     pub others: usize,
-    /// The most of them, after the first row, without a row between; and the line, counted from 1, of the first of those.
+    /// Largest number of consecutive other sentences after the first row; and the first line of that run, counted from 1.
     pub gap: (usize, usize),
-    /// Name of the first of them.
+    /// Name of the first other sentence.
     pub other: String,
     /// Whether the last line is broken and has no line end.
     pub cut: bool,
@@ -43,7 +43,7 @@ pub struct Sentences {
 ///
 /// # Errors
 ///
-/// [`TextError::Damaged`] and [`TextError::Io`]. Compressed data that break off end the text, with `cut` set.
+/// [`TextError::Damaged`] and [`TextError::Io`]. If compressed data break off, the text ends there and `cut` is set.
 ///
 /// # Panics
 ///
@@ -80,7 +80,7 @@ pub fn read_sentences(
             return Ok(collected);
         }
         let whole = line.ends_with(b"\n");
-        // What is left of a line that was too long has been counted.
+        // The rest of a line that was too long has already been counted.
         if !continued {
             number += 1;
             let text = line.trim_ascii();
@@ -149,7 +149,7 @@ impl Sentences {
     }
 }
 
-/// What stands between `$` and `*`, if the checksum after it is right.
+/// The text between `$` and `*`, if the checksum after it is right.
 fn checked(text: &[u8]) -> Result<&[u8], String> {
     let Some(rest) = text.strip_prefix(b"$") else { return Err("does not begin with $".into()) };
     let Some(star) = memchr::memrchr(b'*', rest) else { return Err("has no checksum".into()) };
@@ -171,7 +171,7 @@ fn checked(text: &[u8]) -> Result<&[u8], String> {
     }
 }
 
-/// CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with 0, as `VectorNav`'s manuals define it.
+/// CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1 and the initial value 0, from the manuals of `VectorNav`.
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0_u16, |crc, &byte| {
         let mut crc = crc.swap_bytes() ^ u16::from(byte);

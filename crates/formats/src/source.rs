@@ -1,4 +1,4 @@
-//! Files from one end to the other, decompressed on the way.
+//! Sequential reading of files, which are decompressed if necessary.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -9,11 +9,11 @@ use flate2::read::MultiGzDecoder;
 use crate::progress::Counted;
 use crate::table::TextError;
 
-/// First bytes of a compressed file.
+/// First bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// A file for reading, decompressed if its first two bytes are those of gzip; to at most so many bytes, after which it
-/// fails as [`ErrorKind::FileTooLarge`].
+/// Opens a file, decompressed if its first two bytes are those of gzip. After `most` decompressed bytes, reading fails with
+/// [`ErrorKind::FileTooLarge`].
 ///
 /// # Errors
 ///
@@ -26,7 +26,7 @@ pub fn open(path: &Path, most: u64) -> Result<Box<dyn Read + Send>, TextError> {
     let gzip = head == GZIP;
     let whole = io::Cursor::new(head).chain(Counted(file));
     if gzip {
-        // The decoder asks for small pieces; the file is read in large ones.
+        // The decoder requests small pieces; the buffer reads large ones.
         let buffered = io::BufReader::with_capacity(1 << 16, whole);
         Ok(Box::new(Limited { reader: MultiGzDecoder::new(buffered), left: most }))
     } else {

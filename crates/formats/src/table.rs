@@ -3,10 +3,10 @@
 use crate::date::Order;
 use crate::remarks::Remarks;
 
-/// What stands between two fields.
+/// Separator of two fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delimiter {
-    /// One byte: comma, semicolon, tab. Two in a row enclose an empty field.
+    /// One byte: comma, semicolon, tab. Two adjacent ones enclose an empty field.
     Byte(u8),
     /// Any run of spaces and tabs; leading and trailing ones do not count.
     Whitespace,
@@ -15,46 +15,46 @@ pub enum Delimiter {
 /// Layout of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dialect {
-    /// What stands between two fields.
+    /// Separator of two fields.
     pub delimiter: Delimiter,
     /// A line that begins with one of these, after spaces, is a comment.
     pub comment: Vec<Vec<u8>>,
-    /// Lines before the data, blank ones, comments and the header included.
+    /// Number of lines before the data, including blank ones, comments and the header.
     pub skip_lines: usize,
-    /// Fields of every line of data. One empty field more, after a trailing delimiter, is let pass.
+    /// Number of fields of every line of data. One empty field after a trailing delimiter is allowed.
     pub columns: usize,
-    /// How dates and times of the exact column are read, see [`crate::date::stamp`]; nothing if it holds numbers.
+    /// Order of dates in the exact column, see [`crate::date::stamp`]; None if it contains numbers.
     pub dates: Option<Order>,
-    /// Whether a time and an arrow stand before each row, `15:00:00.010 -> 0.1,0.2`: that time is the last column.
+    /// Whether each row begins with a time and an arrow, `15:00:00.010 -> 0.1,0.2`. The time becomes the last column.
     pub arrow: bool,
-    /// Bytes that a compressed file may have.
+    /// Largest decompressed size of a file. \[bytes\]
     pub most: u64,
-    /// The kind of row that is read, where a file has several; lines of other kinds are passed over.
+    /// Tag of the rows to be read, if a file has several kinds; other lines are skipped.
     pub tag: Option<Tag>,
 }
 
-/// A field that names the kind of a row.
+/// A field that marks the kind of a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tag {
     /// Column of the field, counted from 0.
     pub column: usize,
-    /// What it says, without spaces and quotes around it.
+    /// Its text, without surrounding spaces and quotes.
     pub text: Vec<u8>,
 }
 
 /// Columns of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The wanted columns, in the order in which they were asked for; finite or NaN, all of the same length.
+    /// The wanted columns in the order of the request; finite or NaN, with equal lengths.
     pub columns: Vec<Vec<f64>>,
-    /// The exact column, if every one of its values is written as an integer that fits, or missing: then it is the least
-    /// `i64`. Time stamps in nanoseconds since 1970 need it: as `f64` they are only good to 256 ns.
+    /// The exact column, if each of its values is an integer that fits or is missing; a missing one is the smallest `i64`.
+    /// Time stamps in nanoseconds since 1970 need it: as `f64` they are exact only to 256 ns.
     pub integers: Option<Vec<i64>>,
-    /// Rows of data.
+    /// Number of rows of data.
     pub rows: usize,
     /// Line of the first row, counted from 1.
     pub first_line: usize,
-    /// Comments among the rows.
+    /// Comments between the rows.
     pub remarks: Remarks,
     /// Whether the last line has no line end.
     pub open_end: bool,
@@ -70,12 +70,12 @@ pub enum TextError {
         line: usize,
         /// Row of data.
         row: usize,
-        /// Fields found.
+        /// Number of fields in the line.
         got: usize,
-        /// Fields expected.
+        /// Expected number of fields.
         expected: usize,
     },
-    /// A field that is no number.
+    /// A field that is not a number.
     #[error("line {line}, column {column}: {text:?} is not a number")]
     NotANumber {
         /// Line of the file.
@@ -84,7 +84,7 @@ pub enum TextError {
         row: usize,
         /// Column of the file.
         column: usize,
-        /// The field, at most 40 characters of it.
+        /// The field, up to 40 characters.
         text: String,
     },
     /// A line longer than a piece.
@@ -99,25 +99,25 @@ pub enum TextError {
         /// Last line that was read whole.
         line: usize,
     },
-    /// A compressed file that is damaged: what was decompressed before that shows may be wrong as well.
+    /// A compressed file that is damaged; the data before the fault may be wrong too.
     #[error("the compressed data are damaged before or after line {line}")]
     Damaged {
         /// Last line that was read whole.
         line: usize,
     },
-    /// A compressed file of more bytes than are allowed.
+    /// A compressed file with more bytes than allowed.
     #[error("more than {most} bytes")]
     TooLarge {
-        /// Bytes that are allowed.
+        /// Allowed number of bytes.
         most: u64,
     },
-    /// There is no memory for the numbers.
+    /// Not enough memory for the numbers.
     #[error("no memory for {rows} rows")]
     Memory {
-        /// Rows that were to be kept.
+        /// Number of rows that did not fit.
         rows: usize,
     },
-    /// The system could not read.
+    /// The system failed to read.
     #[error("{0}")]
     Io(String),
     /// No row of data.
@@ -126,7 +126,7 @@ pub enum TextError {
 }
 
 impl TextError {
-    /// The same problem, moved down by a number of lines and rows.
+    /// The error with its line and row increased by a number of lines and rows.
     pub(crate) fn moved(mut self, lines: usize, rows: usize) -> Self {
         match &mut self {
             Self::Ragged { line, row, .. } | Self::NotANumber { line, row, .. } => {

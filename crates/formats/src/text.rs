@@ -1,8 +1,7 @@
-//! Text tables: numbers in columns, read in pieces, every line held to the same number of fields.
+//! Text tables of numbers, read in pieces; every line must have the same number of fields.
 //!
-//! Nothing is guessed and nothing is mended. A short line or a word among the numbers ends the reading with an error that
-//! names the line, because a table that is read wrongly costs more than one that is refused. An empty field, or one that
-//! says NaN or an infinity, is a missing number, and is read as NaN.
+//! Nothing is guessed or repaired. A short line or a word between the numbers is an error that names the line, because a
+//! wrong table costs more than a refused one. An empty field, NaN or an infinity is a missing number and is read as NaN.
 
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
@@ -14,20 +13,20 @@ use crate::rows::{Layout, Rows};
 use crate::source::open;
 use crate::table::{Dialect, Table, TextError};
 
-/// The longest line that is accepted, and the size of the pieces of a stream. \[bytes\]
+/// Longest accepted line, and size of the pieces of a stream. \[bytes\]
 pub(crate) const LONGEST: usize = 1 << 20;
 
-/// Smallest part of a piece that is worth a thread of its own. \[bytes\]
+/// Smallest part of a piece that is worth a separate thread. \[bytes\]
 const PART: usize = 1 << 16;
 
 /// Reads the wanted columns of a table from a stream.
 ///
-/// Numbers are read to the nearest double, as Python's `float` does. Blank lines and comments between the rows are passed
-/// over; spaces and double quotes around a number, a carriage return at the end of a line and a byte order mark at the
-/// beginning of the file are let pass. Columns that are not wanted are counted and not looked into. Memory: the columns
-/// and one piece of 1 MiB.
+/// Numbers are read to the nearest double, as Python's `float` does. Blank lines and comments between the rows are skipped.
+/// Spaces and double quotes around a number, a carriage return at the end of a line and a byte order mark at the start of
+/// the file are allowed. Columns that are not wanted are only counted. The memory is that of the columns and one piece of 1
+/// MiB.
 ///
-/// `wanted` and `exact` count from 0; `exact` is a column to be read as integers too, see [`Table::integers`].
+/// `wanted` and `exact` count from 0; `exact` is a column that is also read as integers, see [`Table::integers`].
 ///
 /// # Errors
 ///
@@ -35,7 +34,7 @@ const PART: usize = 1 << 16;
 ///
 /// # Panics
 ///
-/// If a wanted column is not one of the dialect's, or is asked for twice.
+/// If a wanted column is not in the dialect, or is wanted twice.
 pub fn read_columns(
     reader: impl Read,
     dialect: &Dialect,
@@ -64,7 +63,7 @@ pub fn read_file(
     read_columns(open(path, dialect.most)?, dialect, wanted, exact)
 }
 
-/// Reads a stream in pieces as long as the longest line, the lines of each piece in parts on several threads.
+/// Reads a stream in pieces of the longest accepted line; several threads read the parts of a piece.
 pub(crate) fn read_stream(
     mut reader: impl Read,
     layout: &Layout<'_>,
@@ -102,7 +101,7 @@ pub(crate) fn read_stream(
     Ok(Table { open_end: filled > 0, ..table })
 }
 
-/// Fills the piece up; false if the stream ends before.
+/// Fills the piece; false if the stream ends first.
 fn fill(reader: &mut impl Read, piece: &mut [u8], filled: &mut usize) -> io::Result<bool> {
     while *filled < piece.len() {
         match reader.read(&mut piece[*filled..]) {
@@ -115,8 +114,8 @@ fn fill(reader: &mut impl Read, piece: &mut [u8], filled: &mut usize) -> io::Res
     Ok(true)
 }
 
-/// Reads whole lines into `rows`, in parts of at least `least` bytes on as many threads as the current pool has; `parts` keeps
-/// their memory. The rows, and the first error, are the same for any number of threads.
+/// Reads whole lines into `rows`, in parts of at least `least` bytes on all threads of the current pool; `parts` keeps
+/// their memory. The rows and the first error do not depend on the number of threads.
 fn read_parts(
     layout: &Layout<'_>,
     text: &[u8],
@@ -125,7 +124,7 @@ fn read_parts(
     parts: &mut Vec<Rows>,
 ) -> Result<(), TextError> {
     let count = rayon::current_num_threads().min(text.len() / least);
-    // The first piece has the lines that are passed over, and may begin with a byte order mark.
+    // The first piece contains the skipped lines, and may begin with a byte order mark.
     if count < 2 || rows.skip > 0 || rows.lines == 0 {
         return layout.read(text, rows);
     }

@@ -57,7 +57,7 @@ fn every_spelling_of_a_plain_table() {
 }
 
 #[test]
-fn wanted_columns_in_any_order_and_the_others_not_looked_into() {
+fn wanted_columns_in_any_order_and_the_others_unread() {
     let text = "h\n1,word,3\n4,\"a,b\",6\n";
     let dialect = Dialect { skip_lines: 1, ..dialect(COMMA, 3) };
     let table = read_columns(text.as_bytes(), &dialect, &[2, 0], None).unwrap();
@@ -159,7 +159,7 @@ fn missing_numbers_are_nan() {
     }
     let table = read("1\t2\n\t\n", Delimiter::Byte(b'\t'), 2).unwrap();
     assert!(table.columns.iter().all(|column| column[1].is_nan()));
-    // The least integer means that there is none, so it cannot be told exactly itself.
+    // The smallest integer means a missing value, so it cannot be read exactly.
     assert_eq!(read("-9223372036854775808,1\n2,1\n", COMMA, 2).unwrap().integers, None);
 }
 
@@ -177,7 +177,7 @@ fn a_table_larger_than_a_piece() {
     assert_eq!(unpacked, table);
 }
 
-/// Hands out one byte at a time: no result may depend on how the bytes arrive.
+/// Returns one byte at a time: no result may depend on how the bytes arrive.
 struct Drip<'a>(&'a [u8]);
 
 impl Read for Drip<'_> {
@@ -201,7 +201,7 @@ fn a_line_without_end_does_not_fill_the_memory() {
 }
 
 #[test]
-fn damaged_compression_is_told() {
+fn damaged_compression_is_reported() {
     let lines: Vec<String> = (0..10_000).map(|i| format!("{i},{}\n", i * 7919 % 10_007)).collect();
     let mut compressed = gzip(lines.concat().as_bytes());
     let cut = &compressed[..compressed.len() / 2];
@@ -214,7 +214,7 @@ fn damaged_compression_is_told() {
 }
 
 #[test]
-fn a_file_that_is_not_there() {
+fn a_missing_file() {
     assert!(matches!(open(Path::new("/nowhere/at/all"), u64::MAX), Err(TextError::Io(_))));
 }
 
@@ -281,7 +281,7 @@ const ODD: [&str; 12] = [
 ];
 const OTHER_LINES: [&str; 8] = ["", "# c", "  % d", " ", "\t", "//", "end of log", ",,"];
 
-/// A table, plain for the most part, and the dialect to read it by.
+/// A mostly plain table, and its dialect.
 fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Option<usize>) {
     let (delimiter, between) = [
         (Delimiter::Byte(b','), ","),
@@ -352,7 +352,7 @@ fn table(random: &mut Random, faults: bool) -> (Vec<u8>, Dialect, Vec<usize>, Op
     )
 }
 
-/// Bits of the columns, so that zeros with a sign are told apart; integers, rows, first line.
+/// Bits of the columns, which distinguish signed zeros; integers, rows, first line.
 type Bits = (Vec<Vec<u64>>, Option<Vec<i64>>, usize, usize, Remarks);
 
 fn bits(result: Result<Table, TextError>) -> Result<Bits, TextError> {
@@ -362,7 +362,7 @@ fn bits(result: Result<Table, TextError>) -> Result<Bits, TextError> {
     })
 }
 
-/// Pieces and parts of a few bytes, so that every border falls everywhere: on any number of threads all is the same.
+/// Pieces and parts have a few bytes, so that borders fall everywhere. The result is the same for any number of threads.
 #[test]
 fn pieces_parts_and_threads_do_not_matter() {
     let mut random = Random(20_080_101);

@@ -1,8 +1,8 @@
 //! PX4 flight logs, `ULog`, as published at <https://docs.px4.io/main/en/dev_log/ulog_file_format.html>.
 //!
-//! A log is a chain of messages, each with its length before it, and no checksums. So a message is believed only if its
-//! kind is known, its length is that of its kind (of data: that of the first of the same topic), and the next one holds as
-//! well: the last message before a damaged place is given up, because the damage may begin inside it.
+//! A log is a sequence of messages, each after its length, without checksums. So a message is accepted only if its kind is
+//! known, its length fits its kind (for data, the length of the first message of the topic), and the next message is valid
+//! too: the last message before damage is dropped, because the damage may begin inside it.
 
 use std::io::{self, Read, Seek};
 
@@ -13,7 +13,7 @@ const SYNC: &[u8] = &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 const HEADER: usize = 16;
 const APPENDED: u8 = 1;
 
-/// Content of a log.
+/// Contents of a log.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct UlogScan {
     /// Definitions of formats, `name:type field;…`, in the order of the file.
@@ -22,43 +22,43 @@ pub struct UlogScan {
     pub topics: Vec<UlogTopic>,
     /// Durations of the dropouts. \[ms\]
     pub dropouts: Vec<u16>,
-    /// Messages of kinds that are not known, passed over.
+    /// Number of messages of unknown kinds, which are skipped.
     pub unknown: u64,
-    /// Parts that were passed over because what was appended after a crash begins within a message: from, to.
+    /// Start and end of each skipped part: data that were appended after a crash begin within a message.
     pub unfinished: Vec<(u64, u64)>,
-    /// Messages read.
+    /// Number of messages read.
     pub messages: u64,
-    /// Where reading ends.
+    /// Offset where reading ended.
     pub end: u64,
-    /// Why it ends there, if that is not the end of the file.
+    /// Why it ended there, if not at the end of the file.
     pub broken: Option<Break>,
 }
 
 /// A topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UlogTopic {
-    /// By which its data messages are marked.
+    /// Number in its data messages.
     pub id: u16,
     /// Instance.
     pub instance: u8,
     /// Name of its format.
     pub name: Vec<u8>,
-    /// Data messages.
+    /// Number of data messages.
     pub rows: usize,
-    /// Bytes of each, without the mark.
+    /// Size of each, without the number. \[bytes\]
     pub size: usize,
 }
 
-/// Why a file is no log that can be read.
+/// Why a file cannot be read as a log.
 #[derive(Debug, thiserror::Error)]
 pub enum UlogError {
-    /// The first bytes are not those of a log.
+    /// The first bytes are not the header of a log.
     #[error("the header is not that of a ULog file")]
     Header,
-    /// The log says that it cannot be read by those who do not know of this.
+    /// The log has features that a reader must know.
     #[error("it has features that are not known (incompatible flags {0:#x})")]
     Incompatible(u64),
-    /// The system's words.
+    /// Error of the system.
     #[error(transparent)]
     Io(#[from] io::Error),
 }
@@ -72,7 +72,7 @@ enum Next<'a> {
 
 struct Walk<R> {
     window: Window<R>,
-    /// Where data were appended, ascending; those ahead.
+    /// Offsets ahead at which data were appended, ascending.
     appended: Vec<u64>,
 }
 
@@ -114,7 +114,7 @@ impl<R: Read + Seek> Walk<R> {
         let limit = self.appended.first().copied();
         let header = self.window.ahead(3)?;
         if header.is_empty() {
-            // What was to follow is not there.
+            // The appended data are missing.
             return Ok(match limit {
                 Some(_) => Next::Cut { at, kind: None, payload: &[], size: 0 },
                 None => Next::End,
@@ -144,19 +144,19 @@ impl<R: Read + Seek> Walk<R> {
         Ok(Next::Message { at, kind: kind.unwrap_or(0), payload })
     }
 
-    /// Moves on by a message.
+    /// Skips a message.
     fn pass(&mut self, size: usize) {
         self.window.skip(3 + size);
     }
 
-    /// Whether a message of this size would be followed by another of a known kind, or by the end.
+    /// Whether a message of this size is followed by one of a known kind, or by the end.
     fn goes_on(&mut self, size: usize) -> io::Result<bool> {
         let ahead = self.window.ahead(3 + size + 3)?;
         Ok(ahead.len() == 3 + size || ahead.get(3 + size + 2).is_some_and(|&kind| least(kind).is_some()))
     }
 }
 
-/// The fewest bytes of a message of a kind; none if it is not known.
+/// Smallest size of a message of a kind; None if the kind is unknown. \[bytes\]
 fn least(kind: u8) -> Option<usize> {
     Some(match kind {
         b'B' => 40,
@@ -173,7 +173,7 @@ fn parse_id(payload: &[u8]) -> Option<u16> {
     Some(u16::from_le_bytes([*payload.first()?, *payload.get(1)?]))
 }
 
-/// By number of topic: its place in `topics`.
+/// Index in `topics` by the number of the topic.
 #[derive(Default)]
 struct Places(Vec<Option<usize>>);
 
@@ -191,22 +191,22 @@ impl Places {
     }
 }
 
-/// Goes through a log: what it holds, and where it breaks off.
+/// Scans a log: its contents, and where it breaks off.
 ///
 /// # Errors
 ///
-/// If it is no log at all, or cannot be read; damage further on is part of the result.
+/// If it is not a log, or cannot be read. Later damage is not an error, but part of the result.
 pub fn scan_ulog(mut source: impl Read + Seek) -> Result<UlogScan, UlogError> {
     let (scan, last) = scan_until(&mut source, u64::MAX)?;
     if !matches!(scan.broken, Some(Break::Damaged { .. })) {
         return Ok(scan);
     }
-    // Once more, without the last message.
+    // Scan again without the last message.
     source.rewind()?;
     Ok(UlogScan { broken: scan.broken, ..scan_until(&mut source, last)?.0 })
 }
 
-/// The messages that begin before a place, and where the last of them begins.
+/// Scans the messages that begin before an offset; also the offset of the last one.
 fn scan_until(source: impl Read + Seek, until: u64) -> Result<(UlogScan, u64), UlogError> {
     let mut walk = Walk::new(source)?;
     let mut scan = UlogScan::default();
@@ -221,7 +221,7 @@ fn scan_until(source: impl Read + Seek, until: u64) -> Result<(UlogScan, u64), U
                 continue;
             }
             Next::Cut { at, kind, payload, size } => {
-                // A length that was damaged reaches beyond the end, too.
+                // A damaged length may reach beyond the end too.
                 let wrong = kind.and_then(|kind| {
                     wrong_cut(kind, payload, size, &scan, &places).or_else(|| {
                         least(kind).is_none().then(|| format!("a message of the unknown kind {kind:#04x}"))
@@ -285,7 +285,7 @@ fn short(kind: u8, size: usize) -> String {
     format!("a message of kind {:?} of {size} bytes", char::from(kind))
 }
 
-/// Counts a message of data; or what is wrong with it.
+/// Counts a data message, or describes its fault.
 fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> Option<String> {
     let id = parse_id(payload).unwrap_or(u16::MAX);
     let Some(place) = places.of(id) else {
@@ -306,7 +306,7 @@ fn data(payload: &[u8], scan: &mut UlogScan, places: &Places) -> Option<String> 
     None
 }
 
-/// Takes a topic; or what is wrong with it.
+/// Adds a topic, or describes its fault.
 fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> Option<String> {
     let (instance, name) = (payload[0], &payload[3..]);
     let id = u16::from_le_bytes([payload[1], payload[2]]);
@@ -322,7 +322,7 @@ fn subscribe(payload: &[u8], scan: &mut UlogScan, places: &mut Places) -> Option
     None
 }
 
-/// What is wrong with the beginning of a message that reaches beyond the end of the file.
+/// Fault at the beginning of a message that reaches beyond the end of the file.
 fn wrong_cut(kind: u8, payload: &[u8], size: usize, scan: &UlogScan, places: &Places) -> Option<String> {
     if least(kind).is_some_and(|least| size < least) {
         return Some(short(kind, size));
@@ -341,13 +341,13 @@ fn shown(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
-/// Columns of a topic: of all its messages before `end`, the bytes of some fields.
+/// Bytes of some fields in all messages of a topic before `end`.
 ///
-/// `fields` are offsets in the data of a message, and lengths in bytes.
+/// `fields`: offsets in the data of a message, and lengths in bytes.
 ///
 /// # Errors
 ///
-/// If the file cannot be read or is no longer the one that was scanned, or a field lies outside of the messages.
+/// If the file cannot be read or was changed since the scan, or a field is outside the messages.
 pub fn ulog_columns(
     source: impl Read + Seek,
     end: u64,

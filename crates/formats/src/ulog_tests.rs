@@ -36,7 +36,7 @@ fn whole() {
 }
 
 #[test]
-fn every_cut_is_told_unless_between_messages() {
+fn every_cut_within_a_message_is_reported() {
     let bytes = log(5);
     let first = bytes.len() - 5 * 14;
     for length in HEADER..bytes.len() {
@@ -49,7 +49,7 @@ fn every_cut_is_told_unless_between_messages() {
 }
 
 #[test]
-fn the_message_before_damage_is_given_up() {
+fn the_message_before_damage_is_dropped() {
     let mut bytes = log(9);
     let at = bytes.len() - 4 * 14;
     for byte in &mut bytes[at - 6..at + 20] {
@@ -65,7 +65,7 @@ fn the_message_before_damage_is_given_up() {
 }
 
 #[test]
-fn messages_of_kinds_to_come_are_passed_over() {
+fn messages_of_unknown_kinds_are_skipped() {
     let mut bytes = log(2);
     bytes.extend(message(b'Z', b"later"));
     bytes.extend(message(b'D', &[7, 0, 9, 0, 0, 0, 0, 0, 0, 0, 109]));
@@ -91,7 +91,7 @@ fn appended_after_a_crash() {
 }
 
 #[test]
-fn any_byte_changed_is_taken_or_told() {
+fn a_changed_byte_is_data_or_reported() {
     let bytes = log(6);
     for at in 0..bytes.len() {
         for mask in [0x01, 0x20, 0x80, 0xff] {

@@ -1,4 +1,4 @@
-//! A file seen through a window that moves forward: what lies ahead of a position, without the file in memory.
+//! A window that moves forward through a file: the bytes ahead of a position, without the whole file in memory.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -19,12 +19,12 @@ impl<R: Read + Seek> Window<R> {
         Self { source, buffer: vec![0; ROOM], from: 0, to: 0, at: 0 }
     }
 
-    /// Position in the file of what lies ahead.
+    /// Position of the window in the file.
     pub(crate) fn at(&self) -> u64 {
         self.at
     }
 
-    /// At least `n` bytes, or as many as there are until the file ends.
+    /// At least `n` bytes, or all bytes up to the end of the file.
     pub(crate) fn ahead(&mut self, n: usize) -> io::Result<&[u8]> {
         if self.to - self.from < n {
             self.buffer.copy_within(self.from..self.to, 0);
@@ -48,14 +48,14 @@ impl<R: Read + Seek> Window<R> {
         Ok(&self.buffer[self.from..self.to])
     }
 
-    /// Moves on by `n` bytes, which were ahead.
+    /// Moves forward by `n` of the bytes ahead.
     pub(crate) fn skip(&mut self, n: usize) {
         let n = n.min(self.to - self.from);
         self.from += n;
         self.at += n as u64;
     }
 
-    /// Moves to a position further on.
+    /// Moves forward to a position.
     pub(crate) fn seek(&mut self, to: u64) -> io::Result<()> {
         let distance = to.saturating_sub(self.at);
         if distance <= (self.to - self.from) as u64 {
@@ -69,14 +69,14 @@ impl<R: Read + Seek> Window<R> {
     }
 }
 
-/// Bytes of one field of all records, one after the other.
+/// Bytes of each field of all records, concatenated.
 pub(crate) struct Fields {
     fields: Vec<(usize, usize)>,
     pub(crate) columns: Vec<Vec<u8>>,
 }
 
 impl Fields {
-    /// `fields` are offsets in a record and lengths; every record has at least `size` bytes.
+    /// `fields`: offsets in a record, and lengths; every record has at least `size` bytes.
     pub(crate) fn new(fields: &[(usize, usize)], size: usize, rows: usize) -> io::Result<Self> {
         if fields.iter().any(|&(offset, length)| offset.checked_add(length).is_none_or(|end| end > size)) {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "a field lies outside of the record"));
@@ -97,19 +97,19 @@ impl Fields {
     }
 }
 
-/// What ends a log before its end.
+/// Why a log breaks off.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Break {
     /// The file ends in the middle of a message.
     Cut {
-        /// Where the message begins.
+        /// Offset of the message.
         at: u64,
     },
-    /// What stands there is no message.
+    /// The bytes are not a message.
     Damaged {
-        /// Where it stands.
+        /// Offset of these bytes.
         at: u64,
-        /// What was found.
+        /// Description of the fault.
         what: String,
     },
 }

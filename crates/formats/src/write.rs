@@ -1,15 +1,15 @@
-//! Columns into text: the shortest digits that read back to the same bits.
+//! Columns written as text, with the shortest digits that read back to the same bits.
 
 use std::io::{self, Write};
 
-/// Bytes gathered before they are handed on.
+/// Number of bytes that are collected before a write. \[bytes\]
 const PIECE: usize = 1 << 16;
 
-/// Writes a table, one line a row.
+/// Writes a table, one line per row.
 ///
 /// # Errors
 ///
-/// Those of the writer; [`io::ErrorKind::InvalidInput`] if the columns are of unequal length.
+/// Errors of the writer; [`io::ErrorKind::InvalidInput`] if the columns differ in length.
 pub fn write_columns(mut writer: impl Write, delimiter: u8, columns: &[&[f64]]) -> io::Result<()> {
     let rows = columns.first().map_or(0, |column| column.len());
     if columns.iter().any(|column| column.len() != rows) {
@@ -53,7 +53,7 @@ mod tests {
         assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
     }
 
-    /// Random bit patterns (splitmix64, seed fixed): every finite double, subnormals included, comes back.
+    /// Random bit patterns (splitmix64, fixed seed): every finite double, including subnormals, is read back.
     #[test]
     fn the_same_bits_come_back() {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;

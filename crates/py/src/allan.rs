@@ -43,7 +43,7 @@ pub fn all_finite(py: Python<'_>, columns: Vec<PyReadonlyArray1<'_, f64>>) -> Py
     Ok(detached(py, || finite::all_finite(&columns)))
 }
 
-/// Cluster sizes as the core takes them; `_kernels` has checked that they are positive.
+/// Cluster sizes for the core; `_native.kernels` has checked that they are positive.
 pub fn sizes(m: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
     m.as_slice()?
         .iter()
@@ -58,7 +58,7 @@ pub fn value_error(error: &Error) -> PyErr {
     }
 }
 
-/// The core names the sample; which channel it is in has to be looked up.
+/// The core reports only the index of the sample; this function finds its channel.
 pub fn wrong(columns: &[&[f64]], error: Error) -> PyErr {
     let Error::NonFinite { index } = error else {
         return value_error(&error);

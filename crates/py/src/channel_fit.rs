@@ -15,9 +15,9 @@ use sigmatau_core::terms::Term;
 type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
 frozen_class! {
-    /// A value and its interval, without ends if it is not known.
+    /// A value and its interval; without an upper end, the interval is unknown.
     Estimate from core::Estimate {
-        /// Value.
+        /// Value, inside its interval.
         value: f64,
         /// Lower end.
         low: Option<f64>,
@@ -37,9 +37,9 @@ frozen_class! {
         low: Option<f64>,
         /// Upper end of its interval.
         high: Option<f64>,
-        /// Upper limit if it was not observed; of a ramp, of its magnitude. None if the record sets none.
+        /// Upper limit if it was not observed, for a ramp of its magnitude; None if the record sets no limit.
         upper_limit: Option<f64>,
-        /// P-value of its absence, all others free. None if it was not tested.
+        /// P-value of its absence, with all other terms free. None if it was not tested.
         p_value: Option<f64>,
         /// Maximum of the likelihood and interval with all terms free, whether the term was observed or not.
         profile: Option<Estimate>,
@@ -57,7 +57,7 @@ frozen_class! {
 }
 
 frozen_class! {
-    /// Noise of a band, in front of the filter.
+    /// Narrow-band noise before the filter.
     ResonanceEstimate from core::ResonanceEstimate {
         /// Standard deviation. [rate unit]
         sigma: Estimate,
@@ -69,19 +69,19 @@ frozen_class! {
 }
 
 frozen_class! {
-    /// A line of the spectrum, behind the filter.
+    /// A line of the spectrum, after the filter.
     LineEstimate from core::LineEstimate {
         /// Amplitude. [rate unit]
         amplitude: Estimate,
-        /// Frequency. [Hz]
+        /// Frequency; its interval is the left-out band if the line was left out of the fit. [Hz]
         frequency: Estimate,
     }
 }
 
 frozen_class! {
-    /// A drift of the mean that decays exponentially from the first sample on.
+    /// A drift of the mean that decays exponentially from the first sample.
     WarmUpEstimate from core::WarmUpEstimate {
-        /// Drift at the first sample. [rate unit]
+        /// Drift at the first sample, of either sign. [rate unit]
         amplitude: Estimate,
         /// Time constant. [s]
         time: f64,
@@ -89,7 +89,7 @@ frozen_class! {
 }
 
 frozen_class! {
-    /// A filter on all noise but quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
+    /// A filter of all noise except quantization: ln |H|² = Σ aₖ (cos 2πk f Δ − 1).
     FilterEstimate {
         /// a₁, a₂ …
         coefficients: Vec<f64>,
@@ -99,7 +99,7 @@ frozen_class! {
         interval: f64,
         /// `butterworth`, `smoothing`, `running_mean`, `low_pass` or `uneven`.
         shape: String,
-        /// Of a Butterworth filter; samples of a running mean.
+        /// Order of a Butterworth filter, or number of samples of a running mean.
         order: Option<u32>,
         /// Frequency of half the power. [Hz]
         corner: Option<f64>,
@@ -107,13 +107,13 @@ frozen_class! {
         low: Option<f64>,
         /// Upper end of its interval. [Hz]
         high: Option<f64>,
-        /// The Butterworth filter in its place in a noise model: order and corner. [Hz]
+        /// Order and corner of the Butterworth filter that replaces it in a noise model. [Hz]
         low_pass: Option<(u8, f64)>,
-        /// Highest frequency that the fit used, because the filter takes the rest; 0 if its shape is known. [Hz]
+        /// Highest frequency of the fit, because the filter removes the rest; 0 if its shape is known. [Hz]
         known_to: Option<f64>,
-        /// Damping of two poles.
+        /// Damping of a filter with two poles.
         damping: Option<f64>,
-        /// Whether a Butterworth filter of known shape is in front of the sampler.
+        /// Whether a Butterworth filter of known shape is before the sampler.
         analog: bool,
         /// Whether the filter acts on the random walk alone.
         of_white: bool,
@@ -127,21 +127,21 @@ frozen_class! {
         terms: Vec<(String, f64)>,
         /// Standard deviation [rate unit] and correlation time [s] of each of its Gauss-Markov processes.
         gauss_markov: Vec<(f64, f64)>,
-        /// Time constant of a warm-up in it. [s]
+        /// Time constant of its warm-up. [s]
         warm_up: Option<f64>,
         /// Exponent α of its bias instability with the density f^−α; its processes, a geometric series, add up to that.
         exponent: Option<f64>,
-        /// Corner of a filter of first order in it, of the white noise. [Hz]
+        /// Corner of its first-order filter of the white noise. [Hz]
         filter: Option<f64>,
     }
 }
 
 frozen_class! {
-    /// A number of a model, a row of its covariance.
+    /// A parameter of a model, one row of its covariance.
     Parameter {
         /// A term, `gauss_markov`, `resonance` or `sinusoid`.
         part: String,
-        /// Place of a process among those of its kind, from 1; None for a term.
+        /// Number of a process among those of its kind, from 1; None for a term.
         number: Option<usize>,
         /// `sigma`, `time`, `frequency`, `width` or `amplitude` of a process; None for a term.
         quantity: Option<String>,
@@ -151,69 +151,73 @@ frozen_class! {
 frozen_class! {
     /// The fit of one channel. Numbers are in the unit of the rate and seconds.
     ChannelFit from core::ChannelFit {
-        /// Terms that were asked for, and the ramp, by name.
+        /// Requested terms by name, and the ramp.
         terms: Vec<(String, TermEstimate)>,
-        /// Coefficients that together describe the record, by name: the observed ones and those of `unclear`.
+        /// Coefficients that together describe the record, by name: the observed terms and those of `unclear`.
         model: Vec<(String, f64)>,
-        /// Terms of the model that are not significant beside each other, although at least one of them is present.
+        /// Terms of the model of which none is significant given the others, although at least one is present.
         unclear: Vec<String>,
         /// Gauss-Markov processes.
         gauss_markov: Vec<GaussMarkovEstimate>,
-        /// Resonances.
+        /// Resonances before the filter.
         resonance: Vec<ResonanceEstimate>,
-        /// Lines, the strongest first.
+        /// Lines after the filter, the strongest first.
         sinusoid: Vec<LineEstimate>,
-        /// Filter on all noise but quantization.
+        /// Filter of all noise except quantization.
         response: Option<FilterEstimate>,
         /// Drift that decays.
         warm_up: Option<WarmUpEstimate>,
-        /// Coefficients of the regressors.
+        /// Coefficients of the regressors, in their units.
         regressors: Vec<Estimate>,
         /// Frequency from which the spectrum was left out. [Hz]
         highest: Option<f64>,
-        /// A Gauss-Markov process of this or a longer time explains the rate random walk as well. [s]
+        /// If a rate random walk was observed: shortest correlation time of a Gauss-Markov process that explains the record
+        /// as well. [s]
         alike_from: Option<f64>,
-        /// Standard deviation of the process of this time. [rate unit]
+        /// Standard deviation of the process of this time, None if the model has no rate random walk. [rate unit]
         alike_sigma: Option<f64>,
         /// Other models that explain the record as well.
         second: Vec<SecondModel>,
-        /// Discrepancy that the intervals allow for, of an adequate model too: frequency [Hz], standard deviation of the logarithm of the density.
+        /// Discrepancy that the intervals allow for, even if the model is adequate: frequency [Hz], standard deviation of
+        /// the logarithm of the density.
         discrepancy: Vec<(f64, f64)>,
         /// `adequate`, `adequate_with` or `widened`.
         verdict: String,
-        /// The band that deviates most from a model with widened intervals: frequency [Hz], density over that of the model.
+        /// The band with the largest difference from a model with widened intervals: frequency [Hz], density over that of
+        /// the model.
         worst_band: Option<(f64, f64)>,
-        /// Shortest averaging time at which the noise model made from the fit describes the curve. [s]
+        /// Shortest averaging time at which the noise model from the fit describes the curve. [s]
         tau_min: f64,
         /// Longest averaging time. [s]
         tau_max: f64,
         /// P-value of the goodness of fit.
         p_value: f64,
-        /// Rows of `covariance`.
+        /// Names of the rows of `covariance`.
         parameters: Vec<Parameter>,
-        /// Covariance of coefficients and of numbers of processes, row after row. [SI]
+        /// Covariance of these parameters in row order. [SI]
         covariance: Vec<f64>,
-        /// Eighths of the record that have samples: number, white level over that of the fit, its variance by chance.
+        /// White noise of each eighth of the record that has samples: number, level relative to the fit, variance of the
+        /// level by chance.
         levels: Vec<(usize, f64, f64)>,
-        /// Ends of what each line leaves out of the fit. [Hz]
+        /// Ends of the stretch that each line leaves out of the fit. [Hz]
         left_out: Vec<(f64, f64)>,
-        /// Variance [(rate unit)²], centre and half width [Hz] of every resonance, with those that are among the lines.
+        /// Variance [(rate unit)²], centre and half width [Hz] of all resonances, including those that are listed as lines.
         resonances: Vec<(f64, f64, f64)>,
     }
 }
 
 frozen_class! {
-    /// One run of a joint fit among the others.
+    /// One run of a joint fit, compared with the others.
     RunEstimate from core::RunEstimate {
         /// Coefficients that differ from run to run, by name. [SI]
         values: Vec<(String, Estimate)>,
-        /// Common coefficients as this run alone has them, by name. [SI]
+        /// Common coefficients estimated from this run alone; intervals are symmetric about the square. [SI]
         own: Vec<(String, Estimate)>,
-        /// P-value of the run among the others, corrected for the number of runs and tests.
+        /// P-value of the run compared with the others, corrected for the number of runs and tests.
         p_value: f64,
-        /// Where the run differs most: a term, or "all".
+        /// Largest difference of the run: a term, or `all` for the shape of the spectrum, with its filter.
         cause: String,
-        /// The coefficient of the cause over that of the other runs.
+        /// The coefficient of the cause over that of the other runs; None if they do not show it.
         factor: Option<f64>,
     }
 }
@@ -227,9 +231,9 @@ frozen_class! {
         common: Vec<String>,
         /// Relative standard deviation over the runs, and p-value of no difference, by term.
         spreads: Vec<(String, (f64, f64))>,
-        /// P-value of the same coefficient in all runs, by term.
+        /// P-value of equality in all runs, by term.
         homogeneity: Vec<(String, f64)>,
-        /// Of each run.
+        /// Results by run.
         runs: Vec<RunEstimate>,
     }
 }
@@ -240,9 +244,9 @@ pub struct FittedModel(core::FittedModel);
 
 #[pymethods]
 impl FittedModel {
-    /// Coefficients by name; of processes, resonances and lines the numbers in the order of their names.
+    /// Coefficients by name; parameters of processes, resonances and lines in the order of their names.
     #[new]
-    #[allow(clippy::too_many_arguments)] // one for each part
+    #[allow(clippy::too_many_arguments)] // one argument per part
     #[pyo3(signature = (tau0, samples, terms, gauss_markov, resonance, sinusoid, filter=None, highest=None, warm_up=None))]
     fn new(
         tau0: f64,
@@ -295,7 +299,7 @@ impl FittedModel {
         Ok(freedom.map(|freedom| freedom.into_pyarray(py)))
     }
 
-    /// Averaging times at which each term makes half of the variance or more, by its name and coefficient. [s]
+    /// Averaging times at which each term is at least half of the variance, by its name and coefficient. [s]
     fn line_ranges(
         &self,
         py: Python<'_>,
@@ -312,7 +316,7 @@ impl FittedModel {
         Ok(f.as_slice()?.iter().map(|&f| self.0.psd(f)).collect::<Vec<_>>().into_pyarray(py))
     }
 
-    /// Two-sided density, in front of the filter, of the noise that it acts on.
+    /// Two-sided density before the filter of the noise on which it acts.
     fn psd_before_filter<'py>(&self, py: Python<'py>, f: PyReadonlyArray1<'py, f64>) -> Floats<'py> {
         Ok(f.as_slice()?.iter().map(|&f| self.0.psd_before_filter(f)).collect::<Vec<_>>().into_pyarray(py))
     }

@@ -18,7 +18,7 @@ pub fn covariance_tensors<'py>(
     correlation_times: Vec<f64>,
 ) -> PyResult<Tensors<'py>> {
     let sizes = sizes(&m)?;
-    // In samples, as the core has them.
+    // The core counts in samples.
     let processes = correlation_times.iter().map(|time| Component::GaussMarkov { tc: time / tau0 });
     // The order of the tensors' first indices.
     let components: Vec<Component> = Term::NOISE.into_iter().map(Component::Term).chain(processes).collect();

@@ -26,7 +26,7 @@ fn kind_of(name: &str, overlapped: bool) -> PyResult<Kind> {
     }
 }
 
-/// Smallest and largest cluster size for a record, and the fewest samples that leave one.
+/// Smallest and largest cluster size for a record, and the smallest number of samples that has a cluster size.
 #[pyfunction]
 pub fn deviation_limits(kind: &str, samples: usize) -> PyResult<(usize, usize, usize)> {
     let kind = kind_of(kind, true)?;
@@ -56,7 +56,7 @@ pub fn deviations_of_channels<'py>(
     Ok((by_channel, terms.into_pyarray(py)))
 }
 
-/// Expected variances and degrees of freedom for the coefficients of all terms.
+/// Expected variances and degrees of freedom for coefficients of all terms.
 #[pyfunction]
 pub fn stationary_moments<'py>(
     py: Python<'py>,
@@ -101,7 +101,7 @@ pub fn quadratic_edf<'py>(
     Ok(edf.into_pyarray(py))
 }
 
-/// Expected Theo1 variances for the coefficients of all terms.
+/// Expected Theo1 variances for coefficients of all terms.
 #[pyfunction]
 pub fn theo1_expectation<'py>(
     py: Python<'py>,

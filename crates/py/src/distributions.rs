@@ -1,4 +1,4 @@
-//! Distributions, array in, array out.
+//! Distributions of the elements of arrays.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -8,7 +8,7 @@ use sigmatau_core::distributions as laws;
 type Floats<'py> = PyReadonlyArray1<'py, f64>;
 type Result<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
-/// A function of one variable of each element.
+/// Applies a function of one variable to each element.
 #[pyfunction]
 pub fn distribution<'py>(py: Python<'py>, name: &str, x: Floats<'py>) -> Result<'py> {
     let form: fn(f64) -> f64 = match name {
@@ -21,7 +21,7 @@ pub fn distribution<'py>(py: Python<'py>, name: &str, x: Floats<'py>) -> Result<
     Ok(x.as_slice()?.iter().map(|&x| form(x)).collect::<Vec<_>>().into_pyarray(py))
 }
 
-/// A function with a parameter, of each pair of elements.
+/// Applies a function of two variables to each pair of elements.
 #[pyfunction]
 pub fn distribution_of_shape<'py>(
     py: Python<'py>,

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 type Bytes<'py> = Vec<Bound<'py, PyArray1<u8>>>;
 
-/// Content of a `ULog` file: a dictionary, see `_logs.scan_ulog`.
+/// Content of a `ULog` file: a dictionary, see `_native.logs.scan_ulog`.
 #[pyfunction]
 pub fn scan_ulog(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scan = py.detach(|| formats::scan_ulog(File::open(path)?)).map_err(refused)?;
@@ -45,7 +45,7 @@ pub fn ulog_columns(
     Ok(columns.into_iter().map(|column| column.into_pyarray(py)).collect())
 }
 
-/// Content of a `DataFlash` file: a dictionary, see `_logs.scan_dataflash`.
+/// Content of a `DataFlash` file: a dictionary, see `_native.logs.scan_dataflash`.
 #[pyfunction]
 pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scan = py.detach(|| formats::scan_dataflash(File::open(path)?))?;
@@ -64,7 +64,7 @@ pub fn scan_dataflash(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDic
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // what a scan found, which _logs names
+#[allow(clippy::too_many_arguments)] // the result of a scan, see `_native.logs`
 pub fn dataflash_columns(
     py: Python<'_>,
     path: PathBuf,

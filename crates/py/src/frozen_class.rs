@@ -1,6 +1,6 @@
-//! Frozen classes of named values, as Python sees the results of the core.
+//! Frozen Python classes of named values: the results of the core.
 
-/// A value of the core as Python sees it.
+/// Conversion of a value of the core to Python.
 pub trait FromCore<T> {
     fn from_core(value: T) -> Self;
 }
@@ -41,8 +41,8 @@ impl<A, B, C: FromCore<A>, D: FromCore<B>> FromCore<(A, B)> for (C, D) {
     }
 }
 
-/// Declares a frozen class whose values are attributes. Its constructor takes them in their order; it is pickled and printed
-/// by them. Of a class of the core (`from`) it takes those of the same names.
+/// Declares a frozen class whose values are attributes. The constructor takes them in this order, and pickle and `repr` use
+/// them. A class of the core (`from`) provides the values of the same names.
 macro_rules! frozen_class {
     ($(#[$about:meta])* $name:ident from $core:ty { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
         frozen_class! { $(#[$about])* $name { $($(#[$doc])* $field: $type,)* } }
@@ -62,7 +62,7 @@ macro_rules! frozen_class {
         #[pymethods]
         impl $name {
             #[new]
-            #[allow(clippy::too_many_arguments)] // one for each value
+            #[allow(clippy::too_many_arguments)] // one argument per value
             fn new($($field: $type),*) -> Self {
                 Self { $($field),* }
             }

@@ -1,4 +1,4 @@
-//! Simulated records, whole and piece by piece.
+//! Simulated records in pieces.
 
 use crate::allan::value_error;
 use crate::terms::named_term;
@@ -8,7 +8,7 @@ use sigmatau_core::generate::{self, Component};
 use sigmatau_core::pole_bank;
 use sigmatau_core::terms::Term;
 
-/// The noise of one channel, piece by piece.
+/// The noise of one channel, generated in pieces.
 #[pyclass(module = "sigmatau._core")]
 pub struct Generator(generate::Generator);
 
@@ -25,7 +25,7 @@ impl Generator {
         generate::Generator::new(n, tau0, seed).map(Self).map_err(|error| value_error(&error))
     }
 
-    /// A term, by name; bias instability exactly or by poles.
+    /// Adds a term by name; bias instability is exact or a sum of poles.
     fn add_term(
         &mut self,
         py: Python<'_>,
@@ -41,7 +41,7 @@ impl Generator {
         self.with(py, &component, channel)
     }
 
-    /// White noise behind a filter; matrices row by row.
+    /// Adds filtered white noise; matrices are in row order.
     fn add_filtered(
         &mut self,
         py: Python<'_>,
@@ -76,14 +76,14 @@ impl Generator {
         self.with(py, &Component::Sinusoid { amplitude, frequency, index }, channel)
     }
 
-    /// The next samples, into an array.
+    /// Writes the next samples into an array.
     fn fill(&mut self, py: Python<'_>, mut rate: PyReadwriteArray1<'_, f64>) -> PyResult<()> {
         let rate = rate.as_slice_mut()?;
         py.detach(|| self.0.fill(rate)).map_err(|error| value_error(&error))
     }
 }
 
-/// Losses 1 − p and weights of the pole bank for records of `n` samples.
+/// Losses 1 − p and weights of the poles of flicker noise in records of `n` samples.
 #[pyfunction]
 #[allow(clippy::type_complexity)] // two columns
 pub fn flicker_poles(py: Python<'_>, n: usize) -> (Bound<'_, PyArray1<f64>>, Bound<'_, PyArray1<f64>>) {

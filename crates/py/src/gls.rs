@@ -13,7 +13,7 @@ use sigmatau_core::gls::{self, Base, Failed, Shape, Terms, Theta};
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 
-/// Terms of a record of some length at some cluster sizes.
+/// Terms of a record at some cluster sizes.
 #[pyclass(frozen, module = "sigmatau._core")]
 pub struct GlsComponents(gls::Components);
 
@@ -38,17 +38,17 @@ impl GlsComponents {
         self.of_terms(py, gls::Components::design)
     }
 
-    /// Covariance of the ramps for θ = 1, a matrix a term.
+    /// Covariance of the ramps for θ = 1, one matrix per term.
     fn slopes<'py>(&self, py: Python<'py>) -> Floats<'py> {
         self.of_terms(py, gls::Components::slopes)
     }
 
-    /// Power of the modes for θ = 1, over n; one row per term.
+    /// Power of the modes for θ = 1, divided by n; one row per term.
     fn spectra<'py>(&self, py: Python<'py>) -> Floats<'py> {
         self.of_terms(py, gls::Components::spectrum)
     }
 
-    /// Number of modes that each represents.
+    /// Number of modes that each mode represents.
     fn modes<'py>(&self, py: Python<'py>) -> Floats<'py> {
         self.0.base.modes().to_vec().into_pyarray(py)
     }
@@ -57,7 +57,7 @@ impl GlsComponents {
         Ok(self.0.degrees_of_freedom(0, &self.theta(&theta)?, ramp).into_pyarray(py))
     }
 
-    /// The smallest θ of a term that a test finds with a probability.
+    /// The smallest θ of a term that a test detects with probability `power`.
     fn detectable(
         &self,
         py: Python<'_>,
@@ -71,7 +71,7 @@ impl GlsComponents {
         detached(py, || gls::detectable(&self.0, term, &others, level, power)).map_err(failed)
     }
 
-    /// The ramp per sample that a test finds with a probability.
+    /// The smallest ramp per sample that a test detects with probability `power`.
     fn least_ramp(&self, py: Python<'_>, theta: Vec<f64>, level: f64, power: f64) -> PyResult<f64> {
         let theta = self.theta(&theta)?;
         detached(py, || gls::least_ramp(&self.0, &theta, level, power)).map_err(failed)
@@ -168,7 +168,7 @@ impl Gls {
         self.gls.deviance(&self.parts.theta(&theta)?).map_err(failed)
     }
 
-    /// Weights of the ramps whose mean has the smallest variance.
+    /// Weights of the mean of the ramps with the smallest variance.
     fn ramp_weights<'py>(&self, py: Python<'py>, theta: Vec<f64>) -> PyResult<Floats<'py>> {
         let weights = self.gls.least_variance(&self.parts.theta(&theta)?).map_err(failed)?;
         Ok(weights.into_pyarray(py))
@@ -199,7 +199,7 @@ impl Gls {
     }
 }
 
-/// Non-negative coefficients of columns, given one after the other.
+/// Non-negative coefficients of columns, which are concatenated.
 #[pyfunction]
 pub fn non_negative<'py>(
     py: Python<'py>,
@@ -215,9 +215,9 @@ pub fn non_negative<'py>(
 }
 
 frozen_class! {
-    /// The fit of a curve by least squares.
+    /// The fit of a curve.
     CurveFit from gls::CurveFit {
-        /// Whether a model is adequate. If not, the coefficients of `model` describe the curve to a few per cent.
+        /// Whether a model is adequate. Otherwise the coefficients of `model` describe the curve to a few per cent.
         adequate: bool,
         /// Index of the shortest averaging time that was used.
         first: usize,
@@ -229,22 +229,22 @@ frozen_class! {
         terms: Vec<(String, TermEstimate)>,
         /// Coefficients that together describe the curve, by name. [SI]
         model: Vec<(String, f64)>,
-        /// Terms of which at least one is present, although none is significant beside the others.
+        /// Terms of which at least one is present, although none is significant given the others.
         unclear: Vec<String>,
-        /// A Gauss-Markov process in the place of a term.
+        /// A Gauss-Markov process in place of a term.
         gauss_markov: Vec<GaussMarkovEstimate>,
-        /// Rows of `covariance`.
+        /// Names of the rows of `covariance`.
         parameters: Vec<Parameter>,
-        /// Covariance of the coefficients of noise, row after row. [SI]
+        /// Covariance of the coefficients of noise in row order. [SI]
         covariance: Vec<f64>,
-        /// The averaging time that deviates most, of those left out or if no model is adequate: its index, and the measured
-        /// deviation over that of the model.
+        /// The averaging time with the largest difference from the model, if times were left out or no model is adequate:
+        /// its index, and the measured deviation over that of the model.
         worst: Option<(usize, f64)>,
     }
 }
 
 /// The fit of a curve. `scale`: a typical variance.
-#[allow(clippy::too_many_arguments)] // one for each part of the data
+#[allow(clippy::too_many_arguments)] // one argument per part of the data
 #[pyfunction]
 #[pyo3(signature = (n, m, avar, ramps, *, tau0, scale, terms, first, level))]
 pub fn fit_curve(

@@ -1,6 +1,7 @@
-//! Module `sigmatau._core`: converts, releases the interpreter, calls the pure crates, converts back. No mathematics here.
+//! Module `sigmatau._core`: it converts arguments, releases the interpreter, calls the pure crates and converts the
+//! results.
 
-// Arguments come by value: a borrow of the array is what PyReadonlyArray is.
+// Arguments are passed by value, because a PyReadonlyArray is already a borrow of the array.
 #![allow(clippy::needless_pass_by_value)]
 
 use pyo3::prelude::*;
@@ -26,10 +27,10 @@ mod text;
 
 #[pymodule(gil_used = false)]
 mod _core {
-    /// Lines of a fit that are kept, the strongest.
+    /// Largest number of lines of a fit; the strongest ones are kept.
     #[pymodule_export]
     const MOST_LINES: usize = sigmatau_core::likelihood::MOST_LINES;
-    /// Corrected p-value below which a run does not belong to the others.
+    /// Corrected p-value below which a run is an outlier.
     #[pymodule_export]
     const OUTLIER_ALPHA: f64 = sigmatau_core::likelihood::ALPHA;
 

@@ -1,4 +1,4 @@
-//! The likelihood of a channel: one pass over its samples, then the analysis of what it keeps.
+//! The likelihood of a channel: one pass over its samples, then the analysis of the summary.
 
 use crate::allan::value_error;
 use crate::channel_fit::{ChannelFit, JointChannelFit, LineEstimate};
@@ -72,7 +72,7 @@ fn finished() -> PyErr {
 pub struct LikelihoodSummary(likelihood::Summary);
 
 impl LikelihoodSummary {
-    /// Curves at the blocks of the record.
+    /// Converts curves, which must have one value per block of the record.
     fn curves(&self, regressors: &[PyReadonlyArray1<'_, f64>]) -> PyResult<Vec<Vec<f64>>> {
         let mut curves = Vec::new();
         for curve in regressors {
@@ -104,32 +104,32 @@ impl LikelihoodSummary {
         self.0.centres().into_pyarray(py)
     }
 
-    /// Least density of the periodogram, two-sided. [(rate unit)²/Hz]
+    /// Smallest two-sided density of the periodogram. [(rate unit)²/Hz]
     #[getter]
     fn floor(&self) -> f64 {
         self.0.density[1..].iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance of the densities of the periodogram. [Hz]
+    /// Frequency step of the periodogram. [Hz]
     #[getter]
     fn spacing(&self) -> f64 {
         self.0.frequency(1)
     }
 
-    /// Whether both are of the same samples.
+    /// Whether both are summaries of the same samples.
     fn is_same(&self, other: &Self) -> bool {
         self.0.samples == other.0.samples && self.0.density == other.0.density
     }
 
-    /// Samples over which the weights of a run should fall to 0 at its ends in another pass, and those of a run of
-    /// differences if they should take the place of the samples.
+    /// Number of samples over which the weights of a run should fall to 0 at its ends in another pass, and the same for a
+    /// run of differences if differences should replace the samples.
     fn weighting(&self, py: Python<'_>) -> (f64, Option<f64>) {
         let found = detached(py, || self.0.weighting());
         (found.taper, found.differences)
     }
 
-    /// The fit of the channel. `samples`: those of the record, if some are missing at its ends.
-    #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one for each option
+    /// Fits the channel. `samples`: length of the record, if samples are missing at its ends.
+    #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools)] // one argument per option
     #[pyo3(signature = (
         *, samples=None, terms=None, filter=true, processes=true, resonances=true, lines=true, drifts=true,
         times=Vec::new(), regressors=Vec::new(), level=0.95, most_quantization=f64::INFINITY
@@ -167,13 +167,13 @@ impl LikelihoodSummary {
     }
 }
 
-/// What one run contributes to a joint fit: its summary, the regressors of its mean, its samples with what is missing at its
-/// ends, and the lines of its own fit.
+/// Contribution of one run to a joint fit: its summary, the regressors of its mean, its number of samples including those
+/// missing at its ends, and the lines of its separate fit.
 type Run<'py> = (PyRef<'py, LikelihoodSummary>, Vec<PyReadonlyArray1<'py, f64>>, usize, Vec<LineEstimate>);
 
 /// Fits one model to several runs of a channel.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // one for each option
+#[allow(clippy::too_many_arguments)] // one argument per option
 #[pyo3(signature = (runs, *, terms, common, processes=true, drifts=true, times=Vec::new(), level=0.95))]
 pub fn fit_jointly(
     py: Python<'_>,
@@ -203,7 +203,7 @@ pub fn fit_jointly(
     Ok(JointChannelFit::from_core(detached(py, || likelihood::fit_jointly(&contributions, &options, common))))
 }
 
-/// Which of the noise terms are named.
+/// Which of the noise terms are in `names`.
 fn chosen(names: &[String]) -> PyResult<[bool; NOISE_TERMS]> {
     let mut chosen = [false; NOISE_TERMS];
     for name in names {

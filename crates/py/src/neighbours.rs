@@ -8,7 +8,7 @@ use sigmatau_core::neighbours::{self, Limits, Quantile};
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
 type Ints<'py> = Bound<'py, PyArray1<i64>>;
 
-/// `limits`: threshold, multiple, least; `quantile`: part, and that of normal noise.
+/// `limits`: threshold, multiple and smallest difference; `quantile`: probability, and its quantile for normal noise.
 #[pyfunction]
 pub fn outliers<'py>(
     py: Python<'py>,

@@ -1,12 +1,12 @@
-//! Threads that are there: a process that was forked has a copy of the pool of its parent, and none of its threads.
+//! A thread pool that survives a fork: a forked process has a copy of its parent's pool, but none of its threads.
 
 use pyo3::prelude::*;
 use std::sync::OnceLock;
 
-/// Process that the pool was first used in.
+/// Number of the process that first used the pool.
 static OWNER: OnceLock<u32> = OnceLock::new();
 
-/// Runs without the interpreter's lock, on a pool whose threads live.
+/// Runs `work` without the interpreter's lock, on a pool with running threads.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
     let this = std::process::id();
     py.detach(|| {
@@ -15,7 +15,7 @@ pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
         }
         match rayon::ThreadPoolBuilder::new().build() {
             Ok(pool) => pool.install(work),
-            // No thread can be had: a pool of this one alone needs none, and where even that fails, so will the work.
+            // If no thread can be started, `work` succeeds only on a pool of the current thread alone.
             Err(_) => work(),
         }
     })

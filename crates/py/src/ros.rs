@@ -7,13 +7,13 @@ use pyo3::types::PyBytes;
 use sigmatau_formats::ros::{self, Columns, End, Fault, LogKind, Program, RawStep};
 use std::path::PathBuf;
 
-/// Topic, number, type, encoding of the definition, definition, encoding of the messages, messages.
+/// Topic, number, type, encoding of the definition, definition, encoding of the messages, number of messages.
 type ChannelFields = (String, u32, String, String, Vec<u8>, String, u64);
-/// Kind of the fault (empty: none), offset, words.
+/// Kind of the fault (empty without a fault), offset, description.
 type EndFields = (&'static str, u64, String);
 type Decoded<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, usize);
 
-/// Channels, whether their numbers of messages are declared, and the end of the walk.
+/// Channels, whether their numbers of messages are declared, and where reading ended.
 #[pyfunction]
 pub fn log_contents(
     py: Python<'_>,
@@ -32,7 +32,7 @@ pub fn log_contents(
 }
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // what _logs names
+#[allow(clippy::too_many_arguments)] // the arguments of `_native.logs`
 pub fn log_messages(
     py: Python<'_>,
     path: PathBuf,
@@ -49,9 +49,9 @@ pub fn log_messages(
     Ok((arrays(py, decoded.columns), end_fields(decoded.end)))
 }
 
-/// The same from messages in memory, one after the other; the rows end before the first that is not whole.
+/// Decodes concatenated messages in memory; the rows end before the first incomplete message.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // what _logs names
+#[allow(clippy::too_many_arguments)] // the arguments of `_native.logs`
 pub fn decode_messages<'py>(
     py: Python<'py>,
     data: &[u8],
@@ -73,7 +73,7 @@ pub fn decode_messages<'py>(
     Ok(arrays(py, columns))
 }
 
-/// A message that is compressed by zstd; None if it is damaged or too large.
+/// Decompresses a message (zstd); None if it is damaged or too large.
 #[pyfunction]
 pub fn unpacked<'py>(py: Python<'py>, data: &[u8]) -> Option<Bound<'py, PyBytes>> {
     py.detach(|| ros::unpacked(data)).map(|message| PyBytes::new(py, &message))

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 
 use crate::text::refused;
 
-/// Columns, then broken lines in all, those after the first row, the first ones, other sentences: how many, the most in
-/// one go and where, the name; and whether it was cut.
+/// Columns; number of broken lines, of those after the first row, and the first ones; other sentences (number, longest run
+/// and its line, name); and whether the file was cut.
 type Others = (usize, (usize, usize), String);
 type Found<'py> = (Vec<Bound<'py, PyArray1<f64>>>, usize, usize, Vec<(usize, String)>, Others, bool);
 

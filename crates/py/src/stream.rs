@@ -1,4 +1,4 @@
-//! The accumulator of a stream, one channel each, as an object that Python holds on to.
+//! The accumulator of one channel of a stream, as a Python object.
 
 use crate::allan::{sizes, value_error};
 use crate::pool::detached;
@@ -53,7 +53,7 @@ impl Accumulator {
         detached(py, || self.0.push(rate)).map_err(|error| value_error(&error))
     }
 
-    /// Index of the first sample that would be refused.
+    /// Index of the first sample that `push` would refuse.
     #[staticmethod]
     fn first_unusable(rate: PyReadonlyArray1<'_, f64>) -> PyResult<Option<usize>> {
         Ok(stream::first_unusable(rate.as_slice()?))
@@ -88,7 +88,7 @@ impl Accumulator {
     }
 }
 
-/// Distance of the starts that are averaged over at each size where strides are asked for.
+/// Stride of the starts at each cluster size.
 #[pyfunction]
 pub fn strides<'py>(py: Python<'py>, m: PyReadonlyArray1<'py, i64>) -> PyResult<Integers<'py>> {
     Ok(sizes(&m)?.into_iter().map(|m| stream::stride(m) as i64).collect::<Vec<_>>().into_pyarray(py))

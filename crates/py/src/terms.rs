@@ -1,4 +1,4 @@
-//! Closed forms, array in, array out.
+//! Closed forms for arrays.
 
 use crate::allan::sizes;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
@@ -11,12 +11,12 @@ use sigmatau_core::terms::{self, Term};
 
 type Floats<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
 
-/// The term of a name.
+/// The term with a name.
 pub fn named_term(name: &str) -> PyResult<Term> {
     Term::from_name(name).ok_or_else(|| PyValueError::new_err(format!("unknown term {name}")))
 }
 
-/// Coefficients by name, in the order of [`Term::ALL`]; 0 where there is none.
+/// Puts coefficients by name into the order of [`Term::ALL`]; a missing one is 0.
 pub fn in_order(by_name: impl IntoIterator<Item = (String, f64)>) -> PyResult<[f64; Term::ALL.len()]> {
     let mut coefficients = [0.0; Term::ALL.len()];
     for (name, value) in by_name {
@@ -127,7 +127,7 @@ pub fn band_limited_avar<'py>(
     Ok(avar.into_pyarray(py))
 }
 
-/// `butterworth1` … `butterworth9`; the first is also called `first_order`.
+/// Order of `butterworth1` … `butterworth9`; `first_order` is the same as `butterworth1`.
 fn order_of(shape: &str) -> Option<u8> {
     if shape == "first_order" {
         return Some(1);
@@ -166,7 +166,7 @@ pub fn band_limited_psd<'py>(
     Ok(f.as_slice()?.iter().map(form).collect::<Vec<_>>().into_pyarray(py))
 }
 
-/// Allan variances of a resonance: of its samples, or without what sampling folds from beyond half the rate.
+/// Allan variances of a resonance: of its samples, or without the part that sampling folds from above half the rate.
 #[pyfunction]
 pub fn resonance_avar<'py>(
     py: Python<'py>,

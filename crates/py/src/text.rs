@@ -1,4 +1,4 @@
-//! Text tables, read and written.
+//! Reading and writing of text tables.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -12,18 +12,18 @@ use crate::pool::detached;
 
 pyo3::create_exception!(sigmatau._core, TextError, PyValueError);
 
-/// Columns, the exact one as integers, comments among the rows, and whether the last line has no line end.
+/// Columns, the exact one as integers, comments between the rows, and whether the last line has no line end.
 type Columns<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Option<Bound<'py, PyArray1<i64>>>, Passed, bool);
 
-/// Encoding, decimal commas, lines, order of the dates, arrows, most bytes of a compressed file, column and text of the
-/// rows' kind.
+/// Encoding, decimal commas, number of lines, order of the dates, arrows, size limit of a compressed file, column and text
+/// that mark the rows to be read.
 type Fields<'a> = (&'a str, bool, Option<usize>, Option<&'a str>, bool, u64, Option<(usize, &'a str)>);
 
 /// The fields of [`formats::Remarks`].
 type Passed = (usize, usize, Vec<(usize, String)>);
 
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // the fields of a dialect, which _formats names
+#[allow(clippy::too_many_arguments)] // the fields of a dialect, see `_native.formats`
 pub fn read_text<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -42,7 +42,7 @@ pub fn read_text<'py>(
     Ok(to_columns(py, table))
 }
 
-/// The same from lines in memory.
+/// Reads a table from lines in memory.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn parse_text<'py>(
@@ -63,7 +63,7 @@ pub fn parse_text<'py>(
     Ok(to_columns(py, table))
 }
 
-/// Columns as lines of text.
+/// Writes columns as lines of text.
 #[pyfunction]
 pub fn format_text<'py>(
     py: Python<'py>,
@@ -99,7 +99,7 @@ fn dialect(
     Ok(Dialect { delimiter, comment, skip_lines, columns, dates, arrow, most, tag })
 }
 
-/// The form of a stamp and its nanoseconds, and whether the order of day and month matters; nothing for other text.
+/// The form of a stamp, its nanoseconds, and whether the order of day and month matters; None for other text.
 #[pyfunction]
 pub fn parse_stamp(text: &str, order: &str) -> PyResult<Option<(&'static str, i64, bool)>> {
     let stamp = formats::date::stamp(text.as_bytes(), parse_order(order)?);
@@ -141,7 +141,7 @@ fn one_byte(delimiter: &str) -> PyResult<u8> {
     }
 }
 
-/// The fields of `_formats.TextReadError`: kind, line, row, column, text, got, expected.
+/// The fields of `_native.formats.TextReadError`: kind, line, row, column, text, got, expected.
 pub fn refused(error: Refused) -> PyErr {
     let message = error.to_string();
     let fields = match error {
@@ -160,7 +160,7 @@ pub fn refused(error: Refused) -> PyErr {
     TextError::new_err(fields)
 }
 
-/// Bytes of files that the readers of this process have taken.
+/// Number of bytes that the readers of this process have read.
 #[pyfunction]
 pub fn bytes_read() -> u64 {
     sigmatau_formats::bytes_read()

@@ -1,4 +1,4 @@
-//! Bags of ROS 1: contents, and the messages of all channels.
+//! Bags of ROS 1: reads contents, and the messages of all channels.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! ArduPilot flight logs: the survey.
+//! ArduPilot flight logs: scans the log and checks its fields.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

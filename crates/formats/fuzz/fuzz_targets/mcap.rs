@@ -1,4 +1,4 @@
-//! MCAP files: contents, and the messages of all channels.
+//! MCAP files: reads contents, and the messages of all channels.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Serialised messages: definitions and messages both made of the input.
+//! Serialised messages: both the definition and the message are made from the input.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,11 +1,11 @@
-//! What the targets of both kinds of logs do.
+//! The part that the targets for both kinds of logs share.
 
 use sigmatau_formats::ros::{self, LogKind, Program};
 
-/// What chunks may unpack to. [bytes]
+/// Largest total size of the unpacked chunks. [bytes]
 const MOST: u64 = 1 << 26;
 
-/// Contents, and the messages of all channels by a definition that fits few of them.
+/// Reads the contents, and decodes all channels by a definition that fits few of them.
 pub fn read(data: &[u8], kind: LogKind) {
     let path = std::env::temp_dir().join(format!("sigmatau-fuzz-{}", std::process::id()));
     std::fs::write(&path, data).expect("room for a temporary file");

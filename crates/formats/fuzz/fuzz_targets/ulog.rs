@@ -1,4 +1,4 @@
-//! PX4 flight logs: what the survey finds, the columns must hold.
+//! PX4 flight logs: the columns must have as many rows as the scan counted.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

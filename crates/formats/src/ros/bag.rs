@@ -1,4 +1,5 @@
-//! ROS 1 bags, version 2.0 (wiki.ros.org/Bags/Format/2.0): a head of named fields with its length, data with theirs.
+//! ROS 1 bags, version 2.0 (wiki.ros.org/Bags/Format/2.0). A record is the length of its head, a head of named fields, the
+//! length of the data, and the data.
 
 use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record};
 use super::source::Source;
@@ -53,13 +54,13 @@ impl<'a> Head<'a> {
     }
 }
 
-/// Bytes behind a length of four bytes, and what follows.
+/// Splits off the bytes after a length of four bytes.
 fn prefixed(data: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = data.split_first_chunk::<4>()?;
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// The mark and the bag's own head; an end if they are not there.
+/// Reads the mark and the head of the bag; an end if they are missing.
 pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     let magic = source.take(MAGIC.len() as u64)?;
     if magic != MAGIC {
@@ -80,18 +81,18 @@ pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     Ok((length > source.remaining() || !source.pass(length)?).then_some(cut))
 }
 
-/// Four bytes; None at the end of the file.
+/// Reads a length of four bytes; None at the end of the file.
 fn length(source: &mut Source) -> io::Result<Option<u64>> {
     Ok(source.take(4)?.try_into().ok().map(u32::from_le_bytes).map(u64::from))
 }
 
-/// The fields of the next record; None if the file ends before.
+/// Reads the head of the next record; None if the file ends first.
 fn head(source: &mut Source) -> io::Result<Option<Vec<u8>>> {
     let Some(n) = length(source)? else { return Ok(None) };
     Ok(if n <= source.remaining() { Some(source.take(n)?) } else { None })
 }
 
-/// What comes next.
+/// Reads the next record or chunk.
 pub fn next(source: &mut Source) -> io::Result<Next> {
     let offset = source.at;
     let end = |fault, what: &str| Ok(Next::End(End::new(fault, offset, what)));
@@ -186,7 +187,7 @@ fn connection(head: &Head<'_>, body: &[u8]) -> Option<Channel> {
     })
 }
 
-/// The channels by the index at the end of the file; None if it is not there or makes no sense.
+/// The channels from the index at the end of the file; None if it is missing or invalid.
 pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
     let mut start = vec![0; MAGIC.len() + 4];
     file.read_exact(&mut start).ok()?;

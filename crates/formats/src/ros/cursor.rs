@@ -1,15 +1,15 @@
-//! A way through one message by the steps of its definition.
+//! Decoding of one message by the steps of its definition.
 
 use super::steps::{Number, Slot, Step};
 
-/// Where a message is put before all of it is known to be there; kept between messages.
+/// Buffer for the numbers of a message until it is known to be complete; reused for the next message.
 #[derive(Debug, Default)]
 pub struct Row {
     pub floats: Vec<f64>,
     pub exact: i64,
 }
 
-/// Where in a message; it takes no byte that is not there.
+/// Position in a message, which never exceeds its end.
 pub struct Cursor<'a> {
     pub body: &'a [u8],
     pub at: usize,
@@ -19,7 +19,7 @@ pub struct Cursor<'a> {
 }
 
 impl Cursor<'_> {
-    /// Takes all steps; None if the message does not hold what they say.
+    /// Runs all steps; None if the message does not fit them.
     pub fn run(&mut self, steps: &[Step], row: &mut Row) -> Option<()> {
         for step in steps {
             match step {
@@ -52,7 +52,7 @@ impl Cursor<'_> {
                         let before = self.at;
                         self.run(body, row)?;
                         if self.at == before {
-                            break; // It takes nothing, however often it comes: a hostile count may be any.
+                            break; // The count of a body without bytes has no limit.
                         }
                     }
                 }

@@ -1,7 +1,7 @@
-//! MCAP files (mcap.dev/spec): an opcode, a length of eight bytes, a record.
+//! MCAP files (mcap.dev/spec): each record is an opcode, a length of eight bytes, and the data.
 //!
-//! The framing is read here and not by the `mcap` crate, which trusts lengths inside of chunks without a checksum, and
-//! takes memory for declared lengths before the bytes are there.
+//! The `mcap` crate is not used: it trusts lengths inside chunks without a checksum, and allocates declared lengths before
+//! it reads the bytes.
 
 use super::parts::{Channel, End, Fault, LARGEST, Next, Piece, Record, Schema, Schemas};
 use super::source::Source;
@@ -19,7 +19,7 @@ const MESSAGE: u8 = 0x05;
 const CHUNK: u8 = 0x06;
 const STATISTICS: u8 = 0x0b;
 const DATA_END: u8 = 0x0f;
-/// The footer's record and the magic behind it. [bytes]
+/// Size of the footer and the magic after it. [bytes]
 const TAIL: usize = HEAD + 20 + MAGIC.len();
 
 /// Reads numbers and strings from the front of a slice.
@@ -54,7 +54,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The magic at the front; an end if it is not there.
+/// Reads the magic at the start; an end if it is missing.
 pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     let magic = source.take(8)?;
     Ok(match magic.as_slice() {
@@ -67,7 +67,7 @@ pub fn begin(source: &mut Source) -> io::Result<Option<End>> {
     })
 }
 
-/// What comes next in the data section.
+/// Reads the next record or chunk of the data section.
 pub fn next(source: &mut Source) -> io::Result<Next> {
     let offset = source.at;
     let before = source.hasher.clone();
@@ -121,7 +121,7 @@ pub fn next(source: &mut Source) -> io::Result<Next> {
     }
 }
 
-/// Whether the file goes on to its end behind the data, and ends there.
+/// Finds the magic at the end of the log, and checks that the file ends there.
 fn tail(source: &mut Source) -> io::Result<End> {
     let offset = source.at;
     let remaining = source.remaining();
@@ -144,7 +144,7 @@ fn tail(source: &mut Source) -> io::Result<End> {
     Ok(End::new(Fault::NoEnd, offset, "the end of the file is missing or damaged"))
 }
 
-/// What lies behind the end: nothing, what a disk is filled with, or another log that was appended.
+/// Classifies the bytes after the end: none, filler of a disk, or another log.
 fn behind(source: &mut Source, end: u64, window: &[u8]) -> io::Result<End> {
     let remaining = source.length.saturating_sub(end);
     let Some(&first) = window.first() else { return Ok(End::complete()) };
@@ -248,7 +248,7 @@ fn channel(body: &[u8]) -> Option<Channel> {
     let schema = fields.u16()?;
     let topic = fields.string()?;
     let message_encoding = fields.string()?;
-    // The number of the definition stands in for it until all definitions are known.
+    // Until all definitions are known, this is the number of the definition.
     Some(Channel { id, topic, message_encoding, type_name: schema.to_string(), ..Channel::default() })
 }
 
@@ -260,7 +260,7 @@ fn schema(body: &[u8]) -> Option<(u32, Schema)> {
     Some((id, Schema { name, encoding, data: fields.prefixed()?.to_vec() }))
 }
 
-/// Puts the definitions to the channels.
+/// Replaces the numbers of definitions in the channels by the definitions.
 pub fn describe(channels: &mut [Channel], schemas: &Schemas) {
     for channel in channels {
         let schema =
@@ -271,7 +271,7 @@ pub fn describe(channels: &mut [Channel], schemas: &Schemas) {
     }
 }
 
-/// The channels by the summary at the end of the file; None if it is not there or not to be trusted.
+/// The channels from the summary at the end of the file; None if it is missing or invalid.
 pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
     let length = file.metadata().ok()?.len();
     file.seek(SeekFrom::Start(length.checked_sub(TAIL as u64)?)).ok()?;
@@ -327,7 +327,7 @@ pub fn summary(mut file: &File) -> Option<Vec<Channel>> {
     Some(channels)
 }
 
-/// Messages by channel.
+/// Number of messages by channel.
 fn statistics(data: &[u8]) -> Option<BTreeMap<u32, u64>> {
     let mut rest = Fields(data);
     while !rest.0.is_empty() {

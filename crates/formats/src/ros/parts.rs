@@ -1,27 +1,27 @@
-//! What a log is made of, whichever its format: pieces, records, channels, and the end.
+//! Parts of a log of either format: pieces, records, channels, and the end.
 
 use super::unpack::Compression;
 use std::collections::BTreeMap;
 
-/// A length beyond this is taken for damage: writers make chunks of some megabytes. [bytes]
+/// A larger length is damage: writers make chunks of some megabytes. [bytes]
 pub const LARGEST: u64 = 1 << 30;
 
 /// A series of messages of one topic and type.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Channel {
-    /// Number by which messages name it.
+    /// Number in its messages.
     pub id: u32,
     /// Topic.
     pub topic: String,
     /// Type of the messages, e.g. `sensor_msgs/msg/Imu`.
     pub type_name: String,
-    /// How the definition is written: `ros2msg`, `ros1msg`, ….
+    /// Encoding of the definition: `ros2msg`, `ros1msg`, ….
     pub definition_encoding: String,
     /// Definition of the messages.
     pub definition: Vec<u8>,
-    /// How the messages are written: `cdr`, `ros1`, ….
+    /// Encoding of the messages: `cdr`, `ros1`, ….
     pub message_encoding: String,
-    /// Messages, declared or counted.
+    /// Number of messages, declared or counted.
     pub messages: u64,
 }
 
@@ -36,40 +36,40 @@ pub struct Schema {
     pub data: Vec<u8>,
 }
 
-/// A record that matters.
+/// A record that is evaluated.
 pub enum Record<'a> {
     Message { channel: u32, time: u64, data: &'a [u8] },
     Channel(Channel),
     Schema(u32, Schema),
 }
 
-/// Why a walk ended before its end.
+/// Why reading ended before the end of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing is wrong.
+    /// No fault.
     None,
     /// The file ends too early.
     BrokenOff,
-    /// All messages are there, but not the end of the file.
+    /// All messages are complete, but the end of the file is missing.
     NoEnd,
-    /// Something in it cannot be right.
+    /// Some part of the file is invalid.
     Damaged,
-    /// The log is whole, and bytes lie behind it.
+    /// The log is complete, and other bytes follow.
     Behind,
-    /// The log is whole, and zeros or 0xff lie behind it.
+    /// The log is complete, and zeros or 0xff follow.
     Filler,
-    /// Its chunks unpack to more than is allowed.
+    /// The chunks unpack to more bytes than are allowed.
     Expanded,
 }
 
-/// How a walk through a file ended.
+/// How reading of a file ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// What kind of end.
+    /// Kind of the end.
     pub fault: Fault,
-    /// Where in the file. [bytes]
+    /// Offset in the file. [bytes]
     pub offset: u64,
-    /// In words.
+    /// Description.
     pub what: String,
 }
 
@@ -83,7 +83,7 @@ impl End {
     }
 }
 
-/// A chunk as it lies in the file, or a stretch of records outside of chunks.
+/// A chunk of the file, still compressed, or a stretch of records outside chunks.
 pub struct Piece {
     pub offset: u64,
     pub packed: Vec<u8>,
@@ -91,16 +91,16 @@ pub struct Piece {
     pub size: usize,
     /// Checksum of the unpacked bytes, if there is one.
     pub crc: Option<u32>,
-    /// The file ends within this chunk; what there is of it is used.
+    /// The file ends within this chunk, whose beginning is used.
     pub cut: bool,
 }
 
-/// What stands at the next place of a file.
+/// The next part of a file.
 pub enum Next {
     Piece(Piece),
-    /// Bytes of a record outside of any chunk, with its head.
+    /// Bytes of a record outside chunks, with its head.
     Loose(Vec<u8>),
-    /// Nothing of interest.
+    /// A record without numbers.
     Other,
     /// The end of the data.
     End(End),

@@ -1,4 +1,4 @@
-//! A file cut into chunks, which are worked on side by side and put together in order.
+//! Chunks of a file, which are processed in parallel and joined in order.
 
 use super::cursor::Row;
 use super::parts::{Channel, End, Fault, Next, Piece, Record, Schemas};
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-/// Chunks that are unpacked side by side hold no more than this together, if they are more than one. [bytes]
+/// Largest total size of several chunks that are unpacked in parallel. [bytes]
 const TOGETHER: usize = 1 << 26;
 const MANY: usize = 16;
 
@@ -22,7 +22,7 @@ pub enum Container {
     Bag,
 }
 
-/// What was seen of channels in a stretch of records.
+/// Channels in a stretch of records.
 #[derive(Default)]
 pub struct Survey {
     pub channels: Vec<Channel>,
@@ -42,7 +42,7 @@ impl Container {
         }
     }
 
-    /// Counts the messages of a stretch of records, and lists its channels; a fault ends it.
+    /// Counts the messages of a stretch of records and lists its channels, up to the first fault.
     pub fn survey(self, data: &[u8], into: &mut Survey) -> Option<String> {
         self.records(data, &mut |record| {
             match record {
@@ -72,11 +72,11 @@ impl Container {
     }
 }
 
-/// A way through a file from its beginning.
+/// Reading of a file from its beginning.
 pub struct Walk {
     source: Source,
     container: Container,
-    /// What its chunks may still unpack to together. [bytes]
+    /// Remaining limit on the size of unpacked chunks. [bytes]
     remaining: u64,
 }
 
@@ -85,8 +85,8 @@ impl Walk {
         Ok(Self { source: Source::open(path)?, container, remaining: most })
     }
 
-    /// Goes through the file: `each` works on unpacked records, side by side, and is told whether a checksum vouches for
-    /// them; `merge` takes what it made in order.
+    /// Reads the file. `each` runs in parallel on unpacked records, with a flag whether a checksum confirms them; `merge`
+    /// receives its results in order.
     pub fn run<T: Send>(
         mut self,
         each: impl Fn(Container, &[u8], bool) -> (T, Option<String>) + Sync,
@@ -110,7 +110,7 @@ impl Walk {
                     return Ok(End::new(Fault::Expanded, 0, "its chunks unpack to more than is allowed"));
                 };
                 self.remaining = remaining;
-                // What stands before a fault is used, and nothing behind it.
+                // Data before a fault are used, data after it are not.
                 merge(made);
                 if let Some(end) = end {
                     return Ok(end);
@@ -125,7 +125,7 @@ impl Walk {
     fn batch(&mut self) -> io::Result<(Vec<Piece>, Option<End>)> {
         let mut batch: Vec<Piece> = Vec::new();
         let mut size = 0;
-        let mut open = false; // the last piece is one of loose records
+        let mut open = false; // The last piece is a stretch of records outside chunks.
         while (batch.len() < MANY || open) && size < TOGETHER {
             let offset = self.source.at;
             let next = match self.container {
@@ -177,12 +177,12 @@ fn work<T>(
         fault = Some("the checksum of a chunk is wrong".to_owned());
     }
     if cut && !(complete && fault.is_some()) {
-        // The records before the break are whole; no checksum vouches for a part.
+        // The records before the break are complete, but the checksum covers only a whole chunk.
         let (made, _) = each(container, data.get(..size.min(data.len())).unwrap_or_default(), false);
         return (made, unpacked, Some(End::new(Fault::BrokenOff, offset, "the file ends within a chunk")));
     }
     if let Some(what) = fault {
-        // Nothing of a chunk that is known to be wrong.
+        // A chunk with a fault is not used at all.
         let (made, _) = each(container, &[], true);
         return (made, unpacked, Some(End::new(Fault::Damaged, offset, what)));
     }

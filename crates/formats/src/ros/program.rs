@@ -1,4 +1,4 @@
-//! Numbers out of serialised messages: a definition, compiled to the fields that are wanted.
+//! Decoding of serialised messages: a definition, compiled to the wanted fields.
 //!
 //! CDR (OMG DDS-RTPS 2.2, 10.2: an encapsulation header of four bytes, then numbers aligned to their own size) or the
 //! serialisation of ROS 1 (little-endian, without alignment).
@@ -6,19 +6,19 @@
 use super::cursor::{Cursor, Row};
 use super::steps::{self, ProgramError, RawStep, Step, holds_integers};
 
-/// Columns of numbers, all of one length.
+/// Columns of numbers with equal lengths.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Those that were wanted, without the exact one.
+    /// The wanted columns without the exact one.
     pub floats: Vec<Vec<f64>>,
-    /// The one that was wanted as integers, if it holds such.
+    /// The column wanted as integers, if it contains integers.
     pub exact: Option<Vec<i64>>,
-    /// Their length.
+    /// Number of rows.
     pub rows: usize,
 }
 
 impl Columns {
-    /// Takes the last row away, if there is one.
+    /// Removes the last row, if there is one.
     pub fn drop_last(&mut self) {
         for column in &mut self.floats {
             column.pop();
@@ -29,7 +29,7 @@ impl Columns {
         self.rows = self.rows.saturating_sub(1);
     }
 
-    /// Puts the rows of another behind its own.
+    /// Appends the rows of other columns.
     pub fn append(&mut self, other: Self) {
         for (mine, theirs) in self.floats.iter_mut().zip(other.floats) {
             mine.extend(theirs);
@@ -48,15 +48,15 @@ pub struct Program {
     cdr: bool,
     floats: usize,
     exact: bool,
-    /// What comes behind the last step is unknown.
+    /// Whether the content after the last step is unknown.
     open: bool,
 }
 
 impl Program {
-    /// Compiles the steps of a definition to the columns that are wanted, of which one may be wanted as integers.
+    /// Compiles the steps of a definition for the wanted columns; one of them may be read as integers.
     ///
     /// # Errors
-    /// For a word that is unknown, and for brackets that do not match.
+    /// For an unknown word, and for brackets that do not match.
     pub fn compile(
         steps: &[RawStep],
         cdr: bool,
@@ -74,13 +74,13 @@ impl Program {
         })
     }
 
-    /// Columns without rows.
+    /// Empty columns.
     #[must_use]
     pub fn columns(&self) -> Columns {
         Columns { floats: vec![Vec::new(); self.floats], exact: self.exact.then(Vec::new), rows: 0 }
     }
 
-    /// Adds a message as a row; false, and no row, if it does not hold what the definition says.
+    /// Adds a message as a row; false, without a row, if it does not match the definition.
     pub fn push(&self, message: &[u8], log_time: u64, row: &mut Row, columns: &mut Columns) -> bool {
         let (body, big) = match (self.cdr, message) {
             (false, _) => (message, false),
@@ -94,7 +94,7 @@ impl Program {
         if cursor.run(&self.steps, row).is_none() {
             return false;
         }
-        // Some writers fill up to a multiple of four or eight.
+        // Some writers pad to a multiple of four or eight.
         let rest = body.len() - cursor.at;
         if !self.open && rest > if self.cdr { 7 } else { 0 } {
             return false;
@@ -109,8 +109,8 @@ impl Program {
         true
     }
 
-    /// Decodes messages that lie one after the other in `data`, each up to its end; stops at the first that does not
-    /// hold what the definition says.
+    /// Decodes the concatenated messages in `data`, each up to its end; stops at the first that does not match the
+    /// definition.
     pub fn decode(&self, data: &[u8], ends: &[usize], log_times: &[i64], columns: &mut Columns) -> bool {
         let mut row = Row::default();
         let mut start = 0;

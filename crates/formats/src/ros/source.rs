@@ -1,4 +1,4 @@
-//! The bytes of a file from one end to the other, counted and summed up.
+//! Sequential reading of a file, with position and checksum.
 
 use super::parts::LARGEST;
 use crate::progress;
@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 
-/// Bytes of a file, counted and summed up.
+/// Bytes of a file, with position and checksum.
 pub struct Source {
     file: BufReader<File>,
     pub at: u64,
@@ -28,7 +28,7 @@ impl Source {
         self.length.saturating_sub(self.at)
     }
 
-    /// The next bytes, or fewer at the end of the file; memory is taken only for bytes that are there.
+    /// The next bytes, or fewer at the end of the file; only existing bytes are allocated.
     pub fn take(&mut self, n: u64) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::with_capacity(n.min(self.remaining()).min(LARGEST) as usize);
         (&mut self.file).take(n).read_to_end(&mut bytes)?;
@@ -38,7 +38,7 @@ impl Source {
         Ok(bytes)
     }
 
-    /// Bytes that do not matter; false if the file ends before.
+    /// Skips bytes; false if the file ends first.
     pub fn pass(&mut self, mut n: u64) -> io::Result<bool> {
         while n > 0 {
             let got = self.take(n.min(1 << 20))?.len() as u64;

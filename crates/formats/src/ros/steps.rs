@@ -1,22 +1,22 @@
-//! A definition of messages, compiled to the steps through one.
+//! A definition of messages, compiled to steps that decode a message.
 
 use thiserror::Error;
 
-/// A step of a definition as the caller gives it: what (`u1` … `f8`, `time`, `duration`, `utime`, `string`, `[`, `]`,
-/// `log_time`, `?`), how many (-1 for a sequence that says so itself), and its first column or -1.
+/// A step of a definition from the caller: kind (`u1` … `f8`, `time`, `duration`, `utime`, `string`, `[`, `]`,
+/// `log_time`, `?`), count (-1 for a sequence with a count in the message), and its first column or -1.
 pub type RawStep = (String, i64, i64);
 
-/// A definition that makes no sense.
+/// An invalid definition.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unusable step {step} of a message definition: {kind}")]
 pub struct ProgramError {
-    /// Which step.
+    /// Index of the step.
     pub step: usize,
-    /// Its word.
+    /// Kind of the step.
     pub kind: String,
 }
 
-/// A number as a message holds it.
+/// Type of a number in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     U8,
@@ -29,10 +29,10 @@ pub enum Number {
     I64,
     F32,
     F64,
-    /// Signed seconds and unsigned nanoseconds, or both signed: ROS 2 and durations.
+    /// Signed seconds and unsigned nanoseconds: a time of ROS 2.
     Time,
     Duration,
-    /// Both unsigned: ROS 1.
+    /// Unsigned seconds and nanoseconds: a time of ROS 1.
     UnsignedTime,
 }
 
@@ -56,7 +56,7 @@ impl Number {
         })
     }
 
-    /// Bytes, and the multiple at which they begin in CDR.
+    /// Size and, in CDR, alignment.
     fn size(self) -> (usize, usize) {
         match self {
             Self::U8 | Self::I8 => (1, 1),
@@ -68,14 +68,14 @@ impl Number {
     }
 }
 
-/// Where a number goes.
+/// Destination of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     Float(usize),
     Exact,
 }
 
-/// What to do with the next bytes of a message.
+/// Action on the next bytes of a message.
 #[derive(Clone, Debug)]
 pub enum Step {
     Skip {
@@ -88,7 +88,7 @@ pub enum Step {
     },
     LogTime(Slot),
     Strings(usize),
-    /// Of numbers: a count, then as many.
+    /// A count, then this number of numbers.
     Sequence {
         align: usize,
         bytes: usize,
@@ -100,7 +100,7 @@ pub enum Step {
     },
 }
 
-/// The steps to the columns that are wanted, and whether what comes behind the last of them is unknown.
+/// The steps to the wanted columns, and whether the content after the last step is unknown.
 pub fn compile(
     steps: &[RawStep],
     wanted: &[usize],
@@ -120,7 +120,7 @@ pub fn compile(
                 let Some((_, into)) = stack.last_mut() else { return Err(refused(index, kind)) };
                 match (count, body.is_empty()) {
                     (Some(0), _) | (Some(_), true) => {}
-                    // Only the count of a sequence of nothing is there.
+                    // A message contains only the count of an empty body.
                     (None, true) => skip(into, 4, 4),
                     (count, false) => into.push(Step::Repeat { count, body }),
                 }
@@ -151,7 +151,7 @@ pub fn compile(
     }
 }
 
-/// Whether a column holds integers.
+/// Whether a column contains integers.
 pub fn holds_integers(steps: &[RawStep], column: usize) -> bool {
     steps.iter().any(|(kind, count, first)| {
         let inside = usize::try_from(*first)
@@ -199,7 +199,7 @@ fn skip(into: &mut Vec<Step>, align: usize, bytes: usize) {
         return;
     }
     if let Some(Step::Skip { align: last, bytes: already }) = into.last_mut() {
-        // Numbers of one size lie side by side.
+        // Numbers of equal size are adjacent.
         if *last == align {
             *already = already.saturating_add(bytes);
             return;

@@ -1,11 +1,11 @@
-//! Chunks unpacked: by the library of each compression, into no more memory than the chunk declares.
+//! Decompression of chunks, in no more memory than the chunk declares.
 
 use std::io::Read;
 
-/// How a chunk is compressed.
+/// Compression of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
     /// Zstandard frames.
     Zstd,
@@ -16,7 +16,7 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// By the name that files use.
+    /// The compression with this name in a file.
     pub fn named(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"" | b"none" => Self::None,
@@ -28,8 +28,8 @@ impl Compression {
     }
 }
 
-/// The bytes of a chunk of `size` bytes, and what was wrong with them; what was unpacked before a fault is kept. Of a chunk
-/// of more than `most` bytes, one byte more than that.
+/// Unpacks a chunk of `size` bytes: the bytes before a fault, and a description of the fault. If the chunk is larger than
+/// `most` bytes, `most` + 1 bytes are returned.
 pub fn unpack(
     packed: Vec<u8>,
     compression: Compression,
@@ -58,7 +58,7 @@ pub fn unpack(
     (data, fault)
 }
 
-/// A message that is compressed by itself, as Zstandard; None if it is damaged or holds more than 64 MiB.
+/// Decompresses a single message (Zstandard); None if it is damaged or larger than 64 MiB.
 #[must_use]
 pub fn message(packed: &[u8]) -> Option<Vec<u8>> {
     const MOST: usize = 1 << 26;
@@ -68,9 +68,9 @@ pub fn message(packed: &[u8]) -> Option<Vec<u8>> {
     (data.len() <= MOST).then_some(data)
 }
 
-/// Memory grows as the bytes come: a declared size alone takes none.
+/// Memory grows with the bytes that are read: a declared size alone allocates nothing.
 fn drain(reader: impl Read, size: usize, into: &mut Vec<u8>) -> std::io::Result<()> {
-    // One byte more shows a chunk that holds more than it declares.
+    // One extra byte shows that a chunk is larger than declared.
     let mut reader = reader.take(size as u64 + 1);
     let mut block = vec![0; size.min(1 << 16) + 1];
     loop {

@@ -4,17 +4,17 @@ use memchr::memchr;
 
 use crate::table::Delimiter;
 
-/// Words that other programs write for a missing number, lower case. They are read as NaN.
+/// Words for a missing number in lower case, which are read as NaN.
 const MISSING: [&[u8]; 9] = [b"", b"na", b"n/a", b"nan", b"null", b"none", b"nil", b"-nan", b"+nan"];
 
-/// A longer field that is not wanted is looked into: damage that swallows the ends of some lines may leave a line with as
-/// many fields as it should have, made of the beginning of one and the end of another. \[bytes\]
+/// A longer field is checked even if it is not wanted: damage that removes line ends may leave a line with the right number
+/// of fields, made of the beginning of one line and the end of another. \[bytes\]
 pub(super) const LONG: usize = 64;
 
-/// A field that is no number, before it is known where.
+/// A field that is not a number; the caller adds its place.
 pub(super) struct NotANumber;
 
-/// The finite number that a field holds, or NaN if it says that there is none, as an infinity does.
+/// The finite number in a field, or NaN for an infinity or a missing number.
 pub(super) fn number(field: &[u8]) -> Result<f64, NotANumber> {
     let field = bare(field);
     match fast_float2::parse::<f64, _>(field) {
@@ -29,7 +29,7 @@ pub(super) fn is_missing(field: &[u8]) -> bool {
     MISSING.iter().any(|word| word.eq_ignore_ascii_case(field))
 }
 
-/// A field without the spaces and the pair of double quotes around it.
+/// A field without surrounding spaces and double quotes.
 pub(super) fn bare(field: &[u8]) -> &[u8] {
     let field = trim(field);
     match field {
@@ -38,7 +38,7 @@ pub(super) fn bare(field: &[u8]) -> &[u8] {
     }
 }
 
-/// Where the field that begins at `start` ends; a delimiter within double quotes is part of the field.
+/// End of the field that begins at `start`; a delimiter within double quotes is part of the field.
 pub(super) fn field_end(line: &[u8], start: usize, byte: u8) -> usize {
     let field = &line[start..];
     let lead = field.iter().take_while(|&&b| b == b' ').count();
@@ -49,7 +49,7 @@ pub(super) fn field_end(line: &[u8], start: usize, byte: u8) -> usize {
     memchr(byte, &field[quoted..]).map_or(line.len(), |len| start + quoted + len)
 }
 
-/// A field of a line without spaces and quotes around it, if the line has so many.
+/// A field of a line by its number, without surrounding spaces and quotes; None if the line has fewer fields.
 pub(super) fn nth(line: &[u8], delimiter: Delimiter, column: usize) -> Option<&[u8]> {
     match delimiter {
         Delimiter::Whitespace => {
@@ -68,7 +68,7 @@ pub(super) fn nth(line: &[u8], delimiter: Delimiter, column: usize) -> Option<&[
     }
 }
 
-/// Fields of a line; one empty field after the last of `expected` is not counted.
+/// Number of fields of a line; one empty field after the last of `expected` is not counted.
 pub(super) fn count(line: &[u8], delimiter: Delimiter, expected: usize) -> usize {
     match delimiter {
         Delimiter::Whitespace => line.split(|&b| is_space(b)).filter(|field| !field.is_empty()).count(),

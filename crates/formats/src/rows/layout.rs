@@ -1,14 +1,14 @@
-//! A dialect, and which of its columns are wanted.
+//! A dialect with the wanted columns.
 
 use super::field::nth;
 use super::line::BOM;
 use crate::table::Dialect;
 
-/// A dialect, and what is wanted of it.
+/// A dialect, its wanted columns and the exact one.
 pub(crate) struct Layout<'a> {
     pub(crate) dialect: &'a Dialect,
     pub(super) wanted: usize,
-    /// For each column of the file, its place among the wanted ones.
+    /// Index among the wanted columns of each column of the file.
     pub(super) places: Vec<Option<usize>>,
     pub(super) exact: Option<usize>,
 }
@@ -23,7 +23,7 @@ impl<'a> Layout<'a> {
         }
         Self { dialect, wanted: wanted.len(), places, exact }
     }
-    /// Whether a line is of the kind that is read.
+    /// Whether a line has the tag of the rows to be read.
     pub(super) fn is_tagged(&self, line: &[u8]) -> bool {
         let line = line.strip_prefix(BOM).unwrap_or(line);
         self.dialect.tag.as_ref().is_none_or(|tag| {

@@ -1,4 +1,4 @@
-//! The slow way: one line of any spelling that is let pass, held to the layout.
+//! Reading of one line in any accepted form; it must match the layout.
 
 use memchr::memmem;
 
@@ -8,16 +8,16 @@ use super::store::Rows;
 use crate::date;
 use crate::table::{Delimiter, TextError};
 
-/// Characters of a field that an error quotes.
+/// Number of characters of a field that an error quotes.
 const QUOTED: usize = 40;
 
-/// Stands for a missing integer, as `NaT` does in NumPy.
+/// Value of a missing integer, as `NaT` in NumPy.
 pub(super) const NO_INTEGER: i64 = i64::MIN;
 
 pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 
 impl Layout<'_> {
-    /// One line without its line feed.
+    /// Reads one line without its line feed.
     pub(super) fn line(&self, mut line: &[u8], rows: &mut Rows) -> Result<(), TextError> {
         rows.lines += 1;
         if rows.skip > 0 {
@@ -28,7 +28,7 @@ impl Layout<'_> {
             line = line.strip_prefix(BOM).unwrap_or(line);
         }
         let trimmed = match self.dialect.delimiter {
-            // Tabs are fields here, and an empty one must not be lost.
+            // Tabs delimit fields here, and an empty field at the end must not be lost.
             Delimiter::Byte(b'\t') => trim_with(line, |b| b == b' ' || b == b'\r'),
             _ => trim(line),
         };
@@ -49,7 +49,7 @@ impl Layout<'_> {
         };
         let got = match fields {
             Ok(got) => got,
-            // A line that is no row at all is best told as such.
+            // A line that is not a row gets an error about its first field, which is clearer.
             Err(fault) => match count(trimmed, self.dialect.delimiter, self.fields()) {
                 got if got != self.fields() => got,
                 _ => return Err(fault),
@@ -73,13 +73,13 @@ impl Layout<'_> {
         self.dialect.columns - usize::from(self.dialect.arrow)
     }
 
-    /// Reads the time before an arrow, the last column; the number of fields.
+    /// Reads the time before an arrow, which is the last column; returns the number of fields.
     fn stamp(&self, stamp: &[u8], rows: &mut Rows) -> Result<usize, TextError> {
         let column = self.fields();
         if let (true, Some(order)) = (self.exact == Some(column), self.dialect.dates) {
             rows.date(stamp, column, self.places[column], order)?;
         } else if let Some(place) = self.places[column] {
-            rows.columns[place].push(f64::NAN); // a time of day is no number
+            rows.columns[place].push(f64::NAN); // A time of day is not a number.
         }
         Ok(1)
     }
@@ -102,7 +102,7 @@ impl Layout<'_> {
         rows.remarks.add(rows.lines, line, fields, numbers, columns);
     }
 
-    /// Takes the numbers out of a line whose fields one byte parts; the number of fields.
+    /// Reads the numbers of a line whose fields are separated by one byte; returns the number of fields.
     fn delimited(&self, line: &[u8], byte: u8, rows: &mut Rows) -> Result<usize, TextError> {
         let mut start = 0;
         for column in 0..self.fields() {
@@ -128,7 +128,7 @@ impl Layout<'_> {
         Ok(count(line, Delimiter::Byte(byte), self.fields()))
     }
 
-    /// The same for a line whose fields are parted by runs of spaces and tabs.
+    /// Reads the numbers of a line whose fields are separated by runs of spaces and tabs; returns the number of fields.
     fn spaced(&self, line: &[u8], rows: &mut Rows) -> Result<usize, TextError> {
         let mut fields = 0;
         let mut start = 0;
@@ -166,7 +166,7 @@ fn split_arrow(line: &[u8]) -> (Option<&[u8]>, &[u8]) {
 }
 
 impl Rows {
-    /// Reads the number that begins at `start`; where its field ends.
+    /// Reads the number that begins at `start`; returns the end of its field.
     fn number(
         &mut self,
         line: &[u8],
@@ -175,7 +175,7 @@ impl Rows {
         column: usize,
         place: usize,
     ) -> Result<usize, TextError> {
-        // Often a bare number up to the delimiter.
+        // Usually the field is a number without quotes or spaces.
         if let Ok((value, len)) = fast_float2::parse_partial::<f64, _>(&line[start..]) {
             let end = start + len;
             if value.is_finite() && (end == line.len() || line[end] == byte) {
@@ -190,8 +190,8 @@ impl Rows {
         Ok(end)
     }
 
-    /// Reads a field as an integer, and gives the exact column up at the first one that is none; a missing one is
-    /// [`NO_INTEGER`], so that one empty field does not cost all others their last digits.
+    /// Reads a field as an integer; at the first other value, the exact column is dropped. A missing value is
+    /// [`NO_INTEGER`], so that one empty field does not cost the others their last digits.
     fn integer(&mut self, field: &[u8]) {
         if let Some(integers) = &mut self.integers {
             match std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
@@ -203,7 +203,7 @@ impl Rows {
         }
     }
 
-    /// Reads a field as a date or a time of day, in nanoseconds; a missing one is [`NO_INTEGER`].
+    /// Reads a field as a date or a time of day, in nanoseconds; a missing value is [`NO_INTEGER`].
     fn date(
         &mut self,
         field: &[u8],
@@ -226,7 +226,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Refuses a long field that is no text.
+    /// Refuses a long field that is not text.
     fn words(&self, column: usize, field: &[u8]) -> Result<(), TextError> {
         let text = field.len() <= LONG
             || (std::str::from_utf8(field).is_ok() && !field.iter().any(|&b| b < b' ' && b != b'\t'));

@@ -1,27 +1,27 @@
-//! The rows of some lines, and those of the lines that follow put behind them.
+//! The rows of some lines, to which the rows of the following lines are appended.
 
 use super::layout::Layout;
 use crate::remarks::Remarks;
 use crate::table::{Table, TextError};
 
-/// The rows of some lines; lines and rows count from the first of them.
+/// The rows of some lines, counted from the first of these lines.
 #[derive(Debug, Default)]
 pub(crate) struct Rows {
     pub(super) columns: Vec<Vec<f64>>,
     pub(super) integers: Option<Vec<i64>>,
     pub(super) done: usize,
-    /// Lines seen, those without a row included.
+    /// Number of lines, including those without a row.
     pub(crate) lines: usize,
     pub(super) first_line: usize,
-    /// Lines still to be passed over.
+    /// Number of lines still to be skipped.
     pub(crate) skip: usize,
-    /// Whether the first line is that of the file.
+    /// Whether the first line is the first of the file.
     pub(super) at_start: bool,
     pub(super) remarks: Remarks,
 }
 
 impl Layout<'_> {
-    /// No rows yet; `at_start` if the lines to come are the first ones of the file.
+    /// Has no rows yet; `at_start` if the next lines are the first ones of the file.
     pub(crate) fn rows(&self, at_start: bool) -> Rows {
         Rows {
             columns: vec![Vec::new(); self.wanted],
@@ -32,7 +32,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Takes the rows out again, for lines that are not the first ones of the file; the memory is kept.
+    /// Removes the rows but keeps the memory, for lines that are not the first ones of the file.
     pub(crate) fn clear(&self, rows: &mut Rows) {
         let (mut columns, mut integers) = (std::mem::take(&mut rows.columns), rows.integers.take());
         columns.iter_mut().for_each(Vec::clear);
@@ -43,7 +43,7 @@ impl Layout<'_> {
 }
 
 impl Rows {
-    /// Reserve room for a number of further rows.
+    /// Reserves memory for a number of further rows.
     pub(super) fn room(&mut self, more: usize) -> Result<(), TextError> {
         let refused = |_| TextError::Memory { rows: self.done + more };
         self.columns.iter_mut().try_for_each(|column| column.try_reserve(more)).map_err(refused)?;
@@ -69,7 +69,7 @@ impl Rows {
         Ok(())
     }
 
-    /// The error as it is for lines that come after these.
+    /// An error of the following lines, with lines and rows counted from the first of these lines.
     pub(crate) fn moved(&self, error: TextError) -> TextError {
         error.moved(self.lines, self.done)
     }

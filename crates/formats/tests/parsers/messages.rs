@@ -1,8 +1,8 @@
-//! Serialised messages: what mutated input has shown.
+//! Serialised messages: faults found by mutated input.
 
 use sigmatau_formats::ros::Program;
 
-/// Found by the fuzz target `messages`: a sequence of things that take no byte, with the largest count there is.
+/// Found by the fuzz target `messages`: a sequence of elements without bytes, with the largest possible count.
 #[test]
 fn a_sequence_of_nothing_takes_no_time() {
     let steps = [("[", -1, -1), ("log_time", 1, 0), ("]", 0, -1), ("u1", 1, 1)]

@@ -32,7 +32,7 @@ fn for_any(name: &str, law: impl Fn(&mut ChaCha8Rng)) {
     (0..2000).for_each(|_| law(&mut rng));
 }
 
-/// Any finite number: all exponents alike, and now and then a zero or a subnormal number.
+/// Any finite number: all exponents are equally likely, with some zeros and subnormal numbers.
 fn finite(rng: &mut ChaCha8Rng) -> f64 {
     loop {
         let bits = rng.random::<u64>();
@@ -43,7 +43,7 @@ fn finite(rng: &mut ChaCha8Rng) -> f64 {
     }
 }
 
-/// A number as programs write it: digits, perhaps a point, perhaps an exponent, perhaps a sign.
+/// A number in a form that programs write: digits, with or without a point, an exponent and a sign.
 fn written(rng: &mut ChaCha8Rng) -> String {
     let digits = |rng: &mut ChaCha8Rng, least: usize, most: usize| -> String {
         let count = rng.random_range(least..=most);
@@ -67,12 +67,12 @@ fn written(rng: &mut ChaCha8Rng) -> String {
     }
 }
 
-/// The checksum of 8 bits that stands after the `*`.
+/// The checksum of 8 bits after the `*`.
 fn checksum(body: &str) -> u8 {
     body.bytes().fold(0, |sum, byte| sum ^ byte)
 }
 
-/// Whatever is written, the number nearest to it is read.
+/// The nearest double to the text is read.
 #[test]
 fn a_number_is_read_as_the_standard_library_reads_it() {
     for_any("a number", |rng| {
@@ -89,7 +89,7 @@ fn a_number_is_read_as_the_standard_library_reads_it() {
     });
 }
 
-/// What is written is read again to the last bit.
+/// A written table is read back bit by bit.
 #[test]
 fn a_table_comes_back() {
     for_any("a table", |rng| {
@@ -106,7 +106,7 @@ fn a_table_comes_back() {
     });
 }
 
-/// A line too many or too few fields, or a word, is an error that names its line; never a shorter table.
+/// A line with too many or too few fields, or with a word, is an error that names the line, and never a shorter table.
 #[test]
 fn a_spoiled_line_is_named() {
     for_any("a spoiled line", |rng| {
@@ -152,7 +152,7 @@ fn sentences_are_all_accounted_for() {
     });
 }
 
-/// Any bytes: an answer, and no more rows than bytes.
+/// For any bytes there is a result, with no more rows than bytes.
 #[test]
 fn any_bytes_are_survived() {
     for_any("any bytes", |rng| {
@@ -173,7 +173,7 @@ fn any_bytes_are_survived() {
     });
 }
 
-/// A message is decoded whole or not at all, wherever it is cut.
+/// A message is decoded completely or not at all, wherever it is cut.
 #[test]
 fn a_message_is_whole_or_refused() {
     let steps =

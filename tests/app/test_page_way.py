@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from page_tabs import command, fragment, press, six_axes, tabs, wait_result, write_table
+from page_tabs import NAME_OF_FOCUS, command, fragment, press, six_axes, tabs, wait_result, write_table
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
 

@@ -18,6 +18,7 @@ from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_screen import drift_lines
 from sigmatau.lab.lots.lot_words import STATE_WORDS, count_text
 from sigmatau.lab.lots.pooling import Pooled, pooled
+from sigmatau.lab.lots.short_names import common_prefix
 from sigmatau.lab.pages.lot_content import (
     DISTRIBUTION_HEADS,
     MARKS,

@@ -14,6 +14,7 @@ from sigmatau.analysis.options import AnalysisOptions
 from sigmatau.decoding import Key
 from sigmatau.findings import details_by_code
 from sigmatau.fitting.fitted_values import Interval
+from sigmatau.hints import as_arguments, worded
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.noise.terms import TERMS
 from sigmatau.options import declared
@@ -94,7 +95,9 @@ def schema_of_dataclass(kind, *, details, within):
         optional = Key not in each.metadata and type(None) in typing.get_args(hints[each.name])
         if not details and (key.null or optional):
             schema = nullable(schema)
-        properties[each.name] = schema | ({"description": key.about} if key.about and not details else {})
+        properties[each.name] = schema | (
+            {"description": worded(key.about, as_arguments)} if key.about and not details else {}
+        )
         if key.always:
             required.append(each.name)
     return {
@@ -122,7 +125,9 @@ def schema_of_options(options):
             kind = {"enum": list(about.choices)} if about.choices else {}
             if about.form in type_by_form and not about.choices:
                 kind = {"type": type_by_form[about.form]}
-            properties[name] = kind | {"description": " ".join(filter(None, (about.text, about.otherwise)))}
+            properties[name] = kind | {
+                "description": worded(" ".join(filter(None, (about.text, about.otherwise))), as_arguments)
+            }
     return properties
 
 

@@ -123,7 +123,8 @@ def fleet_command(
             {log_place: values for log_place, values in runs.items() if values and log_place in stored_places}
         ):
             say(f"time or temperature changed of {renamed} runs in the store", quiet=quiet)
-        before = _before(len(named) - len(wanted), stored.failed(named) if not retry_failed else 0)
+        failures = {} if retry_failed else stored.failures(named)
+        before = _before(len(named) - len(wanted), len(failures))
         if before and wanted:
             say(f"of {len(named)} logs {before}", quiet=quiet)
         tally = _Tally(stored, len(wanted), tried=bool(stored_places))
@@ -131,7 +132,7 @@ def fleet_command(
             gigabyte = None if memory is None else memory * 1e9
             with cluster(workers=workers, scheduler=scheduler, memory=gigabyte) as client:
                 _run(client, wanted, job, tally, quiet=quiet)
-    return _report(tally, before, unnamed)
+    return _report(tally, before, unnamed, [f"{log}: {reason}" for log, reason in failures.items()])
 
 
 def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *, quiet: bool) -> None:
@@ -157,20 +158,20 @@ def _run(client: Client, wanted: Sequence[Log], job: FleetJob, tally: _Tally, *,
         ) from None
 
 
-def _report(tally: _Tally, before: str, unnamed: Sequence[str]) -> int:
-    """Print errors and the summary; returns the exit code."""
-    for line in [*unnamed, *tally.errors][:_LISTED]:
+def _report(tally: _Tally, before: str, unnamed: Sequence[str], failures: Sequence[str]) -> int:
+    """Print errors, of an earlier run too, and the summary; returns the exit code."""
+    for line in [*unnamed, *tally.errors, *failures][:_LISTED]:
         print_error(line)
     if unnamed:
         say(f"not analysed: {len(unnamed)} {'log' if len(unnamed) == 1 else 'logs'} without a unit or a date")
     if tally.held:
         say(f"nothing is stored: an option is wrong or missing for {tally.codes[2]} logs, and no log was analysed")
-    elif len(tally.errors) > _LISTED:
-        say(f"… {len(tally.errors)} failed in all; sigmatau store list lists them with --state failed")
+    elif (count := len(tally.errors) + len(failures)) > _LISTED:
+        say(f"… {count} failed in all; sigmatau store list lists them with --state failed")
     sys.stdout.write(f"{tally.summary(before)}\n")
     if tally.codes[2] and tally.finished == len(tally.errors):
-        return 2  # otherwise the options are correct, and some files are not logs
-    if unnamed:
+        return 2  # otherwise the options are correct, and some of the files are of another kind
+    if unnamed or failures:
         return 1
     return next(
         (code for code, outcome in ((1, 2), (1, 1), (NOT_AT_REST, NOT_AT_REST), (4, 4)) if tally.codes[outcome]), 0

@@ -97,8 +97,15 @@ def test_a_second_run_analyses_nothing_again(undisturbed, logs, here, tmp_path, 
     place.write_bytes((logs.parent / "whole.db").read_bytes())
 
     def run():
-        assert main(["fleet", "analyze", str(logs), "--store", str(place), *READING]) == 0
-        return capsys.readouterr().out
+        assert main(["fleet", "analyze", str(logs), "--store", str(place), *READING]) == 1
+        out, err = capsys.readouterr()
+        # A log that failed in an earlier run is named again, with its reason.
+        reasons = {
+            path: result["error"]["message"] for path, (state, _, result) in undisturbed.items() if state == "failed"
+        }
+        assert all(path in err for path in reasons)
+        assert all(" ".join(reason.split()) in " ".join(err.split()) for reason in reasons.values())
+        return out
 
     assert run() == f"0 of 0 logs analysed, {LOGS + DAMAGED} were in the store ({DAMAGED} of them failed)\n"
     assert here == []
@@ -234,7 +241,7 @@ def test_a_log_that_kills_its_worker_beside_a_record_that_is_divided(processes, 
         assert of_fleet["n_pairs"] == of_stream.n_pairs.tolist()
 
     # The log is not tried again unless that is asked for, and then it is there once.
-    assert ended(processes.fleet(*arguments, reading=()))[0].startswith("0 of 0")
+    assert ended(processes.fleet(*arguments, reading=()), code=1)[0].startswith("0 of 0")
     again = processes.fleet(*arguments[:3], "--workers", 1, "--retry-failed", reading=(), FLEET_HEALED="yes")
     assert ended(again)[0] == "1 of 1 logs analysed, 9 were in the store\n"
     assert contents(processes.folder / "a.db")[str(poison)][0] == "fitted"

@@ -43,14 +43,16 @@ class Stored:
 
         self._engine = engine
         self._mine = and_(run.c.current, run.c.options_key == options_key(options), run.c.file_version != "")
-        query = select(run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature).where(
-            self._mine
-        )
+        columns = (run.c.path, run.c.file_version, run.c.state, run.c.id, run.c.recorded, run.c.temperature)
+        query = select(*columns, run.c.message).where(self._mine)
         self._runs: dict[str, list[tuple[str, str]]] = {}
         self._stated: dict[str, list[tuple[int, dict[str, Any]]]] = {}
+        self._messages: dict[tuple[str, str], str] = {}  # of failures, by place and version
         try:
             with engine.connect() as connection:
-                for path, version, state, key, recorded, temperature in connection.execute(query):
+                for path, version, state, key, recorded, temperature, message in connection.execute(query):
+                    if state == "failed":
+                        self._messages[path, version] = message
                     self._runs.setdefault(path, []).append((version, state))
                     stated = {"recorded": recorded, "temperature": temperature}
                     self._stated.setdefault(path, []).append((key, stated))
@@ -66,12 +68,14 @@ class Stored:
         runs = self._runs.get(log.place, ())
         return any(version == log.version and (failures or state != "failed") for version, state in runs)
 
-    def failed(self, logs: Iterable[Log]) -> int:
-        """Number of logs whose current version has failed and has no other result."""
-        states_by_log = (
-            [state for version, state in self._runs.get(log.place, ()) if version == log.version] for log in logs
-        )
-        return sum(bool(states) and set(states) == {"failed"} for states in states_by_log)
+    def failures(self, logs: Iterable[Log]) -> dict[str, str]:
+        """Why logs have failed whose present version has no other result, by place."""
+        reasons = {}
+        for log in logs:
+            states = {state for version, state in self._runs.get(log.place, ()) if version == log.version}
+            if states == {"failed"}:
+                reasons[log.place] = self._messages[log.place, log.version]
+        return reasons
 
     def describe(self, stated: Mapping[str, Mapping[str, Any]]) -> int:
         """Set the time or the temperature of existing runs of logs by place; return the number of changed runs.

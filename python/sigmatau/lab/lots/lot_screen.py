@@ -14,6 +14,7 @@ from sigmatau.lab.lots.lot_remark import STATES
 from sigmatau.lab.lots.lot_result import JudgedUnit, Lot
 from sigmatau.lab.lots.lot_statistics import Distribution
 from sigmatau.lab.lots.lot_words import STATE_WORDS, change_text, count_text, listed, percent, what_text
+from sigmatau.lab.lots.order_effect import OrderEffect
 from sigmatau.lab.lots.pooling import Pooled, pooled
 from sigmatau.noise.terms import TERMS
 from sigmatau.results import WIDTH, aligned, printable, wrapped
@@ -226,9 +227,7 @@ def _order_lines(lot: Lot) -> list[str]:
         first = members[0]
         if first.order is None:
             continue
-        head = "Drift" if first.order.kind == "drift" else f"Batch from {_dated(lot, first.order.first)}"
-        if first.order.kind != "drift":
-            head += f" to {_dated(lot, first.order.last)} ({first.order.units} units)"
+        head = "Drift" if first.order.kind == "drift" else _batch_text(lot, first.order)
         rest = [_series_text(part) for part in members[1:]]
         also = f"; also {listed(rest)}" if rest else ""
         lines.append(f"{head}: {_series_text(first)} {change_text(first.order)}{also}")
@@ -240,7 +239,9 @@ def _series_text(part: Distribution) -> str:
     return f"{part.channel} {what}"
 
 
-def _dated(lot: Lot, name: str) -> str:
-    """The name of a unit, with its date if the name does not state it."""
-    day = lot[name].result.day
-    return f"{_short(name)} ({day})" if day and day not in name else _short(name)
+def _batch_text(lot: Lot, effect: OrderEffect) -> str:
+    """The units of a batch, with their dates if their names do not state them."""
+    days = [lot[name].result.day for name in (effect.first, effect.last)]
+    shown = [] if any(day in name for day, name in zip(days, (effect.first, effect.last), strict=True)) else [*{*days}]
+    counted = ", ".join([f"{effect.units} units", " to ".join(sorted(shown))] if shown else [f"{effect.units} units"])
+    return f"Batch from {_short(effect.first)} to {_short(effect.last)} ({counted})"

@@ -104,7 +104,7 @@ def test_limits_of_a_result_reach_the_table(tmp_path, capsys):
     code, out, _ = run("predict", path, "--after", "100h", capsys=capsys)
     assert code == 0
     assert max(map(len, out.splitlines())) <= 80
-    assert "rate random walk" in out[out.index("Not seen") :]
+    assert "rate random walk" in out[out.index("Not observed") :]
     assert "beyond the record of 33 min" in " ".join(out.split())
     found = predict(analysis.model, after=36000.0, rate=20.0)["heading"]
     truth = predict(model, after=36000.0, rate=20.0)["heading"].rms[0]

@@ -11,6 +11,7 @@ from axe_playwright_python.sync_playwright import Axe
 from known import seed_of
 
 AXES = [f"{sensor}_{axis}" for sensor in ("gyro", "accel") for axis in "xyz"]
+PHONE = {"viewport": {"width": 390, "height": 844}, "is_mobile": True, "has_touch": True}
 LIMIT = 60_000  # longest time of an analysis in a tab [ms]
 
 

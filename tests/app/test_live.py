@@ -1,97 +1,23 @@
 """The live view: a simulated serial port, standard input, and what is left when the record ends."""
 
-import contextlib
 import json
-import os
 import signal
 import subprocess
 import sys
 import time
 from urllib.request import urlopen
 
-import numpy as np
 import pytest
 
 pytest.importorskip("starlette")
 pytest.importorskip("serial", reason="pyserial reads the port")
 pytest.importorskip("pty", reason="no simulated ports")
 
-from page_tabs import command, tabs
-from workbench_served import TOKEN, Page, serving
+from live_ports import TABLE, WORDS, lines, noise, recorded, served, waited
 
-from known import seed_of
-from sigmatau.app.files import Roots
-from sigmatau.app.log import LiveSource
-from sigmatau.app.recording import Recording
-from sigmatau.app.routes import Workbench
 from sigmatau.errors import DataError
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
-
-TABLE = {"rate": "100", "unit": "gyro=rad/s", "channels": "gyro=1:3"}
-WORDS = ["--rate", "100", "--unit", "gyro=rad/s", "--channels", "gyro=1:3"]
-
-
-def lines(count):
-    """What an Arduino prints: three numbers a line."""
-    rows = np.random.default_rng(seed_of("live view")).standard_normal((count, 3)) * 1e-3
-    return [f"{a:.6f},{b:.6f},{c:.6f}\r\n".encode() for a, b, c in rows]
-
-
-class Port:
-    """A simulated serial port, and the record of what is written to it."""
-
-    def __init__(self, folder):
-        import pty
-        import tty
-
-        self.master, terminal = pty.openpty()
-        tty.setraw(terminal)
-        self.name = os.ttyname(terminal)
-        self.saved = folder / "saved.csv"
-
-    def recording(self, **changes):
-        stated = {
-            "baud": 115200,
-            "save": str(self.saved),
-            "table": TABLE,
-            "at_rest": False,
-            "command": "sigmatau watch",
-        }
-        made = Recording(LiveSource(source=self.name, **(stated | changes)))
-        os.write(self.master, b"1,0.0\r\n")  # a part of a line
-        return made
-
-    def write(self, rows):
-        for start in range(0, len(rows), 100):
-            os.write(self.master, b"".join(rows[start : start + 100]))
-
-
-@pytest.fixture
-def port(tmp_path):
-    return Port(tmp_path)
-
-
-@contextlib.contextmanager
-def recorded(port, **changes):
-    """A client of a workbench that records the port."""
-    workbench = Workbench(Roots([port.saved.parent, port.saved]), max_upload=10**6, recording=port.recording(**changes))
-    try:
-        with serving(workbench) as asking:
-            page = Page(asking, port.saved)
-            page.recording = workbench.recording
-            yield page
-    finally:
-        workbench.close()
-
-
-def waited(page, is_wanted):
-    """The state of the record once it is the wanted one."""
-    end = time.monotonic() + 60
-    while not is_wanted(state := page.get("api/live").json()):
-        assert time.monotonic() < end, state
-        time.sleep(0.1)
-    return state
 
 
 def test_from_the_first_samples_to_the_saved_log(port):
@@ -149,7 +75,8 @@ def test_what_exists_is_not_overwritten(port):
 
 
 def test_without_a_record(page):
-    for answer in (page.get("api/live"), page.post("api/live/stop")):
+    assert page.get("api/live").json() == {"state": "none"}
+    for answer in (page.post("api/live/stop"), page.post("api/live/options", options=TABLE)):
         assert (answer.status_code, answer.json()["error"]["code"]) == (404, "missing")
     assert page.get("api/about").json()["live"] is False
 
@@ -178,21 +105,101 @@ def test_standard_input(tmp_path):
     assert saved.read_bytes() == b"".join(rows)
 
 
-def test_the_page(browser, port):
-    rows = lines(9000)
-    with recorded(port) as page, tabs(browser, f"{str(page.client.base_url).rstrip('/')}/{TOKEN}/") as open_tab:
-        tab = open_tab()
-        port.write(rows[:1000])
-        tab.locator(".wait", has_text="Too short to tell: coefficients in").wait_for()
-        tab.locator("#live-series canvas").first.wait_for()
-        port.write(rows[1000:])
-        tab.locator("#live-summary table").wait_for()
-        tab.locator("#live-deviation canvas").wait_for()
-        tab.locator(".outlooks", has_text="gyro: angle random walk ±").wait_for()
-        tab.locator(".headline", has_text="9000 samples").wait_for()
-        tab.get_by_role("button", name="Stop and open the log").click()
-        tab.locator("#analyse:enabled").wait_for()
-        assert command(tab, "saved.csv") == f"sigmatau analyze {port.saved} {' '.join(WORDS)}"
-        tab.get_by_role("button", name="Live").click()
-        tab.locator("#open-saved").wait_for()
-        assert tab.locator("#stop-live").count() == 0
+def start(page, **body):
+    return page.post("api/live/start", **body)
+
+
+def test_a_port_is_chosen(port):
+    """A page starts a record, one at a time; another page sees it; options may be stated later."""
+    rows = lines(3000)
+    with served(port) as page:
+        assert isinstance(page.get("api/ports").json()["ports"], list)
+        assert page.get("api/about").json()["folder"] == str(port.saved.parent)
+        began = start(page, port=port.name, baud=57600, save="chosen.csv", options={"rate": "100"})
+        assert (began.status_code, began.json()["state"]) == (202, "recording")
+        assert start(page, port=port.name).status_code == 409
+        port.begin()
+        port.write(rows)
+        asked = waited(page, lambda state: state["error"])
+        assert "--" not in asked["error"]["message"]
+        assert page.post("api/live/options", options={"rate": "none"}).status_code == 400
+        assert page.post("api/live/options", options=TABLE).json() == {"options": TABLE}
+        whole = waited(page, lambda state: "3000 samples" in state.get("heading", ""))
+        assert (whole["error"], whole["options"]) == (None, TABLE)
+        assert f"--serial {port.name} --baud 57600" in whole["command"]
+        saved = port.saved.with_name("chosen.csv")
+        assert page.post("api/live/stop").json() == {"path": str(saved)}
+        assert saved.read_bytes() == b"".join(rows)
+        again = start(page, port=port.name, save="chosen.csv")
+        assert (again.status_code, "never overwritten" in again.json()["error"]["message"]) == (422, True)
+        assert start(page, port=port.name, save="again.csv", options=TABLE).status_code == 202
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        ({"port": "/etc/passwd"}, 400),
+        ({"port": "/dev/../etc/passwd"}, 400),
+        ({"port": "socket://example.org:80"}, 400),
+        ({"port": "/dev/nothing"}, 422),
+        ({}, 400),
+        ({"port": "/dev/nothing", "baud": 0}, 400),
+        ({"port": "/dev/nothing", "baud": "fast"}, 400),
+        ({"port": "/dev/nothing", "save": "../x.csv"}, 400),
+        ({"port": "/dev/nothing", "save": "/tmp/x.csv"}, 400),
+        ({"port": "/dev/nothing", "save": ".x"}, 400),
+        ({"port": "/dev/nothing", "save": ""}, 400),
+        ({"port": "/dev/nothing", "options": {"input": "accumulated"}}, 400),
+        ({"port": "/dev/nothing", "options": {"nothing": 1}}, 400),
+        ({"path": "/etc/passwd"}, 404),
+    ],
+)
+def test_refused_sources(page, body, status):
+    answer = start(page, **body)
+    assert answer.status_code == status, answer.json()
+    assert "--" not in answer.json()["error"]["message"]
+    assert page.get("api/live").json() == {"state": "none"}
+
+
+def test_a_file_that_grows_is_not_changed(port):
+    log, rows = port.saved.with_name("growing.csv"), lines(2500)
+    log.write_bytes(b"".join(rows[:1000]))
+    with served(port) as page:
+        assert start(page, path=str(log), options=TABLE, save="x.csv").status_code == 202
+        waited(page, lambda state: "1000 samples" in state.get("heading", ""))
+        with log.open("ab") as file:
+            file.write(b"".join(rows[1000:]))
+        state = waited(page, lambda state: "2500 samples" in state.get("heading", ""))
+        assert state["path"] == str(log)
+        assert page.post("api/live/stop").json() == {"path": str(log)}
+    assert log.read_bytes() == b"".join(rows)
+    assert not log.with_name("x.csv").exists()
+
+
+def test_a_port_that_is_lost(port):
+    rows = lines(500)
+    with recorded(port) as page:
+        port.write(rows)
+        waited(page, lambda state: "500 samples" in state.get("heading", ""))
+        port.unplug()
+        failed = waited(page, lambda state: state["state"] == "failed")
+        assert "the serial port is gone" in failed["error"]["message"]
+    assert port.saved.read_bytes() == b"".join(rows)
+
+
+def test_lines_that_are_no_text(port):
+    """What arrives is saved; the page says what to check."""
+    with recorded(port) as page:
+        port.write([noise()])
+        shown = waited(page, lambda state: state["error"])
+        assert shown["state"] == "recording"
+        assert "Check the baud rate" in shown["error"]["message"]
+
+
+def test_bytes_without_an_end_of_a_line(port):
+    with served(port) as page:
+        assert start(page, port=port.name, save="chosen.csv").status_code == 202
+        port.write([b"\x80" * 170] * 100)  # more than may come before the first line
+        failed = waited(page, lambda state: state["error"])
+        assert failed["state"] == "failed"
+        assert "Check the baud rate" in failed["error"]["message"]

@@ -4,12 +4,11 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from page_tabs import command, fragment, grave_findings, six_axes, tabs, wait_result, write_table
+from page_tabs import PHONE, command, fragment, grave_findings, six_axes, tabs, wait_result, write_table
 
 import sigmatau as st
 
 HOSTILE = ["<img src=x onerror=document.title='run'>", "</script><script>document.title='run'</script>", "‮evil‬ ' & <b>"]
-PHONE = {"viewport": {"width": 390, "height": 844}, "is_mobile": True, "has_touch": True}
 
 pytest_plugins = ["workbench_pages"]  # the fixtures
 
@@ -146,7 +145,7 @@ def test_a_stored_result_and_a_comparison(opened, stored):
     tab.locator("#analyse:enabled").click()
     wait_result(tab)
     tab.locator("#step-compare").click()
-    tab.locator(".comparison").wait_for()
+    tab.get_by_role("region", name="Repeatability").wait_for()
     row = tab.get_by_role("row", name="gyro_x angle random walk")
     assert row.locator(".value").nth(0).inner_text() == row.locator(".value").nth(1).inner_text()
     assert tab.locator("#view figure").count() == 2

@@ -4,6 +4,7 @@ import pytest
 from workbench_logs import write_log
 
 pytest.importorskip("starlette")
+from live_ports import Port
 from workbench_served import TOKEN, Page, serving
 
 from sigmatau.app.files import Roots
@@ -47,3 +48,9 @@ def result(page):
 def address(client):
     """The address of the page."""
     return f"{str(client.base_url).rstrip('/')}/{TOKEN}/"
+
+
+@pytest.fixture
+def port(tmp_path):
+    """A simulated serial port with a folder for its log."""
+    return Port(tmp_path)

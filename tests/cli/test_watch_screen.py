@@ -122,7 +122,7 @@ class TestSerialPort:
         closing = threading.Timer(1.0, os.close, (master,))
         closing.start()
         assert main(["watch", "--serial", name, *self.COLUMNS]) == 1
-        assert f"{name}: the serial port cannot be read any more" in capsys.readouterr().err
+        assert f"{name}: the serial port is gone" in capsys.readouterr().err
 
     def test_without_pyserial(self, monkeypatch, capsys):
         monkeypatch.setitem(sys.modules, "serial", None)

@@ -37,7 +37,7 @@ def analyse(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> di
     record = _record(log, table)
     check_shown(channel_quantities(record))
     analysis = analyze_in_stages(record, options, begin=progress)
-    return _parts(analysis, name=log.name, table=table)
+    return result_parts(analysis, name=log.name, table=table)
 
 
 def _set_shown(table: Mapping[str, Any]) -> None:
@@ -53,7 +53,7 @@ def _record(log: LogFile, table: Mapping[str, Any]) -> Record:
     return cached("record", log, table, make, size=record_size)  # type: ignore[no-any-return]
 
 
-def _parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) -> dict[str, Any]:
+def result_parts(analysis: Analysis, *, name: str, table: Mapping[str, Any] | None) -> dict[str, Any]:
     """The parts of the answer of ``api/results/ID``; `table` is None for a result that was read."""
     content = collect_content(analysis, None, targets=())
     shown = {
@@ -113,7 +113,7 @@ def charts(*, analysis: bytes, log: LogFile, table: Mapping[str, Any], progress:
 
 def read_stored(*, log: LogFile, progress: Progress) -> dict[str, Any]:
     """The parts of a result that ``sigmatau analyze --json`` wrote."""
-    return _parts(as_analysis(read_result(Path(log.path))), name=log.name, table=None)
+    return result_parts(as_analysis(read_result(Path(log.path))), name=log.name, table=None)
 
 
 def read_off_at_tau(

@@ -16,6 +16,8 @@ from sigmatau.typed.forms import spelled
 LABELS: Mapping[str, str] = {
     "at_rest": "Analyse motion as noise",
     "bandwidth": "Filter of the sensor",
+    "baud": "Baud",
+    "bias": "Bias instability",
     "channels": "Columns",
     "input": "The columns are",
     "interleaved": "Sensors whose rows take turns",
@@ -26,6 +28,7 @@ LABELS: Mapping[str, str] = {
     "rate": "Sampling rate [Hz]",
     "read_off_at": "By hand",
     "scale": "Scale",
+    "sided": "Noise densities",
     "skip": "Lines to skip",
     "taus": "Averaging times",
     "terms": "Terms that may be present",
@@ -33,7 +36,7 @@ LABELS: Mapping[str, str] = {
     "unit": "Unit",
     "window": "Window",
 }
-"""Controls of the page for options of an analysis, by option. Those of an export have the name of the option."""
+"""Controls of the page by option, for analyses, datasheets and ports. Those of an export have the name of the option."""
 
 
 def export_label(name: str) -> str:

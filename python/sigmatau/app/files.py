@@ -43,6 +43,21 @@ class Roots:
             raise refused
         return resolved
 
+    def new_file(self, name: str) -> Path:
+        """The place of a new file in the first folder; raises `CallError` for the name of a path."""
+        folder = self.folder()
+        if folder is None:
+            raise missing("no folder was opened in which the record can be saved; start sigmatau app FOLDER")
+        is_plain = name == Path(name).name and 0 < len(name) <= _LONGEST_NAME and not set("\0\\") & set(name)
+        if not is_plain or name.startswith("."):
+            message = "the record is saved in the opened folder: give the name of a new file, without a folder"
+            raise CallError({"message": message, "hint": None, "code": "option"})
+        return folder / name
+
+    def folder(self) -> Path | None:
+        """The first folder; None if only files were named."""
+        return next((place for place in self.places if place.is_dir()), None)
+
     def parent(self, path: Path) -> Path | None:
         """The folder above, if it is below the roots too."""
         above = path.parent

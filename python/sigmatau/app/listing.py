@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from sigmatau.app.calls import Progress
-from sigmatau.io import NOT_LOGS, bag_files
-from sigmatau.io.written import is_result
+from sigmatau.app.kinds import file_kind
 
 _MOST_ENTRIES = 5000
 
 
 def listed(*, folder: str, parent: str | None, progress: Progress) -> str:
-    """Folders, logs, results and models of a folder by name, as JSON; hidden files and others are not listed."""
+    """Folders and files of a folder by name, as JSON; hidden files and those of other kinds are not listed."""
     entries: list[dict[str, Any]] = []
     with os.scandir(folder) as files:
         names = sorted((entry.name for entry in files if not entry.name.startswith(".")), key=str.casefold)
@@ -38,22 +37,8 @@ def _entry(path: Path) -> dict[str, Any] | None:
         status = path.stat()
     except OSError:
         return None
-    kind = _kind(path)
+    kind = file_kind(path)
     if kind is None:
         return None
     size = None if kind == "folder" else status.st_size
     return {"name": path.name, "path": str(path), "kind": kind, "bytes": size, "modified": round(status.st_mtime, 3)}
-
-
-def _kind(path: Path) -> str | None:
-    """Kind of a file, by its name and its first bytes; None if the page cannot use it."""
-    if path.is_dir():
-        return "log" if bag_files(path) else "folder"
-    ending = path.suffix.lower()
-    if not path.is_file():
-        return None
-    if is_result(path):
-        return "result" if ending == ".json" else None
-    if ending == ".toml":
-        return "model"
-    return None if ending in NOT_LOGS and ending != ".json" else "log"

@@ -36,9 +36,9 @@ class LiveSource:
     Attributes
     ----------
     source : str
-        The name of a serial port, or ``-`` for standard input.
+        The name of a serial port, of a file that grows, or ``-`` for standard input.
     baud : int or None
-        Speed of the port. [bit/s]
+        Speed of the port; None for another source. [bit/s]
     save : str or None
         The new file that keeps what arrives.
     table : dict
@@ -55,3 +55,8 @@ class LiveSource:
     table: Mapping[str, Any]
     at_rest: bool
     command: str
+
+    @property
+    def log(self) -> str | None:
+        """The log that has all samples: the saved one, or the file that is followed; None if nothing is kept."""
+        return self.save if self.save is not None or self.source == "-" or self.baud is not None else self.source

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from sigmatau.analysis import STAGE_NAMES
 from sigmatau.app.calls import Progress, cached, error_content, number, reading_options, record_size
 from sigmatau.app.controls import default_file, export_controls, labels, target_content
 from sigmatau.app.faces import finding_content
+from sigmatau.app.kinds import file_kind
 from sigmatau.app.log import LogFile
 from sigmatau.errors import OptionError
 from sigmatau.exporting.targets import NAMES
@@ -23,7 +23,6 @@ from sigmatau.io.read import inspection
 from sigmatau.io.read.inspection import Inspection, TableInfo
 from sigmatau.io.read.options import ReadOptions
 from sigmatau.io.read.table import FORMATS
-from sigmatau.io.written import is_result
 from sigmatau.noise.terms import TERMS
 from sigmatau.quality.first_look import SensorMean, first_look
 from sigmatau.quality.selection.exclusion import from_the_start
@@ -66,11 +65,7 @@ def configured(
     With a target they write its file too, with the `choices` of an export.
     """
     if toml is not None:
-        stated, named = from_toml(toml)
-        options, exports, choices = split_exports(stated)
-        check_names(options)
-        first = next(iter(exports), None)
-        return json.dumps({"options": options, "log": named, "target": first, "choices": choices}, default=str)
+        return json.dumps(_session(toml), default=str)
     check_names(table or {})
     check_names(choices, exports=True)
     whole = dict(table or {})
@@ -80,12 +75,25 @@ def configured(
     return json.dumps({"toml": to_toml(whole, log=log_name), "command": command_line(log_name or "LOG", whole)})
 
 
-def is_stored_result(*, log: LogFile, progress: Progress) -> bool:
-    """Whether a file is JSON that sigmatau wrote."""
-    path = Path(log.path)
-    with suppress(OSError), path.open("rb") as file:
-        return file.read(1) == b"{" and is_result(path)
-    return False
+def kind_of_file(*, log: LogFile, progress: Progress) -> str | None:
+    """The kind of a file."""
+    return file_kind(Path(log.path))
+
+
+def opened_session(*, log: LogFile, progress: Progress) -> str:
+    """The log of a saved session, its options, and the target and choices of its file, as JSON."""
+    session = _session(Path(log.path).read_text(encoding="utf-8", errors="replace"))
+    if session["log"] is None:
+        raise OptionError('the session names no log: it needs a line log = "…"', option="config")
+    return json.dumps({"kind": "session", **session}, default=str)
+
+
+def _session(toml: str) -> dict[str, Any]:
+    """Parse a configuration file: options of the analysis, log, first target and choices of the export."""
+    stated, named = from_toml(toml)
+    options, exports, choices = split_exports(stated)
+    check_names(options)
+    return {"options": options, "log": named, "target": next(iter(exports), None), "choices": choices}
 
 
 def open_log(*, log: LogFile, table: Mapping[str, Any], progress: Progress) -> str:

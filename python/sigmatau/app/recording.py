@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import threading
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.errors import DataError
@@ -81,7 +83,7 @@ class Recording:
         shown = {
             "state": state,
             "error": error,
-            "path": self.source.save,
+            "path": self.source.log,
             "options": dict(self.source.table),
             "command": self.source.command,
         }
@@ -89,10 +91,21 @@ class Recording:
         return f"{json.dumps(shown, allow_nan=False, default=str)[:-1]}{separator}{content[1:]}"
 
     def stop(self) -> str | None:
-        """End the record and return the path of the saved log; None if it was not saved."""
+        """End the record and return the path of its log; None if it was not saved."""
         self.close()
         self._receiver.join(_END)
-        return self.source.save
+        return self.source.log
+
+    def restate(self, table: Mapping[str, Any], command: str) -> None:
+        """Analyse with other options of reading; what is saved is read again."""
+        self.source = replace(self.source, table=table, command=command)
+        with contextlib.suppress(OSError):
+            self._states.send(dict(table))
+
+    @property
+    def running(self) -> bool:
+        """Whether it records."""
+        return self._state[0] == "recording"
 
     def close(self) -> None:
         """End the process: it is asked to, and killed if it does not."""

@@ -19,9 +19,12 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from sigmatau.app.answers import CallError, error_answer, failed_answer, file_answer, json_answer, missing, text_answer
+from sigmatau.app.bodies import number_in, read_body, table_in, text_in, whole_number_in
+from sigmatau.app.comparison_routes import comparison_routes
 from sigmatau.app.files import Roots, Upload, Uploads
 from sigmatau.app.guard import TooLargeError
 from sigmatau.app.jobs import Jobs, Result, Results
+from sigmatau.app.live_routes import live_routes
 from sigmatau.app.workers import Workers
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ Handler = Callable[["Request"], Awaitable[Response]]
 
 _LOOKS, _ANALYSES = 2, 2  # number of processes for requests of the page, and for analyses
 _PATIENCE = 300.0  # for a look [s]
+_WIDTH = 1000  # number of stretches of an envelope, unless it is stated
 
 
 class Workbench:
@@ -50,7 +54,7 @@ class Workbench:
 
     def __init__(self, roots: Roots, *, max_upload: int, recording: Recording | None = None) -> None:
         self.roots = roots
-        self.recording = recording
+        self.recording: Recording | None = recording
         self.uploads: Uploads = Uploads(max_upload)
         self.looks: Workers = Workers(_LOOKS, ("about", "open"))
         self.analyses: Workers = Workers(_ANALYSES, ("analyze",))
@@ -79,9 +83,8 @@ class Workbench:
             ("/api/results/{id}/read-off", "POST", self.read_off),
             ("/api/results/{id}/{name}", "GET", self.download),
             ("/api/export", "POST", self.export),
-            ("/api/compare", "POST", self.compare),
-            ("/api/live", "GET", self.live),
-            ("/api/live/stop", "POST", self.stop_live),
+            *comparison_routes(self),
+            *live_routes(self),
         ]
         return Starlette(
             routes=[Route(path, _answering(handler), methods=[method]) for path, method, handler in routes],
@@ -111,11 +114,12 @@ class Workbench:
     async def about(self, request: Request) -> Response:
         """Version, folders, targets, terms and units."""
         if self._about is None:
-            self._about = json.loads(await self._look(None, "about"))
+            self._about = json.loads(await self.look(None, "about"))
         facts = {
             "roots": list(map(str, self.roots.places)),
             "max_upload": self.uploads.room(),
             "live": self.recording is not None,
+            "folder": None if (folder := self.roots.folder()) is None else str(folder),
         }
         return json_answer(self._about | facts)
 
@@ -123,13 +127,13 @@ class Workbench:
         """The files of a folder; without a path the folders of the command line."""
         path = request.query_params.get("path")
         if not path:
-            return text_answer(await self._look(None, "named", places=list(map(str, self.roots.places))))
+            return text_answer(await self.look(None, "named", places=list(map(str, self.roots.places))))
         place = self.roots.find(path)
         if not place.is_dir():
             raise missing(f"{path}: is not a folder")
         parent = self.roots.parent(place)
         return text_answer(
-            await self._look(None, "files", folder=str(place), parent=None if parent is None else str(parent))
+            await self.look(None, "files", folder=str(place), parent=None if parent is None else str(parent))
         )
 
     async def upload(self, request: Request) -> Response:
@@ -155,44 +159,47 @@ class Workbench:
         return json_answer({"removed": True})
 
     async def open(self, request: Request) -> Response:
-        """The columns of a log; a result is kept, and its identifier answered."""
-        body = await _body(request)
+        """What a file is: the columns of a log, the runs of a store; a result is kept, and its identifier answered."""
+        body = await read_body(request)
         threading.Thread(target=self.analyses.warm, daemon=True).start()  # an analysis usually follows
-        log = self._log(body)
-        if await self._look(log.path, "is_result", log=log):
-            parts = await self._look(log.path, "read_result", log=log)
-            return json_answer({"kind": "result", "result": self.results.add(Result(**parts, name=log.name))})
-        return text_answer(await self._look(log.path, "open", log=log, table=_options(body)))
+        log = self.find_log(body)
+        kind = await self.look(None, "kind", log=log)
+        if kind == "result":
+            parts = await self.look(log.path, "read_result", log=log)
+            return json_answer({"kind": kind, "result": self.results.add(Result(**parts, name=log.name))})
+        if kind == "store":
+            return text_answer(await self.look(log.path, "runs", log=log, unit=None))
+        if kind in ("model", "datasheet"):
+            return json_answer({"kind": kind, "source": log.name})
+        if kind == "session":
+            return text_answer(await self.look(None, "session", log=log))
+        return text_answer(await self.look(log.path, "open", log=log, table=table_in(body)))
 
     async def envelope(self, request: Request) -> Response:
         """The picture of the samples."""
-        body = await _body(request)
-        log = self._log(body)
-        values = {name: _number(body, name) for name in ("from_s", "to_s")}
-        width = body.get("width", 1000)
-        if not isinstance(width, int) or isinstance(width, bool):
-            raise _wrong("width must be a whole number")
-        channel = _text(body, "channel")
+        body = await read_body(request)
+        log = self.find_log(body)
+        values = {name: number_in(body, name) for name in ("from_s", "to_s")}
+        width = whole_number_in({"width": _WIDTH} | body, "width")
+        channel = text_in(body, "channel")
         return text_answer(
-            await self._look(
-                log.path, "envelope", log=log, table=_options(body), channel=channel, width=width, **values
-            )
+            await self.look(log.path, "envelope", log=log, table=table_in(body), channel=channel, width=width, **values)
         )
 
     async def config(self, request: Request) -> Response:
         """Options as a configuration file, or the reverse."""
-        body = await _body(request)
-        table = _options(body) if "options" in body else None
-        toml, log, target = _text(body, "toml"), _text(body, "log"), _text(body, "target")
-        choices = _options(body, "choices")
+        body = await read_body(request)
+        table = table_in(body) if "options" in body else None
+        toml, log, target = text_in(body, "toml"), text_in(body, "log"), text_in(body, "target")
+        choices = table_in(body, "choices")
         return text_answer(
-            await self._look(None, "config", table=table, toml=toml, log_name=log, target=target, choices=choices)
+            await self.look(None, "config", table=table, toml=toml, log_name=log, target=target, choices=choices)
         )
 
     async def analyze(self, request: Request) -> Response:
         """Start an analysis."""
-        body = await _body(request)
-        job = self.jobs.start(self._log(body), _options(body))
+        body = await read_body(request)
+        job = self.jobs.start(self.find_log(body), table_in(body))
         return json_answer({"job": job.id}, 202)
 
     async def job(self, request: Request) -> Response:
@@ -230,12 +237,12 @@ class Workbench:
     async def read_off(self, request: Request) -> Response:
         """Read off a term along a line that the user drew."""
         result = self.results.find(request.path_params["id"])
-        body = await _body(request)
-        values = {name: _number(body, name) for name in ("tau_s", "from_s", "to_s")}
+        body = await read_body(request)
+        values = {name: number_in(body, name) for name in ("tau_s", "from_s", "to_s")}
         channel, term = str(body.get("channel")), str(body.get("term"))
         force = body.get("force") is True
         return text_answer(
-            await self._look(
+            await self.look(
                 _key(result), "read_off", analysis=result.analysis, channel=channel, term=term, force=force, **values
             )
         )
@@ -252,64 +259,33 @@ class Workbench:
         if name == "report.html":
             if result.log is not None:
                 await run_in_threadpool(self._made_charts, result)
-            body = await self._look(_key(result), "report", analysis=result.analysis, content=result.content)
+            body = await self.look(_key(result), "report", analysis=result.analysis, content=result.content)
             return file_answer(body, f"{stem}.html", "text/html")
         if name in ("curve.csv", "coefficients.csv"):
             what = name.partition(".")[0]
-            body = await self._look(_key(result), "curve", analysis=result.analysis, what=what)
+            body = await self.look(_key(result), "curve", analysis=result.analysis, what=what)
             return file_answer(body, f"{stem}-{what}.csv", "text/csv")
         if name in ("figure.svg", "figure.png"):
             form = name.partition(".")[2]
-            body = await self._look(_key(result), "figure", analysis=result.analysis, form=form)
+            body = await self.look(_key(result), "figure", analysis=result.analysis, form=form)
             return file_answer(body, f"{stem}.{form}", "image/svg+xml" if form == "svg" else "image/png")
         raise missing(f"a result has no {name}")
 
     async def export(self, request: Request) -> Response:
         """The file of another program, as it would be written."""
-        body = await _body(request)
+        body = await read_body(request)
         result = self.results.find(body.get("result"))
         target = str(body.get("target"))
-        table = _options(body, "choices")
+        table = table_in(body, "choices")
         rest = None if body.get("inflate") is None else self.results.find(body["inflate"])
         return text_answer(
-            await self._look(
+            await self.look(
                 _key(result), "export", analysis=result.analysis, target=target, table=table,
                 rest=None if rest is None else rest.analysis, rest_name="" if rest is None else _json_name(rest),
             )
         )  # fmt: skip
 
-    async def compare(self, request: Request) -> Response:
-        """Several results beside each other."""
-        ids = (await _body(request)).get("results")
-        if not isinstance(ids, list) or not 2 <= len(ids) <= 64:
-            raise _wrong("results must be the identifiers of two or more results")
-        results = [await self._result(id_) for id_ in ids]
-        analyses, names = [each.analysis for each in results], [each.name for each in results]
-        return text_answer(await self._look(None, "compare", analyses=analyses, names=names))
-
-    async def live(self, request: Request) -> Response:
-        """The live record so far."""
-        return text_answer(self._recording().content())
-
-    async def stop_live(self, request: Request) -> Response:
-        """End the live record."""
-        recording = self._recording()
-        return json_answer({"path": await run_in_threadpool(recording.stop)})
-
-    def _recording(self) -> Recording:
-        """The live record; raises `CallError` if there is none."""
-        if self.recording is None:
-            raise missing("nothing is recorded: start sigmatau app with --serial PORT, or with - for standard input")
-        return self.recording
-
-    async def _result(self, named: object) -> Result:
-        """A result by its identifier, or by the path of its file."""
-        if not isinstance(named, dict):
-            return self.results.find(named)
-        log = self._log(named)
-        return Result(**await self._look(log.path, "read_result", log=log), name=log.name)
-
-    def _log(self, body: Mapping[str, Any]) -> Any:  # noqa: ANN401  a LogFile
+    def find_log(self, body: Mapping[str, Any]) -> Any:  # noqa: ANN401  a LogFile
         """The log that a body names, by `file` or `path`."""
         from sigmatau.app.log import LogFile
 
@@ -319,7 +295,7 @@ class Workbench:
         path = str(self.roots.find(body.get("path")))
         return LogFile(path=path, name=path)
 
-    async def _look(self, key: object, call: str, **values: Any) -> Any:  # noqa: ANN401  what the call returns
+    async def look(self, key: object, call: str, **values: Any) -> Any:  # noqa: ANN401  what the call returns
         """Do a call in a worker for looking."""
 
         def work() -> Any:  # noqa: ANN401
@@ -362,48 +338,6 @@ async def _no_such_path(request: Request, error: Exception) -> Response:
 
 async def _internal(request: Request, error: Exception) -> Response:
     return error_answer(500, f"internal error: {error!r}")
-
-
-def _wrong(message: str) -> CallError:
-    return CallError({"message": message, "hint": None, "code": "option"})
-
-
-async def _body(request: Request) -> dict[str, Any]:
-    """The JSON of a request; raises `CallError` for anything else than an object."""
-    try:
-        body = json.loads(await request.body(), parse_constant=_refuse_constant)
-    except (ValueError, RecursionError):
-        raise _wrong("the body is not JSON") from None
-    if not isinstance(body, dict):
-        raise _wrong("the body must be an object")
-    return body
-
-
-def _refuse_constant(name: str) -> None:
-    raise ValueError(name)
-
-
-def _options(body: Mapping[str, Any], key: str = "options") -> dict[str, Any]:
-    options = body.get(key) or {}
-    if not isinstance(options, dict):
-        raise _wrong(f"{key} must be an object")
-    return options
-
-
-def _number(body: Mapping[str, Any], name: str) -> float | None:
-    value = body.get(name)
-    if value is None:
-        return None
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        raise _wrong(f"{name} must be a number")
-    return float(value)
-
-
-def _text(body: Mapping[str, Any], name: str) -> str | None:
-    value = body.get(name)
-    if value is not None and not isinstance(value, str):
-        raise _wrong(f"{name} must be a text")
-    return value
 
 
 def _static_files() -> Iterator[tuple[str, Traversable]]:

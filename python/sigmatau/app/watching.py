@@ -3,39 +3,65 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sigmatau.analysis.live import LiveAnalysis
-from sigmatau.app.calls import error_content, number, reading_options
+from sigmatau.app.calls import Progress, error_content, number, reading_options
 from sigmatau.app.log import LiveSource
 from sigmatau.errors import DataError, OptionError, RecordTooShortError
 from sigmatau.findings.rest import TooShortToTell
 from sigmatau.hints import as_options, speaking
-from sigmatau.io.follow import follow
+from sigmatau.io.follow import follow, serial_ports
 from sigmatau.io.live import Live
-from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.read.options import ReadOptions, check_live_options
 from sigmatau.process import end_with_parent, keep_freed
 from sigmatau.reporting.charts import collect_charts, collect_sensors, digits
 from sigmatau.reporting.content import dominant_coefficients, finding_text, level_text
 from sigmatau.results import plain_value, printable
+from sigmatau.typed.config import check_names, live_command
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
     from sigmatau.analysis import Analysis
 
+_PORT = re.compile(r"/dev/(?!.*\.\.)[\w./-]+|COM\d{1,3}")
 _EVERY = 1.0  # shortest time between two states [s]
 _LARGEST_SHARE = 0.25  # of the time that is used for states; reading and saving come first [1]
 _WAIT = 0.2  # the longest wait for data before a stop is noticed [s]
+_PIECE = 1 << 20  # of a log that is read again [bytes]
 _REMAINDER = 0.3  # time after a stop in which what has already arrived is read [s]
+
+
+def listed_ports(*, progress: Progress) -> str:
+    """The serial ports of this computer, as JSON."""
+    return json.dumps({"ports": [{"name": name, "text": printable(text)} for name, text in serial_ports()]})
+
+
+def checked_source(
+    *, port: str | None, path: str | None, baud: int, save: str | None, table: Mapping[str, Any], progress: Progress
+) -> LiveSource:
+    """The source that a page names: a serial port, or a file that grows; raises `OptionError`."""
+    check_names(table)
+    check_live_options(ReadOptions(**reading_options(table)), command="the live view")
+    if baud < 1:
+        raise OptionError(f"{{option}} {baud}: must be a positive number of bits per second", option="baud")
+    if path is not None:
+        command = live_command(path, table, baud=None, save=None)
+        return LiveSource(source=path, baud=None, save=None, table=table, at_rest=False, command=command)
+    if port is None or not _PORT.fullmatch(port):
+        raise OptionError(f"{port!r} is not a serial port; give its name, e.g. /dev/ttyUSB0 or COM3", option="serial")
+    command = live_command(port, table, baud=baud, save=save)
+    return LiveSource(source=port, baud=baud, save=save, table=table, at_rest=False, command=command)
 
 
 def record(states: Connection, live_source: LiveSource) -> None:
@@ -48,9 +74,9 @@ def record(states: Connection, live_source: LiveSource) -> None:
     if live_source.source == "-":
         sys.stdin = open(0, closefd=False)  # noqa: SIM115  multiprocessing has put the null device in its place
     stop = threading.Event()
-    threading.Thread(target=_wait_for_stop, args=(states, stop), daemon=True).start()
     with speaking(as_options):
         recorder = _Recorder(live_source, states.send)
+        threading.Thread(target=_wait_for_messages, args=(states, recorder, stop), daemon=True).start()
         state, error = "stopped", None
         try:
             for piece in recorder.pieces(stop):
@@ -61,9 +87,11 @@ def record(states: Connection, live_source: LiveSource) -> None:
         recorder.finish(state, error)
 
 
-def _wait_for_stop(states: Connection, stop: threading.Event) -> None:
+def _wait_for_messages(states: Connection, recorder: _Recorder, stop: threading.Event) -> None:
+    """Pass on new options of reading, until something else is received."""
     with suppress(EOFError, OSError):
-        states.recv()
+        while isinstance(message := states.recv(), Mapping):
+            recorder.table = message
     stop.set()
 
 
@@ -71,12 +99,11 @@ class _Recorder:
     """Takes the pieces, and sends a state when it is time to."""
 
     def __init__(self, live_source: LiveSource, send: Callable[[tuple[str, Any, str]], None]) -> None:
-        reading = ReadOptions(**reading_options(live_source.table))
         self._source, self._send = live_source, send
-        self._live = LiveAnalysis(
-            live_source.source, Live(reading.checked(), skip=reading.skip), at_rest=live_source.at_rest
-        )
+        self.table: Mapping[str, Any] | None = None  # new options of reading, that are not used yet
+        self._live = _live_analysis(live_source)
         self._error: dict[str, Any] | None = None
+        self._taken = 0  # bytes so far
         self._due = 0.0
 
     def pieces(self, stop: threading.Event) -> Iterator[bytes]:
@@ -95,26 +122,50 @@ class _Recorder:
 
     def take(self, piece: bytes) -> None:
         """Take a piece. Lines that cannot be analysed are saved all the same."""
-        if self._error is None:
-            try:
-                self._live.take(piece)
-            except (DataError, OptionError) as error:
-                if self._source.save is None:
-                    self._error = error_content(error)
-                    raise DataError(self._error["message"]) from None
-                self._error = error_content(error)
+        self._taken += len(piece)
+        if self.table is not None:
+            self._begin_again(self.table)
+        elif self._error is None:
+            self._analyse(piece)
         began = time.monotonic()
         if began >= self._due:
             self.send("recording")
             now = time.monotonic()
             self._due = now + max(_EVERY, (now - began) / _LARGEST_SHARE)
 
+    def _analyse(self, piece: bytes) -> None:
+        """Analyse a piece. An error ends the record of what is not saved."""
+        try:
+            self._live.take(piece)
+        except (DataError, OptionError) as error:
+            self._error = error_content(error)
+            if self._source.baud is not None and isinstance(error, DataError) and not self._live.live.channels:
+                self._error["message"] += ". Check the baud rate, and that the device prints lines of numbers"
+            is_question = isinstance(error, OptionError)
+            if self._source.save is None and not (is_question and self._source.log is not None):
+                raise DataError(self._error["message"]) from None
+
+    def _begin_again(self, table: Mapping[str, Any]) -> None:
+        """Analyse with other options what is in the log so far; without a log what arrives from now on."""
+        self.table, self._error = None, None
+        self._source = replace(self._source, table=table)
+        self._live, self._due = _live_analysis(self._source), 0.0
+        if self._source.log is None:
+            return
+        remaining = self._taken
+        with Path(self._source.log).open("rb") as log:
+            while remaining and self._error is None and (piece := log.read(min(remaining, _PIECE))):
+                remaining -= len(piece)
+                self._analyse(piece)
+
     def finish(self, state: str, error: DataError | ImportError | None) -> None:
         """Use all samples, and send the last state."""
         if isinstance(error, ImportError):
             self._error = {"message": str(error), "hint": None, "code": "data"}
-        elif error is not None:
-            self._error = self._error or error_content(error)
+        elif error is not None and (self._error is None or self._error["message"] != str(error)):
+            self._error = error_content(error)
+        if self.table is not None:
+            self._begin_again(self.table)
         if self._error is None:
             try:
                 self._live.take(b"", last=True)
@@ -126,6 +177,12 @@ class _Recorder:
     def send(self, state: str) -> None:
         """Send the state: its name, the error or None, and the content as JSON."""
         self._send((state, self._error, json.dumps(content(self._live), allow_nan=False)))
+
+
+def _live_analysis(live_source: LiveSource) -> LiveAnalysis:
+    """The analysis of a source from its beginning."""
+    reading = ReadOptions(**reading_options(live_source.table))
+    return LiveAnalysis(live_source.source, Live(reading.checked(), skip=reading.skip), at_rest=live_source.at_rest)
 
 
 def content(live: LiveAnalysis) -> dict[str, Any]:

@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 from sigmatau.errors import DataError, OptionError
-from sigmatau.io.read.options import Options, ReadOptions
 
 
 def live_source(source: str, *, serial: str | None, baud: int | None, save: Path | None) -> str:
@@ -30,18 +29,3 @@ def check_standard_input(remedy: str) -> None:
         raise DataError("standard input is closed")
     if sys.stdin.isatty():
         raise OptionError(f"no input is piped in: {remedy}", option="source")
-
-
-def check_live_options(options: ReadOptions, *, command: str) -> Options:
-    """Check the options for reading live lines. Raises `OptionError` for options of saved logs."""
-    checked = options.checked()
-    if options.input == "accumulated":
-        raise OptionError(
-            f"{command} reads rates or increments; accumulated values are for a saved log", option="input"
-        )
-    if options.interleaved not in (None, 1):
-        raise OptionError(
-            f"{command} follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
-            option="interleaved",
-        )
-    return checked

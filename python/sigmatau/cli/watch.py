@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from sigmatau.analysis.live import LiveAnalysis
 from sigmatau.cli.declared import InMain, InOutput, MayBeMinus, Quiet, Show
-from sigmatau.cli.live_source import check_live_options, check_standard_input, live_source
+from sigmatau.cli.live_source import check_standard_input, live_source
 from sigmatau.cli.options import check_outputs, say, write_figure, write_json
 from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.cli.watch_screen import progress
@@ -21,7 +21,7 @@ from sigmatau.errors import DataError, OptionError
 from sigmatau.findings.finding import exit_code
 from sigmatau.io.follow import BAUD, follow
 from sigmatau.io.live import Live
-from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.read.options import ReadOptions, check_live_options
 from sigmatau.noise.shown import set_shown
 from sigmatau.quality.selection.time_text import parse_seconds
 from sigmatau.record.record import MIN_SAMPLES

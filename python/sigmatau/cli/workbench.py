@@ -13,13 +13,13 @@ from cyclopts import Parameter
 from sigmatau.app.log import LiveSource
 from sigmatau.app.server import MAX_UPLOAD, need_libraries, serve
 from sigmatau.cli.declared import Flag, InMain, Quiet
-from sigmatau.cli.live_source import check_live_options, check_standard_input, live_source
+from sigmatau.cli.live_source import check_standard_input, live_source
 from sigmatau.cli.options import say
 from sigmatau.cli.settings import WatchReading, WatchSettings
 from sigmatau.cli.words import check_place
 from sigmatau.errors import DataError, OptionError
 from sigmatau.io.follow import BAUD
-from sigmatau.io.read.options import ReadOptions
+from sigmatau.io.read.options import ReadOptions, check_live_options
 
 if TYPE_CHECKING:
     from sigmatau.app.recording import Recording
@@ -42,13 +42,13 @@ def app_command(
     """Open the workbench in the browser: choose columns, analyse, read off by eye, export.
 
     It is served on this computer only, to users who have its address. It reads only files and folders that are named
-    here, and files that are dropped on the page. Ctrl-C ends it. With --serial, or - for standard input, the page shows a
-    sensor while it records.
+    here, and files that are dropped on the page. Ctrl-C ends it. A serial port is chosen on the page, or by --serial; -
+    reads standard input.
 
     Parameters
     ----------
     paths
-        Logs, results, and folders of them; - for live samples on standard input. Default: the current folder.
+        Logs, results, stores, and folders of them; - for live samples on standard input. Default: the current folder.
     serial
         Show the samples of a serial port while they arrive: /dev/ttyUSB0, COM3. Needs pyserial.
     baud

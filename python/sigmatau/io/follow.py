@@ -23,6 +23,9 @@ _WAITING = 64  # number of pieces that may be read ahead
 # The same for a serial port, whose pieces are short: the system buffers 4 kB of an unread port, and then loses data.
 _WAITING_OF_PORT = 1 << 14
 
+_LONGEST_START = 1 << 14  # size of what may arrive from a port before the first end of a line [bytes]
+_NEEDS = "a serial port needs pyserial: pip install 'sigmatau[serial]'"
+
 Pieces = queue.Queue["bytes | Exception | None"]
 
 
@@ -87,6 +90,22 @@ def follow(
                 reader.join()
 
 
+def serial_ports() -> list[tuple[str, str]]:
+    """Name and description of each serial port of this computer; the description may be empty.
+
+    Raises
+    ------
+    ImportError
+        If pyserial is not installed.
+    """
+    try:
+        from serial.tools import list_ports  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        raise ImportError(_NEEDS) from None
+    ports = sorted((port.device, port.description or "") for port in list_ports.comports())
+    return [(device, "" if text == "n/a" else text) for device, text in ports]
+
+
 class _StandardInput:
     def read(self) -> bytes | None:
         return os.read(sys.stdin.fileno(), _PIECE) or None
@@ -119,9 +138,10 @@ class _Port:
         try:
             import serial  # type: ignore[import-untyped, unused-ignore]
         except ImportError:
-            raise ImportError("a serial port needs pyserial: pip install 'sigmatau[serial]'") from None
+            raise ImportError(_NEEDS) from None
         self.name = source
         self.began = False
+        self.skipped = 0
         try:
             self.port: Any = serial.Serial(source, baud, timeout=_PAUSE, exclusive=True)
         except (OSError, ValueError) as error:
@@ -131,10 +151,16 @@ class _Port:
         try:
             piece: bytes = self.port.read(max(1, min(self.port.in_waiting, _PIECE)))
         except OSError as error:
-            raise DataError(f"{self.name}: the serial port cannot be read any more: {_reason(error)}") from None
+            reason = _reason(error)
+            raise DataError(
+                f"{self.name}: the serial port is gone: {reason}. Check its cable, then start again"
+            ) from None
         if not self.began:
-            _, end, piece = piece.partition(b"\n")
+            start, end, piece = piece.partition(b"\n")
             self.began = bool(end)
+            self.skipped += len(start)
+            if self.skipped > _LONGEST_START and not self.began:
+                raise DataError(f"{self.name}: {self.skipped} bytes have no end of a line. Check the baud rate")
         return piece
 
     def close(self) -> None:

@@ -122,8 +122,8 @@ def command_line(log: str, table: Table) -> str:
 
 
 def live_command(source: str, table: Table, *, baud: int | None, save: str | None) -> str:
-    """Build the command that watches a live source, standard input or a serial port, with these options."""
-    words = [] if baud is None else ["--serial", source, "--baud", str(baud)]
+    """Build the command that watches a live source: a serial port if it has a speed, otherwise a file or ``-``."""
+    words = ["--serial", source, "--baud", str(baud)] if baud is not None else [] if source == "-" else [source]
     saved = [] if save is None else ["--save", save]
     return shlex.join(["sigmatau", "watch", *words, *option_words(table), *saved])
 

@@ -38,16 +38,23 @@ async function call(method, path, body, signal) {
 export const about = () => call("GET", "about");
 export const files = (path) => call("GET", path ? `files?path=${encodeURIComponent(path)}` : "files");
 export const open = (source, options, signal) => call("POST", "open", { ...source, options }, signal);
-export const envelope = (source, options, more, signal) => call("POST", "envelope", { ...source, options, channel: null, from_s: null, to_s: null, ...more }, signal);
+export const envelope = (source, options, range, signal) => call("POST", "envelope", { ...source, options, channel: null, from_s: null, to_s: null, ...range }, signal);
 export const result = (id) => call("GET", `results/${encodeURIComponent(id)}`);
 export const charts = (id) => call("GET", `results/${encodeURIComponent(id)}/charts`);
 export const readOff = (id, body, signal) => call("POST", `results/${encodeURIComponent(id)}/read-off`, body, signal);
 export const exported = (id, target, choices, inflate) => call("POST", "export", { result: id, target, choices, inflate });
 export const compare = (results) => call("POST", "compare", { results });
+export const runs = (source, unit) => call("POST", "runs", { ...source, unit });
+export const openRun = (source, run) => call("POST", "runs/open", { ...source, run });
+export const datasheets = () => call("GET", "datasheets");
+export const specification = (named, { use, sided, bias }) => call("POST", "specification", { ...named, use: use || null, sided: sided || null, bias: bias || null });
 export const config = (body) => call("POST", "config", body);
 export const live = () => call("GET", "live");
+export const ports = () => call("GET", "ports");
+export const startLive = (body) => call("POST", "live/start", body);
+export const restateLive = (options) => call("POST", "live/options", { options });
 export const stopLive = () => call("POST", "live/stop", {});
-export const addressOf = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
+export const fileAddress = (id, name) => new URL(`api/results/${encodeURIComponent(id)}/${name}`, BASE).href;
 
 /** Start an analysis and follow it; `progress` gets the job at every look. Returns the id of the result. */
 export async function analyze(source, options, progress, signal) {

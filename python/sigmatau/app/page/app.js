@@ -2,8 +2,8 @@
 
 import { drop, forget } from "./frame.js";
 import { make } from "./page.js";
-import { about, config, files, result as fetchResult } from "./api.js";
-import { announce, button, byId, copy, errorBox } from "./dom.js";
+import { about, config, files, open, result as fetchResult } from "./api.js";
+import { announce, button, byId, copy, errorBox, nameOfPath } from "./dom.js";
 import { begin, canRedo, canUndo, onChange, readFragment, redo, session, setResult, setStep, undo } from "./session.js";
 import { showLive } from "./live_view.js";
 import { showOpen } from "./open_view.js";
@@ -12,22 +12,25 @@ import { questionBox } from "./question.js";
 import { analyse, cancel } from "./jobs.js";
 import { showResult } from "./result_view.js";
 import { fileChanged, fileOptions, showFiles } from "./files_view.js";
-import { showCompare, rememberResult, comparable } from "./compare_view.js";
+import { showCompare } from "./compare_view.js";
+import { addSpecification, addStore, rememberResult } from "./comparison.js";
+import { offerDatasheet } from "./compare_sources.js";
 
 const view = byId("view");
 const STEPS = ["live", "open", "columns", "result", "files", "compare"];
+const NOT_LOGS = /\.(toml|db|sqlite3?)$/i; // may be something else than a log; the content decides
 const TITLES = { live: "Live", open: "Open", columns: "Columns", result: "Result", files: "Take away", compare: "Compare" };
 
 /** Show the step of the session. */
 async function show() {
   if (session.step !== "result") { drop(view); delete view.dataset.result; }
   try {
-    if (session.step === "live") showLive(view, opened, (text) => { if (session.step === "live") byId("command").textContent = text; });
+    if (session.step === "live") await showLive(view, { folder: session.about.folder, opened, command: (text) => { if (session.step === "live") byId("command").textContent = text; } });
     else if (session.step === "open") showOpen(view, session.about, opened);
     else if (session.step === "columns") await showColumns(view, startAnalysis);
     else if (session.step === "result") await showResult(view, () => goTo("files"));
     else if (session.step === "files") await showFiles(view);
-    else await showCompare(view);
+    else await showCompare(view, () => goTo("open"));
   } catch (error) {
     showError(error);
   }
@@ -51,12 +54,31 @@ function goTo(step) {
   return show();
 }
 
-/** Begin with a file that was chosen. */
-function opened({ source, name, options = {}, taken }) {
+/** Begin with a file that was chosen; what is no log is added to the comparison. */
+async function opened({ source, name, options = {}, taken, kind = NOT_LOGS.test(name) ? "unknown" : "log", isAnalysed = false }) {
+  if (!["log", "result"].includes(kind)) {
+    try {
+      const content = await open(source, {});
+      if (content.kind !== "log") return await received(content, source, name);
+    } catch (error) {
+      return showError(error);
+    }
+  }
   cancel();
   forget();
   begin(source, name, options, taken);
-  return goTo("columns");
+  await goTo("columns");
+  return isAnalysed && session.opened && !session.opened.question ? startAnalysis() : undefined;
+}
+
+/** Take a store, a model, a datasheet or a saved session. */
+async function received(content, source, name) {
+  if (content.kind === "session") return opened({ source: { path: content.log }, name: nameOfPath(content.log), options: content.options, taken: { target: content.target ?? "", choices: content.choices }, kind: "log" });
+  if (content.kind === "result") return openResult(content.result, name);
+  if (content.kind === "store") addStore(source, name, content);
+  else if (content.kind === "model") await addSpecification(source);
+  else offerDatasheet(source, name);
+  return goTo("compare");
 }
 
 async function startAnalysis() {
@@ -99,12 +121,12 @@ async function showCommand() {
 
 function showState() {
   const { source, id, step } = session;
-  const can = { live: Boolean(session.about?.live), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: comparable() > 1 };
+  const can = { live: Boolean(session.about), open: true, columns: Boolean(source), result: Boolean(id), files: Boolean(id), compare: true };
   for (const name of STEPS) {
-    const one = byId(`step-${name}`);
-    one.disabled = !can[name];
-    if (name === step) one.setAttribute("aria-current", "step");
-    else one.removeAttribute("aria-current");
+    const stepButton = byId(`step-${name}`);
+    stepButton.disabled = !can[name];
+    if (name === step) stepButton.setAttribute("aria-current", "step");
+    else stepButton.removeAttribute("aria-current");
   }
   byId("undo").disabled = !canUndo();
   byId("redo").disabled = !canRedo();
@@ -113,7 +135,7 @@ function showState() {
 }
 
 onChange((what) => {
-  if (what === "opened" && session.opened?.kind === "result") return openResult(session.opened.result);
+  if (what === "opened" && session.opened?.kind !== "log") return received(session.opened, session.source, session.name);
   if (what === "result") rememberResult(session.id, session.result);
   showState();
   if (what === "options" || what === "source" || what === "result") showCommand();
@@ -126,10 +148,9 @@ onChange((what) => {
 });
 
 /** Show a stored result: there is no log to analyse again. */
-async function openResult(id) {
+async function openResult(id, name = session.name) {
   try {
     const content = await fetchResult(id);
-    const { name } = session;
     begin(null, name);
     setResult(id, content);
     await goTo("result");
@@ -177,11 +198,10 @@ document.querySelector(".skip").addEventListener("click", (event) => { event.pre
 
 try {
   session.about = await about();
-  byId("step-live").parentElement.hidden = !session.about.live;
   showState();
   const named = location.hash || session.about.live ? [] : (await files()).entries;
-  if (named.length === 1 && named[0].kind !== "folder") await opened({ source: { path: named[0].path }, name: named[0].name }); // sigmatau app LOG
-  else await restore();
+  if (named.length === 1 && named[0].kind !== "folder") await opened({ source: { path: named[0].path }, name: named[0].name, kind: named[0].kind }); // sigmatau app LOG
+  else if (session.step === "open") await restore(); // else a step was chosen meanwhile
 } catch (error) {
   view.replaceChildren(errorBox(error));
 }

@@ -38,14 +38,14 @@ function drawAxis(state, place, table, readout) {
   const inUnit = (values) => values.map((value) => (value === null ? null : value / unit.factor));
   const terms = session.about.terms.map((term, k) => ({ ...term, colour: () => channelColour(k, 6) }));
   const parts = Object.entries(deviation.parts ?? {}).map(([label, values], k) => {
-    const term = terms.find((one) => label.startsWith(one.label));
+    const term = terms.find((each) => label.startsWith(each.label));
     return { label, values, colour: term?.colour ?? (() => channelColour(5 - (k % 6), 6)) };
   });
   const curve = { tau: deviation.tau, adev: inUnit(deviation.adev) };
   const described = {
     title: `Allan deviation of ${chosen.channel}, with its terms`, height: HEIGHT, link: "tau",
     x: { label: "averaging time τ [s]", log: true }, y: { label: `Allan deviation σ(τ) [${unit.text}]`, log: true },
-    lines: linesOf(deviation, parts, inUnit, unit),
+    lines: drawnLines(deviation, parts, inUnit, unit),
     onread: (point) => {
       readout.replaceChildren(...(point?.values.length ? [make("b", {}, `τ = ${text(point.x)} s`), make("span", {}, `σ = ${text(point.values[0].y, 4)} ${unit.text} [${text(point.values[0].low)}, ${text(point.values[0].high)}]`)] : [make("span", {}, "Drag a handle along the curve, or move it by the arrow keys.")]));
       showPoint("tau", point ? point.x : null, described);
@@ -60,7 +60,7 @@ function drawAxis(state, place, table, readout) {
   for (const term of terms) if (chosen.lines.has(term.name)) lay(state, term, curve, chosen.lines.get(term.name));
 }
 
-function linesOf(deviation, parts, inUnit) {
+function drawnLines(deviation, parts, inUnit) {
   const { tau, adev, low, high, model } = deviation;
   const lines = [{ name: chosen.channel, x: tau, y: inUnit(adev), colour: () => colour("ink"), points: tau.length < 120, read: true, interval: { low: inUnit(low), high: inUnit(high) },
     low: inUnit(low.map((value, k) => Math.max(value ?? 0, 0.1 * adev[k]))), high: inUnit(high.map((value, k) => Math.min(value ?? Infinity, 10 * adev[k]))) }];
@@ -68,9 +68,9 @@ function linesOf(deviation, parts, inUnit) {
   const off = parts.filter((part) => chosen.off.has(part.label));
   const rest = model.map((value, k) => (value === null ? null : Math.sqrt(Math.max(value ** 2 - off.reduce((sum, part) => sum + (part.values[k] ?? 0) ** 2, 0), 0)) || null));
   lines.push({ name: off.length ? "model without the terms that are off" : "fitted model", x: tau, y: inUnit(rest), colour: () => colour("link"), width: 1.8, dash: [6, 4], framed: false });
-  const least = Math.min(...adev.filter((value) => value > 0)) / 4;
+  const smallest = Math.min(...adev.filter((value) => value > 0)) / 4;
   for (const part of parts) {
-    const y = inUnit(part.values.map((value) => (value === null || value < least ? null : value)));
+    const y = inUnit(part.values.map((value) => (value === null || value < smallest ? null : value)));
     lines.push({ name: part.label, x: tau, y: chosen.off.has(part.label) ? y.map(() => null) : y, colour: part.colour, width: 1.2, dash: [2, 3], framed: false, tag: part.label });
   }
   return lines;
@@ -79,7 +79,7 @@ function linesOf(deviation, parts, inUnit) {
 /** The lines again after a term was switched: their values change, the plot stays. */
 function redrawLines(state, deviation, parts, inUnit) {
   const { plot } = state;
-  plot.described.lines = linesOf(deviation, parts, inUnit);
+  plot.described.lines = drawnLines(deviation, parts, inUnit);
   const data = [deviation.tau];
   for (const line of plot.described.lines) {
     data.push(line.y);
@@ -90,10 +90,10 @@ function redrawLines(state, deviation, parts, inUnit) {
 }
 
 function termTable(state, terms, parts, curve, redraw) {
-  const fitted = session.result.summary.coefficients.find((one) => one.channel === chosen.channel)?.rows ?? [];
+  const fitted = session.result.summary.coefficients.find(({ channel }) => channel === chosen.channel)?.rows ?? [];
   state.cells.clear();
   const rows = terms.map((term) => {
-    const part = parts.find((one) => one.label.startsWith(term.label));
+    const part = parts.find((each) => each.label.startsWith(term.label));
     const row = fitted.find(([label]) => label === term.label);
     const cell = make("td", { className: "read" });
     state.cells.set(term.name, cell);
@@ -106,10 +106,10 @@ function termTable(state, terms, parts, curve, redraw) {
     name.firstChild.style.background = term.colour();
     return make("tr", {}, name, make("td", {}, toggle), make("td", { className: "value" }, row ? `${row[1]} ${row[3]}` : "–"), make("td", {}, slope), cell);
   });
-  const other = parts.filter((part) => !terms.some((term) => part.label.startsWith(term.label))).map((part) => make("tr", {}, make("th", { scope: "row" }, bdi(part.label)),
+  const further = parts.filter((part) => !terms.some((term) => part.label.startsWith(term.label))).map((part) => make("tr", {}, make("th", { scope: "row" }, bdi(part.label)),
     make("td", {}, checkbox("", !chosen.off.has(part.label), (on) => { on ? chosen.off.delete(part.label) : chosen.off.add(part.label); redraw(); }, { ariaLabel: `${part.label} in the model` })), make("td", {}), make("td", {}), make("td", { className: "read" })));
   const heads = ["Term", "In model", "Fitted", "Line", "Read off by hand"].map((head) => make("th", { scope: "col" }, head));
-  return [make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows, ...other)),
+  return [make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows, ...further)),
     make("p", { className: "legend" }, "Read-off of the paper: check a line, then drag its handle along the curve. The error is that of eq. (26); a line is refused where the curve has another slope.")];
 }
 
@@ -141,14 +141,14 @@ function ask(state, term, tau) {
 
 function showLine(state, term, channel, cell, read) {
   if (!chosen.lines.has(term.name) || chosen.channel !== channel) return;
-  const at = make("span", { className: "tau" }, `τ = ${text(chosen.lines.get(term.name))} s`);
+  const tau = make("span", { className: "tau" }, `τ = ${text(chosen.lines.get(term.name))} s`);
   if (read.refused) {
-    cell.replaceChildren(at, " ", make("span", { className: "refusal" }, `refused: ${read.refused}`));
+    cell.replaceChildren(tau, " ", make("span", { className: "refusal" }, `refused: ${read.refused}`));
     state.laid.say(term.name, `refused, ${read.refused}`, true);
     return;
   }
   const error = read.relative_error === null || read.relative_error === undefined ? "" : ` (error ${text(100 * read.relative_error, 2)} %)`;
-  cell.replaceChildren(at, " ", make("b", {}, read.text), error, " ", button("Use", () => use(channel, term, read), { title: "Write this range into the options: --read-off-at", ariaLabel: `Use this line of ${term.label} in the analysis` }));
+  cell.replaceChildren(tau, " ", make("b", {}, read.text), error, " ", button("Use", () => use(channel, term, read), { title: "Write this range into the options: --read-off-at", ariaLabel: `Use this line of ${term.label} in the analysis` }));
   state.laid.say(term.name, `${read.text}${error}`, false);
 }
 

@@ -5,14 +5,14 @@ import { session, setOptions } from "./session.js";
 export const COMMON = ["time", "gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z", "temperature"];
 export const SIGNAL = "signal"; // a further signal, by the name of its column
 
-export const sensorOf = (channel) => (/^(gyro|accel)(_|$)/.test(channel) ? channel.split("_")[0] : channel);
+export const sensorName = (channel) => (/^(gyro|accel)(_|$)/.test(channel) ? channel.split("_")[0] : channel);
 
 /** An option of pairs as a mapping: `gyro=deg/s,accel=g` and lists of such texts too. */
-export function pairsOf(value) {
+export function asPairs(value) {
   if (value === undefined || value === null) return {};
   if (typeof value === "object" && !Array.isArray(value)) return { ...value };
   const texts = (Array.isArray(value) ? value : [value]).flatMap((text) => String(text).split(","));
-  return Object.fromEntries(texts.filter((text) => text.includes("=")).map((text) => { const at = text.indexOf("="); return [text.slice(0, at).trim(), text.slice(at + 1).trim()]; }));
+  return Object.fromEntries(texts.filter((text) => text.includes("=")).map((text) => { const place = text.indexOf("="); return [text.slice(0, place).trim(), text.slice(place + 1).trim()]; }));
 }
 
 /** Use a column as a channel, or not at all; the other columns of its topic stay what they are.
@@ -25,7 +25,7 @@ export function assign(columns, changed, channel, topics) {
     const name = column === changed ? channel : column.channel;
     if (name && (column === changed || name !== channel)) channels[name] ??= column.number;
   }
-  const units = pairsOf(session.options.unit);
+  const units = asPairs(session.options.unit);
   if (changed.channel && changed.channel !== channel) delete units[changed.channel]; // it was of the other use
   setOptions({ channels, unit: units, ...(topics.length > 1 ? { topic: changed.topic } : {}) });
 }
@@ -37,17 +37,17 @@ export function chooseTopic(topic) {
 
 /** Give a unit to a channel: to the whole sensor where all its columns have one unit. */
 export function setUnit(columns, column, unit) {
-  const sensor = sensorOf(column.channel), units = pairsOf(session.options.unit);
-  const mates = columns.filter((one) => one.channel && sensorOf(one.channel) === sensor);
-  const isShared = sensor !== column.channel && mates.every((one) => (one.unit ?? "") === (column.unit ?? ""));
-  for (const one of isShared ? mates : [column]) delete units[one.channel];
+  const sensor = sensorName(column.channel), units = asPairs(session.options.unit);
+  const mates = columns.filter((mate) => mate.channel && sensorName(mate.channel) === sensor);
+  const isShared = sensor !== column.channel && mates.every((mate) => (mate.unit ?? "") === (column.unit ?? ""));
+  for (const mate of isShared ? mates : [column]) delete units[mate.channel];
   if (unit.trim()) units[isShared ? sensor : column.channel] = unit.trim();
   setOptions({ unit: units });
 }
 
 /** Add a pair to an option of pairs. */
 export function setPair(option, key, value) {
-  const pairs = pairsOf(session.options[option]);
+  const pairs = asPairs(session.options[option]);
   if (value === "") delete pairs[key];
   else pairs[key] = value;
   setOptions({ [option]: pairs });

@@ -4,7 +4,7 @@ import { make } from "./page.js";
 import { bdi, button, chip, choice, debounce, errorBox, field, keepFocus, announce } from "./dom.js";
 import { open } from "./api.js";
 import { session, setOpened, setOptions } from "./session.js";
-import { assign, chooseTopic, COMMON, pairsOf, sensorOf, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
+import { asPairs, assign, chooseTopic, COMMON, sensorName, setPair, setUnit, SIGNAL, signalName, UNITS } from "./channels.js";
 import { sparkline } from "./sparkline.js";
 import { questionBox } from "./question.js";
 import { showRecord } from "./record_chart.js";
@@ -42,7 +42,7 @@ async function look(head, body, record, analyse) {
   if (here.signal.aborted) return;
   body.removeAttribute("aria-busy");
   setOpened(opened);
-  if (opened.kind === "result") return;
+  if (opened.kind !== "log") return;
   showHead(head, opened, analyse);
   keepFocus(body, () => showBody(body, opened));
   announce(opened.question ? `A choice is needed: ${opened.question.message}` : `${opened.columns.length} columns; ready to analyse`);
@@ -74,7 +74,7 @@ function showBody(body, opened) {
     readingControls(opened),
     columnTable(opened),
     ...opened.means.map(meanLine),
-    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((one) => ({ ...one, message: one.text, axes: (one.channels ?? [one.channel]).filter(Boolean).join(", ") })))]));
+    ...(opened.question && !opened.findings.length ? [] : [make("h2", {}, "Findings"), findingsList(opened.findings.map((finding) => ({ ...finding, message: finding.text, axes: (finding.channels ?? [finding.channel]).filter(Boolean).join(", ") })))]));
 }
 
 /** Rate, topic and content of all columns. */
@@ -89,9 +89,9 @@ function readingControls(opened) {
     parts.unshift(topicControl(opened.topics));
   }
   for (const [option, label, sensors] of [["scale", "Scale of", ["gyro", "accel"]]]) {
-    const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorOf));
-    for (const sensor of sensors.filter((one) => used.has(one))) {
-      const value = make("input", { type: "text", size: 8, value: pairsOf(options[option])[sensor] ?? "", placeholder: "1", onchange: () => setPair(option, sensor, value.value.trim()) });
+    const used = new Set(opened.columns.map((column) => column.channel).filter(Boolean).map(sensorName));
+    for (const sensor of sensors.filter((name) => used.has(name))) {
+      const value = make("input", { type: "text", size: 8, value: asPairs(options[option])[sensor] ?? "", placeholder: "1", onchange: () => setPair(option, sensor, value.value.trim()) });
       value.dataset.focus = `${option}-${sensor}`;
       parts.push(field(`${label} ${sensor}`, value));
     }
@@ -114,16 +114,16 @@ function columnTable(opened) {
   const heads = ["#", "Column", "First values", "Values", "Use as", "Unit", "What the values say"];
   const used = opened.columns.filter((column) => column.channel), unused = opened.columns.filter((column) => !column.channel);
   const folded = used.length && unused.length > MOST_UNUSED && !unfolded.has(session.name);
-  const rowOf = (column) => columnRow(column, opened);
-  const rows = (folded ? used : opened.columns).map(rowOf);
-  const more = button(`Show ${unused.length} columns that are not used`, () => { unfolded.add(session.name); more.hidden = true; made.querySelector("tbody").append(...unused.map(rowOf)); }, { hidden: !folded });
+  const makeRow = (column) => columnRow(column, opened);
+  const rows = (folded ? used : opened.columns).map(makeRow);
+  const unfold = button(`Show ${unused.length} columns that are not used`, () => { unfolded.add(session.name); unfold.hidden = true; made.querySelector("tbody").append(...unused.map(makeRow)); }, { hidden: !folded });
   const [first, ...further] = new Set(opened.columns.map(({ topic }) => topic));
   const caption = opened.topics.length > 1 && !further.length ? [make("p", { className: "about" }, "Columns of the topic ", bdi(first))] : [];
   const made = make("div", {}, ...caption, make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Columns of the file" },
     make("table", { className: "column-table" },
       make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
       make("tbody", {}, ...rows)),
-    ...Object.entries(UNITS).map(([sensor, units]) => make("datalist", { id: `units-${sensor}` }, ...units.map((unit) => make("option", { value: unit }))))), more);
+    ...Object.entries(UNITS).map(([sensor, units]) => make("datalist", { id: `units-${sensor}` }, ...units.map((unit) => make("option", { value: unit }))))), unfold);
   return made;
 }
 
@@ -132,7 +132,7 @@ function columnRow(column, { columns, rate_hz: rate, topics }) {
   const cell = (label, ...children) => { const made = make("td", {}, ...children); made.dataset.label = label; return made; };
   return make("tr", { className: column.channel ? "" : "unused" },
     cell("#", String(column.number)),
-    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`), ...(column.topic && columns.some((one) => one.topic !== column.topic) ? [make("small", { className: "topic" }, bdi(column.topic))] : [])),
+    make("th", { scope: "row" }, bdi(column.name || `column ${column.number}`), ...(column.topic && columns.some(({ topic }) => topic !== column.topic) ? [make("small", { className: "topic" }, bdi(column.topic))] : [])),
     cell("First values", bdi((column.values ?? []).slice(0, 2).map(shown).join(", "))),
     cell("Values", sparkline(column.spark ?? [], `Values of ${column.name}`)),
     cell("Use as", roleChoice(column, columns, topics)),
@@ -150,7 +150,7 @@ function roleChoice(column, columns, topics) {
 }
 
 function unitField(column, columns) {
-  const sensor = sensorOf(column.channel);
+  const sensor = sensorName(column.channel);
   const input = make("input", { type: "text", size: 8, value: column.unit ?? "", ariaLabel: `Unit of ${column.channel}`, placeholder: "missing", className: column.unit ? "" : "wanted" });
   if (UNITS[sensor]) input.setAttribute("list", `units-${sensor}`);
   input.onchange = debounce(() => setUnit(columns, column, input.value), 0);

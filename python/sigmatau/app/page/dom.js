@@ -67,6 +67,9 @@ export function errorBox(error) {
     ...(error.rows ? [make("pre", { tabIndex: 0 }, error.rows)] : []));
 }
 
+/** The last part of a path. */
+export const nameOfPath = (path) => path.split(/[\\/]/).pop();
+
 export function size(bytes) {
   if (bytes < 1e3) return `${bytes} B`;
   const [factor, unit] = bytes < 1e6 ? [1e3, "kB"] : bytes < 1e9 ? [1e6, "MB"] : [1e9, "GB"];

@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { button, checkbox, choice, field } from "./dom.js";
 import { session } from "./session.js";
-import { pairsOf } from "./channels.js";
+import { asPairs } from "./channels.js";
 
 const BARE_NUMBER = /^\d+([.,]\d+)?$/;
 
@@ -13,15 +13,15 @@ export function placedChoices(target, choices) {
     const allowed = target.choices[name];
     return Array.isArray(allowed) && typeof value === "string" ? allowed.includes(value) : Boolean(allowed);
   });
-  const keys = target.names.map((one) => one.key);
-  const names = Object.entries(pairsOf(choices.name)).filter(([key]) => keys.includes(key));
+  const keys = target.names.map(({ key }) => key);
+  const names = Object.entries(asPairs(choices.name)).filter(([key]) => keys.includes(key));
   return { ...Object.fromEntries(placed), ...(names.length ? { name: Object.fromEntries(names) } : {}) };
 }
 
 /** Controls for all options of a target; `set(name, value)` states one, undefined takes it back. */
 export function optionControls(target, sensors, choices, set) {
   const declared = session.about.choices.filter(({ name }) => target.choices[name]);
-  return [...declared.flatMap((option) => control(option, target.choices[option.name], sensors, choices[option.name], set)), ...target.names.map((one) => nameControl(one, choices, set))];
+  return [...declared.flatMap((option) => control(option, target.choices[option.name], sensors, choices[option.name], set)), ...target.names.map((field) => nameControl(field, choices, set))];
 }
 
 function control(option, allowed, sensors, value, set) {
@@ -36,7 +36,7 @@ function control(option, allowed, sensors, value, set) {
     const used = option.sensors.filter((sensor) => sensors.includes(sensor));
     const words = Array.isArray(allowed) ? make("datalist", { id: `words-${name}` }, ...allowed.map((word) => make("option", { value: word }))) : null;
     const fields = used.map((sensor) => {
-      const input = textField(name, pairsOf(value)[sensor] ?? "", option.default === null ? "default" : String(option.default), (text) => setPairOf(name, value, sensor, text, set));
+      const input = textField(name, asPairs(value)[sensor] ?? "", option.default === null ? "default" : String(option.default), (text) => setKey(name, value, sensor, text, set));
       input.dataset.focus = `export-${name}-${sensor}`;
       input.ariaLabel = `${label}, ${sensor}`;
       if (words) input.setAttribute("list", words.id);
@@ -51,8 +51,8 @@ function control(option, allowed, sensors, value, set) {
 
 /** A field of the file beside its noise parameters, such as a topic. */
 function nameControl({ key, default: usual, choices: words }, choices, set) {
-  const stated = pairsOf(choices.name), label = key.replaceAll("_", " ");
-  const change = (text) => setPairOf("name", choices.name, key, text, set);
+  const stated = asPairs(choices.name), label = key.replaceAll("_", " ");
+  const change = (text) => setKey("name", choices.name, key, text, set);
   if (words.length) return make("div", { className: "option" }, field(label, focusable(choice(label, words.map((word) => [word, word === usual ? `${word} (default)` : word]), stated[key] ?? usual, (word) => change(word === usual ? "" : word)), `name-${key}`)));
   return make("div", { className: "option" }, field(label, textField(`name-${key}`, stated[key] ?? "", usual || "not stated", change)));
 }
@@ -73,8 +73,8 @@ function textField(name, value, placeholder, change) {
   return focusable(input, name);
 }
 
-function setPairOf(name, value, key, text, set) {
-  const pairs = pairsOf(value);
+function setKey(name, value, key, text, set) {
+  const pairs = asPairs(value);
   if (text) pairs[key] = text;
   else delete pairs[key];
   set(name, Object.keys(pairs).length ? pairs : undefined);
@@ -83,12 +83,12 @@ function setPairOf(name, value, key, text, set) {
 /** Buttons for what a note offers: words and flags. Values that must be typed have their control. */
 export function offered(hints, target, choices, set) {
   return (hints ?? []).flatMap(({ option, key, value, text }) => {
-    const declared = session.about.choices.find((one) => one.name === option), allowed = target.choices[option];
+    const declared = session.about.choices.find(({ name }) => name === option), allowed = target.choices[option];
     if (!declared || !allowed) return [];
     const pairs = value && typeof value === "object" ? value : key ? { [key]: value } : null;
     const isWord = (word) => declared.choices.includes(word) && (!Array.isArray(allowed) || allowed.includes(word));
     if (declared.form === "flag" && (value === true || value === null)) return choices[option] ? [] : [button(`Set ${text}`, () => set(option, true))];
-    if (pairs && Object.values(pairs).every(isWord)) return [button(`Set ${text}`, () => set(option, { ...pairsOf(choices[option]), ...pairs }))];
+    if (pairs && Object.values(pairs).every(isWord)) return [button(`Set ${text}`, () => set(option, { ...asPairs(choices[option]), ...pairs }))];
     return !pairs && isWord(value) ? [button(`Set ${text}`, () => set(option, value))] : [];
   });
 }

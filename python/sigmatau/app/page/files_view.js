@@ -1,10 +1,11 @@
 // The fourth step: files for filters and simulators as they would be written, the report, tables and the session.
 
 import { make } from "./page.js";
-import { addressOf, config, exported } from "./api.js";
+import { config, exported, fileAddress } from "./api.js";
 import { bdi, button, chip, choice, copy, errorBox, field, keepFocus } from "./dom.js";
 import { offered, optionControls, placedChoices } from "./export_options.js";
-import { named, session, setTaken } from "./session.js";
+import { allResults } from "./comparison.js";
+import { session, setTaken } from "./session.js";
 import { save } from "./saving.js";
 
 let again = () => {}; // shows the controls and the file of the step on screen
@@ -40,7 +41,7 @@ export function fileChanged() {
 
 function targetNow() {
   const { targets } = session.about;
-  return targets.find((one) => one.name === session.taken.target) ?? targets[0];
+  return targets.find(({ name }) => name === session.taken.target) ?? targets[0];
 }
 
 /** The file as the command line and the session state it, once a target was chosen. */
@@ -51,7 +52,7 @@ export function fileOptions() {
 }
 
 function downloads() {
-  return make("ul", { className: "downloads" }, ...DOWNLOADS.map(([name, title, what]) => make("li", {}, make("a", { href: addressOf(session.id, name), download: "" }, title), make("small", {}, what))));
+  return make("ul", { className: "downloads" }, ...DOWNLOADS.map(([name, title, what]) => make("li", {}, make("a", { href: fileAddress(session.id, name), download: "" }, title), make("small", {}, what))));
 }
 
 function targetList() {
@@ -75,9 +76,12 @@ function showOptions(place) {
   place.replaceChildren(...optionControls(targetNow(), sensors, session.taken.choices, setChoice), ...restControl());
 }
 
+/** The results that are compared, without the one on screen. */
+const restResults = () => allResults().filter(({ key }) => key !== session.id);
+
 /** The result of the same sensor at rest, where the page has several results. */
 function restControl() {
-  const rest = [...named].filter(([id]) => id !== session.id);
+  const rest = restResults().map(({ key, number, name }) => [key, `${number}: ${name}`]);
   if (!rest.length) return [];
   const select = choice("Inflate", [["", "not compared"], ...rest], session.taken.inflate ?? "", (id) => setTaken({ inflate: id || undefined }));
   select.dataset.focus = "export-inflate";
@@ -89,7 +93,7 @@ async function showFile(preview) {
   preview.setAttribute("aria-busy", "true");
   let file;
   try {
-    file = await exported(id, target.name, placedChoices(target, taken.choices), taken.inflate === id ? undefined : taken.inflate);
+    file = await exported(id, target.name, placedChoices(target, taken.choices), restResults().find(({ key }) => key === taken.inflate)?.key);
   } catch (error) {
     if (taken === session.taken) preview.replaceChildren(errorBox(error), ...offers(error.hints, target));
     return;

@@ -31,12 +31,12 @@ export async function analyse() {
   const here = (running = new AbortController());
   const { source, options } = session;
   const bar = showProgress();
-  let told = "";
+  let announced = "";
   try {
     const id = await analyze(source, options, (job) => {
       if (here.signal.aborted) return;
       const stage = bar.update(job);
-      if (stage && stage !== told) announce((told = stage));
+      if (stage && stage !== announced) announce((announced = stage));
     }, here.signal);
     const content = await result(id);
     if (here.signal.aborted) return false;
@@ -63,11 +63,11 @@ function showProgress() {
   return {
     update({ state, stages, elapsed_s }) {
       elapsed.textContent = `${(elapsed_s ?? 0).toFixed(1)} s`;
-      list.replaceChildren(...(stages ?? []).map((stage) => make("li", { className: stage.done ? "done" : "now" }, nameOf(stage.name), ...(stage.done && stage.seconds >= 0.1 ? [` ${stage.seconds.toFixed(1)} s`] : []))));
+      list.replaceChildren(...(stages ?? []).map((stage) => make("li", { className: stage.done ? "done" : "now" }, stageName(stage.name), ...(stage.done && stage.seconds >= 0.1 ? [` ${stage.seconds.toFixed(1)} s`] : []))));
       const now = (stages ?? []).find((stage) => !stage.done);
-      return state === "waiting" ? "Waiting for another analysis" : now ? nameOf(now.name) : "";
+      return state === "waiting" ? "Waiting for another analysis" : now ? stageName(now.name) : "";
     },
   };
 }
 
-const nameOf = (name) => STAGES[name] ?? name;
+const stageName = (name) => STAGES[name] ?? name;

@@ -12,7 +12,7 @@ import { text } from "./numbers.js";
 const HEIGHT = 285; // of an Allan deviation: with the coefficients above it, it is in sight on a laptop [pixels]
 
 /** A kind of the report whose plots have an axis that others share: "tau", "f" or "t". */
-function linked(kind, axis, more = {}, height = {}) {
+function linked(kind, axis, changes = {}, height = {}) {
   return {
     ...kind,
     describe: (sensor, state) => kind.describe(sensor, state).map((described) => Object.assign(described, { link: axis }, height)),
@@ -21,7 +21,7 @@ function linked(kind, axis, more = {}, height = {}) {
       showPoint(axis === "f" ? "tau" : axis, value, described);
     },
     drawn: follow,
-    ...more,
+    ...changes,
   };
 }
 

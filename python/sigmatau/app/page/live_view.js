@@ -2,16 +2,35 @@
 
 import { content, make, setContent } from "./page.js";
 import { drop, figures, fill } from "./frame.js";
-import { live, stopLive } from "./api.js";
-import { announce, bdi, button, chip, errorBox } from "./dom.js";
+import { live, restateLive, stopLive } from "./api.js";
+import { announce, bdi, button, chip, errorBox, nameOfPath } from "./dom.js";
 import { linkedKinds, liveSeries } from "./kinds.js";
+import { startForm } from "./live_start.js";
+import { questionBox } from "./question.js";
 import { findingsList, overviewTable } from "./summary.js";
 
 const EVERY = 1000; // between two looks [ms]
 const STATES = { recording: ["Recording", "good"], stopped: ["Stopped", "partial"], ended: ["The input has ended", "partial"], failed: ["Failed", "poor"] };
 
-/** Show the live record until another step is shown; `opened` begins with the saved log, `command` shows what does the same. */
-export function showLive(view, opened, command) {
+/** Show the live record until another step is shown, or the form that starts one.
+ *
+ * `folder` is where a record is saved, `opened` begins with its log, `command` shows what does the same.
+ */
+export async function showLive(view, { folder, opened, command }) {
+  let state;
+  try {
+    state = await live();
+  } catch (error) {
+    return view.replaceChildren(errorBox(error));
+  }
+  if (state.state !== "none") return showRecord(view, state, { folder, opened, command });
+  command("sigmatau app");
+  return view.replaceChildren(
+    make("div", { className: "head" }, make("div", {}, make("h1", {}, "Live"), make("p", { className: "about" }, "A sensor at rest while it records: how long is enough?"))),
+    startForm(folder, (begun) => showRecord(view, begun, { folder, opened, command })));
+}
+
+function showRecord(view, first, { folder, opened, command }) {
   const parts = { title: make("h1", {}, "Live"), headline: make("p", { className: "headline" }), actions: make("div", { className: "row" }), notes: make("div"), outlooks: make("ul", { className: "outlooks" }), table: make("div"), findings: make("div") };
   const charts = { deviation: make("div", { className: "charts" }), series: make("div", { className: "charts" }) };
   const sections = {
@@ -23,18 +42,21 @@ export function showLive(view, opened, command) {
   view.replaceChildren(make("div", { className: "head" }, make("div", {}, parts.title, parts.headline), parts.actions), parts.notes, ...Object.values(sections));
   const shown = { state: "", drawn: {} };
   const look = async () => {
-    let found;
+    let state;
     try {
-      found = await live();
+      state = await live();
     } catch (error) {
-      if (parts.title.isConnected) { parts.actions.replaceChildren(); parts.notes.replaceChildren(errorBox(error)); }
+      if (parts.headline.isConnected) { parts.actions.replaceChildren(); parts.notes.replaceChildren(errorBox(error)); }
       return;
     }
-    if (!parts.title.isConnected) return;
-    showState(found);
-    showNumbers(found);
-    if (found.state === "recording") setTimeout(look, EVERY);
+    if (parts.headline.isConnected) take(state);
   };
+
+  function take(state) {
+    showState(state);
+    showNumbers(state);
+    if (state.state === "recording") setTimeout(look, EVERY);
+  }
 
   function showState({ state, heading, error, path, options, command: text }) {
     const [word, mark] = STATES[state] ?? [state, ""];
@@ -44,25 +66,42 @@ export function showLive(view, opened, command) {
     if (key === shown.state) return;
     shown.state = key;
     announce(word);
-    const open = button("Open the saved log", () => opened({ source: { path }, name: path.split(/[\\/]/).pop(), options }), { className: "primary", id: "open-saved" });
-    if (state === "recording") parts.actions.replaceChildren(button(path ? "Stop and open the log" : "Stop", stop, { className: "primary", id: "stop-live" }));
-    else parts.actions.replaceChildren(...(path ? [open] : []));
-    parts.notes.replaceChildren(...(error ? [errorBox(error)] : []), make("p", { className: "about" }, ...noteOf(state, path, error)));
+    const open = button("Open the log", () => openLog(path, options), { className: "primary", id: "open-saved" });
+    const again = button("Record again…", () => view.replaceChildren(parts.title, startForm(folder, (begun) => showRecord(view, begun, { folder, opened, command }))), { id: "record-again" });
+    if (state === "recording") parts.actions.replaceChildren(button(path ? "Stop and analyse" : "Stop", stop, { className: "primary", id: "stop-live" }));
+    else parts.actions.replaceChildren(...(path ? [open] : []), again);
+    parts.notes.replaceChildren(...problemParts(error, state, options), make("p", { className: "about" }, ...noteParts(state, path, error)));
   }
 
-  function noteOf(state, path, error) {
-    if (path) return [state !== "recording" ? "Saved in " : error ? "What arrives is saved all the same, in " : "Every line is saved in ", bdi(path), "."];
-    return [state === "recording" ? "The samples are not saved. Start with --save LOG to keep them for the whole analysis." : "The samples were not saved. Start again with --save LOG to keep them."];
+  /** An error in words; a question with its choices, whose answers are used at once. */
+  function problemParts(error, state, options) {
+    if (!error) return [];
+    if (state !== "recording" || !error.hint) return [errorBox(error)];
+    const change = async (changes) => {
+      try {
+        await restateLive({ ...options, ...changes });
+      } catch (refusal) {
+        parts.notes.prepend(errorBox(refusal));
+      }
+    };
+    const words = (error.question ?? error.message).replace(/^(.*?: )?(?=(has|does|is|contains|states) )/, "The input ");
+    return [questionBox({ ...error, question: words }, null, { all: () => options, change })];
+  }
+
+  const openLog = (path, options) => opened({ source: { path }, name: nameOfPath(path), options, kind: "log", isAnalysed: true });
+
+  function noteParts(state, path, error) {
+    if (path) return [state !== "recording" ? "The log is " : error ? "What arrives is saved all the same, in " : "Every line is in ", bdi(path), "."];
+    return [state === "recording" ? "The samples are not saved. Name a file to keep them for the whole analysis." : "The samples were not saved. Record again with the name of a file to keep them."];
   }
 
   async function stop(event) {
     event.currentTarget.disabled = true;
     try {
       const { path } = await stopLive();
-      const found = await live();
-      if (path && !found.error) return opened({ source: { path }, name: path.split(/[\\/]/).pop(), options: found.options });
-      showState(found);
-      showNumbers(found);
+      const state = await live();
+      if (path && !state.error) return openLog(path, state.options);
+      take(state);
     } catch (error) {
       parts.notes.replaceChildren(errorBox(error));
     }
@@ -75,6 +114,7 @@ export function showLive(view, opened, command) {
     parts.outlooks.hidden = !outlooks.length;
     if (overview) parts.table.replaceChildren(overviewTable({ overview, level }));
     else parts.table.replaceChildren(...(error ? [] : [make("p", { className: "box partial wait" }, whyNone(state, wait, data))]));
+    sections.summary.hidden = Boolean(error) && !overview;
     parts.findings.replaceChildren(findingsList(findings));
     setContent(data);
     drawn("deviation", linkedKinds.deviation, (channel) => (channel.deviation ? (channel.deviation.model ? "model" : "curve") : ""));
@@ -83,19 +123,20 @@ export function showLive(view, opened, command) {
   }
 
   /** Draw the figures again; they are made again only when there are others: what was chosen in them stays. */
-  function drawn(name, kind, kindOf) {
-    const place = charts[name], data = Object.entries(content.channels).map(([channel, one]) => `${channel} ${kindOf(one)}`);
-    const key = data.join(), isEmpty = !data.some((text) => text.split(" ")[1]);
+  function drawn(name, kind, stateName) {
+    const place = charts[name], data = Object.entries(content.channels).map(([key, channel]) => `${key} ${stateName(channel)}`);
+    const state = data.join(), isEmpty = !data.some((text) => text.split(" ")[1]);
     sections[name].hidden = isEmpty;
     if (isEmpty) return;
-    if (shown.drawn[name] !== key) {
+    if (shown.drawn[name] !== state) {
       drop(place);
       place.replaceChildren();
       fill(place, kind);
-      shown.drawn[name] = key;
-    } else for (const one of figures) if (place.contains(one.element) && !isRead(one)) one.draw();
+      shown.drawn[name] = state;
+    } else for (const figure of figures) if (place.contains(figure.element) && !isRead(figure)) figure.draw();
   }
-  look();
+
+  take(first);
 }
 
 /** Why there are no coefficients. */

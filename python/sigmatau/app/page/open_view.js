@@ -1,10 +1,10 @@
 // The first step: drop a file, choose one of this computer, or one of the folders of the server.
 
 import { make } from "./page.js";
-import { config, files, upload } from "./api.js";
+import { files, upload } from "./api.js";
 import { announce, bdi, button, errorBox, size } from "./dom.js";
 
-const KINDS = { folder: "Folder", log: "Log", result: "Result", model: "Model" };
+const KINDS = { folder: "Folder", log: "Log", result: "Result", store: "Store of results", model: "Noise model", datasheet: "Datasheet", session: "Saved session" };
 
 /** Show the step. `opened({source, name, kind})` is called with what was chosen. */
 export function showOpen(view, about, opened) {
@@ -40,7 +40,6 @@ function acceptDrops(zone, take) {
 }
 
 async function send(file, place, opened) {
-  if (file.name.toLowerCase().endsWith(".toml")) return openSession(file, place, opened);
   const bar = make("progress", { max: 1, value: 0, ariaLabel: `Copying ${file.name}` });
   place.replaceChildren(make("p", {}, "Copying ", bdi(file.name), ` (${size(file.size)})`), bar);
   announce(`Copying ${file.name}`);
@@ -54,48 +53,33 @@ async function send(file, place, opened) {
   return undefined;
 }
 
-/** Open the log that a saved session names, with its options. */
-async function openSession(file, place, opened) {
+/** List a folder; without a path the folders of the server, or the only one of them. `kinds`: of the files that are listed. */
+export async function showFolder(list, path, opened, kinds = Object.keys(KINDS)) {
+  let folder;
   try {
-    const { options, log, target, choices } = await config({ toml: await file.text() });
-    if (log) return opened({ source: { path: log }, name: log.split(/[\\/]/).pop(), options, taken: { target: target ?? "", choices } });
-    place.replaceChildren(make("div", { className: "box poor", role: "alert" }, "The session names no log: it needs a line log = \"…\"."));
-  } catch (error) {
-    place.replaceChildren(errorBox(error));
-  }
-  return undefined;
-}
-
-/** List a folder; without a path the folders of the server, or the only one of them. */
-async function showFolder(list, path, opened) {
-  let found;
-  try {
-    found = await files(path);
+    folder = await files(path);
   } catch (error) {
     list.replaceChildren(errorBox(error));
     return undefined;
   }
-  if (!path && found.entries.length === 1 && found.entries[0].kind === "folder") return showFolder(list, found.entries[0].path, opened);
-  const up = found.parent ? [button("↑ Parent folder", () => enter(list, found.parent, opened), { className: "entry" })] : [];
-  const entries = found.entries.map((entry) => fileRow(list, entry, opened));
+  if (!path && folder.entries.length === 1 && folder.entries[0].kind === "folder") return showFolder(list, folder.entries[0].path, opened, kinds);
+  const enter = async (place) => {
+    await showFolder(list, place, opened, kinds);
+    list.querySelector("button")?.focus();
+  };
+  const up = folder.parent ? [button("↑ Parent folder", () => enter(folder.parent), { className: "entry" })] : [];
+  const entries = folder.entries.filter(({ kind }) => kinds.includes(kind)).map((entry) => fileRow(entry, () => (entry.kind === "folder" ? enter(entry.path) : opened({ source: { path: entry.path }, name: entry.name, kind: entry.kind }))));
   list.replaceChildren(
-    ...(found.path ? [make("p", { className: "path" }, bdi(found.path))] : []),
+    ...(folder.path ? [make("p", { className: "path" }, bdi(folder.path))] : []),
     ...up,
     entries.length ? make("ul", { className: "entries" }, ...entries) : make("p", { className: "none" }, "No folder and no log here. Name a folder at the start: sigmatau app FOLDER."),
-    ...(found.more ? [make("p", { className: "none" }, `${found.more} more files are not listed.`)] : []));
+    ...(folder.more ? [make("p", { className: "none" }, `${folder.more} more files are not listed.`)] : []));
   return undefined;
 }
 
-async function enter(list, path, opened) {
-  await showFolder(list, path, opened);
-  list.querySelector("button")?.focus();
-}
-
-function fileRow(list, entry, opened) {
-  const open = () => (entry.kind === "folder" ? enter(list, entry.path, opened) : opened({ source: { path: entry.path }, name: entry.name, kind: entry.kind }));
+function fileRow(entry, open) {
   const facts = [KINDS[entry.kind] ?? entry.kind, entry.bytes === null || entry.bytes === undefined ? "" : size(entry.bytes)];
   if (entry.modified && entry.kind !== "folder") facts.push(new Date(entry.modified * 1000).toISOString().slice(0, 10));
   const name = make("span", { className: "name" }, bdi(entry.name + (entry.kind === "folder" ? "/" : "")));
-  const shown = make("button", { type: "button", className: "entry", onclick: open, disabled: entry.kind === "model" }, name, make("small", {}, facts.filter(Boolean).join(" · ")));
-  return make("li", {}, shown);
+  return make("li", {}, make("button", { type: "button", className: "entry", onclick: open }, name, make("small", {}, facts.filter(Boolean).join(" · "))));
 }

@@ -36,11 +36,11 @@ function placePoint(plot, isOrigin) {
     if (described.link === point.axis) x = point.value / (described.x.unit?.size ?? 1);
     else if (described.link === "f" && point.axis === "tau") x = AT_PEAK / point.value;
   }
-  const left = x === null ? -1 : u.valToPos(x, "x");
+  const start = x === null ? -1 : u.valToPos(x, "x");
   const line = x === null ? plot.pointLine : (plot.pointLine ??= added(u, "linked"));
   if (!line) return;
-  line.hidden = !(left >= 0 && left <= u.over.clientWidth);
-  line.style.transform = `translateX(${left}px)`;
+  line.hidden = !(start >= 0 && start <= u.over.clientWidth);
+  line.style.transform = `translateX(${start}px)`;
 }
 
 function placePart(plot) {
@@ -51,10 +51,10 @@ function placePart(plot) {
   }
   const { u, described } = plot, size = described.x.unit?.size ?? 1;
   const area = (plot.partArea ??= added(u, "chosen"));
-  const left = Math.max(u.valToPos(part.from / size, "x"), 0), right = Math.min(u.valToPos(part.to / size, "x"), u.over.clientWidth);
-  area.hidden = right <= left;
-  area.style.transform = `translateX(${left}px)`;
-  area.style.width = `${Math.max(right - left, 1)}px`;
+  const start = Math.max(u.valToPos(part.from / size, "x"), 0), end = Math.min(u.valToPos(part.to / size, "x"), u.over.clientWidth);
+  area.hidden = end <= start;
+  area.style.transform = `translateX(${start}px)`;
+  area.style.width = `${Math.max(end - start, 1)}px`;
 }
 
 function added(u, className) {

@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { bdi, button, field, parsed, announce } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { sensorOf } from "./channels.js";
+import { sensorName } from "./channels.js";
 import { showPart } from "./overlays.js";
 
 const MOST_ROWS = 40; // stretches that are listed
@@ -13,11 +13,11 @@ const REASONS = {
   spikes: ["spike", "spikes"], not_static: ["knock", "shocks"], start_transient: ["start-up", "start"], dropout: ["dropout", "dropouts"], saturation: ["saturated", "saturation"],
   stuck_samples: ["stuck value", "stuck"], interpolated: ["interpolated", "interpolated"], copied_stretch: ["copied stretch", "copies"],
 };
-const wordOf = (why) => REASONS[why]?.[0] ?? why.replaceAll("_", " ");
-const causeOf = (why) => REASONS[why]?.[1];
+const reasonText = (why) => REASONS[why]?.[0] ?? why.replaceAll("_", " ");
+const cause = (why) => REASONS[why]?.[1];
 
 export const seconds = (value) => `${Number(value.toPrecision(9))}s`;
-const listOf = (value) => (Array.isArray(value) ? value : value ? String(value).split(",") : []).map((text) => text.trim()).filter(Boolean);
+const asList = (value) => (Array.isArray(value) ? value : value ? String(value).split(",") : []).map((text) => text.trim()).filter(Boolean);
 
 /** Analyse one part only. */
 export function useWindow(from, to) {
@@ -26,7 +26,7 @@ export function useWindow(from, to) {
 
 /** Leave a part out. */
 export function leaveOut(from, to) {
-  setOptions({ "leave-out": [...listOf(session.options["leave-out"]), `${seconds(from)}:${seconds(to)}`] });
+  setOptions({ "leave-out": [...asList(session.options["leave-out"]), `${seconds(from)}:${seconds(to)}`] });
 }
 
 /** Controls of the chosen part. `zoom(from, to)` shows it larger. Returns {element, choose(from, to)}. */
@@ -34,7 +34,7 @@ export function partControls(zoom) {
   const from = make("input", { type: "text", inputMode: "decimal", ariaLabel: "From, in seconds", size: 9 });
   const to = make("input", { type: "text", inputMode: "decimal", ariaLabel: "To, in seconds", size: 9 });
   const range = () => { const a = parsed(from.value), b = parsed(to.value); return a !== null && b !== null && b > a ? [a, b] : null; };
-  const act = (action) => () => { const found = range(); if (found) action(...found); };
+  const act = (action) => () => { const ends = range(); if (ends) action(...ends); };
   const buttons = [
     button("Analyse only this part", act((a, b) => { clear(); useWindow(a, b); })),
     button("Leave this part out", act((a, b) => { clear(); leaveOut(a, b); })),
@@ -42,9 +42,9 @@ export function partControls(zoom) {
     button("Clear", () => clear()),
   ];
   const show = () => {
-    const found = range();
-    for (const one of buttons) one.disabled = !found;
-    showPart(found ? { from: found[0], to: found[1] } : null);
+    const ends = range();
+    for (const control of buttons) control.disabled = !ends;
+    showPart(ends ? { from: ends[0], to: ends[1] } : null);
   };
   const clear = () => { from.value = to.value = ""; show(); };
   from.oninput = to.oninput = show;
@@ -68,23 +68,23 @@ export function leftOutList(result) {
   const place = make("div", { className: "left-out" });
   const window = session.options.window;
   if (window) place.append(make("p", {}, "Analysed: the window ", bdi(String(window)), " ", button("Analyse all", () => setOptions({ window: undefined }))));
-  for (const kept of listOf(session.options.keep)) place.append(make("p", {}, `Restored: ${kept} `, button("Leave out again", () => setOptions({ keep: listOf(session.options.keep).filter((text) => text !== kept) }), { ariaLabel: `Leave out ${kept} again` })));
-  const stretches = merged(result?.left_out ?? []).filter((one) => one.why !== "window");
-  const own = listOf(session.options["leave-out"]);
-  if (!result) for (const text of own) stretches.push({ ...endsOf(text), why: "left_out", text, channels: [] });
+  for (const restored of asList(session.options.keep)) place.append(make("p", {}, `Restored: ${restored} `, button("Leave out again", () => setOptions({ keep: asList(session.options.keep).filter((text) => text !== restored) }), { ariaLabel: `Leave out ${restored} again` })));
+  const stretches = merged(result?.left_out ?? []).filter((stretch) => stretch.why !== "window");
+  const stated = asList(session.options["leave-out"]);
+  if (!result) for (const text of stated) stretches.push({ ...asEnds(text), why: "left_out", text, channels: [] });
   if (!stretches.length) {
     place.append(make("p", { className: "none" }, "Nothing is left out."));
     return place;
   }
   const counts = new Map();
-  for (const one of stretches) counts.set(one.why, (counts.get(one.why) ?? 0) + 1);
-  place.append(make("p", {}, [...counts].map(([why, count]) => `${count} × ${wordOf(why)}`).join(", ")));
+  for (const stretch of stretches) counts.set(stretch.why, (counts.get(stretch.why) ?? 0) + 1);
+  place.append(make("p", {}, [...counts].map(([why, count]) => `${count} × ${reasonText(why)}`).join(", ")));
   for (const [why, count] of counts)
-    if (causeOf(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${wordOf(why)}`, () => keep(causeOf(why)))));
-  const rows = stretches.slice(0, MOST_ROWS).map((one) => make("tr", {},
-    make("td", {}, spanText(one)),
-    make("td", {}, wordOf(one.why), make("small", {}, bdi(channelsText(one.channels, result)))),
-    make("td", {}, ...restoreButton(one, stretches, own))));
+    if (cause(why) && count > 1) place.append(make("p", {}, button(`Restore all: ${reasonText(why)}`, () => keep(cause(why)))));
+  const rows = stretches.slice(0, MOST_ROWS).map((stretch) => make("tr", {},
+    make("td", {}, spanText(stretch)),
+    make("td", {}, reasonText(stretch.why), make("small", {}, bdi(channelsText(stretch.channels, result)))),
+    make("td", {}, ...restoreButton(stretch, stretches, stated))));
   place.append(make("div", { className: "scrolled", tabIndex: 0, role: "region", ariaLabel: "Stretches that are not analysed" },
     make("table", {}, make("thead", {}, make("tr", {}, ...["Time", "Why, channels", "Change"].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows))));
   if (stretches.length > MOST_ROWS) place.append(make("p", { className: "none" }, `${stretches.length - MOST_ROWS} more are not listed.`));
@@ -102,7 +102,7 @@ function channelsText(channels, result) {
   if (!channels.length || channels.length === Object.keys(result?.charts.channels ?? {}).length) return "all";
   const sensors = new Map();
   for (const name of channels) {
-    const sensor = sensorOf(name), axis = name === sensor ? "" : name.slice(sensor.length + 1);
+    const sensor = sensorName(name), axis = name === sensor ? "" : name.slice(sensor.length + 1);
     sensors.set(sensor, [...(sensors.get(sensor) ?? []), axis]);
   }
   return [...sensors].map(([sensor, axes]) => `${sensor} ${axes.join(", ")}`.trim()).join("; ");
@@ -111,32 +111,32 @@ function channelsText(channels, result) {
 /** The same stretch of several channels as one row. */
 function merged(stretches) {
   const rows = new Map();
-  for (const one of stretches) {
-    const key = `${one.from_s} ${one.to_s} ${one.why}`;
-    if (!rows.has(key)) rows.set(key, { ...one, channels: [] });
-    if (one.channel) rows.get(key).channels.push(one.channel);
+  for (const stretch of stretches) {
+    const key = `${stretch.from_s} ${stretch.to_s} ${stretch.why}`;
+    if (!rows.has(key)) rows.set(key, { ...stretch, channels: [] });
+    if (stretch.channel) rows.get(key).channels.push(stretch.channel);
   }
   return [...rows.values()].sort((a, b) => a.from_s - b.from_s);
 }
 
-function endsOf(text) {
+function asEnds(text) {
   const sizes = { ms: 1e-3, s: 1, min: 60, h: 3600, d: 86400, "": 1 };
-  const [from, to] = text.split(":").map((end) => { const found = /^([\d.eE+-]+)\s*(ms|s|min|h|d|)$/.exec(end.trim()); return found ? Number(found[1]) * sizes[found[2]] : NaN; });
+  const [from, to] = text.split(":").map((end) => { const match = /^([\d.eE+-]+)\s*(ms|s|min|h|d|)$/.exec(end.trim()); return match ? Number(match[1]) * sizes[match[2]] : NaN; });
   return { from_s: from, to_s: to };
 }
 
-function restoreButton(stretch, stretches, own) {
+function restoreButton(stretch, stretches, stated) {
   const label = `Restore ${spanText(stretch)}`;
   if (stretch.why === "left_out") {
     const middle = (stretch.from_s + stretch.to_s) / 2;
-    const text = stretch.text ?? own.find((one) => { const ends = endsOf(one); return ends.from_s <= middle && middle <= ends.to_s; });
-    return text ? [button("Restore", () => setOptions({ "leave-out": own.filter((one) => one !== text) }), { ariaLabel: label })] : [];
+    const text = stretch.text ?? stated.find((range) => { const ends = asEnds(range); return ends.from_s <= middle && middle <= ends.to_s; });
+    return text ? [button("Restore", () => setOptions({ "leave-out": stated.filter((range) => range !== text) }), { ariaLabel: label })] : [];
   }
-  if (!causeOf(stretch.why)) return [];
+  if (!cause(stretch.why)) return [];
   return [button("Restore", () => keep(`${seconds(stretch.from_s)}:${seconds(stretch.to_s)}`), { ariaLabel: label, title: "--keep" })];
 }
 
 /** Keep a cause, or what lies in some times, in the analysis. */
 function keep(text) {
-  setOptions({ keep: [...new Set([...listOf(session.options.keep), text])] });
+  setOptions({ keep: [...new Set([...asList(session.options.keep), text])] });
 }

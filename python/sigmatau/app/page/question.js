@@ -3,14 +3,16 @@
 import { make } from "./page.js";
 import { bdi, button } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { chooseTopic, pairsOf, sensorOf, setPair, UNITS } from "./channels.js";
+import { asPairs, chooseTopic, sensorName, UNITS } from "./channels.js";
 import { text } from "./numbers.js";
 
-const labelOf = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
+const optionLabel = (option) => session.about.labels[option] ?? option.replaceAll("_", " ");
 const PLACEHOLDER = /^(HZ|N|N:N|[A-Z]+|…|\.\.\.)$/; // a word in capitals stands for a value
 
-/** The question of a log or of an error as a box with its choices; `opened` has the topics. */
-export function questionBox(question, opened) {
+const ofSession = { all: () => session.options, change: setOptions };
+
+/** The question of a log or of an error as a box with its choices; `opened` has the topics, `options` takes the answers. */
+export function questionBox(question, opened, options = ofSession) {
   const hints = distinct([question.hint ?? question.hints ?? []].flat());
   const topics = opened?.topics ?? [];
   const isTopic = (question.option === "topic" || hints.some((hint) => hint.option === "topic")) && topics.length;
@@ -19,9 +21,9 @@ export function questionBox(question, opened) {
     make("p", {}, sentence(question.question ?? question.message)),
     ...(question.rows ? [make("pre", { tabIndex: 0, role: "region", ariaLabel: "Rows of the file" }, question.rows)] : []),
     ...(isTopic ? [topicChoices(topics, hints.filter(isPair).map(({ value }) => value))] : []),
-    ...mappingChoices(hints.filter(isMapping)),
-    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map(hintChoice),
-    ...(hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
+    ...mappingChoices(hints.filter(isMapping), options),
+    ...hints.filter((hint) => !isMapping(hint) && (hint.option !== "topic" || !isTopic)).map((hint) => hintChoice(hint, options)),
+    ...(options === ofSession && hints.some((hint) => hint.option === "channels") ? [make("p", {}, "Or choose the use of each column in the table below.")] : []));
 }
 
 /** Hints without repetition: a message can name an option in each of its choices. */
@@ -57,25 +59,25 @@ const isMapping = ({ value }) => Boolean(value) && typeof value === "object" && 
 const isPair = ({ option, value }) => option === "topic" && Array.isArray(value) && value.length > 1;
 
 /** Values by channel or sensor: a button for each that can be meant; a field where numbers of columns must be typed. */
-function mappingChoices(hints) {
+function mappingChoices(hints, options) {
   const rows = new Map();
   for (const { option, value, text: pageWords, remark } of hints) {
-    const name = option.replaceAll("_", "-"), pairs = Object.entries(value).map(([of, what]) => `${of}=${what}`).join(", ");
-    if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${labelOf(option)}:`)));
+    const name = option.replaceAll("_", "-"), pairs = Object.entries(value).map((pair) => pair.join("=")).join(", ");
+    if (!rows.has(name)) rows.set(name, make("p", { className: "row" }, make("span", {}, `${optionLabel(option)}:`)));
     const control = Object.values(value).some((part) => PLACEHOLDER.test(String(part)))
-      ? typed("", "", pairs, (given) => setOptions({ [name]: given }))
-      : button(pageWords ?? pairs, () => setOptions({ [name]: { ...pairsOf(session.options[name]), ...value } }));
+      ? typed("", "", pairs, (stated) => options.change({ [name]: stated }))
+      : button(pageWords ?? pairs, () => options.change({ [name]: { ...asPairs(options.all()[name]), ...value } }));
     rows.get(name).append(make("span", { className: "answer" }, control, ...(remark ? [make("small", {}, remark)] : [])));
   }
   return [...rows.values()];
 }
 
 /** One option that answers the question: a button for values that can be meant, a field for those that must be typed. */
-function hintChoice({ option, key, value, text: pageWords }) {
-  const name = option.replaceAll("_", "-"), label = `${labelOf(option)}${key ? ` of ${key}` : ""}`;
-  const set = (given) => (key ? setPair(name, key, given) : setOptions({ [name]: given }));
+function hintChoice({ option, key, value, text: pageWords }, options) {
+  const name = option.replaceAll("_", "-"), label = `${optionLabel(option)}${key ? ` of ${key}` : ""}`;
+  const set = (stated) => options.change({ [name]: key ? { ...asPairs(options.all()[name]), [key]: stated } : stated });
   if (option === "unit" && key) {
-    const known = UNITS[sensorOf(key)] ?? [], units = value && !known.includes(value) && !PLACEHOLDER.test(value) ? [value, ...known] : known;
+    const usual = UNITS[sensorName(key)] ?? [], units = value && !usual.includes(value) && !PLACEHOLDER.test(value) ? [value, ...usual] : usual;
     return make("p", { className: "row" }, make("span", {}, `${label}:`), ...units.map((unit) => button(unit, () => set(unit), { ariaLabel: `${label}: ${unit}` })), typed("another", "", "", set));
   }
   if (value === true) return make("p", { className: "row" }, button(`Set ${pageWords ?? name}`, () => set(true)));

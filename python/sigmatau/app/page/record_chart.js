@@ -6,16 +6,16 @@ import { envelope } from "./api.js";
 import { partControls } from "./parts.js";
 import { seriesKind } from "./kinds.js";
 import { errorBox } from "./dom.js";
-import { sensorOf } from "./channels.js";
+import { sensorName } from "./channels.js";
 import { session } from "./session.js";
 
 const WIDTH = 1200; // stretches of a picture
 
 /** Data of the charts from an envelope: what is drawn before an analysis. */
-function chartsOf(found) {
+function asCharts(drawn) {
   const sensors = new Map(), channels = {};
-  for (const [name, { t, low, high, unit }] of Object.entries(found.channels)) {
-    const sensor = sensorOf(name);
+  for (const [name, { t, low, high, unit }] of Object.entries(drawn.channels)) {
+    const sensor = sensorName(name);
     if (!sensors.has(sensor)) sensors.set(sensor, { name: sensor, title: { gyro: "Gyroscope", accel: "Accelerometer" }[sensor] ?? sensor, units: [{ text: unit, factor: 1 }], channels: [] });
     sensors.get(sensor).channels.push(name);
     const step = t.length > 1 ? t[1] - t[0] : 1, from = t.length ? t[0] - step / 2 : 0;
@@ -26,16 +26,16 @@ function chartsOf(found) {
 
 /** Draw the record of a file before its analysis. */
 export async function showRecord(place, source, options, signal) {
-  let found;
+  let drawn;
   try {
-    found = await envelope(source, options, { width: WIDTH }, signal);
+    drawn = await envelope(source, options, { width: WIDTH }, signal);
   } catch (error) {
     if (error.name !== "AbortError") place.replaceChildren(errorBox(error));
     return;
   }
   if (signal.aborted) return;
   drop(place);
-  setContent(chartsOf(found));
+  setContent(asCharts(drawn));
   place.replaceChildren(...seriesSection());
 }
 
@@ -48,35 +48,35 @@ export function seriesSection() {
   return [controls.element, charts];
 }
 
-const seriesFigures = (charts) => [...figures].filter((one) => charts.contains(one.element));
+const seriesFigures = (charts) => [...figures].filter((figure) => charts.contains(figure.element));
 const PARTS = ["from", "duration", "bins", "low", "high"]; // of a series, what another envelope changes
 
 /** Zoom all time series to a part: at once with the stretches of the whole record, then with finer ones. */
 async function zoomSeries(charts, from, to) {
-  const seen = () => { for (const one of seriesFigures(charts)) for (const { u, described } of one.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size }); };
-  seen();
+  const zoomIn = () => { for (const figure of seriesFigures(charts)) for (const { u, described } of figure.drawn) u.setScale("x", { min: from / described.x.unit.size, max: to / described.x.unit.size }); };
+  zoomIn();
   const data = content, { source, options } = session;
   if (!source) return;
-  let found;
+  let drawn;
   try {
-    found = await envelope(source, options, { from_s: from, to_s: to, width: WIDTH });
+    drawn = await envelope(source, options, { from_s: from, to_s: to, width: WIDTH });
   } catch { /* the stretches of the whole record stay */ return; }
   if (content !== data || !charts.isConnected) return;
-  const finer = chartsOf(found).channels;
+  const finer = asCharts(drawn).channels;
   for (const [name, { series: part }] of Object.entries(finer)) {
     const series = content.channels[name]?.series;
     if (!series || !part.bins) continue;
     series.whole ??= { ...Object.fromEntries(PARTS.map((key) => [key, series[key]])), end: series.end ?? series.from + series.duration };
     Object.assign(series, { ...Object.fromEntries(PARTS.map((key) => [key, part[key]])), end: series.whole.end });
   }
-  for (const one of seriesFigures(charts)) one.draw();
-  seen();
+  for (const figure of seriesFigures(charts)) figure.draw();
+  zoomIn();
 }
 
 /** Show the whole record again. */
 function showWhole(charts) {
   for (const { series } of Object.values(content.channels)) if (series?.whole) { Object.assign(series, series.whole); delete series.whole; }
-  for (const one of seriesFigures(charts)) { one.clear(); one.draw(); }
+  for (const figure of seriesFigures(charts)) { figure.clear(); figure.draw(); }
 }
 
 export const hasSeries = () => Object.values(content?.channels ?? {}).some((channel) => channel.series);

@@ -68,7 +68,7 @@ function section(id, title, about, ...children) {
 
 /** Buttons that scroll to the sections: a link would replace the fragment of the URL, which has the state. */
 function sectionButtons(sections) {
-  return make("nav", { className: "sections", ariaLabel: "Sections of the result" }, ...sections.map((one) => button(one.firstChild.textContent, () => { one.scrollIntoView({ block: "start" }); one.firstChild.focus({ preventScroll: true }); })));
+  return make("nav", { className: "sections", ariaLabel: "Sections of the result" }, ...sections.map((part) => button(part.firstChild.textContent, () => { part.scrollIntoView({ block: "start" }); part.firstChild.focus({ preventScroll: true }); })));
 }
 
 /** The charts that need the samples come later than the coefficients. */

@@ -6,12 +6,11 @@ const undone = [], done = []; // what was stated before and after: {options, tak
 /** `source` is what the server calls the file: {path} or {file}; null before one is opened. `taken` is the file for a filter. */
 export const session = { source: null, name: "", options: {}, taken: { target: "", choices: {} }, step: "open", opened: null, result: null, id: null, about: null };
 
-/** Results by the file and the options that they were made with; and all, with what they are called. */
+/** Results by the file and the options that they were made with. */
 const results = new Map();
-export const named = new Map();
 
 export const onChange = (listener) => listeners.add(listener);
-const keyOf = (options) => JSON.stringify([session.source, options]);
+const optionsKey = (options) => JSON.stringify([session.source, options]);
 
 function changed(what) {
   writeFragment();
@@ -88,12 +87,11 @@ export function setOpened(opened) {
 
 export function setResult(id, result) {
   Object.assign(session, { id, result });
-  if (session.source) results.set(keyOf(session.options), id);
-  if (!named.has(id)) named.set(id, `${named.size + 1}: ${result.summary.title}`);
+  if (session.source) results.set(optionsKey(session.options), id);
   changed("result");
 }
 
-export const resultOfOptions = () => results.get(keyOf(session.options));
+export const resultOfOptions = () => results.get(optionsKey(session.options));
 
 /** Write the state into the fragment of the address. */
 export function writeFragment() {

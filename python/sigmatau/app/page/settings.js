@@ -3,7 +3,7 @@
 import { make } from "./page.js";
 import { button, checkbox, choice, field } from "./dom.js";
 import { session, setOptions } from "./session.js";
-import { pairsOf, setPair } from "./channels.js";
+import { asPairs, setPair } from "./channels.js";
 
 const METHODS = [["likelihood", "likelihood of the spectrum"], ["gls", "least squares on the curve"], ["read-off", "read-off of the paper"]];
 const GRIDS = [["octave", "octaves"], ["half", "half octaves"], ["quarter", "quarter octaves"], ["eighth", "eighth octaves"], ["all", "all"]];
@@ -46,7 +46,7 @@ function termBoxes() {
 /** The filter of each sensor, as its datasheet states it. */
 function bandwidths() {
   const sensors = [...new Set(Object.keys(session.result?.charts.channels ?? {}).map((name) => name.split("_")[0]))].filter((name) => ["gyro", "accel"].includes(name));
-  const stated = pairsOf(session.options.bandwidth);
+  const stated = asPairs(session.options.bandwidth);
   return sensors.map((sensor) => {
     const input = make("input", { type: "text", size: 10, value: stated[sensor] ?? "", placeholder: "unknown", onchange: () => setPair("bandwidth", sensor, input.value.trim()) });
     input.dataset.focus = `bandwidth-${sensor}`;
@@ -58,5 +58,5 @@ function readOffRanges() {
   const ranges = [session.options["read-off-at"] ?? []].flat();
   if (!ranges.length) return make("div", { hidden: true });
   return make("fieldset", {}, make("legend", {}, "Lines by hand"), ...ranges.map((range) => make("p", { className: "row" }, make("code", {}, range),
-    button("Remove", () => setOptions({ "read-off-at": ranges.filter((one) => one !== range) }), { ariaLabel: `Remove the line ${range}` }))));
+    button("Remove", () => setOptions({ "read-off-at": ranges.filter((line) => line !== range) }), { ariaLabel: `Remove the line ${range}` }))));
 }

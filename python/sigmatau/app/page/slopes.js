@@ -88,12 +88,12 @@ export function layLines(plot, tau, adev, terms, moved) {
 
 /** The point of a curve whose slope is nearest to one: where a line is laid first. */
 export function pointOfSlope(tau, adev, slope) {
-  let best = 0, least = Infinity;
+  let best = 0, smallest = Infinity;
   for (let k = 0; k < tau.length; k++) {
     const a = Math.max(k - 1, 0), b = Math.min(k + 1, tau.length - 1);
     if (b <= a || !(adev[a] > 0) || !(adev[b] > 0)) continue;
     const off = Math.abs(Math.log(adev[b] / adev[a]) / Math.log(tau[b] / tau[a]) - slope) + (k < 2 || k > 0.75 * tau.length ? 0.15 : 0);
-    if (off < least) { least = off; best = k; }
+    if (off < smallest) { smallest = off; best = k; }
   }
   return best;
 }

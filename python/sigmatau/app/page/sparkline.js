@@ -11,8 +11,8 @@ export function sparkline(pairs, label) {
   svg.setAttribute("aria-label", label);
   const finite = pairs.filter(([low, high]) => Number.isFinite(low) && Number.isFinite(high) && low !== null && high !== null);
   if (!finite.length) return svg;
-  const least = Math.min(...finite.map(([low]) => low)), most = Math.max(...finite.map(([, high]) => high));
-  const span = most - least, y = (value) => (span > 0 ? 2 + ((most - value) / span) * (HEIGHT - 4) : HEIGHT / 2);
+  const smallest = Math.min(...finite.map(([low]) => low)), largest = Math.max(...finite.map(([, high]) => high));
+  const span = largest - smallest, y = (value) => (span > 0 ? 2 + ((largest - value) / span) * (HEIGHT - 4) : HEIGHT / 2);
   const step = WIDTH / pairs.length;
   let path = "";
   pairs.forEach(([low, high], k) => {

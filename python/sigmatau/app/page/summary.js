@@ -41,7 +41,7 @@ function valueCell({ value, interval }) {
 /** Findings in order; notes are folded if there are many. */
 export function findingsList(findings) {
   if (!findings?.length) return make("p", { className: "none" }, "Nothing was found wrong with the record.");
-  const grave = findings.filter((one) => one.severity !== "info"), notes = findings.filter((one) => one.severity === "info");
+  const grave = findings.filter((finding) => finding.severity !== "info"), notes = findings.filter((finding) => finding.severity === "info");
   const parts = [];
   parts.push(grave.length ? make("ul", { className: "findings" }, ...grave.map(findingRow)) : make("p", { className: "none" }, "No warnings."));
   if (notes.length) parts.push(make("details", { open: notes.length <= 2 }, make("summary", {}, `${notes.length} note${notes.length > 1 ? "s" : ""} on the record`), make("ul", { className: "findings" }, ...notes.map(findingRow))));

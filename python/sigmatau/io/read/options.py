@@ -284,3 +284,18 @@ def _is_number(value: object) -> TypeGuard[float]:
         return math.isfinite(value)
     except OverflowError:
         return False
+
+
+def check_live_options(options: ReadOptions, *, command: str) -> Options:
+    """The options of reading live lines; raises `OptionError` for those that are for a saved log."""
+    checked = options.checked()
+    if options.input == "accumulated":
+        raise OptionError(
+            f"{command} reads rates or increments; accumulated values are for a saved log", option="input"
+        )
+    if options.interleaved not in (None, 1):
+        raise OptionError(
+            f"{command} follows one sensor: {{option}} {options.interleaved} is for a saved log, sigmatau analyze FILE",
+            option="interleaved",
+        )
+    return checked

@@ -78,6 +78,22 @@ def open_engine(place: str | Path, *, create: bool = True) -> Engine:
     return engine
 
 
+def is_store(path: Path) -> bool:
+    """Whether a file is a SQLite database with the tables of a store; it is not changed."""
+    import sqlite3
+    from contextlib import closing
+
+    try:
+        with path.open("rb") as file:
+            if file.read(len(_SQLITE)) != _SQLITE:
+                return False
+        with closing(sqlite3.connect(f"file:{quote(str(path))}?mode=ro", uri=True)) as base:
+            names = {name for (name,) in base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    except (OSError, sqlite3.Error):
+        return False
+    return names >= _TABLES
+
+
 def reason(error: BaseException) -> str:
     """First line of an error of a database, and the action."""
     cause = getattr(error, "orig", None) or error

@@ -1,0 +1,83 @@
+// What is recorded: a serial port with its speed, or a file that grows.
+
+import { make } from "./page.js";
+import { ports, startLive } from "./api.js";
+import { announce, bdi, button, errorBox, field } from "./dom.js";
+import { showFolder } from "./open_view.js";
+
+const SPEEDS = [9600, 57600, 115200, 230400, 460800, 921600, 1000000, 2000000]; // usual ones [bit/s]
+const stated = { port: "", baud: "115200", rate: "", channels: "", unit: "" }; // is kept while the page is open
+
+/** The form that starts a record; `begun` is called with its first state, `folder` is where it is saved, or null. */
+export function startForm(folder, begun) {
+  const problem = make("div"), choices = make("div", { className: "ports" }, make("p", { className: "none" }, "Looking for ports…"));
+  const start = async (body, words) => {
+    problem.replaceChildren();
+    try {
+      const state = await startLive(body);
+      announce(words);
+      begun(state);
+    } catch (error) {
+      problem.replaceChildren(errorBox(error));
+      problem.scrollIntoView({ block: "nearest" });
+    }
+  };
+  return make("div", {}, problem, make("div", { className: "openers" }, portForm(folder, choices, start), fileList(start)));
+}
+
+function input(name, attributes = {}) {
+  const made = make("input", { type: "text", value: stated[name], oninput: () => { stated[name] = made.value.trim(); }, ...attributes });
+  return made;
+}
+
+function portForm(folder, choices, start) {
+  const port = input("port", { size: 20, placeholder: "/dev/ttyUSB0, COM3", required: true });
+  const baud = input("baud", { size: 9, inputMode: "numeric", list: "speeds", required: true });
+  const save = make("input", { type: "text", size: 28, value: folder ? newName() : "", disabled: !folder });
+  const connect = (event) => {
+    event.preventDefault();
+    const { rate, channels, unit } = stated, options = Object.fromEntries(Object.entries({ rate, channels, unit }).filter(([, value]) => value));
+    start({ port: stated.port, baud: Number(stated.baud) || 0, save: save.value.trim() || null, options }, "Connected");
+  };
+  listPorts(choices, port);
+  return make("form", { className: "drop port", onsubmit: connect },
+    make("h2", {}, "Record a serial port"),
+    choices,
+    make("div", { className: "row" }, field("Port", port), field("Baud [bit/s]", baud)),
+    make("datalist", { id: "speeds" }, ...SPEEDS.map((speed) => make("option", { value: String(speed) }))),
+    field("Save as", save, folder ? "" : "Nothing is saved: sigmatau app was started without a folder."),
+    ...(folder ? [make("p", { className: "path" }, "in ", bdi(folder))] : []),
+    make("details", { open: Boolean(stated.rate || stated.channels || stated.unit) }, make("summary", {}, "Rate, columns and units, if the lines do not state them"),
+      make("div", { className: "row" }, field("Sampling rate [Hz]", input("rate", { size: 8 })), field("Columns", input("channels", { size: 20, placeholder: "gyro=1:3,accel=4:6" })), field("Units", input("unit", { size: 20, placeholder: "gyro=deg/s,accel=g" }))),
+      make("p", { className: "about" }, "What is missing is asked for when the first lines have arrived.")),
+    make("p", {}, make("button", { type: "submit", className: "primary", id: "connect" }, "Connect")));
+}
+
+/** The ports of this computer, each a button that chooses it. */
+async function listPorts(choices, port) {
+  const choose = (name) => { port.value = stated.port = name; };
+  const again = make("li", {}, button("Look again", () => listPorts(choices, port), { className: "small" }));
+  try {
+    const { ports: listed } = await ports();
+    const described = listed.filter(({ text }) => text); // others are usually connectors without a device
+    if (!port.value && described.length === 1) choose(described[0].name);
+    const rows = listed.map(({ name, text }) => make("li", {}, button(name, () => { choose(name); port.focus(); }, { className: "small" }), " ", make("small", {}, bdi(text))));
+    choices.replaceChildren(
+      make("p", { className: "about" }, rows.length ? "Choose a port of this computer, or type its name." : "No serial port was found. Plug the device in, or type the name of its port."),
+      make("ul", { className: "choices" }, ...rows, again));
+  } catch (error) {
+    choices.replaceChildren(errorBox(error));
+  }
+}
+
+function fileList(start) {
+  const list = make("div", { className: "folder" }, make("p", { className: "none" }, "Looking for files…"));
+  showFolder(list, null, ({ source, name }) => start({ ...source, options: {} }, `Watching ${name}`), ["folder", "log"]);
+  return make("section", { ariaLabel: "Files that grow" }, make("h2", {}, "Watch a file that grows"), make("p", { className: "about" }, "A table of text to which a logger adds lines: CSV and the like."), list);
+}
+
+/** A name that says when the record began. */
+function newName() {
+  const two = (value) => String(value).padStart(2, "0"), now = new Date();
+  return `live-${now.getFullYear()}${two(now.getMonth() + 1)}${two(now.getDate())}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.csv`;
+}

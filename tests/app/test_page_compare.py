@@ -70,9 +70,7 @@ def test_by_mouse(opened, lab):
     tab.get_by_role("row", name="april").get_by_role("button").click()
     legend(tab).nth(2).wait_for()
     second = tab.get_by_label("Of", exact=True)
-    tab.wait_for_function(
-        "document.querySelectorAll('.verdicts + p').length && document.querySelectorAll('#view select option').length > 5"
-    )
+    second.locator("option").nth(1).wait_for(state="attached")
     values = [option.inner_text() for option in second.get_by_role("option").all()]
     assert [value[0] for value in values] == ["2", "3"]
     second.select_option(label=values[0])

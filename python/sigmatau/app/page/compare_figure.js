@@ -10,11 +10,11 @@ const WIDE_DASHES = [[10, 4], [3, 3], [12, 3, 3, 3]]; // of datasheets and model
 const chooseDash = (list, number) => list[number % list.length];
 
 /** The dash of a result, or of a specification. */
-export function swatch(each, k) {
+export function swatch(each) {
   const canvas = make("canvas", { width: 60, height: 8, ariaHidden: "true", className: "dash" }), pen = canvas.getContext("2d");
   pen.strokeStyle = colour("ink");
   pen.lineWidth = each.number ? 2 : 4;
-  pen.setLineDash((each.number ? chooseDash(DASHES, each.number - 1) : chooseDash(WIDE_DASHES, k)) ?? []);
+  pen.setLineDash((each.number ? chooseDash(DASHES, each.number - 1) : chooseDash(WIDE_DASHES, each.order)) ?? []);
   pen.beginPath();
   pen.moveTo(0, 4);
   pen.lineTo(60, 4);
@@ -39,7 +39,7 @@ export function drawComparison(place) {
       setContent(merged);
       const lines = parts.flatMap(([, each]) => each);
       const limits = lines.length ? [Math.min(...lines.map(({ x }) => x[0])), Math.max(...lines.map(({ x }) => x[x.length - 1]))] : null;
-      lines.push(...shownSpecifications().flatMap((each, k) => specificationLines(each, k, sensor, state, limits)));
+      lines.push(...shownSpecifications().flatMap((each) => specificationLines(each, sensor, state, limits)));
       if (!lines.length) return [];
       const described = parts.map(([part]) => part).find(Boolean) ?? axesOnly(sensor, state);
       return [{ ...described, guides: state.guides, lines }];
@@ -74,7 +74,7 @@ function resultLines({ number, charts }, sensor, state) {
 }
 
 /** The curves of a datasheet or a model at the averaging times of the results; axes with the same curve share a line. */
-function specificationLines({ name, charts }, k, sensor, state, limits) {
+function specificationLines({ name, charts, order }, sensor, state, limits) {
   const axes = new Map();
   for (const channel of sensor.channels) {
     const curve = charts.channels[channel]?.deviation;
@@ -86,7 +86,7 @@ function specificationLines({ name, charts }, k, sensor, state, limits) {
   return [...axes.values()].map(({ curve: { tau, adev }, names }) => {
     const label = axes.size > 1 ? `${name} ${names.join(" ")}` : name;
     const inside = tau.map((_, place) => place).filter((place) => !limits || (tau[place] >= limits[0] * 0.8 && tau[place] <= limits[1] * 1.25));
-    return { name: label, x: inside.map((place) => tau[place]), y: inside.map((place) => adev[place] / state.unit.factor), colour: () => colour("ink"), width: 2.4, dash: chooseDash(WIDE_DASHES, k), read: true, tag: label };
+    return { name: label, x: inside.map((place) => tau[place]), y: inside.map((place) => adev[place] / state.unit.factor), colour: () => colour("ink"), width: 2.4, dash: chooseDash(WIDE_DASHES, order), read: true, tag: label };
   });
 }
 

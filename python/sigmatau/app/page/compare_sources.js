@@ -60,6 +60,7 @@ function runRow(store, run, problem, changed) {
       announce(`${run.unit} ${run.name} was added`);
       changed();
     } catch (error) {
+      add.disabled = false;
       problem.replaceChildren(errorBox(error));
     }
   }, { disabled: Boolean(obstacle) || added, ariaLabel: label });

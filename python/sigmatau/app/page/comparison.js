@@ -9,7 +9,7 @@ const specifications = new Map();
 /** By key: {key, name, source, unit, runs, further}. */
 const stores = new Map();
 const shown = new Set();
-let count = 0;
+let count = 0, orders = 0; // of results and of specifications that were added
 
 export const allResults = () => [...results.values()];
 export const allSpecifications = () => [...specifications.values()];
@@ -68,6 +68,7 @@ export async function addRun(store, run) {
 export async function addSpecification(named, choices = {}) {
   const content = await specification(named, choices);
   const key = JSON.stringify([named, choices]);
-  specifications.set(key, { ...content, key, title: content.name, name: content.name.split(" (")[0] });
+  orders += 1;
+  specifications.set(key, { ...content, key, order: orders - 1, title: content.name, name: content.name.split(" (")[0] });
   shown.add(key);
 }

@@ -33,7 +33,7 @@ def wait(place: Locator) -> None:
 
 
 def walk(tab: Page) -> None:
-    """Go from the columns to what is taken away."""
+    """Go from the columns to what is taken away, and compare the first hour with the whole record and a datasheet."""
     tab.locator("#chooser").set_input_files("static.csv")
     tab.locator("#analyse:enabled").wait_for()
     wait(tab.locator("#view"))
@@ -46,6 +46,17 @@ def walk(tab: Page) -> None:
     tab.locator("input[value=kalibr]").check()
     tab.get_by_role("region", name="kalibr.yaml").wait_for()
     take(tab, "take-away")
+    tab.locator("#step-result").click()
+    tab.get_by_label("Window").fill("0s:1h")
+    tab.get_by_label("Window").press("Enter")
+    tab.locator("#command", has_text="--window").wait_for()
+    tab.locator("#part-left-out", has_text="the window").wait_for()
+    tab.locator("#step-compare").click()
+    tab.get_by_role("combobox", name="Datasheet").select_option("hg1700")
+    tab.get_by_role("button", name="Add the datasheet").click()
+    tab.get_by_role("region", name="Differences").wait_for()
+    tab.locator("figure canvas").first.wait_for()
+    take(tab, "compare")
 
 
 def run() -> None:

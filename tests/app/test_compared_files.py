@@ -76,6 +76,7 @@ def test_a_run_against_a_log(page, stored, result):
     compared = page.post("api/compare", results=[answer["result"], result]).json()
     walk = next(row for row in compared["differences"] if row["term"] == "random_walk")
     assert walk["low"] <= walk["value"] <= walk["high"]
+    assert compared["same_log"] is False
     assert walk["value"] == pytest.approx(walk["second"] - walk["first"])
     # The two have different units: all the same they are one group, with the tables of the paper.
     assert set(compared["table"]["group"]) == {""}
@@ -90,6 +91,7 @@ def test_a_run_against_a_log(page, stored, result):
 def test_a_copy_of_a_result_is_named(page, result):
     compared = page.post("api/compare", results=[result, page.analysed(options={"terms": ["random_walk"]})]).json()
     assert any("of the same log" in line for line in compared["unused"])
+    assert compared["same_log"] is True
 
 
 def test_the_curve_of_a_model(page, folder):

@@ -30,12 +30,14 @@ def compared(*, analyses: Sequence[bytes], names: Sequence[str], progress: Progr
         for name, result in zip(unique, results, strict=True)
     ]
     table = {key: [number(v, 9) if isinstance(v, float) else v for v in values] for key, values in columns.items()}
+    sums = [result.source.sha256 for result in results if result.source.sha256 is not None]
     differences = term_differences(*results) if len(results) == 2 else ()
     content = {
         "names": unique,
         "curves": curves,
         "table": table,
         "differences": [each.to_dict() for each in differences],
+        "same_log": any(sums.count(checksum) > 1 for checksum in sums),
         "text": overview(comparison),
         "tables": tables(comparison),
         "unused": [printable(line) for line in unused_lines(comparison)],

@@ -23,7 +23,7 @@ export async function showNumbers(places) {
     const between = await compare(pair.map(({ key }) => key));
     const all = shown.length === 2 && pair[0] === shown[0] ? between : await compare(shown.map(({ key }) => key));
     if (asked !== running) return;
-    places.difference.replaceChildren(pairControls(shown, pair, () => showNumbers(places)), ...differenceTable(between.differences));
+    places.difference.replaceChildren(pairControls(shown, pair, () => showNumbers(places)), ...differenceTable(between));
     places.repeatability.replaceChildren(...repeatability(all));
   } catch (error) {
     if (asked === running) { places.difference.replaceChildren(errorBox(error)); places.repeatability.replaceChildren(); }
@@ -50,12 +50,14 @@ function pairControls(shown, [first, second], change) {
 }
 
 /** The difference of each coefficient with its interval, and how many differ. */
-function differenceTable(differences) {
+function differenceTable({ differences, same_log: isSameLog }) {
   if (!differences.length) return [make("p", { className: "none" }, "These results have no coefficient in common.")];
   const counts = Object.keys(VERDICTS).map((verdict) => [VERDICTS[verdict], differences.filter((each) => each.verdict === verdict).length]);
   const rows = differences.map(({ channel, term, text, verdict }) => make("tr", {}, make("th", { scope: "row" }, bdi(channel)), make("th", { scope: "row" }, term.replaceAll("_", " ")),
     make("td", {}, chip(...VERDICTS[verdict])), make("td", {}, ...(text ? raised(text) : ["one is an upper limit"]))));
+  const doubt = isSameLog ? [make("p", { className: "box partial" }, "Both results are of the same log, so their errors are not independent: these intervals do not hold.")] : [];
   return [
+    ...doubt,
     make("p", { className: "verdicts" }, ...counts.filter(([, number]) => number).flatMap(([[word, mark], number]) => [chip(`${number} ${word}`, mark), " "])),
     make("p", { className: "about" }, "Same: the 95 % interval of the difference has 0 in it. Of 20 equal coefficients one is outside by chance."),
     scrolled("Differences", make("table", { className: "compared" }, head("Channel", "Term", "Verdict", "Difference"), make("tbody", {}, ...rows))),

@@ -68,7 +68,7 @@ function showRecord(view, first, { folder, opened, command }) {
     announce(word);
     const open = button("Open the log", () => openLog(path, options), { className: "primary", id: "open-saved" });
     const again = button("Record again…", () => view.replaceChildren(parts.title, startForm(folder, (begun) => showRecord(view, begun, { folder, opened, command }))), { id: "record-again" });
-    if (state === "recording") parts.actions.replaceChildren(button(path ? "Stop and analyse" : "Stop", stop, { className: "primary", id: "stop-live" }));
+    if (state === "recording") parts.actions.replaceChildren(button(path && !error ? "Stop and analyse" : "Stop", stop, { className: "primary", id: "stop-live" }));
     else parts.actions.replaceChildren(...(path ? [open] : []), again);
     parts.notes.replaceChildren(...problemParts(error, state, options), make("p", { className: "about" }, ...noteParts(state, path, error)));
   }

@@ -30,6 +30,7 @@ class BoundedNumber:
     Attributes
     ----------
     value, low, high : float
+        The number, and the ends of its interval. [1]
     """
 
     value: float

@@ -163,6 +163,31 @@ def test_a_session_is_opened(opened, stored, tmp_path):
     tab.locator("#analyse:enabled").wait_for()
 
 
+def test_a_session_with_a_file(opened, stored, tmp_path):
+    """The file of the session is shown with its options; results of the comparison are offered as those at rest."""
+    log, path = stored
+    session = tmp_path / "session.toml"
+    session.write_text(f'log = "{log}"\nexport = ["kalibr=kalibr.yaml"]\naxes = "mean"\n', encoding="utf-8")
+    tab = opened(fragment=fragment(path))
+    tab.locator("#part-coefficients article").first.wait_for()
+    tab.locator("#step-open").click()
+    tab.locator("#chooser").set_input_files(session)
+    tab.locator("#analyse:enabled").click()
+    wait_result(tab)
+    tab.locator("#step-files").click()
+    assert command(tab, "--export").endswith(f"{log} --export kalibr=kalibr.yaml --axes mean")
+    tab.get_by_role("region", name="kalibr.yaml").wait_for()
+    rest = tab.get_by_label("Inflate", exact=True)
+    rest.select_option(index=1)
+    tab.locator(".preview code", has_text="--inflate").wait_for()
+    # What was removed from the comparison is not offered.
+    tab.locator("#step-compare").click()
+    tab.get_by_role("button", name="Remove").first.click()
+    tab.locator("#step-files").click()
+    tab.locator(".preview code", has_not_text="--inflate").wait_for()
+    assert rest.count() == 0
+
+
 def test_a_file_is_uploaded(opened, stored):
     log, _ = stored
     tab = opened()

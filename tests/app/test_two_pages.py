@@ -24,8 +24,8 @@ def test_each_has_its_log_its_options_and_its_analysis(opened, folder):
     for tab in (first, second):
         tab.locator("#analyse:enabled").wait_for()
     # The second analysis is cancelled; the first one goes on.
-    second.locator("#analyse").click()
     first.locator("#analyse").click()
+    second.locator("#analyse").click()
     second.get_by_role("button", name="Cancel").click()
     second.locator("#status", has_text="cancelled").wait_for(state="attached")
     wait_result(first)
